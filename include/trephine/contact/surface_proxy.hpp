@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/friction.hpp>
+#include <trephine/contact/surface_search.hpp>
+#include <trephine/core/status.hpp>
+
+namespace trephine {
+
+/// When a proxy takes hold and lets go.
+enum class Trigger {
+  kSwept,   ///< on the path: takes hold of what the path crossed, holds until the straight way to the probe is free
+  kThesis,  ///< by the probe alone: in contact if and only if the probe is in bone (walls crossed in a tick go unseen)
+};
+
+struct ProxyOptions {
+  double step = 0.5;     ///< longest move and path step, in voxels
+  int iterations = 16;   ///< tangential moves a tick; what is left is carried on at the next one
+  int path_steps = 512;  ///< samples along a path; a probe that moved farther than this covers is a jump
+  Trigger trigger = Trigger::kSwept;
+
+  void validate() const {
+    if (!(step > 0 && step <= 4)) refuse("ProxyOptions", "step must be > 0 and at most 4 voxels", step);
+    if (!(iterations >= 1 && iterations <= 1000)) refuse("ProxyOptions", "iterations must be 1 to 1000", iterations);
+    if (!(path_steps >= 8 && path_steps <= 100000))
+      refuse("ProxyOptions", "path_steps must be 8 to 100000", path_steps);
+  }
+};
+
+/// A point that follows a probe but stays out of bone: thesis sections 2.1.3 and 3.1.4 (after Ruspini 1997, Salisbury &
+/// Tarr 1997, Eriksson 2006). In contact it lies on the surface, just outside, where friction lets it come nearest to
+/// the probe.
+///
+/// A tick: hold or let go (`Trigger`); then moves in the tangent plane toward the probe, each followed by a search
+/// along the normal back to the surface, and kept only if it brings the proxy nearer. That last rule is what ends the
+/// moves at concave corners and in sockets without chatter: the distance to the probe falls monotonically within a
+/// tick. All sampling is at the proxy, so the probe may be arbitrarily deep, where gradients vanish.
+///
+/// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
+/// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
+///
+/// Work a tick: at most 2 + path_steps + iterations · (4 · (28 + path to the surface)) samples; typically 10–30.
+template <RealScalar Scalar, Friction FrictionLaw = Frictionless>
+class SurfaceProxy {
+ public:
+  explicit SurfaceProxy(const ProxyOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
+      : options_(options), friction_(friction) {
+    options.validate();
+  }
+
+  [[nodiscard]] bool in_contact() const noexcept { return state_ == State::kContact; }
+  [[nodiscard]] bool sticks() const noexcept { return in_contact() && sticking_; }
+  [[nodiscard]] const Vec3<Scalar>& position() const noexcept { return q_; }
+  /// Outward unit normal under the proxy; meaningful in contact.
+  [[nodiscard]] const Vec3<Scalar>& normal() const noexcept { return n_; }
+
+  void reset() noexcept { state_ = State::kNone; }
+
+  /// Sets a free proxy down at `p`, a place outside bone, as the start of the next call's path.
+  void stand_free_at(const Vec3<Scalar>& p) noexcept { let_go(p); }
+
+  /// Takes hold at a surface point that someone else found (a first contact), `q` just outside the bone.
+  template <PointField Field>
+  void hold_at(const Field& field, const Vec3<Scalar>& q) noexcept {
+    q_ = q;
+    sticking_ = false;
+    state_ = State::kContact;
+    if (!field.normal(q, n_)) n_.setZero();
+  }
+
+  /// Moves the proxy for a probe now at p. The probe of the previous call is where a free proxy stands.
+  template <PointField Field>
+  Status follow(const Field& field, const Vec3<Scalar>& p) noexcept {
+    const Scalar step = static_cast<Scalar>(options_.step) * field.voxel();
+    if (state_ != State::kNone && (p - q_).norm() > step * static_cast<Scalar>(options_.path_steps)) {
+      begin(field, p);
+      return Status::kJump;
+    }
+    if (state_ == State::kNone || state_ == State::kInside) {
+      begin(field, p);
+      if (state_ == State::kFree) return Status::kOk;
+      if (state_ == State::kContact) slide(field, p, step);
+      return Status::kStartedInside;
+    }
+    if (state_ == State::kFree) return enter(field, p, step);
+    return stay(field, p, step);
+  }
+
+ private:
+  enum class State { kNone, kFree, kContact, kInside };
+
+  // No history: free where the probe is free; in bone, out of it by the shortest way found.
+  template <PointField Field>
+  void begin(const Field& field, const Vec3<Scalar>& p) noexcept {
+    q_ = p;
+    sticking_ = false;
+    state_ = field.value(p) < Scalar(0) ? State::kFree : (push_out(field, q_) ? State::kContact : State::kInside);
+  }
+
+  template <PointField Field>
+  Status enter(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
+    if (options_.trigger == Trigger::kThesis && field.value(p) < Scalar(0)) {
+      q_ = p;
+      return Status::kOk;
+    }
+    if (!(field.value(q_) < Scalar(0))) {  // bone appeared where the free proxy stood
+      begin(field, p);
+      return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
+    }
+    const auto hit = first_crossing(field, q_, p, step, options_.path_steps);
+    if (!hit.found) {
+      q_ = p;
+      return Status::kOk;
+    }
+    hold_at(field, q_ + hit.before * (p - q_));
+    return slide(field, p, step);
+  }
+
+  template <PointField Field>
+  Status stay(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
+    const bool probe_free = field.value(p) < Scalar(0);
+    if (options_.trigger == Trigger::kThesis && probe_free) {
+      let_go(p);
+      return Status::kOk;
+    }
+    Status status = Status::kOk;
+    if (!(field.value(q_) < Scalar(0))) {
+      if (!push_out(field, q_)) {
+        begin(field, p);
+        return Status::kStartedInside;
+      }
+    } else if (probe_free || !supported(field)) {
+      if (!advance(field, p, step)) return Status::kOk;
+    }
+    return worse(status, slide(field, p, step));
+  }
+
+  void let_go(const Vec3<Scalar>& p) noexcept {
+    q_ = p;
+    state_ = State::kFree;
+  }
+
+  // Is there still bone right under the proxy? (If not it was carved away.) A proxy that sticks must not be moved for
+  // rounding, so this looks a little below the surface rather than at it.
+  template <PointField Field>
+  [[nodiscard]] bool supported(const Field& field) const noexcept {
+    return field.value(q_ - (Scalar(0.02) * field.voxel()) * n_) >= Scalar(0);
+  }
+
+  // Straight toward the probe up to the next surface. False: the way is free and the contact ends.
+  template <PointField Field>
+  bool advance(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
+    const auto hit = first_crossing(field, q_, p, step, options_.path_steps);
+    if (!hit.found) {
+      let_go(p);
+      return false;
+    }
+    q_ += hit.before * (p - q_);
+    return true;
+  }
+
+  template <PointField Field>
+  Status slide(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
+    const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
+    for (int i = 0; i < options_.iterations; ++i) {
+      static_cast<void>(field.normal(q_, n_));  // keeps the last normal where there is none
+      const Vec3<Scalar> d = p - q_;
+      const Scalar depth = -d.dot(n_);
+      if (depth < Scalar(0)) {  // the probe is in front of the tangent plane: straight on
+        const Vec3<Scalar> from = q_;
+        if (!advance(field, p, step)) return Status::kOk;
+        if (!((q_ - from).norm() > enough)) return Status::kOk;
+        continue;
+      }
+      const Vec3<Scalar> t = d + depth * n_;
+      const Scalar tangential = t.norm();
+      const Scalar slip =
+          static_cast<Scalar>(friction_.slip(static_cast<double>(tangential), static_cast<double>(depth), sticking_));
+      sticking_ = !(slip > enough);
+      if (sticking_) return Status::kOk;
+      Scalar length = std::min(slip, step);
+      bool moved = false;
+      for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
+        Vec3<Scalar> q = q_ + (length / tangential) * t;
+        if (!to_surface(field, q, p, step)) {
+          let_go(p);
+          return Status::kOk;
+        }
+        moved = (p - q).norm() < d.norm() - Scalar(0.05) * length * (tangential / d.norm());
+        if (moved) q_ = q;
+      }
+      if (!moved) return Status::kOk;
+    }
+    return Status::kOk;
+  }
+
+  // Puts q back just outside the surface along the normal; where the surface falls away, on toward the probe. False:
+  // the way to the probe is free.
+  template <PointField Field>
+  bool to_surface(const Field& field, Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar step) const noexcept {
+    const Scalar reach = Scalar(2) * step;
+    if (field.value(q) >= Scalar(0)) {
+      const Vec3<Scalar> out = q + reach * n_;
+      const auto hit = first_crossing(field, q, out, step, 8);
+      // A wall that is higher than the reach: give up this move (the caller halves it) by staying where the proxy is.
+      q = hit.found ? Vec3<Scalar>(q + hit.after * (out - q)) : q_;
+      return true;
+    }
+    const Vec3<Scalar> in = q - reach * n_;
+    auto hit = first_crossing(field, q, in, step, 8);
+    if (hit.found) {
+      q += hit.before * (in - q);
+      return true;
+    }
+    hit = first_crossing(field, q, p, step, options_.path_steps);
+    if (!hit.found) return false;
+    q += hit.before * (p - q);
+    return true;
+  }
+
+  // Out of bone: along the normal if there is one, else along the nearest exit of 14 directions, at most 32 voxels.
+  template <PointField Field>
+  bool push_out(const Field& field, Vec3<Scalar>& q) noexcept {
+    const Scalar voxel = field.voxel();
+    const Scalar reach = Scalar(32) * voxel;
+    const auto exit_along = [&](const Vec3<Scalar>& n) {
+      return first_crossing(field, q, Vec3<Scalar>(q + reach * n), voxel / Scalar(2), 64);
+    };
+    Vec3<Scalar> best = Vec3<Scalar>::Zero();
+    Scalar nearest = Scalar(2);
+    Vec3<Scalar> n;
+    if (field.normal(q, n)) {
+      const auto hit = exit_along(n);
+      if (hit.found) {
+        best = n;
+        nearest = hit.after;
+      }
+    }
+    const bool by_normal = nearest <= Scalar(1);
+    for (int i = 0; i < 14 && !by_normal; ++i) {
+      const Vec3<Scalar> way = direction(i);
+      const auto hit = exit_along(way);
+      if (hit.found && hit.after < nearest) {
+        best = way;
+        nearest = hit.after;
+      }
+    }
+    if (nearest > Scalar(1)) return false;
+    q += (nearest * reach) * best;
+    if (!field.normal(q, n_)) n_ = best;
+    return true;
+  }
+
+  // Six faces and eight corners of a cube.
+  [[nodiscard]] static Vec3<Scalar> direction(int i) noexcept {
+    Vec3<Scalar> d = Vec3<Scalar>::Zero();
+    if (i < 6) {
+      d[i / 2] = i % 2 == 0 ? Scalar(1) : Scalar(-1);
+      return d;
+    }
+    const Scalar s = Scalar(0.57735026918962576);
+    const int corner = i - 6;
+    return {(corner & 1) != 0 ? s : -s, (corner & 2) != 0 ? s : -s, (corner & 4) != 0 ? s : -s};
+  }
+
+  ProxyOptions options_;
+  [[no_unique_address]] FrictionLaw friction_;
+  State state_ = State::kNone;
+  bool sticking_ = false;
+  Vec3<Scalar> q_ = Vec3<Scalar>::Zero();
+  Vec3<Scalar> n_ = Vec3<Scalar>::Zero();
+};
+
+}  // namespace trephine

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <concepts>
+
+/// Vectors, poses and their checks. Frames follow monogram notation: W world, G grid, T tool tip, D device, P proxy;
+/// `p_WT` is T's origin seen from W, `X_WG` maps coordinates of G to coordinates of W: `p_WQ = X_WG * p_GQ`.
+/// Units are SI throughout: metres, seconds, newtons.
+namespace trephine {
+
+template <class Scalar>
+concept RealScalar = std::same_as<Scalar, float> || std::same_as<Scalar, double>;
+
+template <RealScalar Scalar>
+using Vec3 = Eigen::Matrix<Scalar, 3, 1>;
+template <RealScalar Scalar>
+using Mat3 = Eigen::Matrix<Scalar, 3, 3>;
+template <RealScalar Scalar>
+using Quat = Eigen::Quaternion<Scalar>;
+/// A rigid transform (rotation and translation in metres).
+template <RealScalar Scalar>
+using Pose = Eigen::Transform<Scalar, 3, Eigen::Isometry>;
+
+using Vec3d = Vec3<double>;
+using Mat3d = Mat3<double>;
+using Quatd = Quat<double>;
+using Posed = Pose<double>;
+
+template <RealScalar Scalar>
+[[nodiscard]] Pose<Scalar> make_pose(const Mat3<Scalar>& R, const Vec3<Scalar>& p) {
+  auto X = Pose<Scalar>::Identity();
+  X.linear() = R;
+  X.translation() = p;
+  return X;
+}
+
+template <RealScalar Scalar>
+[[nodiscard]] bool is_finite(const Vec3<Scalar>& v) noexcept {
+  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+}
+
+/// log of a rotation: axis times angle in [0, pi], radians.
+template <RealScalar Scalar>
+[[nodiscard]] Vec3<Scalar> rotation_vector(const Mat3<Scalar>& R) noexcept {
+  Quat<Scalar> q(R);
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Scalar s = q.vec().norm();
+  if (!(s > Scalar(1e-12))) return Scalar(2) * q.vec();
+  return (Scalar(2) * std::atan2(s, q.w()) / s) * q.vec();
+}
+
+/// exp: the rotation by |w| radians about w.
+template <RealScalar Scalar>
+[[nodiscard]] Mat3<Scalar> rotation_from_vector(const Vec3<Scalar>& w) noexcept {
+  const Scalar angle = w.norm();
+  if (!(angle > Scalar(0))) return Mat3<Scalar>::Identity();
+  return Eigen::AngleAxis<Scalar>(angle, w / angle).toRotationMatrix();
+}
+
+}  // namespace trephine

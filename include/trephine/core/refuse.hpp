@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+namespace trephine {
+
+/// Throws std::invalid_argument "trephine::Type: rule, got value". For construction and editing; never called in a
+/// tick.
+template <class Value>
+[[noreturn]] void refuse(std::string_view type, std::string_view rule, const Value& got) {
+  std::ostringstream s;
+  s << "trephine::" << type << ": " << rule << ", got " << got;
+  throw std::invalid_argument(s.str());
+}
+
+}  // namespace trephine

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/shaft_tracking.hpp>
+#include <trephine/render/renderer.hpp>
+#include <trephine/render/shaft_force.hpp>
+
+#include <array>
+#include <optional>
+
+namespace trephine {
+
+/// Where the probe's shaft starts in Eq. 9: on the tip's proxy (a pure rotation spring, as r starts there too) or on
+/// the probe, which counts the tip's penetration a second time.
+enum class TorqueOrigin { kProxy, kProbe };
+
+struct LineOptions {
+  double stiffness = 800;                   ///< k of Eq. 7 [N/m]
+  std::optional<double> shaft_stiffness{};  ///< k of F_IntP = k g [N/m]; `stiffness` unless given
+  ProxyOptions proxy{};                     ///< tip and shaft: steps, bounds, and the trigger (swept or thesis)
+  TorqueOrigin torque_origin = TorqueOrigin::kProxy;
+  /// "Moved since t−1" means that an end of the centreline moved farther than this [m]: below the finest encoders.
+  double moved = 1e-7;
+  /// Follow IntP also while the tool stands still, so that bone carved away under it is noticed. The thesis keeps it.
+  bool recheck_at_rest = true;
+
+  void validate() const {
+    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    if (!positive(stiffness)) refuse("LineOptions", "stiffness must be > 0 N/m", stiffness);
+    if (shaft_stiffness && !positive(*shaft_stiffness))
+      refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
+    if (!(moved >= 0) || !std::isfinite(moved)) refuse("LineOptions", "moved must be >= 0 m", moved);
+    proxy.validate();
+  }
+};
+
+/// What the last tick found on the shaft (thesis 3.1.3; Fig. 21, 22), in G.
+template <RealScalar Scalar>
+struct LineReport {
+  bool shaft_contact = false;
+  Vec3<Scalar> intersection = Vec3<Scalar>::Zero();  ///< IntP
+  Vec3<Scalar> spring = Vec3<Scalar>::Zero();        ///< g = IntP − IntP_probe
+  Scalar spring_m = 0;                               ///< |g|
+  Scalar lever_m = 0;                                ///< |r|, r = IntP − p_proxy
+  Scalar reaction_N = 0;                             ///< |F_IntP|
+  Scalar torque_Nm = 0;                              ///< |r × F_IntP|
+  int active = 0;                                    ///< active vertices of the first contact, if this tick found one
+  Vec3<Scalar> tip_force = Vec3<Scalar>::Zero();
+};
+
+/// The Line approximation: thesis 3.1. The tip is a point proxy with a spring (Eq. 6, 7); the shaft's centreline is a
+/// row of vertices whose first contact with bone is searched from t−1 toward t (Eq. 1–5) and then tracked; a spring
+/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). `r × F_IntP` equals the
+/// moment of F_IntP about T's origin for either `TorqueOrigin::kProxy` reading, because r and the probe's lever differ
+/// by g itself.
+///
+/// Edges of the loop, as defined here: the first tick has no t−1 and searches nothing; a shaft that starts in bone
+/// gives no torque and `kStartedInside` until it has once been free; a search whose last step is free makes no contact;
+/// under `Trigger::kThesis` contact needs a vertex of the probe's own pose in bone and ends with it.
+///
+/// Work a tick: tip and shaft each as SurfaceProxy says (a sample of the shaft is `count` samples), plus a first
+/// contact of at most 2 · (stepping.most_steps + 1) · count samples.
+template <RealScalar S, Stepping Step = TranslateRotate, Tracking Track = ConstrainedTracking,
+          Friction FrictionLaw = Frictionless, ShaftForce Shaft = FullWrench,
+          GradientPolicy GradientChoice = AnalyticGradient>
+class LineApproxRenderer {
+ public:
+  using Scalar = S;
+  using Gradient = GradientChoice;
+  using Tool = ToolDiscretization<LineCounts, Scalar>;
+
+  /// Throws std::invalid_argument for options outside their range.
+  explicit LineApproxRenderer(Tool tool, const LineOptions& options = {}, const Step& stepping = Step{},
+                              const FrictionLaw& friction = FrictionLaw{})
+      : tool_(std::move(tool)),
+        options_(options),
+        stepping_(stepping),
+        tip_(options.proxy, friction),
+        shaft_(options.proxy, friction),
+        scratch_(2 * static_cast<std::size_t>(std::max(tool_.padded(), kLane))) {
+    options.validate();
+    stepping.validate();
+  }
+
+  template <ContactField Field>
+  Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    X_GT_ = X_GT;
+    report_ = {};
+    contact_count_ = 0;
+    Rendered<Scalar> out;
+    const Vec3<Scalar> p = X_GT.translation();
+
+    out.status = tip_.follow(field, p);
+    const Vec3<Scalar> e = tip_.in_contact() ? Vec3<Scalar>(tip_.position() - p) : Vec3<Scalar>::Zero();  // Eq. 6
+    report_.tip_force = static_cast<Scalar>(options_.stiffness) * e;                                      // Eq. 7
+    out.wrench.force = report_.tip_force;
+    if (tip_.in_contact()) {
+      contacts_[contact_count_++] = {tip_.position(), tip_.normal(), report_.tip_force};
+      out.contact.tip = true;
+      out.contact.depth = static_cast<double>(e.norm());
+    }
+    if (tool_.count() > 0) add_shaft(field, out);
+    out.contact.count = static_cast<int>(contact_count_);
+    return out;
+  }
+
+  void reset() noexcept {
+    tip_.reset();
+    shaft_.reset();
+    has_previous_ = false;
+    embedded_ = false;
+    contact_count_ = 0;
+    report_ = {};
+  }
+
+  [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
+  [[nodiscard]] const LineOptions& options() const noexcept { return options_; }
+  [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
+    return {contacts_.data(), contact_count_};
+  }
+  [[nodiscard]] const SurfaceProxy<Scalar, FrictionLaw>& tip_proxy() const noexcept { return tip_; }
+
+  /// The tip on its proxy, the shaft through IntP (thesis: the proxy shaft points along r).
+  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept {
+    const Vec3<Scalar> tip = tip_position();
+    return turned_to(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : X_GT_.linear().col(2));
+  }
+  /// Carving follows the tip proxy's centre, not the drawn tool's.
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
+    Pose<Scalar> X = X_GT_;
+    X.translation() = tip_position();
+    return X;
+  }
+  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it.
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
+    Vec3<Scalar> tip = tip_position();
+    if (tip_.in_contact()) tip += static_cast<Scalar>(shape().tip_radius) * tip_.normal();
+    if (!report_.shaft_contact) return turned_to(tip, X_GT_.linear().col(2));
+    const Vec3<Scalar> through = report_.intersection + static_cast<Scalar>(shape().shaft_radius) * shaft_normal_;
+    return turned_to(tip, through - tip);
+  }
+
+ private:
+  [[nodiscard]] Vec3<Scalar> tip_position() const noexcept {
+    return tip_.in_contact() ? tip_.position() : Vec3<Scalar>(X_GT_.translation());
+  }
+
+  [[nodiscard]] Pose<Scalar> turned_to(const Vec3<Scalar>& tip, const Vec3<Scalar>& direction) const noexcept {
+    Pose<Scalar> X = X_GT_;
+    X.translation() = tip;
+    if (direction.norm() > Scalar(0))
+      X.linear() = Quat<Scalar>::FromTwoVectors(X_GT_.linear().col(2), direction).toRotationMatrix() * X_GT_.linear();
+    return X;
+  }
+
+  template <ContactField Field>
+  void add_shaft(const Field& field, Rendered<Scalar>& out) noexcept {
+    const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
+    const ShaftScene<Field> scene{field, tool_, {tip_position(), probe.direction}, scratch_.data()};
+    const ShaftContact<Scalar> c = touch(scene, probe, out.status);
+    previous_ = scene.offset;
+    has_previous_ = true;
+    out.status = worse(out.status, c.status);
+    if (!c.touching) return;
+
+    const Vec3<Scalar> r = c.point - scene.offset.tip;  // Eq. 8
+    const Vec3<Scalar>& p = options_.torque_origin == TorqueOrigin::kProxy ? scene.offset.tip : probe.tip;
+    const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;                                           // Eq. 9
+    const Vec3<Scalar> g = c.point - on_probe;                                                              // Eq. 10
+    const Vec3<Scalar> f = static_cast<Scalar>(options_.shaft_stiffness.value_or(options_.stiffness)) * g;  // Eq. 11
+    const Vec3<Scalar> torque = r.cross(f);                                                                 // Eq. 12
+    out.wrench.torque += torque;
+    if constexpr (Shaft::kForce) out.wrench.force += f;
+    out.contact.shaft = true;
+    out.contact.depth = std::max(out.contact.depth, static_cast<double>(g.norm()));
+    contacts_[contact_count_++] = {c.point, c.normal, f};
+    shaft_normal_ = c.normal;
+    report_.shaft_contact = true;
+    report_.intersection = c.point;
+    report_.spring = g;
+    report_.spring_m = g.norm();
+    report_.lever_m = r.norm();
+    report_.reaction_N = f.norm();
+    report_.torque_Nm = torque.norm();
+  }
+
+  // Step (c) of the thesis' tick: keep, search or track.
+  template <ContactField Field>
+  ShaftContact<Scalar> touch(const ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
+    if (!has_previous_ || embedded_ || needs_ramp(tip)) return start(s);
+    const bool thesis = options_.proxy.trigger == Trigger::kThesis;
+    if (thesis && !in_bone(s, probe)) {
+      shaft_.reset();
+      return {};
+    }
+    const Scalar far_move = (s.offset.at(s.length()) - previous_.at(s.length())).norm();
+    const Scalar moved = std::max(far_move, Scalar((s.offset.tip - previous_.tip).norm()));
+    if (!(moved > static_cast<Scalar>(options_.moved)) && !(options_.recheck_at_rest && shaft_.in_contact())) {
+      if (!shaft_.in_contact()) return {};
+      return {.touching = true, .point = intersection_, .normal = shaft_normal_};
+    }
+    ShaftContact<Scalar> c;
+    if (!shaft_.in_contact()) {
+      const auto hit = find_first_contact(s.field, s.tool, stepping_, previous_, s.offset, s.scratch);
+      report_.active = hit.active;
+      c.status = hit.bounded ? Status::kWorkBound : Status::kOk;
+      if (!hit.found) return c;
+      const Status search = c.status;
+      c = Track::begin(s, hit.point, shaft_);
+      c.status = worse(c.status, search);
+    } else {
+      c = Track::track(s, shaft_);
+    }
+    embedded_ = !c.touching && needs_ramp(c.status);
+    intersection_ = c.point;
+    return c;
+  }
+
+  // Without a free line at t−1 there is nothing to search from: wait until the shaft is free.
+  template <ContactField Field>
+  ShaftContact<Scalar> start(const ShaftScene<Field>& s) noexcept {
+    shaft_.reset();
+    embedded_ = in_bone(s, s.offset);
+    return {.touching = false, .status = embedded_ ? Status::kStartedInside : Status::kOk};
+  }
+
+  template <ContactField Field>
+  [[nodiscard]] static bool in_bone(const ShaftScene<Field>& s, const Centreline<Scalar>& line) noexcept {
+    line_values(s.field, s.tool, line, s.scratch);
+    return s.scratch[index_of_largest(s.scratch, s.tool.count())] >= Scalar(0);
+  }
+
+  Tool tool_;
+  LineOptions options_;
+  Step stepping_;
+  SurfaceProxy<Scalar, FrictionLaw> tip_;
+  SurfaceProxy<Scalar, FrictionLaw> shaft_;
+  std::vector<Scalar> scratch_;
+  Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
+  Centreline<Scalar> previous_{};
+  bool has_previous_ = false;
+  bool embedded_ = false;
+  Vec3<Scalar> intersection_ = Vec3<Scalar>::Zero();
+  Vec3<Scalar> shaft_normal_ = Vec3<Scalar>::Zero();
+  LineReport<Scalar> report_{};
+  std::array<ContactPoint<Scalar>, 2> contacts_{};
+  std::size_t contact_count_ = 0;
+};
+
+template <class S>
+LineApproxRenderer(ToolDiscretization<LineCounts, S>) -> LineApproxRenderer<S>;
+template <class S>
+LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions) -> LineApproxRenderer<S>;
+template <class S, Stepping Step>
+LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step) -> LineApproxRenderer<S, Step>;
+template <class S, Stepping Step, Friction F>
+LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step, F)
+    -> LineApproxRenderer<S, Step, ConstrainedTracking, F>;
+
+}  // namespace trephine

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/render/deep_contact.hpp>
+#include <trephine/render/renderer.hpp>
+#include <trephine/render/shaft_force.hpp>
+#include <trephine/render/weighting.hpp>
+#include <trephine/tool/discretization.hpp>
+#include <trephine/voxel/density_field.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace trephine {
+
+struct SurfaceOptions {
+  /// Secant stiffness [N/m] of the tip pressed on a plane at δ = R/2: what a hand would call its stiffness.
+  double stiffness = 800;
+  /// The literal k of Eq. 15 instead, in the unit of the weighting: N/m for CollisionRatio and MeanWeights, N/m³ for
+  /// AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.
+  std::optional<double> thesis_stiffness{};
+  /// Steps of a vertex's search for the surface are at most this many voxels.
+  double search_step = 0.5;
+
+  void validate() const {
+    if (!(stiffness > 0) || !std::isfinite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
+    if (thesis_stiffness && (!(*thesis_stiffness > 0) || !std::isfinite(*thesis_stiffness)))
+      refuse("SurfaceOptions", "thesis_stiffness must be > 0", *thesis_stiffness);
+    if (!(search_step > 0 && search_step <= 4))
+      refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);
+  }
+};
+
+/// What the last tick found on one group (thesis Fig. 23, 24), in G. Group 0 is the ball, the others the slices.
+template <RealScalar Scalar>
+struct SliceReport {
+  int contacts = 0;                            ///< colliding vertices of the periphery
+  bool deep = false;                           ///< the centre is in bone
+  Scalar lever_m = 0;                          ///< |r_j| from the tip to the slice's centre
+  Vec3<Scalar> force = Vec3<Scalar>::Zero();   ///< F_j
+  Vec3<Scalar> torque = Vec3<Scalar>::Zero();  ///< T_j = r_j × F_j (Eq. 20)
+};
+
+/// The Surface approximation: thesis 3.2. Each vertex of the ball and of the shaft's slices that is in bone pulls
+/// toward its group's centre with a spring as long as its way out of bone along that direction (Eq. 15–17); a group
+/// whose centre is in bone gives what `Deep` says (Eq. 18, 19); slices give torque about the ball's centre (Eq. 20,
+/// 21). Vertices are at the device's pose: there is no proxy, no friction, and the tool sinks in as far as its springs
+/// let it.
+///
+/// Work a tick: `padded` samples, and for each vertex in bone up to 16 · ceil(R / (8 voxels)) + 12 more; a group whose
+/// centre is in bone costs what `Deep` costs instead.
+template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
+          ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
+class SurfaceApproxRenderer {
+ public:
+  using Scalar = S;
+  using Gradient = GradientChoice;
+  using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+
+  /// Throws std::invalid_argument for options outside their range.
+  explicit SurfaceApproxRenderer(Tool tool, const SurfaceOptions& options = {})
+      : tool_(std::move(tool)),
+        options_(options),
+        values_(static_cast<std::size_t>(tool_.padded())),
+        deep_(tool_.groups().size()),
+        reports_(tool_.groups().size()) {
+    options.validate();
+    contacts_.reserve(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
+    k_ = options.thesis_stiffness.value_or(options.stiffness / mean_plane_force(0, 0.5) * (burr().tip_radius / 2));
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g)
+      edge_forces_.push_back(static_cast<Scalar>(k_ * mean_plane_force(g, 1.0)));
+  }
+
+  template <ContactField Field>
+  Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    X_GT_ = X_GT;
+    contacts_.clear();
+    Rendered<Scalar> out;
+    const auto& p = tool_.points();
+    field.values(X_GT, p.x.data(), p.y.data(), p.z.data(), values_.data(), tool_.padded());
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      SliceReport<Scalar>& r = reports_[g];
+      r = {};
+      out.status = worse(out.status, touch(field, g, r, out.contact));
+      if (g == 0) {
+        out.wrench.force += r.force;
+        out.contact.tip = r.contacts > 0 || r.deep;
+        continue;
+      }
+      r.lever_m = tool_.groups()[g].height;
+      r.torque = (tool_.groups()[g].height * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
+      out.wrench.torque += r.torque;                                                // Eq. 21
+      if constexpr (Shaft::kForce) out.wrench.force += r.force;
+      out.contact.shaft = out.contact.shaft || r.contacts > 0 || r.deep;
+    }
+    out.contact.count = static_cast<int>(contacts_.size());
+    return out;
+  }
+
+  void reset() noexcept {
+    for (auto& d : deep_) d.reset();
+    for (auto& r : reports_) r = {};
+    contacts_.clear();
+  }
+
+  /// All groups: the ball first, then the slices from the tip up.
+  [[nodiscard]] std::span<const SliceReport<Scalar>> groups() const noexcept { return reports_; }
+  /// The slices alone.
+  [[nodiscard]] std::span<const SliceReport<Scalar>> slices() const noexcept {
+    return std::span<const SliceReport<Scalar>>(reports_).subspan(1);
+  }
+  /// The literal k of Eq. 15 in use, whichever way it was given.
+  [[nodiscard]] double thesis_stiffness() const noexcept { return k_; }
+  [[nodiscard]] const SurfaceOptions& options() const noexcept { return options_; }
+  [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_; }
+  /// Surface has no proxy: all three are the device's pose.
+  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_GT_; }
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return X_GT_; }
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
+
+ private:
+  [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
+
+  // Force per k of group g pressed `depth` radii into a plane, averaged over the plane's directions (for a slice those
+  // square to the shaft): a stated stiffness must hold for a tool however it is turned.
+  [[nodiscard]] double mean_plane_force(std::size_t g, double depth) const {
+    const auto& group = tool_.groups()[g];
+    const double radius = static_cast<double>(group.radius);
+    constexpr int kDirections = 720;
+    const SphereLayout around = spread_over_sphere(kDirections);
+    double sum = 0;
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kDirections;
+      const Vec3d n =
+          g == 0 ? around.directions[static_cast<std::size_t>(i)] : Vec3d(std::cos(angle), std::sin(angle), 0);
+      sum +=
+          plane_law<Weights>(tool_.inward(), tool_.areas(), group.first, group.count, radius, depth * radius, n).dot(n);
+    }
+    return sum / kDirections;
+  }
+
+  template <ContactField Field>
+  Status touch(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
+    const auto& group = tool_.groups()[g];
+    const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
+    r.deep = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
+    if (r.deep) {
+      const Status status = deep_[g].inside(field, c, group.radius, edge_forces_[g], r.force);
+      summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
+      contacts_.push_back({c, safe_direction(r.force), r.force});
+      return status;
+    }
+    WeightedSum<Weights, Scalar> sum;
+    const std::size_t first_contact = contacts_.size();
+    for (int i = group.first; i < group.first + group.count; ++i) {
+      if (!(values_[static_cast<std::size_t>(i)] >= Scalar(0))) continue;
+      const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
+      const Scalar a = way_out(field, i, group.radius);
+      const Scalar area = tool_.areas()[static_cast<std::size_t>(i)];
+      sum.add(d, a, area, group.radius);
+      summary.depth = std::max(summary.depth, static_cast<double>(a));
+      // The vertex' share of the sum, to be scaled once the divisor is known.
+      contacts_.push_back({c - (group.radius - a) * d, d, (Weights::weight(area, a, group.radius) * a) * d});
+      ++r.contacts;
+    }
+    r.force = static_cast<Scalar>(k_) * sum.result(group.count);  // Eq. 17
+    scale_contacts(first_contact, r.force);
+    deep_[g].outside(c, r.force);
+    return Status::kOk;
+  }
+
+  // Contact forces of a group are its springs' shares of the group's force.
+  void scale_contacts(std::size_t first, const Vec3<Scalar>& force) noexcept {
+    Vec3<Scalar> sum = Vec3<Scalar>::Zero();
+    for (std::size_t i = first; i < contacts_.size(); ++i) sum += contacts_[i].force;
+    const Scalar norm2 = sum.squaredNorm();
+    const Scalar scale = norm2 > Scalar(0) ? force.dot(sum) / norm2 : Scalar(0);
+    for (std::size_t i = first; i < contacts_.size(); ++i) contacts_[i].force *= scale;
+  }
+
+  [[nodiscard]] static Vec3<Scalar> safe_direction(const Vec3<Scalar>& v) noexcept {
+    const Scalar n = v.norm();
+    return n > Scalar(0) ? Vec3<Scalar>(v / n) : Vec3<Scalar>::Zero();
+  }
+
+  // a_i of Eq. 15: from vertex i, which is in bone, toward the centre, which is not, to the first surface. A lane of
+  // points along the way is sampled at once; the bracket found is closed by `first_crossing`.
+  template <ContactField Field>
+  [[nodiscard]] Scalar way_out(const Field& field, int i, Scalar radius) const noexcept {
+    const Vec3<Scalar> p = tool_.points()[i];
+    const Vec3<Scalar> d = tool_.inward()[i];
+    const Scalar step = static_cast<Scalar>(options_.search_step) * field.voxel();
+    const int lanes = std::max(1, static_cast<int>(std::ceil(radius / (step * Scalar(kLane)))));
+    const Scalar spacing = radius / static_cast<Scalar>(std::min(lanes, kMostLanes) * kLane);
+    std::array<Scalar, kLane> x, y, z, v;
+    for (int lane = 0; lane < std::min(lanes, kMostLanes); ++lane) {
+      for (int j = 0; j < kLane; ++j) {
+        const auto n = static_cast<std::size_t>(j);
+        const Scalar s = spacing * static_cast<Scalar>(lane * kLane + j + 1);
+        x[n] = p.x() + s * d.x();
+        y[n] = p.y() + s * d.y();
+        z[n] = p.z() + s * d.z();
+      }
+      field.values(X_GT_, x.data(), y.data(), z.data(), v.data(), kLane);
+      for (int j = 0; j < kLane; ++j) {
+        if (v[static_cast<std::size_t>(j)] >= Scalar(0)) continue;
+        const Scalar from = spacing * static_cast<Scalar>(lane * kLane + j);
+        const Vec3<Scalar> a = X_GT_ * Vec3<Scalar>(p + from * d);
+        const Vec3<Scalar> b = X_GT_ * Vec3<Scalar>(p + (from + spacing) * d);
+        const auto hit = first_crossing(field, a, b, spacing * Scalar(2), 1);
+        return from + (hit.found ? Scalar(0.5) * (hit.before + hit.after) : Scalar(0)) * spacing;
+      }
+    }
+    return radius;
+  }
+
+  static constexpr int kMostLanes = 64;
+
+  Tool tool_;
+  SurfaceOptions options_;
+  double k_ = 0;
+  std::vector<Scalar> edge_forces_;
+  std::vector<Scalar> values_;
+  std::vector<typename Deep::template State<Scalar>> deep_;
+  std::vector<SliceReport<Scalar>> reports_;
+  std::vector<ContactPoint<Scalar>> contacts_;
+  Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
+};
+
+template <class S>
+SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>) -> SurfaceApproxRenderer<S>;
+template <class S>
+SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>, SurfaceOptions) -> SurfaceApproxRenderer<S>;
+
+}  // namespace trephine

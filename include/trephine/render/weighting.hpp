@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+
+#include <algorithm>
+#include <concepts>
+
+/// How the springs of a group's colliding vertices are summed: thesis Eq. 15–17 and the alternatives. Vertex i is a_i
+/// inside along its unit direction d_i toward the group's centre and stands for the area w_i. A policy gathers
+/// Σ (weight · a_i d_i) and a divisor.
+namespace trephine {
+
+/// Eq. 16: F = k N_total / N_colliding Σ a_i d_i. As printed the force *falls* when one more vertex touches. k [N/m].
+struct CollisionRatio {
+  static constexpr bool kNormalised = true;
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar weight(Scalar, Scalar, Scalar) noexcept {
+    return Scalar(1);
+  }
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar share(Scalar, Scalar, Scalar) noexcept {
+    return Scalar(1);
+  }
+  [[nodiscard]] static double total(int vertices) noexcept { return vertices; }
+};
+
+/// Elastic (Winkler) foundation: F = k Σ w_i a_i d_i, k [N/m³]. On a plane exactly k π R δ² in the continuum.
+struct AreaWeights {
+  static constexpr bool kNormalised = false;
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar weight(Scalar area, Scalar, Scalar) noexcept {
+    return area;
+  }
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar share(Scalar, Scalar, Scalar) noexcept {
+    return Scalar(0);
+  }
+  [[nodiscard]] static double total(int) noexcept { return 1; }
+};
+
+/// The mean spring over the touching area: F = k Σ w m a d / Σ w m, linear in depth on a plane (k δ/2 in the
+/// continuum). A vertex enters with m = min(1, 4 a / R), so that the divisor does not jump when it touches. k [N/m].
+struct MeanWeights {
+  static constexpr bool kNormalised = true;
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar weight(Scalar area, Scalar a, Scalar radius) noexcept {
+    return area * std::min(Scalar(1), Scalar(4) * a / radius);
+  }
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar share(Scalar area, Scalar a, Scalar radius) noexcept {
+    return weight(area, a, radius);
+  }
+  [[nodiscard]] static double total(int) noexcept { return 1; }
+};
+
+template <class W>
+concept Weighting = requires(float a) {
+  { W::template weight<float>(a, a, a) }
+  noexcept->std::same_as<float>;
+  { W::template share<float>(a, a, a) }
+  noexcept->std::same_as<float>;
+  { W::total(1) }
+  noexcept->std::same_as<double>;
+  { W::kNormalised } -> std::convertible_to<bool>;
+};
+
+/// One group's sum in the making.
+template <Weighting W, RealScalar Scalar>
+class WeightedSum {
+ public:
+  void add(const Vec3<Scalar>& toward_centre, Scalar a, Scalar area, Scalar radius) noexcept {
+    sum_ += (W::weight(area, a, radius) * a) * toward_centre;
+    if constexpr (W::kNormalised) divisor_ += W::share(area, a, radius);
+  }
+  /// Times k: the group's force. `vertices` is the group's count.
+  [[nodiscard]] Vec3<Scalar> result(int vertices) const noexcept {
+    if constexpr (W::kNormalised) {
+      if (!(divisor_ > Scalar(0))) return Vec3<Scalar>::Zero();
+      return (static_cast<Scalar>(W::total(vertices)) / divisor_) * sum_;
+    } else {
+      return sum_;
+    }
+  }
+
+ private:
+  Vec3<Scalar> sum_ = Vec3<Scalar>::Zero();
+  Scalar divisor_ = Scalar(0);
+};
+
+/// The force per k of one group's own vertices pressed `depth` [m] into a half space whose outward normal is `n` (unit,
+/// in T), its centre staying outside: the law in closed form over the actual vertices. `at` and `inward` are positions
+/// relative to the group's centre and directions toward it.
+template <Weighting W, class Points, RealScalar Scalar>
+[[nodiscard]] Vec3d plane_law(const Points& inward, const std::vector<Scalar>& areas, int first, int count,
+                              double radius, double depth, const Vec3d& n) {
+  WeightedSum<W, double> sum;
+  for (int i = first; i < first + count; ++i) {
+    const Vec3d d = inward[i].template cast<double>();
+    const double below = depth - radius * (1 - d.dot(n));  // of the vertex under the plane
+    const double grazing = d.dot(n);
+    if (!(below > 0) || !(grazing > 0)) continue;
+    sum.add(d, below / grazing, static_cast<double>(areas[static_cast<std::size_t>(i)]), radius);
+  }
+  return sum.result(count);
+}
+
+}  // namespace trephine

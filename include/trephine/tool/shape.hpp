@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/refuse.hpp>
+
+#include <cmath>
+
+namespace trephine {
+
+/// A drill: a ball of `tip_radius` at T's origin and a cylindrical shaft of `shaft_radius` that leaves it along +z up
+/// to `shaft_length` from the ball's centre. Radii, not diameters; metres. `shaft_length = 0`: a ball alone.
+struct Burr {
+  double tip_radius = 0.0015;
+  double shaft_radius = 0.0008;
+  double shaft_length = 0.040;
+
+  [[nodiscard]] bool has_shaft() const noexcept { return shaft_length > 0; }
+
+  /// Distance from the ball's centre at which the shaft's surface leaves the ball [m].
+  [[nodiscard]] double shaft_emerges() const noexcept {
+    const double d2 = tip_radius * tip_radius - shaft_radius * shaft_radius;
+    return d2 > 0 ? std::sqrt(d2) : 0.0;
+  }
+
+  /// Throws std::invalid_argument unless radii are > 0 and finite and the shaft, if any, is longer than where it
+  /// emerges.
+  void validate() const {
+    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    if (!positive(tip_radius)) refuse("Burr", "tip_radius must be > 0 m", tip_radius);
+    if (!(shaft_length >= 0) || !std::isfinite(shaft_length))
+      refuse("Burr", "shaft_length must be >= 0 m", shaft_length);
+    if (!has_shaft()) return;
+    if (!positive(shaft_radius)) refuse("Burr", "shaft_radius must be > 0 m", shaft_radius);
+    if (!(shaft_length > tip_radius))
+      refuse("Burr", "shaft_length must exceed tip_radius (or be 0: no shaft)", shaft_length);
+  }
+};
+
+}  // namespace trephine
