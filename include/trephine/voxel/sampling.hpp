@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/voxel/voxel_grid.hpp>
+
+#include <bit>
+#include <cstring>
+
+/// Trilinear sampling. Positions here are **voxel coordinates of the padded array**, `u = p_G / spacing + 1`: the
+/// border voxel is 0, voxel (0, 0, 0) is 1. They are clamped to the array, so that everything beyond the border is
+/// `outside`.
+namespace trephine {
+
+/// Points are handled this many at a time; counts are padded to a multiple of it so that plain loops vectorise.
+inline constexpr int kLane = 16;
+[[nodiscard]] constexpr int padded_to_lane(int n) noexcept { return (n + kLane - 1) / kLane * kLane; }
+
+/// The raw array as the kernels see it.
+template <VoxelDensity Density, RealScalar Scalar>
+struct SampleView {
+  const Density* voxels;
+  int row;
+  int plane;
+  Vec3<Scalar> last;  ///< size + 1 per axis: coordinate of the far border
+
+  explicit SampleView(const VoxelGrid<Density>& g) noexcept
+      : voxels(g.data()),
+        row(g.row_pitch()),
+        plane(g.plane_pitch()),
+        last(Scalar(g.size()[0] + 1), Scalar(g.size()[1] + 1), Scalar(g.size()[2] + 1)) {}
+};
+
+/// The cell a point lies in (index of its lowest corner) and where in it, each coordinate in [0, 1].
+template <RealScalar Scalar>
+struct Cell {
+  int base;
+  Scalar fx, fy, fz;
+};
+
+/// Clamps to [0, last]; NaN becomes 0 (the comparison fails).
+template <RealScalar Scalar>
+[[nodiscard]] inline Scalar clamp_coordinate(Scalar u, Scalar last) noexcept {
+  u = u > Scalar(0) ? u : Scalar(0);
+  return u < last ? u : last;
+}
+
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] Cell<Scalar> cell_at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
+  const Scalar x = clamp_coordinate(u.x(), v.last.x());
+  const Scalar y = clamp_coordinate(u.y(), v.last.y());
+  const Scalar z = clamp_coordinate(u.z(), v.last.z());
+  // At the far border the cell before it serves, with fraction 1: every cell has its eight corners in the array.
+  const int i = std::min(static_cast<int>(x), static_cast<int>(v.last.x()) - 1);
+  const int j = std::min(static_cast<int>(y), static_cast<int>(v.last.y()) - 1);
+  const int k = std::min(static_cast<int>(z), static_cast<int>(v.last.z()) - 1);
+  return {k * v.plane + j * v.row + i, x - Scalar(i), y - Scalar(j), z - Scalar(k)};
+}
+
+/// The eight corner densities of a cell: c[x + 2 y + 4 z].
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] std::array<Scalar, 8> corners(const SampleView<Density, Scalar>& v, int base) noexcept {
+  const Density* p = v.voxels + base;
+  return {Scalar(p[0]),       Scalar(p[1]),           Scalar(p[v.row]),           Scalar(p[v.row + 1]),
+          Scalar(p[v.plane]), Scalar(p[v.plane + 1]), Scalar(p[v.plane + v.row]), Scalar(p[v.plane + v.row + 1])};
+}
+
+template <RealScalar Scalar>
+[[nodiscard]] constexpr Scalar lerp(Scalar a, Scalar b, Scalar f) noexcept {
+  return a + f * (b - a);
+}
+
+/// Density of the trilinear interpolant.
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] Scalar sample(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
+  const Cell<Scalar> c = cell_at(v, u);
+  const auto r = corners(v, c.base);
+  const Scalar y0 = lerp(lerp(r[0], r[1], c.fx), lerp(r[2], r[3], c.fx), c.fy);
+  const Scalar y1 = lerp(lerp(r[4], r[5], c.fx), lerp(r[6], r[7], c.fx), c.fy);
+  return lerp(y0, y1, c.fz);
+}
+
+/// Two neighbouring voxels in one word: a load moves both, and shifts take them apart in vector registers.
+template <VoxelDensity Density>
+using PairWord = std::conditional_t<sizeof(Density) == 1, std::uint16_t,
+                                    std::conditional_t<sizeof(Density) == 2, std::uint32_t, std::array<float, 2>>>;
+
+/// lerp of the two voxels in a word.
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] inline Scalar lerp_pair(const PairWord<Density>& word, Scalar f) noexcept {
+  if constexpr (std::is_floating_point_v<Density>) {
+    return lerp(Scalar(word[0]), Scalar(word[1]), f);
+  } else {
+    constexpr int kBits = 8 * sizeof(Density);
+    const auto w = static_cast<std::uint32_t>(word);
+    const auto low = static_cast<Density>(w & ((1U << kBits) - 1U));
+    const auto high = static_cast<Density>(w >> kBits);
+    constexpr bool kLittle = std::endian::native == std::endian::little;
+    return lerp(Scalar(static_cast<int>(kLittle ? low : high)), Scalar(static_cast<int>(kLittle ? high : low)), f);
+  }
+}
+
+/// Densities of `n` points at once, n a multiple of `kLane`: out[i] = sample(A p_i + t), p_i = (x[i], y[i], z[i]) in
+/// whatever frame the affine map (A, t) takes to voxel coordinates. Three plain loops a lane (map, load, interpolate)
+/// over separate arrays, which compilers vectorise; pairs of neighbouring voxels are loaded together.
+template <VoxelDensity Density, RealScalar Scalar>
+void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
+                   const Scalar* y, const Scalar* z, Scalar* out, int n) noexcept {
+  const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
+  const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
+  const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
+  const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
+  const int cell_x = static_cast<int>(last_x) - 1;
+  const int cell_y = static_cast<int>(last_y) - 1;
+  const int cell_z = static_cast<int>(last_z) - 1;
+  const int row = v.row;
+  const int plane = v.plane;
+  // Blocks small enough for the stack and the first cache; `m` is visibly a multiple of the lane, which compilers need to
+  // vectorise without a remainder loop.
+  constexpr int kBlock = 8 * kLane;
+  std::array<int, kBlock> base;
+  std::array<Scalar, kBlock> fx, fy, fz;
+  std::array<PairWord<Density>, kBlock> p00, p10, p01, p11;
+  for (int first = 0; first < n; first += kBlock, x += kBlock, y += kBlock, z += kBlock, out += kBlock) {
+    const auto m = static_cast<std::size_t>(std::min(n - first, kBlock)) / kLane * kLane;
+    for (std::size_t i = 0; i < m; ++i) {
+      const Scalar px = x[i], py = y[i], pz = z[i];
+      const Scalar ux = clamp_coordinate(a00 * px + a01 * py + a02 * pz + t0, last_x);
+      const Scalar uy = clamp_coordinate(a10 * px + a11 * py + a12 * pz + t1, last_y);
+      const Scalar uz = clamp_coordinate(a20 * px + a21 * py + a22 * pz + t2, last_z);
+      const int ix = std::min(static_cast<int>(ux), cell_x);
+      const int iy = std::min(static_cast<int>(uy), cell_y);
+      const int iz = std::min(static_cast<int>(uz), cell_z);
+      base[i] = iz * plane + iy * row + ix;
+      fx[i] = ux - static_cast<Scalar>(ix);
+      fy[i] = uy - static_cast<Scalar>(iy);
+      fz[i] = uz - static_cast<Scalar>(iz);
+    }
+    for (std::size_t i = 0; i < m; ++i) {
+      const Density* c = v.voxels + base[i];
+      std::memcpy(&p00[i], c, sizeof(p00[i]));
+      std::memcpy(&p10[i], c + row, sizeof(p10[i]));
+      std::memcpy(&p01[i], c + plane, sizeof(p01[i]));
+      std::memcpy(&p11[i], c + plane + row, sizeof(p11[i]));
+    }
+    for (std::size_t i = 0; i < m; ++i) {
+      const Scalar x00 = lerp_pair<Density>(p00[i], fx[i]);
+      const Scalar x10 = lerp_pair<Density>(p10[i], fx[i]);
+      const Scalar x01 = lerp_pair<Density>(p01[i], fx[i]);
+      const Scalar x11 = lerp_pair<Density>(p11[i], fx[i]);
+      out[i] = lerp(lerp(x00, x10, fy[i]), lerp(x01, x11, fy[i]), fz[i]);
+    }
+  }
+}
+
+}  // namespace trephine

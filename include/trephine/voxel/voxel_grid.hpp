@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+#include <trephine/core/refuse.hpp>
+#include <trephine/core/relaxed.hpp>
+#include <trephine/core/tolerances.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace trephine {
+
+template <class T>
+concept VoxelDensity = std::same_as<T, std::uint8_t> || std::same_as<T, std::int8_t> ||
+    std::same_as<T, std::uint16_t> || std::same_as<T, std::int16_t> || std::same_as<T, float>;
+
+/// Where the voxels are. Voxel (i, j, k) is a sample at its **centre**, which lies at `spacing * (i, j, k)` in G.
+struct GridGeometry {
+  std::array<int, 3> size{};        ///< voxels along x (fastest in memory), y, z; each >= 1
+  Vec3d spacing = Vec3d::Zero();    ///< [m], each > 0
+  Posed X_WG = Posed::Identity();   ///< pose of voxel (0,0,0)'s centre and the grid's axes in the world
+  std::optional<double> outside{};  ///< density beyond the grid; the smallest in the data unless given
+};
+
+struct GridOptions {
+  bool keep_original = true;      ///< keep a copy for `restore()`: one more Density a voxel
+  bool stored_gradients = false;  ///< keep a central difference per voxel for `StoredGradient`: 3 numbers a voxel
+};
+
+/// A box of voxels, both corners included; empty where any hi < lo.
+struct VoxelBox {
+  std::array<int, 3> lo{0, 0, 0};
+  std::array<int, 3> hi{-1, -1, -1};
+  [[nodiscard]] bool empty() const noexcept { return hi[0] < lo[0] || hi[1] < lo[1] || hi[2] < lo[2]; }
+};
+
+template <class Density>
+struct DensityRange {
+  Density min;
+  Density max;
+};
+
+/// The bone: a rectilinear CT volume that is read a thousand times a second while the drill lowers its densities.
+///
+/// Memory: one linear array, x fastest, with a border of one voxel of `outside` density all round, so that sampling
+/// needs no branch at the edges; with `keep_original` the same again, with `stored_gradients` three numbers a voxel
+/// more.
+///
+/// Threads: one thread writes, the haptic one, and only it may call the members below. Others read through
+/// `GridReader` (grid_reader.hpp). Bricks of 8³ voxels carry a version and a density range, both over the brick and the
+/// one-voxel halo round it: a mesh cell that reaches into the next brick is marked too.
+template <VoxelDensity Density>
+class VoxelGrid {
+ public:
+  static constexpr int kBrick = 8;
+  /// Type of a stored central difference, wide enough to hold ρ(i+1) − ρ(i−1) exactly.
+  using Difference = std::conditional_t<std::is_floating_point_v<Density>, float,
+                                        std::conditional_t<sizeof(Density) == 1, std::int16_t, std::int32_t>>;
+
+  /// Copies `voxels` (x fastest). Throws std::invalid_argument where geometry and buffer do not fit each other, a
+  /// spacing is not > 0, the pose is not rigid, or a density is not finite.
+  VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options = {});
+
+  VoxelGrid(VoxelGrid&&) = default;
+  VoxelGrid& operator=(VoxelGrid&&) = default;
+
+  [[nodiscard]] const std::array<int, 3>& size() const noexcept { return size_; }
+  [[nodiscard]] const Vec3d& spacing() const noexcept { return spacing_; }
+  [[nodiscard]] const Posed& X_WG() const noexcept { return X_WG_; }
+  [[nodiscard]] Density outside() const noexcept { return outside_; }
+  /// Densities in the data at construction.
+  [[nodiscard]] DensityRange<Density> original_range() const noexcept { return original_range_; }
+
+  /// Moves the grid; between ticks, on the haptic thread. Throws std::invalid_argument for a pose that is not rigid.
+  void set_X_WG(const Posed& X_WG) {
+    check_pose(X_WG);
+    X_WG_ = X_WG;
+  }
+
+  [[nodiscard]] bool contains(int i, int j, int k) const noexcept {
+    return i >= 0 && j >= 0 && k >= 0 && i < size_[0] && j < size_[1] && k < size_[2];
+  }
+  /// The voxel's density; i, j, k from −1 (border) to size (border), not checked.
+  [[nodiscard]] Density at(int i, int j, int k) const noexcept { return voxels_[index(i, j, k)]; }
+
+  /// All voxels without the border, x fastest: what a file wants. Throws unless `out` has size()'s product.
+  void copy_voxels(std::span<Density> out) const;
+
+  /// Box of the voxels at or above the isovalue; empty when there is none.
+  [[nodiscard]] VoxelBox occupied_box(double isovalue) const noexcept;
+
+  /// A grid of the occupied box and `margin` voxels round it, at the same place in the world.
+  /// Throws std::invalid_argument when no voxel reaches the isovalue.
+  [[nodiscard]] VoxelGrid cropped(double isovalue, int margin = 2) const;
+
+  // --- Raw layout, for the sampling kernels ------------------------------------------------------------------------
+  [[nodiscard]] const Density* data() const noexcept { return voxels_.data(); }  ///< border voxel (−1, −1, −1)
+  [[nodiscard]] int row_pitch() const noexcept { return row_; }
+  [[nodiscard]] int plane_pitch() const noexcept { return plane_; }
+  [[nodiscard]] std::size_t index(int i, int j, int k) const noexcept {
+    return static_cast<std::size_t>((k + 1) * static_cast<std::ptrdiff_t>(plane_) + (j + 1) * row_ + (i + 1));
+  }
+  [[nodiscard]] bool has_stored_gradients() const noexcept { return !differences_.empty(); }
+  /// ρ(+1) − ρ(−1) along x, y, z of every voxel, border included, in the voxels' own layout.
+  [[nodiscard]] const Difference* differences() const noexcept { return differences_.data(); }
+  /// Bytes this grid holds.
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return (voxels_.size() + original_.size()) * sizeof(Density) + differences_.size() * sizeof(Difference) +
+           versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>) + sizeof(int) + 2);
+  }
+
+  // --- Editing, haptic thread ----------------------------------------------------------------------------------------
+  /// Lowers voxels `x0 .. x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN is
+  /// not lower). The voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an edit.
+  /// Returns how many voxels changed.
+  template <class DensityOf>
+  int lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept;
+
+  /// The same, `kLowerLanes` voxels at a time, so that the compiler can vectorise: `edit(x, count, old, value)` gets
+  /// the densities from voxel x on in `old` and `value` and lowers the first `count` of `value`; the lanes after them
+  /// may be written too (they are ignored) but belong to other voxels.
+  template <class Edit>
+  int lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept;
+  static constexpr int kLowerLanes = 16;
+  using Lanes = std::array<Density, kLowerLanes>;
+
+  /// Publishes the rows edited since the last commit: gradients, ranges, then versions. Bounded by the edited bricks.
+  void commit() noexcept;
+
+  /// Puts the original densities back in up to `max_bricks` bricks that were edited and returns how many are left.
+  /// A tick that must stay short restores a few at a time. Throws std::invalid_argument without `keep_original`.
+  std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max());
+
+  // --- Bricks --------------------------------------------------------------------------------------------------------
+  [[nodiscard]] const std::array<int, 3>& bricks() const noexcept { return bricks_; }
+  [[nodiscard]] std::size_t brick_count() const noexcept { return versions_.size(); }
+  [[nodiscard]] std::size_t brick_index(int bx, int by, int bz) const noexcept {
+    return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(bz) * bricks_[1] + by) * bricks_[0] + bx);
+  }
+  [[nodiscard]] std::array<int, 3> brick_coordinates(std::size_t b) const noexcept {
+    const int i = static_cast<int>(b);
+    return {i % bricks_[0], i / bricks_[0] % bricks_[1], i / (bricks_[0] * bricks_[1])};
+  }
+  /// Smallest and largest density in the brick and its halo, up to date after `commit()`.
+  [[nodiscard]] DensityRange<Density> brick_range(std::size_t b) const noexcept { return ranges_[b]; }
+
+ private:
+  template <VoxelDensity>
+  friend class GridReader;
+
+  static void check_pose(const Posed& X);
+  void lay_out();
+  [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
+  [[nodiscard]] DensityRange<Density> scan_range(std::size_t b) const noexcept;
+  [[nodiscard]] Density scan_max(std::size_t b, Density at_most) const noexcept;
+  void mark(int j, int k, int x0, int x1, Density new_min, Density old_max) noexcept;
+  void touch(std::size_t b, std::uint8_t flags) noexcept;
+  void grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept;
+  void update_differences(std::size_t b) noexcept;
+  void update_differences(const VoxelBox& box) noexcept;
+  void restore_brick(std::size_t b) noexcept;
+
+  std::array<int, 3> size_{};
+  Vec3d spacing_;
+  Posed X_WG_;
+  Density outside_{};
+  DensityRange<Density> original_range_{};
+  int row_ = 0;
+  int plane_ = 0;
+  std::vector<Density> voxels_;
+  std::vector<Density> original_;
+  std::vector<Difference> differences_;
+
+  std::array<int, 3> bricks_{};
+  std::vector<std::uint32_t> versions_;
+  std::vector<DensityRange<Density>> ranges_;
+  static constexpr std::uint8_t kTouched = 1;    // version to raise
+  static constexpr std::uint8_t kMaxStale = 2;   // the voxel that held the maximum may have been lowered
+  static constexpr std::uint8_t kBothStale = 4;  // densities may have risen
+  std::vector<std::uint8_t> dirt_;    // flags of this edit, a brick
+  std::vector<int> dirty_;            // bricks with flags; reserved for all, so never allocates
+  std::vector<std::uint8_t> edited_;  // own voxels differ from the original
+  VoxelBox edit_box_;
+};
+
+}  // namespace trephine
+
+#include <trephine/voxel/voxel_grid_impl.hpp>

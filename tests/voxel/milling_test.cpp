@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "support/malloc_hook.hpp"
+#include "voxel/fields.hpp"
+
+#include <trephine/core/units.hpp>
+#include <trephine/stage/milling.hpp>
+
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::literals;
+
+namespace {
+
+using Grid = VoxelGrid<std::uint8_t>;
+constexpr double kVoxel = 3e-4;
+const Burr kBurr{.tip_radius = 5 * kVoxel, .shaft_radius = 2 * kVoxel, .shaft_length = 30_mm};
+
+Grid block() {
+  return make_grid<std::uint8_t>({.size = {40, 24, 24}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
+                                 [](int, int, int) { return 220; });
+}
+
+Posed at(double x, double y = 12, double z = 12) {
+  Posed X = Posed::Identity();
+  X.translation() = Vec3d(x, y, z) * kVoxel;
+  return X;
+}
+
+constexpr CarveContext kOn{.spindle_on = true, .dt = 1e-3, .force_N = 2};
+
+}  // namespace
+
+TEST_CASE("What a scene may list is what the braces say") {
+  const Milling geometric;
+  const Milling braces{};
+  const Milling limited{{.rate = 2e5}};
+  const Milling pressed{RateLimitedCut<>{.rate = 2e5, .reference_force = 3}, {.slope = 10}};
+  const Milling drill{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}};
+  static_assert(std::same_as<decltype(geometric), const Milling<GeometricCut, TipCuts>>);
+  static_assert(std::same_as<decltype(braces), const Milling<GeometricCut, TipCuts>>);
+  static_assert(std::same_as<decltype(limited), const Milling<RateLimitedCut<>, TipCuts>>);
+  static_assert(std::same_as<decltype(pressed), const Milling<RateLimitedCut<>, TipCuts>>);
+  static_assert(std::same_as<decltype(drill), const Milling<GeometricCut, DrillBit>>);
+  CHECK(limited.policy().rate == 2e5);
+  CHECK(pressed.policy().reference_force == 3);
+
+  static_assert(Carver<Milling<>, Grid>);
+  static_assert(Carver<Milling<>, VoxelGrid<float>>);
+  static_assert(Carver<Milling<RateLimitedCut<>>, Grid>);
+  static_assert(Carver<Milling<GeometricCut, DrillBit>, VoxelGrid<std::int16_t>>);
+  CHECK_FALSE(follows_probe(geometric));
+  CHECK(follows_probe(Milling{GeometricCut{}, {.follow_probe = true}}));
+}
+
+TEST_CASE("Options that cannot be are refused") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {0.0, -1.0, nan, inf}) {
+    CHECK_THROWS_WITH_AS(Milling{{.rate = bad}}, doctest::Contains("trephine::RateLimitedCut: rate must be > 0"),
+                         std::invalid_argument);
+    CHECK_THROWS_AS((Milling{RateLimitedCut<>{.most_force_factor = bad}}), std::invalid_argument);
+    CHECK_THROWS_AS((Milling{GeometricCut{}, {}, DrillBit{.radius = bad}}), std::invalid_argument);
+  }
+  for (const double bad : {-1.0, nan, inf}) {
+    CHECK_THROWS_WITH_AS((Milling{GeometricCut{}, {.slope = bad}}), doctest::Contains("trephine::Milling: slope"),
+                         std::invalid_argument);
+    CHECK_THROWS_AS((Milling{RateLimitedCut<>{.reference_force = bad}}), std::invalid_argument);
+  }
+}
+
+TEST_CASE("Only a turning burr cuts, and it cuts its way") {
+  auto grid = block();
+  Milling milling;
+  CHECK(milling.carve(grid, 127.5, at(10), at(14), kBurr, {.spindle_on = false, .dt = 1e-3, .force_N = 5}) == 0);
+  CHECK(grid.at(12, 12, 12) == 220);
+  double removed = 0;
+  const auto heap = heap_calls([&] { removed = milling.carve(grid, 127.5, at(10), at(14), kBurr, kOn); });
+  CHECK(heap == 0);
+  const double exact = std::numbers::pi * (4.0 / 3.0 * 125 + 25 * 4) * std::pow(kVoxel * 1e3, 3);
+  CHECK(removed == doctest::Approx(exact).epsilon(0.02));
+  CHECK(milling.carve(grid, 127.5, at(10), at(14), kBurr, kOn) == 0);
+}
+
+TEST_CASE("A way beyond the longest sweep is not cut, only its end") {
+  const auto cut_between = [](double from, double to) {
+    auto grid = make_grid<std::uint8_t>({.size = {60, 12, 12}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
+                                        [](int, int, int) { return 220; });
+    Milling milling;
+    (void)milling.carve(grid, 127.5, at(from, 6, 6), at(to, 6, 6), {.tip_radius = 3 * kVoxel}, kOn);
+    Milling drill{GeometricCut{}, {}, DrillBit{.radius = 2 * kVoxel, .length = 4 * kVoxel}};
+    const bool middle = grid.at(static_cast<int>((from + to) / 2), 6, 6) < 127;
+    const bool end = grid.at(static_cast<int>(to), 6, 6) < 127;
+    grid.restore();
+    (void)drill.carve(grid, 127.5, at(from, 6, 6), at(to, 6, 6), {}, kOn);
+    CHECK((grid.at(static_cast<int>((from + to) / 2), 6, 6) < 127) == middle);
+    CHECK(end);
+    return middle;
+  };
+  CHECK(cut_between(10, 10 + kLongestSweep - 1));
+  CHECK_FALSE(cut_between(10, 10 + kLongestSweep + 1));
+}
+
+TEST_CASE("The grid's place in the world is no matter: poses are in G") {
+  std::mt19937 rng(5);
+  auto here = block();
+  auto there = block();
+  there.set_X_WG(make_pose<double>(random_rotation(rng), {0.3, -0.4, 0.5}));
+  Milling milling;
+  Milling other;
+  CHECK(milling.carve(here, 127.5, at(10), at(13), kBurr, kOn) == other.carve(there, 127.5, at(10), at(13), kBurr, kOn));
+  CHECK(copy_of(here) == copy_of(there));
+}
+
+TEST_CASE("A limited milling takes its time, its force and its repeatable dithering") {
+  const auto run = [](Milling<RateLimitedCut<>>& milling, double force, int ticks) {
+    auto grid = block();
+    double removed = 0;
+    for (int t = 0; t < ticks; ++t)
+      removed += milling.carve(grid, 127.5, at(12), at(12), kBurr, {.spindle_on = true, .dt = 1e-3, .force_N = force});
+    return std::pair{removed, copy_of(grid)};
+  };
+  Milling first{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
+  Milling second{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
+  const auto a = run(first, 2, 300);
+  const auto b = run(second, 2, 300);
+  CHECK(a.first == b.first);
+  CHECK(a.second == b.second);
+  first.reset();
+  CHECK(run(first, 2, 300).second == a.second);
+  CHECK(run(second, 2, 300).second != a.second);  // its tick counter went on
+  second.reset();
+  CHECK(run(second, 1, 300).first < 0.8 * a.first);
+  second.reset();
+  CHECK(run(second, 0, 300).first == 0);
+}
+
+TEST_CASE("Poses that are not finite cut nothing") {
+  auto grid = block();
+  const auto before = copy_of(grid);
+  Milling milling;
+  Milling drill{GeometricCut{}, {}, DrillBit{}};
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    CHECK(milling.carve(grid, 127.5, at(10), at(bad), kBurr, kOn) == 0);
+    CHECK(drill.carve(grid, 127.5, at(10), at(bad), kBurr, kOn) == 0);
+    // A previous pose that is nowhere is no way: the end is cut.
+    auto other = block();
+    CHECK(milling.carve(other, 127.5, at(bad), at(10), kBurr, kOn) > 0);
+  }
+  CHECK(copy_of(grid) == before);
+}
+
+TEST_CASE("What is left out takes no bytes") {
+  struct Bare {
+    double slope;
+    bool follow;
+    std::uint32_t tick;
+  };
+  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + sizeof(double));
+  static_assert(sizeof(Milling<>) <= sizeof(Bare) + sizeof(double));
+}
