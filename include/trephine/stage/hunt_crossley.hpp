@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/refuse.hpp>
+#include <trephine/stage/context.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trephine {
+
+/// Impact: the contact wrench times (1 + λ ẋ), ẋ the rate of penetration [m/s]. Bone feels harder when struck and
+/// takes energy out, and because the damping scales with the force it starts and ends at zero with the contact: no
+/// step. (Hunt and Crossley 1975, F = k x^n + λ_HC x^n ẋ; our λ is their λ_HC/k, about 1.5 (1 − e)/v for a restitution
+/// e at an impact speed v.) List it before stages that add forces: it scales all of the wrench it is given.
+///
+/// The rate: ẋ = −(f·v + τ·ω) / |f|, v and ω relative to the bone. For one contact point, wherever it is, this is
+/// exactly the point's speed into the bone along f; for several it is their mean weighted by force. Where forces cancel
+/// and a couple is left (a shaft held in a hole), |τ|/`lever` takes the place of the smaller |f|, so that ẋ stays the
+/// speed of a point at that distance. It is exact for every single contact nearer to T than `lever`.
+///
+/// Force and torque get the same factor: the line along which the force acts does not move. The factor is clamped to
+/// [0, max_factor]: it never pulls, and a fast blow is bounded. A moving bone can push, as it should.
+///
+/// No state. Haptic thread. A zero wrench stays zero.
+class HuntCrossley {
+ public:
+  struct Options {
+    double lambda = 1.0;      ///< λ [s/m], >= 0: 1 adds 10 % at 0.1 m/s
+    double max_factor = 2.0;  ///< >= 1
+    double lever = 0.040;     ///< longest lever arm of a contact [m], > 0: the shaft's length
+
+    /// Throws std::invalid_argument.
+    void validate() const {
+      if (!(lambda >= 0) || !std::isfinite(lambda))
+        refuse("HuntCrossley", "lambda must be finite and >= 0 s/m", lambda);
+      if (!(max_factor >= 1) || !std::isfinite(max_factor))
+        refuse("HuntCrossley", "max_factor must be finite and >= 1", max_factor);
+      if (!(lever > 0) || !std::isfinite(lever)) refuse("HuntCrossley", "lever must be finite and > 0 m", lever);
+    }
+  };
+
+  /// Throws std::invalid_argument where an option is out of range.
+  explicit HuntCrossley(const Options& options) : options_(options) { options_.validate(); }
+
+  [[nodiscard]] const Options& options() const noexcept { return options_; }
+  /// Takes options that `validate` accepted; between ticks, haptic thread.
+  void adopt(const Options& options) noexcept { options_ = options; }
+
+  void apply(const TickContext& context, Wrenchd& wrench) const noexcept {
+    const double size = std::max(wrench.force.norm(), wrench.torque.norm() / options_.lever);
+    if (!(size > 0)) return;
+    const Twist& v = context.twist_to_bone;
+    const double rate = -(wrench.force.dot(v.linear) + wrench.torque.dot(v.angular)) / size;
+    wrench *= std::clamp(1.0 + options_.lambda * rate, 0.0, options_.max_factor);
+  }
+
+ private:
+  Options options_;
+};
+
+}  // namespace trephine

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/stage/carver.hpp>
+#include <trephine/voxel/carving.hpp>
+
+#include <type_traits>
+
+namespace trephine {
+
+/// A way [voxels of the finest spacing] longer than this is not swept: only its end is cut. It bounds a tick's work;
+/// at 0.3 mm and 1 kHz it is a burr at 10 m/s.
+inline constexpr double kLongestSweep = 32;
+
+/// What is the same for every milling.
+struct MillingOptions {
+  double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope
+  bool follow_probe = false;  ///< cut along the device's pose instead of the renderer's cutting pose
+};
+
+/// The burr's ball cuts, the shaft does not.
+struct TipCuts {
+  void validate() const {}
+};
+
+/// Removes bone while the spindle turns; the part of a scene to list for drilling.
+/// \code
+/// Milling{}                                            // geometric: at once what the tip covers
+/// Milling{{.rate = 2e5}}                               // densities/s: hard bone takes time
+/// Milling{RateLimitedCut{.rate = 2e5, .reference_force = 3}, {.slope = 10}}
+/// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}
+/// \endcode
+/// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
+/// `kLongestSweep` are not joined. The volume is told by `Coverage`. Haptic thread; no allocation.
+template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
+class Milling {
+ public:
+  explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})
+      : policy_(policy), options_(options), shape_(shape) {
+    validate();
+  }
+
+  /// Throws std::invalid_argument.
+  void validate() const {
+    policy_.validate();
+    shape_.validate();
+    if (!(options_.slope >= 0) || !std::isfinite(options_.slope))
+      refuse("Milling", "slope must be >= 0 densities per voxel", options_.slope);
+  }
+
+  [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
+  /// Takes another rate between ticks (haptic thread); one that `validate` accepts.
+  void adopt(const Policy& policy) noexcept { policy_ = policy; }
+  [[nodiscard]] bool follow_probe() const noexcept { return options_.follow_probe; }
+
+  /// The dithering starts anew.
+  void reset() noexcept { tick_ = 0; }
+
+  template <class Grid>
+  double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
+               const CarveContext& context) noexcept {
+    if (!context.spindle_on) return 0;
+    const CutAllowance allowance{context.dt, context.force_N, tick_++};
+    const double longest = kLongestSweep * grid.spacing().minCoeff();
+    if constexpr (std::is_same_v<Shape, TipCuts>) {
+      const Vec3d p = X_GT.translation();
+      const Vec3d before = X_GT_previous.translation();
+      const bool near = (p - before).norm() <= longest;
+      const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
+      return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+    } else {
+      const bool near = DrillCutter::way(shape_, X_GT_previous, X_GT) <= longest;
+      const DrillCutter cutter(shape_, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
+      return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+    }
+  }
+
+ private:
+  [[no_unique_address]] Policy policy_;
+  MillingOptions options_;
+  [[no_unique_address]] Shape shape_;
+  std::uint32_t tick_ = 0;
+};
+
+Milling()->Milling<GeometricCut, TipCuts>;
+Milling(RateLimitedCut<>, MillingOptions = {})->Milling<RateLimitedCut<>, TipCuts>;
+template <CutPolicy Policy>
+Milling(Policy, MillingOptions = {}) -> Milling<Policy, TipCuts>;
+template <CutPolicy Policy, class Shape>
+Milling(Policy, MillingOptions, Shape) -> Milling<Policy, Shape>;
+
+}  // namespace trephine

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/stage/mailbox.hpp>
+
+#include <concepts>
+#include <utility>
+
+namespace trephine {
+
+/// Something whose options can be swapped between ticks: they were validated before, so `adopt` does not throw.
+template <class T>
+concept Tunable = requires(T t, const typename T::Options& options) {
+  { t.adopt(options) }
+  noexcept;
+};
+
+/// A stage (or a renderer, or a carver) whose options another thread may change while the scene ticks:
+/// \code
+/// Mailbox<Damping::Options> knob{};
+/// auto scene = HapticScene{bone, 300, renderer, Remote{Damping{{.linear = 1}}, knob}, limits};
+/// knob.post({.linear = 2});  // another thread; takes effect at the start of the next tick
+/// \endcode
+/// The mailbox must outlive the scene. Options come whole and in one tick.
+template <Tunable T>
+class Remote : public T {
+ public:
+  using Options = typename T::Options;
+
+  Remote(T start, Mailbox<Options>& inbox) : T(std::move(start)), inbox_(&inbox) {}
+
+  void begin_tick() noexcept {
+    if constexpr (requires(T & t) { t.begin_tick(); }) T::begin_tick();
+    if (const Options* latest = inbox_->take()) this->adopt(*latest);
+  }
+
+ private:
+  Mailbox<Options>* inbox_;
+};
+
+template <class T>
+Remote(T, Mailbox<typename T::Options>&) -> Remote<T>;
+
+}  // namespace trephine

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything but the adapters, which need libraries of their own. Include single headers where compile time matters.
+#include <trephine/contact/first_contact.hpp>
+#include <trephine/contact/friction.hpp>
+#include <trephine/contact/shaft_tracking.hpp>
+#include <trephine/contact/surface_proxy.hpp>
+#include <trephine/core/units.hpp>
+#include <trephine/device/recorder.hpp>
+#include <trephine/device/replay.hpp>
+#include <trephine/device/servo_loop.hpp>
+#include <trephine/device/simulated_device.hpp>
+#include <trephine/render/line_approx_renderer.hpp>
+#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/device_limits.hpp>
+#include <trephine/stage/first_order_filter.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/mailbox.hpp>
+#include <trephine/stage/milling.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+#include <trephine/tool/discretization.hpp>
+#include <trephine/version.hpp>
+#include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/voxel_grid.hpp>

@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT
+#include <trephine/stage/haptic_scene.hpp>
+
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/first_order_filter.hpp>
+#include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+
+#include "fakes.hpp"
+#include "support/malloc_hook.hpp"
+
+#include <cstring>
+#include <numbers>
+#include <random>
+
+using namespace trephine;
+using namespace trephine::test;
+
+namespace {
+
+constexpr double kDeep = -2e-3;  // 2 N of the floor's spring
+
+auto full_scene(VoxelGrid<std::int16_t>& bone) {
+  return HapticScene{bone,
+                     300,
+                     Floor<>{},
+                     Witness{},
+                     HuntCrossley{{.lambda = 1}},
+                     MillingVibration{{.frequency = 150}},
+                     Damping{{.linear = 2, .angular = 0.01}},
+                     FirstOrderFilter{{.cutoff = 200}},
+                     DeviceLimits{.force = 3.3, .torque = 0.1}};
+}
+
+/// A path in and out of the floor with turns.
+TickInput on_path(int k) {
+  const double t = 1e-3 * k;
+  return {.X_WT = turned({0.3 * std::sin(7 * t), 0.2 * t, std::cos(3 * t)},
+                         {0.01 * std::sin(9 * t), 0.02 * t, 2e-3 * std::sin(20 * t)}),
+          .spindle_on = k % 400 < 300};
+}
+
+}  // namespace
+
+TEST_CASE("a scene of a renderer alone passes its wrench, summary and status on") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}};
+  const TickResult r = scene.tick({.X_WT = at(0, 0, kDeep)}, kTick);
+  CHECK(r.wrench == Wrenchd{Vec3d(0, 0, 2), Vec3d(4, 0, 0)});
+  CHECK(r.contact.count == 1);
+  CHECK(r.contact.depth == 2e-3);
+  CHECK(r.status == Status::kOk);
+  CHECK(r.removed_mm3 == 0);
+  scene.renderer().status = Status::kWorkBound;
+  CHECK(scene.tick({.X_WT = at(0, 0, kDeep)}, kTick).status == Status::kWorkBound);
+  CHECK(scene.tick({.X_WT = at(0, 0, 1)}, kTick).wrench == Wrenchd{});
+}
+
+TEST_CASE("stages run in listed order") {
+  auto bone = small_grid();
+  const TickInput input{.X_WT = at(0, 0, 1)};
+  CHECK(HapticScene{bone, 300, Floor<>{}, Add{1}, Times{2}}.tick(input, kTick).wrench.force.x() == 2);
+  CHECK(HapticScene{bone, 300, Floor<>{}, Times{2}, Add{1}}.tick(input, kTick).wrench.force.x() == 1);
+  CHECK(HapticScene{bone, 300, Floor<>{}, Add{1}, Times{9}, DeviceLimits{.force = 4}}
+            .tick(input, kTick)
+            .wrench.force.x() == doctest::Approx(4).epsilon(1e-14));
+}
+
+TEST_CASE("the renderer's scalar is its own: float renderers answer the same to float rounding") {
+  auto bone = small_grid(turned({0.2, 1, -0.4}, {50, -20, 7}));
+  auto in_double = HapticScene{bone, 300, Floor<double>{}};
+  auto in_float = HapticScene{bone, 300, Floor<float>{}};
+  const TickInput input{.X_WT = bone.X_WG() * turned({1, 0, 0}, {0.1, 0.1, kDeep})};
+  const Wrenchd d = in_double.tick(input, kTick).wrench;
+  const Wrenchd f = in_float.tick(input, kTick).wrench;
+  CHECK((d.force - f.force).norm() < 1e-5);
+  CHECK((d.torque - f.torque).norm() < 1e-5);
+  CHECK(d.force.norm() == doctest::Approx(2).epsilon(1e-9));
+}
+
+TEST_CASE("a grid that moves together with the tool gives the same wrench, rotated along") {
+  auto still_bone = small_grid();
+  auto moving_bone = small_grid();
+  auto still = HapticScene{still_bone, 300, Floor<>{}, HuntCrossley{{.lambda = 1}},
+                           Damping{{.linear = 2, .angular = 0.01, .only_in_contact = true}}};
+  auto moving = HapticScene{moving_bone, 300, Floor<>{}, HuntCrossley{{.lambda = 1}},
+                            Damping{{.linear = 2, .angular = 0.01, .only_in_contact = true}}};
+  double largest = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const TickInput input = on_path(k);
+    // The moving pair also travels and turns: 0.3 m/s, 0.8 rad/s.
+    const Posed X_WG = turned({8e-4 * k, 0.4, -0.1}, {3e-4 * k, -2, 5});
+    moving_bone.set_X_WG(X_WG);
+    const TickResult a = still.tick(input, kTick);
+    const TickResult b = moving.tick({.X_WT = X_WG * input.X_WT, .spindle_on = input.spindle_on}, kTick);
+    CHECK((X_WG.linear() * a.wrench.force - b.wrench.force).norm() < 1e-8);
+    CHECK((X_WG.linear() * a.wrench.torque - b.wrench.torque).norm() < 1e-8);
+    CHECK(a.contact.count == b.contact.count);
+    largest = std::max(largest, a.wrench.force.norm());
+  }
+  CHECK(largest > 1);
+}
+
+TEST_CASE("twists: in the world and to the bone") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}, Look{}};
+  const Look& look = scene.part<Look>();
+  (void)scene.tick({.X_WT = at(0, 0, 1)}, kTick);
+  CHECK(look.twist.linear == Vec3d::Zero());  // nothing before it
+  (void)scene.tick({.X_WT = turned({0, 0, 0.002}, {0.001, 0, 1})}, kTick);
+  CHECK((look.twist.linear - Vec3d(1, 0, 0)).norm() < 1e-9);
+  CHECK((look.twist.angular - Vec3d(0, 0, 2)).norm() < 1e-9);
+  CHECK((look.twist_to_bone.linear - look.twist.linear).norm() < 1e-9);
+  // Now the bone goes, and the tool stays.
+  bone.set_X_WG(at(0, 0.003, 0));
+  (void)scene.tick({.X_WT = turned({0, 0, 0.002}, {0.001, 0, 1})}, 2 * kTick);
+  CHECK(look.twist.linear.norm() < 1e-9);
+  CHECK((look.twist_to_bone.linear - Vec3d(0, -1.5, 0)).norm() < 1e-9);
+  CHECK(look.dt == 2 * kTick);
+  bone.set_X_WG(at(0, 0.5, 0));  // put elsewhere, which is no velocity
+  (void)scene.tick({.X_WT = turned({0, 0, 0.002}, {0.001, 0, 1})}, kTick);
+  CHECK(look.twist_to_bone.linear == Vec3d::Zero());
+}
+
+TEST_CASE("gaps: no twist and no way to carve along after bad input, a jump, a bad dt, a reset, a leap") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}, Witness{.probe = true}, Look{}};
+  const Look& look = scene.part<Look>();
+  const Witness& witness = scene.part<Witness>();
+  double x = 0;
+  const auto step = [&](double dt = kTick, double by = 1e-3) {
+    x += by;
+    (void)scene.tick({.X_WT = at(x, 0, 1)}, dt);
+    const bool moving = look.twist.linear.x() > 0;
+    CHECK(moving == (witness.before.translation().x() < witness.now.translation().x()));
+    CHECK(witness.now.translation().x() == x);
+    if (moving) CHECK(look.twist.linear.x() == doctest::Approx(by / dt));
+    CHECK(is_finite(look.twist_to_bone.linear));
+    return moving;
+  };
+  CHECK(!step());
+  CHECK(step());
+  x += 5e-3;  // the hand goes on meanwhile
+  CHECK(scene.tick({.X_WT = at(kNaN, 0, 1)}, kTick).status == Status::kBadInput);
+  CHECK(!step());
+  CHECK(step());
+  scene.renderer().status = Status::kJump;
+  CHECK(!step());
+  scene.renderer().status = Status::kStartedInside;
+  CHECK(step());
+  scene.renderer().status = Status::kOk;
+  for (const double dt : {kNaN, 0.0, -1.0, 1e-9, 10.0, kInf}) {
+    CHECK(!step(dt));
+    CHECK(look.dt >= kShortestDt);
+    CHECK(look.dt <= kLongestDt);
+    CHECK(step());
+  }
+  scene.reset();
+  CHECK(!step());
+  CHECK(step());
+  CHECK(!step(kTick, 0.03));  // 30 m/s
+  CHECK(step());
+  CHECK(step(kLongestDt, 0.1));
+}
+
+TEST_CASE("bad input: zero wrench, nothing called, states kept, the next good tick goes on") {
+  auto bone = small_grid();
+  auto scene = full_scene(bone);
+  auto twin = full_scene(bone);
+  int good = 0;
+  const auto compare = [&] {
+    const TickInput input = on_path(good++);
+    const TickResult a = scene.tick(input, kTick);
+    const TickResult b = twin.tick(input, kTick);
+    CHECK(a.status == Status::kOk);
+    return (a.wrench.force - b.wrench.force).norm() + (a.wrench.torque - b.wrench.torque).norm();
+  };
+  for (int k = 0; k < 200; ++k) CHECK(compare() == 0);
+
+  std::vector<Posed> bad;
+  for (const double value : {kNaN, kInf, -kInf, 1e30, -1e30, 1e300}) {
+    for (int i = 0; i < 3; ++i) {
+      bad.push_back(on_path(good).X_WT);
+      bad.back().translation()[i] = value;
+      bad.push_back(on_path(good).X_WT);
+      bad.back().linear()(i, 1) = value;
+    }
+  }
+  bad.push_back(make_pose<double>(Mat3d::Zero(), Vec3d::Zero()));
+  bad.push_back(make_pose<double>(-Mat3d::Identity(), Vec3d::Zero()));
+  bad.push_back(make_pose<double>(2 * Mat3d::Identity(), Vec3d::Zero()));
+  for (const Posed& X : bad) {
+    const int renders = scene.renderer().renders;
+    const int carves = scene.part<Witness>().calls;
+    const TickResult r = scene.tick({.X_WT = X, .spindle_on = true}, kTick);
+    CHECK(r.status == Status::kBadInput);
+    CHECK(r.wrench == Wrenchd{});
+    CHECK(r.contact.count == 0);
+    CHECK(r.removed_mm3 == 0);
+    CHECK(scene.renderer().renders == renders);
+    CHECK(scene.part<Witness>().calls == carves);
+    // The filter went on from where it was: only this tick's twist is missing, which decays with the filter.
+    CHECK(compare() < 0.5);
+    for (int k = 0; k < 40; ++k) (void)compare();
+    CHECK(compare() < 1e-12);
+  }
+  CHECK(scene.renderer().resets == 0);
+}
+
+TEST_CASE("denormal and zero poses are good input") {
+  auto bone = small_grid();
+  auto scene = full_scene(bone);
+  for (const double tiny : {0.0, -0.0, 5e-324, -1e-310}) {
+    const TickResult r = scene.tick({.X_WT = at(tiny, tiny, tiny), .spindle_on = true}, kTick);
+    CHECK(r.status == Status::kOk);
+    CHECK(is_finite(r.wrench));
+    CHECK(r.wrench.force.norm() < 1e-12);
+  }
+}
+
+TEST_CASE("any dt gives a finite, limited wrench") {
+  auto bone = small_grid();
+  auto scene = full_scene(bone);
+  std::mt19937 random(3);
+  const std::array<double, 11> intervals{0.0, -1.0, kNaN, 1e-9, 10.0, kInf, -kInf, 5e-324, 1e-3, 1e-5, 0.1};
+  for (int k = 0; k < 5000; ++k) {
+    const TickResult r = scene.tick(on_path(k), intervals[random() % intervals.size()]);
+    CHECK(r.status == Status::kOk);
+    CHECK(r.wrench.force.norm() <= 3.3);
+    CHECK(r.wrench.torque.norm() <= 0.1);
+  }
+}
+
+TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is good") {
+  auto bone = small_grid();
+  auto scene = HapticScene{
+      bone, 300, Floor<>{}, Witness{}, FirstOrderFilter{{.cutoff = 1}}, Look{}, Times{}, DeviceLimits{.force = 3}};
+  const TickInput input{.X_WT = at(0, 0, kDeep), .spindle_on = true};
+  const auto check_bad = [&](int resets) {
+    const TickResult r = scene.tick(input, kTick);
+    CHECK(r.status == Status::kNonFinite);
+    CHECK(r.wrench == Wrenchd{});
+    CHECK(scene.renderer().resets == resets);
+    CHECK(scene.part<Look>().resets == resets);
+    CHECK(scene.part<Witness>().resets == resets);
+  };
+  const auto check_good = [&] {
+    const TickResult r = scene.tick(input, kTick);
+    CHECK(r.status == Status::kOk);
+    // The filter began at zero again.
+    CHECK(r.wrench.force.z() == doctest::Approx(-2 * std::expm1(-2 * std::numbers::pi * kTick)).epsilon(1e-12));
+  };
+  check_good();
+  for (const double bad : {kNaN, kInf, -kInf}) {
+    const int resets = scene.renderer().resets;
+    const int carves = scene.part<Witness>().calls;
+    scene.renderer().overflow = bad;  // in the renderer: neither carvers nor stages see it
+    check_bad(resets + 1);
+    CHECK(scene.part<Witness>().calls == carves);
+    scene.renderer().overflow = 0;
+    check_good();
+    scene.part<Times>().factor = bad;  // in a stage
+    scene.part<Witness>().answer_mm3 = 0.5;
+    const TickResult r = scene.tick(input, kTick);
+    CHECK(r.status == Status::kNonFinite);
+    CHECK(r.wrench == Wrenchd{});
+    CHECK(r.removed_mm3 == 0.5);  // that much bone is gone all the same
+    scene.part<Times>().factor = 1;
+    check_good();
+    scene.part<Witness>().answer_mm3 = bad;  // in a carver
+    check_bad(resets + 3);
+    scene.part<Witness>().answer_mm3 = 0;
+    check_good();
+    scene.part<DeviceLimits>().force = kNaN;  // a limit spoilt after construction lets nothing through
+    check_bad(resets + 4);
+    scene.part<DeviceLimits>().force = 3;
+    check_good();
+    scene.reset();
+  }
+  for (const Status own : {Status::kBadInput, Status::kNonFinite}) {  // the renderer's own verdict counts as well
+    scene.renderer().status = own;
+    check_bad(scene.renderer().resets + 1);
+    scene.renderer().status = Status::kOk;
+    check_good();
+  }
+  scene.renderer().overflow = 1e200;  // finite: limited
+  const TickResult r = scene.tick(input, kTick);
+  CHECK(r.status == Status::kOk);
+  CHECK(r.wrench.force.norm() == doctest::Approx(3).epsilon(1e-14));
+}
+
+TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their sum is reported") {
+  auto bone = small_grid(turned({0, 0, 1}, {2, 0, 0}));
+  auto scene = HapticScene{bone, 0.5, Floor<float>{}, Witness{.probe = false, .answer_mm3 = 0.25}, Times{7}, Look{}};
+  const auto tool_at = [&](double x, double z) {
+    return TickInput{.X_WT = bone.X_WG() * at(x, 0, z), .spindle_on = true};
+  };
+  (void)scene.tick(tool_at(0, kDeep), kTick);
+  const TickResult r = scene.tick(tool_at(1e-3, 2 * kDeep), kTick);
+  const Witness& witness = scene.part<Witness>();
+  CHECK(witness.calls == 2);
+  CHECK((witness.before.translation() - Vec3d(0, 0, 0)).norm() < 1e-6);
+  CHECK((witness.now.translation() - Vec3d(1e-3, 0, 0)).norm() < 1e-6);  // on the surface, where the proxy is
+  CHECK(witness.context.force_N == doctest::Approx(4).epsilon(1e-4));
+  CHECK(witness.context.spindle_on);
+  CHECK(witness.context.dt == kTick);
+  CHECK(witness.isovalue == 0.5);
+  CHECK(r.removed_mm3 == 0.25);
+  CHECK(scene.part<Look>().removed_mm3 == 0.25);
+  scene.part<Witness>().probe = true;
+  (void)scene.tick(tool_at(2e-3, 2 * kDeep), kTick);
+  CHECK((witness.before.translation() - Vec3d(1e-3, 0, 2 * kDeep)).norm() < 1e-12);
+  CHECK((witness.now.translation() - Vec3d(2e-3, 0, 2 * kDeep)).norm() < 1e-12);
+}
+
+TEST_CASE("carvers never see a cutting pose, a depth or a force that is not finite, nor a leap of the proxy as a way") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}, ForceOnly{}, Witness{}};
+  Witness& witness = scene.part<Witness>();
+  Floor<>& floor = scene.renderer();
+  double x = 0;
+  const auto tick = [&] {
+    x += 1e-3;
+    return scene.tick({.X_WT = at(x, 0, kDeep), .spindle_on = true}, kTick);
+  };
+  const auto way = [&] { return (witness.now.translation() - witness.before.translation()).norm(); };
+  (void)tick();
+  (void)tick();
+  CHECK(way() == doctest::Approx(1e-3));
+  floor.cut_aside = 0.05;
+  (void)tick();
+  CHECK(way() == 0);
+  CHECK(witness.now.translation().x() == doctest::Approx(x + 0.05));
+  witness.probe = true;  // the probe did not leap
+  floor.cut_aside = 0;
+  (void)tick();
+  CHECK(way() == doctest::Approx(1e-3));
+  for (const double bad : {kNaN, kInf}) {
+    const int calls = witness.calls;
+    floor.cut_aside = bad;
+    CHECK(tick().status == Status::kNonFinite);
+    floor.cut_aside = 0;
+    floor.depth_error = bad;
+    const TickResult r = tick();
+    CHECK(r.status == Status::kNonFinite);
+    CHECK(r.contact.depth == 0);
+    floor.depth_error = 0;
+    CHECK(witness.calls == calls);
+    CHECK(tick().status == Status::kOk);
+    CHECK(way() == 0);
+  }
+  constexpr double kHuge = 1.7e308;
+  floor.k = kHuge;
+  floor.overflow = kHuge;
+  CHECK(scene.tick({.X_WT = at(0, 0, -1), .spindle_on = true}, kTick).status == Status::kOk);
+  CHECK(witness.context.force_N == std::numeric_limits<double>::max());
+}
+
+TEST_CASE("force only: no torque, whatever the stages say, and the forces bit-equal") {
+  auto bone = small_grid();
+  auto both = HapticScene{bone, 300, Floor<>{}, Damping{{.linear = 2, .angular = 1}}, DeviceLimits{.force = 3}};
+  auto force_only =
+      HapticScene{bone, 300, Floor<>{}, ForceOnly{}, Damping{{.linear = 2, .angular = 1}}, DeviceLimits{.force = 3}};
+  static_assert(decltype(both)::kHasTorque && !decltype(force_only)::kHasTorque);
+  for (int k = 0; k < 500; ++k) {
+    const TickResult a = both.tick(on_path(k), kTick);
+    const TickResult b = force_only.tick(on_path(k), kTick);
+    CHECK(a.wrench.force == b.wrench.force);
+    CHECK(b.wrench.torque == Vec3d::Zero());
+  }
+  auto unlimited = HapticScene{bone, 300, Floor<>{}, ForceOnly{}, Damping{{.angular = 1}}};
+  (void)unlimited.tick(on_path(0), kTick);
+  CHECK(unlimited.tick(on_path(1), kTick).wrench.torque == Vec3d::Zero());
+  unlimited.renderer().torque_overflow = kInf;  // what nobody asked for cannot spoil the force
+  CHECK(unlimited.tick(on_path(1), kTick).status == Status::kOk);
+}
+
+TEST_CASE("what is left out leaves the rest as it was, bit by bit") {
+  auto bone = small_grid();
+  auto with = HapticScene{bone, 300, Floor<>{}, Witness{}, Look{}, DeviceLimits{.force = 3, .torque = 1}};
+  auto without = HapticScene{bone, 300, Floor<>{}, DeviceLimits{.force = 3, .torque = 1}};
+  for (int k = 0; k < 500; ++k) CHECK(with.tick(on_path(k), kTick).wrench == without.tick(on_path(k), kTick).wrench);
+}
+
+TEST_CASE("two runs give the same bits") {
+  const auto run = [] {
+    auto bone = small_grid(turned({1, 2, 3}, {0.1, 0, 0}));
+    auto scene = full_scene(bone);
+    std::vector<Wrenchd> out;
+    for (int k = 0; k < 2000; ++k) {
+      TickInput input = on_path(k);
+      input.X_WT = bone.X_WG() * input.X_WT;
+      if (k % 97 == 0) input.X_WT.translation().x() = kNaN;
+      out.push_back(scene.tick(input, kTick * (1 + 0.3 * std::sin(k))).wrench);
+    }
+    return out;
+  };
+  const auto a = run();
+  const auto b = run();
+  CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof(Wrenchd)) == 0);
+}
+
+TEST_CASE("reset makes a scene as good as new") {
+  auto bone = small_grid();
+  auto used = full_scene(bone);
+  for (int k = 0; k < 333; ++k) (void)used.tick(on_path(k), kTick);
+  used.reset();
+  CHECK(used.renderer().resets == 1);
+  auto fresh = full_scene(bone);
+  for (int k = 100; k < 400; ++k) CHECK(used.tick(on_path(k), kTick).wrench == fresh.tick(on_path(k), kTick).wrench);
+}
+
+TEST_CASE("poses and contacts in the world") {
+  const Posed X_WG = turned({0.5, -1, 2}, {3, 2, 1});
+  auto bone = small_grid(X_WG);
+  auto scene = HapticScene{bone, 300, Floor<float>{}};
+  const TickResult r = scene.tick({.X_WT = X_WG * at(0.01, 0.02, kDeep)}, kTick);
+  const Vec3d expected = X_WG * Vec3d(0.01, 0.02, 0);
+  CHECK((scene.proxy_pose_W().translation() - expected).norm() < 1e-6);
+  CHECK((scene.visual_pose_W().translation() - expected).norm() < 1e-6);
+  CHECK((scene.cutting_pose_W().translation() - expected).norm() < 1e-6);
+  CHECK((scene.cutting_pose_W().linear() - X_WG.linear()).norm() < 1e-6);
+  std::array<ContactPoint<double>, 4> points;
+  REQUIRE(scene.contacts_W(points) == 1);
+  CHECK((points[0].position - expected).norm() < 1e-6);
+  CHECK((points[0].normal - X_WG.linear().col(2)).norm() < 1e-6);
+  CHECK((points[0].force - r.wrench.force).norm() < 1e-6);
+  CHECK(scene.contacts_W(std::span<ContactPoint<double>>{}) == 0);
+  CHECK(scene.isovalue() == 300);
+  CHECK(scene.stiffness() == 1000);
+  CHECK(&scene.bone() == &bone);
+}
+
+TEST_CASE("construction refuses what cannot work, and says what to do") {
+  auto bone = small_grid();
+  CHECK(refusal([&] { HapticScene(bone, kNaN, Floor<>{}); }) ==
+        "trephine::HapticScene: isovalue must be finite, got nan");
+  CHECK(!refusal([&] { HapticScene(bone, kInf, Floor<>{}); }).empty());
+  CHECK(refusal([&] { HapticScene(bone, 300, Floor<double, StoredGradient>{}); }).find("stored_gradients = true") !=
+        std::string::npos);
+  auto stored = small_grid(Posed::Identity(), true);
+  CHECK(refusal([&] { HapticScene(stored, 300, Floor<double, StoredGradient>{}); }).empty());
+}
+
+TEST_CASE("a tick takes no memory, good, bad or overflowing") {
+  auto bone = small_grid();
+  auto scene = full_scene(bone);
+  std::array<ContactPoint<double>, 4> points;
+  const auto calls = heap_calls([&] {
+    for (int k = 0; k < 1000; ++k) (void)scene.tick(on_path(k), kTick);
+    (void)scene.tick({.X_WT = at(kNaN, 0, 0)}, kTick);
+    scene.renderer().overflow = kInf;
+    (void)scene.tick({.X_WT = at(0, 0, kDeep)}, kTick);
+    (void)scene.contacts_W(points);
+    (void)scene.proxy_pose_W();
+    scene.reset();
+  });
+  CHECK(calls == 0);
+}
+
+TEST_CASE("a held spring and its limits make no more energy than sampling does") {
+  // Rule: E <= K (T/2) ∫ v² dt for a spring held for a tick (evaluation of a sine in sustained contact).
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}, DeviceLimits{.force = 100, .torque = 100}};
+  double energy = 0;
+  double bound = 0;
+  double z = -3e-3;
+  Wrenchd held = scene.tick({.X_WT = at(0, 0, z)}, kTick).wrench;
+  for (int k = 1; k <= 1000; ++k) {
+    const double next = -3e-3 + 1e-3 * std::sin(2 * std::numbers::pi * 5e-3 * k);
+    energy += held.force.z() * (next - z);
+    bound += 1000 * (kTick / 2) * (next - z) * (next - z) / kTick;
+    z = next;
+    held = scene.tick({.X_WT = at(0, 0, z)}, kTick).wrench;
+  }
+  CHECK(energy > 0);
+  CHECK(energy <= bound * (1 + 1e-9));
+  CHECK(energy >= bound * 0.99);
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/first_order_filter.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/remote.hpp>
+
+#include "fakes.hpp"
+
+// What holds at compile time: sizes, noexcept, what is and is not a part.
+namespace trephine::test {
+namespace {
+
+using Grid = VoxelGrid<std::int16_t>;
+
+static_assert(Stage<Damping> && Stage<HuntCrossley> && Stage<MillingVibration> && Stage<FirstOrderFilter> &&
+              Stage<DeviceLimits> && Stage<Remote<MillingVibration>>);
+static_assert(Carver<Witness, Grid> && !Stage<Witness> && ScenePart<Witness, Grid>);
+static_assert(ScenePart<ForceOnly, Grid> && !Stage<ForceOnly>);
+static_assert(Renderer<Floor<float>, DensityField<std::int16_t, float, AnalyticGradient>>);
+
+// No part: a renderer, a number, a stage that may throw, one that returns, a carver that may throw.
+struct Throwing {
+  void apply(const TickContext&, Wrenchd&) {}
+};
+struct Returning {
+  Wrenchd apply(const TickContext&, Wrenchd& w) noexcept { return w; }
+};
+struct ThrowingCarver {
+  double carve(Grid&, double, const Posed&, const Posed&, const Burr&, const CarveContext&) { return 0; }
+};
+static_assert(!ScenePart<Floor<>, Grid> && !ScenePart<int, Grid> && !ScenePart<Throwing, Grid> &&
+              !ScenePart<Returning, Grid> && !ScenePart<ThrowingCarver, Grid>);
+
+// Limits last, once.
+static_assert(limits_come_last<>() && limits_come_last<Damping>() && limits_come_last<Damping, DeviceLimits>());
+static_assert(limits_come_last<DeviceLimits, ForceOnly>() && limits_come_last<DeviceLimits, Witness>());
+static_assert(!limits_come_last<DeviceLimits, Damping>() && !limits_come_last<DeviceLimits, DeviceLimits>());
+static_assert(!limits_come_last<Remote<DeviceLimits>, Damping>());
+static_assert(kPartCount<DeviceLimits, Damping, Remote<DeviceLimits>> == 1 && kPartCount<Damping> == 0);
+
+// Two ways to say follow_probe; silence is the cutting pose.
+struct ByConstant {
+  static constexpr bool follow_probe = true;
+};
+struct ByFunction {
+  static constexpr bool follow_probe() noexcept { return true; }
+};
+static_assert(follows_probe(ByConstant{}) && follows_probe(ByFunction{}) && !follows_probe(ForceOnly{}));
+
+// Twists only for those who read them.
+static_assert(kStageUsesTwist<Damping> && kStageUsesTwist<HuntCrossley> && kStageUsesTwist<Look>);
+static_assert(!kStageUsesTwist<DeviceLimits> && !kStageUsesTwist<FirstOrderFilter> &&
+              !kStageUsesTwist<MillingVibration> && !kStageUsesTwist<Remote<DeviceLimits>> &&
+              !kStageUsesTwist<ForceOnly>);
+
+// What is not listed takes no bytes.
+template <class... Parts>
+using Scene = HapticScene<std::int16_t, Floor<>, Parts...>;
+struct Bare {
+  Grid* bone;
+  double isovalue;
+  Floor<> renderer;
+};
+struct BareLimited : Bare {
+  DeviceLimits limits;
+};
+constexpr std::size_t aligned(std::size_t n) { return (n + alignof(Bare) - 1) / alignof(Bare) * alignof(Bare); }
+static_assert(sizeof(Scene<>) == sizeof(Bare));
+static_assert(sizeof(Scene<ForceOnly>) == sizeof(Bare));
+static_assert(sizeof(Scene<DeviceLimits>) <= aligned(sizeof(Bare) + sizeof(DeviceLimits)));
+static_assert(sizeof(PoseHistory<true, false>) == 2 * sizeof(Posed) + alignof(Posed));
+static_assert(sizeof(PoseHistory<true, true>) == 3 * sizeof(Posed) + alignof(Posed));
+static_assert(std::is_empty_v<PoseHistory<false, false>>);
+static_assert(sizeof(Damping) == 24 && sizeof(HuntCrossley) == 24 && sizeof(DeviceLimits) == 16 &&
+              sizeof(FirstOrderFilter) == 56 && sizeof(MillingVibration) == 64);
+
+static_assert(noexcept(std::declval<Scene<DeviceLimits>&>().tick(std::declval<const TickInput&>(), 0.0)));
+static_assert(noexcept(std::declval<Scene<>&>().reset()) && noexcept(std::declval<Scene<>&>().proxy_pose_W()));
+static_assert(Scene<>::kHasTorque && !Scene<ForceOnly>::kHasTorque && Scene<Witness>::kCarves && !Scene<>::kCarves);
+
+// The types of a scene follow from its arguments.
+static_assert(std::is_same_v<decltype(HapticScene{std::declval<Grid&>(), 300, Floor<>{}, DeviceLimits{.force = 3}}),
+                             Scene<DeviceLimits>>);
+static_assert(!std::is_constructible_v<Scene<>, Grid, double, Floor<>>);  // not on a grid that is about to die
+
+// Options cannot be taken for what they configure.
+static_assert(!std::is_convertible_v<Damping::Options, Damping>);
+
+}  // namespace
+}  // namespace trephine::test
+
+TEST_CASE("the statements of haptic_scene_static.cpp hold") { CHECK(true); }
