@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/device/device.hpp>
+#include <trephine/device/registration.hpp>
+#include <trephine/device/tickable_scene.hpp>
+
+#include <concepts>
+#include <sstream>
+#include <string>
+#include <vector>
+
+/// Where a scene and a device disagree: in words beforehand, in newtons at each tick.
+namespace trephine {
+
+/// Compares a scene with the device that is to render it at `rate` [Hz]. One sentence for each mismatch.
+template <TickableScene Scene>
+[[nodiscard]] std::vector<std::string> match_device(const Scene& scene, const DeviceCapabilities& device,
+                                                    const Registration& registration, double rate) {
+  std::vector<std::string> warnings;
+  const auto warn = [&](const auto&... parts) {
+    std::ostringstream s;
+    s << "trephine::ServoLoop: ";
+    (s << ... << parts);
+    warnings.push_back(s.str());
+  };
+  if (device.output_dof < 3) warn("device '", device.name, "' gives no force: the scene will not be felt");
+  if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool keeps one direction");
+  if constexpr (requires { Scene::kHasTorque; }) {
+    if (Scene::kHasTorque && device.output_dof >= 3 && device.output_dof < 6)
+      warn("the scene computes torque but device '", device.name, "' has ", device.output_dof,
+           " output degrees of freedom: torque is dropped");
+    if (!Scene::kHasTorque && device.output_dof >= 6)
+      warn("the scene computes no torque: device '", device.name, "', which could render it, gives force alone");
+  }
+  if constexpr (requires {
+                  { scene.stiffness() } -> std::convertible_to<double>;
+                }) {
+    const double felt = registration.felt_stiffness(static_cast<double>(scene.stiffness()));
+    if (device.stiffness > 0 && felt > device.stiffness)
+      warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), "), more than the ", device.stiffness,
+           " N/m that device '", device.name, "' is said to render stably");
+  }
+  if (device.rate > 0 && rate < 0.5 * device.rate)
+    warn("the loop runs at ", rate, " Hz, less than half the ", device.rate, " Hz that device '", device.name,
+         "' is made for");
+  return warnings;
+}
+
+/// Takes from a wrench (about H) what the device cannot give: torque or all where it has no such axes, and length of
+/// force and torque above its maxima, direction kept. True where something was shortened; what was dropped for want of
+/// axes does not count.
+inline bool limit_to(const DeviceCapabilities& device, Wrenchd& wrench_H_D) noexcept {
+  if (device.output_dof < 6) wrench_H_D.torque.setZero();
+  if (device.output_dof < 3) wrench_H_D.force.setZero();
+  const auto shorten = [](Vec3d& v, double limit) noexcept {
+    const double norm = v.stableNorm();
+    if (!(limit > 0) || !(norm > limit)) return false;
+    v *= limit / norm;
+    return true;
+  };
+  const bool force = shorten(wrench_H_D.force, device.max_force);
+  const bool torque = shorten(wrench_H_D.torque, device.max_torque);
+  return force || torque;
+}
+
+}  // namespace trephine

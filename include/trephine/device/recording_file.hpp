@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/device/recorder.hpp>
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+/// Recordings on disk, so that a session on real hardware can be replayed elsewhere. Off the haptic thread.
+///
+/// The file: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 1, uint32 bytes a tick, uint32 0;
+/// uint64 ticks; the ticks; uint64 FNV-1a hash of all before it. A tick: 12 doubles of X_WT (rotation by columns, then
+/// position [m]), dt [s], 3 of force [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact count;
+/// bytes spindle, tip, shaft, status. Numbers are in the writer's byte order and their bits are kept, NaN included; a
+/// reader of the other byte order refuses the file.
+namespace trephine {
+
+namespace recording_detail {
+
+inline constexpr char kMagic[8] = {'T', 'R', 'E', 'P', 'H', 'R', 'E', 'C'};
+inline constexpr std::uint32_t kByteOrder = 0x01020304;
+inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::size_t kHeaderBytes = 32;
+inline constexpr std::size_t kTickBytes = 21 * sizeof(double) + 4 + 4;
+
+template <class Value>
+void put(std::string& bytes, const Value& value) {
+  static_assert(std::is_arithmetic_v<Value>);
+  char raw[sizeof(Value)];
+  std::memcpy(raw, &value, sizeof(Value));
+  bytes.append(raw, sizeof(Value));
+}
+
+/// Reads in order what `put` wrote; the caller has checked that there is enough.
+class Cursor {
+ public:
+  explicit Cursor(const char* at) : at_(at) {}
+  template <class Value>
+  Value take() {
+    static_assert(std::is_arithmetic_v<Value>);
+    Value value;
+    std::memcpy(&value, at_, sizeof(Value));
+    at_ += sizeof(Value);
+    return value;
+  }
+  void take(Eigen::Ref<Vec3d> v) {
+    for (int i = 0; i < 3; ++i) v[i] = take<double>();
+  }
+
+ private:
+  const char* at_;
+};
+
+inline std::uint64_t fnv1a(std::span<const char> bytes) noexcept {
+  std::uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return hash;
+}
+
+inline void put_tick(std::string& bytes, const RecordedTick& tick) {
+  const auto put3 = [&bytes](const Vec3d& v) {
+    for (int i = 0; i < 3; ++i) put(bytes, v[i]);
+  };
+  for (int column = 0; column < 3; ++column) put3(tick.input.X_WT.linear().col(column));
+  put3(tick.input.X_WT.translation());
+  put(bytes, tick.dt);
+  put3(tick.result.wrench.force);
+  put3(tick.result.wrench.torque);
+  put(bytes, tick.result.contact.depth);
+  put(bytes, tick.result.removed_mm3);
+  put(bytes, static_cast<std::int32_t>(tick.result.contact.count));
+  put(bytes, static_cast<std::uint8_t>(tick.input.spindle_on));
+  put(bytes, static_cast<std::uint8_t>(tick.result.contact.tip));
+  put(bytes, static_cast<std::uint8_t>(tick.result.contact.shaft));
+  put(bytes, static_cast<std::uint8_t>(tick.result.status));
+}
+
+inline RecordedTick take_tick(Cursor& cursor) {
+  RecordedTick tick;
+  for (int column = 0; column < 3; ++column) cursor.take(tick.input.X_WT.linear().col(column));
+  cursor.take(tick.input.X_WT.translation());
+  tick.dt = cursor.take<double>();
+  cursor.take(tick.result.wrench.force);
+  cursor.take(tick.result.wrench.torque);
+  tick.result.contact.depth = cursor.take<double>();
+  tick.result.removed_mm3 = cursor.take<double>();
+  tick.result.contact.count = cursor.take<std::int32_t>();
+  tick.input.spindle_on = cursor.take<std::uint8_t>() != 0;
+  tick.result.contact.tip = cursor.take<std::uint8_t>() != 0;
+  tick.result.contact.shaft = cursor.take<std::uint8_t>() != 0;
+  tick.result.status = static_cast<Status>(cursor.take<std::uint8_t>());
+  return tick;
+}
+
+}  // namespace recording_detail
+
+/// Writes the ticks to `path`, replacing it. Throws std::runtime_error when it cannot be written in full.
+inline void save_recording(const std::string& path, std::span<const RecordedTick> ticks) {
+  namespace detail = recording_detail;
+  std::string bytes;
+  bytes.reserve(detail::kHeaderBytes + ticks.size() * detail::kTickBytes + 8);
+  bytes.append(detail::kMagic, sizeof(detail::kMagic));
+  detail::put(bytes, detail::kByteOrder);
+  detail::put(bytes, detail::kVersion);
+  detail::put(bytes, static_cast<std::uint32_t>(detail::kTickBytes));
+  detail::put(bytes, std::uint32_t{0});
+  detail::put(bytes, static_cast<std::uint64_t>(ticks.size()));
+  for (const RecordedTick& tick : ticks) detail::put_tick(bytes, tick);
+  detail::put(bytes, detail::fnv1a(bytes));
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw std::runtime_error("trephine::save_recording: cannot write " + path);
+}
+
+/// Reads what `save_recording` wrote. Throws std::runtime_error, with the path and what is wrong, when the file is
+/// missing, not a recording, of another version or byte order, cut short, longer than it says, or altered. The size is
+/// checked against the header before memory is taken for ticks.
+[[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::string& path) {
+  namespace detail = recording_detail;
+  const auto fail = [&path](const std::string& what) {
+    throw std::runtime_error("trephine::load_recording: " + path + ": " + what);
+  };
+  std::ifstream in(path, std::ios::binary);
+  if (!in) fail("cannot be opened");
+  const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (in.bad()) fail("cannot be read");
+  if (bytes.size() < detail::kHeaderBytes + 8)
+    fail("too short for a recording (" + std::to_string(bytes.size()) + " bytes)");
+  if (std::memcmp(bytes.data(), detail::kMagic, sizeof(detail::kMagic)) != 0) fail("is not a trephine recording");
+
+  detail::Cursor cursor(bytes.data() + sizeof(detail::kMagic));
+  if (cursor.take<std::uint32_t>() != detail::kByteOrder) fail("was written on a machine of the other byte order");
+  const auto version = cursor.take<std::uint32_t>();
+  if (version != detail::kVersion)
+    fail("has version " + std::to_string(version) + ", this reads " + std::to_string(detail::kVersion));
+  const auto tick_bytes = cursor.take<std::uint32_t>();
+  if (tick_bytes != detail::kTickBytes) fail("has " + std::to_string(tick_bytes) + " bytes a tick");
+  (void)cursor.take<std::uint32_t>();
+  const auto count = cursor.take<std::uint64_t>();
+  const std::size_t body = bytes.size() - detail::kHeaderBytes - 8;
+  if (body % detail::kTickBytes != 0 || count != body / detail::kTickBytes)
+    fail("says " + std::to_string(count) + " ticks but holds " + std::to_string(body) + " bytes of " +
+         std::to_string(detail::kTickBytes) + " a tick (cut short?)");
+  detail::Cursor tail(bytes.data() + bytes.size() - 8);
+  if (tail.take<std::uint64_t>() != detail::fnv1a({bytes.data(), bytes.size() - 8})) fail("is damaged (hash differs)");
+
+  std::vector<RecordedTick> ticks;
+  ticks.reserve(static_cast<std::size_t>(count));
+  for (std::uint64_t i = 0; i < count; ++i) ticks.push_back(detail::take_tick(cursor));
+  return ticks;
+}
+
+}  // namespace trephine

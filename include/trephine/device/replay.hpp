@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/device/recorder.hpp>
+#include <trephine/device/tickable_scene.hpp>
+
+#include <bit>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace trephine {
+
+/// How a replay compares with the recording.
+struct ReplayReport {
+  std::uint64_t ticks = 0;
+  std::uint64_t different = 0;                   ///< ticks of which any output differs in a bit
+  std::optional<std::uint64_t> first_different;  ///< the first of them
+  Wrenchd wrench;                                ///< what the scene answered there ...
+  Wrenchd recorded;                              ///< ... and what was recorded
+
+  [[nodiscard]] bool identical() const noexcept { return different == 0; }
+};
+
+/// Equal bits, which is more than ==: -0 differs from 0, and NaN equals itself.
+[[nodiscard]] inline bool same_bits(double a, double b) noexcept {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+[[nodiscard]] inline bool same_bits(const Vec3d& a, const Vec3d& b) noexcept {
+  return same_bits(a.x(), b.x()) && same_bits(a.y(), b.y()) && same_bits(a.z(), b.z());
+}
+[[nodiscard]] inline bool same_bits(const Wrenchd& a, const Wrenchd& b) noexcept {
+  return same_bits(a.force, b.force) && same_bits(a.torque, b.torque);
+}
+[[nodiscard]] inline bool same_bits(const TickResult& a, const TickResult& b) noexcept {
+  return same_bits(a.wrench, b.wrench) && a.status == b.status && a.contact.count == b.contact.count &&
+         a.contact.tip == b.contact.tip && a.contact.shaft == b.contact.shaft &&
+         same_bits(a.contact.depth, b.contact.depth) && same_bits(a.removed_mm3, b.removed_mm3);
+}
+
+/// Gives the recorded inputs to `scene` again and compares every output bit for bit. The scene must be as it was when
+/// the recording began: the same volume (restored), tool, parameters and contact state, in the same binary. Leaves the
+/// scene where the recording ended.
+template <TickableScene Scene>
+[[nodiscard]] ReplayReport replay(std::span<const RecordedTick> recording, Scene& scene) {
+  ReplayReport report;
+  for (const RecordedTick& tick : recording) {
+    const TickResult result = scene.tick(tick.input, tick.dt);
+    if (!same_bits(result, tick.result)) {
+      ++report.different;
+      if (!report.first_different) {
+        report.first_different = report.ticks;
+        report.wrench = result.wrench;
+        report.recorded = tick.result.wrench;
+      }
+    }
+    ++report.ticks;
+  }
+  return report;
+}
+
+}  // namespace trephine

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/device/statistics.hpp>
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+
+namespace trephine {
+
+/// How a run of the servo loop ended.
+enum class RunEnd : std::uint8_t {
+  kFinished = 0,  ///< the duration is over or the condition came true
+  kStopped = 1,   ///< `stop()`
+  kFault = 2,     ///< the device; `reason` says more
+};
+
+[[nodiscard]] constexpr const char* to_string(RunEnd end) noexcept {
+  switch (end) {
+    case RunEnd::kFinished:
+      return "finished";
+    case RunEnd::kStopped:
+      return "stopped";
+    case RunEnd::kFault:
+      return "fault";
+  }
+  return "unknown";
+}
+
+/// What a run of the servo loop has to say. Times in seconds.
+struct RunReport {
+  RunEnd end = RunEnd::kFinished;
+  std::string reason;       ///< why it ended
+  std::string priority;     ///< the priority granted, or why not
+  bool zeroed = false;      ///< the device took the closing zero wrench
+  std::uint64_t ticks = 0;  ///< with a wrench of the scene
+  double wall_time = 0;     ///< from the first tick to the closing zero
+  double scene_time = 0;    ///< sum of the dt given to the scene
+  TimeSummary tick_time;    ///< from before the read to after the write; in simulated time too
+  TimeSummary cpu_time;     ///< processor time of the same stretch and of asking for it (0.5 µs); or no samples, where it cannot be had
+  TimeSummary lateness;     ///< wake-up after the tick was due; a self-paced device: by how much a call came late
+  std::uint64_t missed_deadlines = 0;  ///< periods that began while an earlier tick was still due or running
+  std::uint64_t stalls = 0;            ///< intervals longer than the stall time
+  std::uint64_t safety_trips = 0;      ///< ticks in which the device reported one
+  std::uint64_t ramps = 0;             ///< times the wrench was brought back from zero, the start included
+  std::uint64_t limited = 0;           ///< wrenches shortened to what the device bears
+};
+
+inline std::ostream& operator<<(std::ostream& out, const RunReport& r) {
+  const auto line = [&out](const char* name, const TimeSummary& s) {
+    if (s.count == 0) return;
+    out << "  " << name << " [us]: p50 " << 1e6 * s.p50 << ", p99 " << 1e6 * s.p99 << ", p99.9 " << 1e6 * s.p99_9
+        << ", max " << 1e6 * s.max << '\n';
+  };
+  out << to_string(r.end) << ": " << r.reason << (r.zeroed ? "" : " (the device did not take the closing zero)")
+      << '\n';
+  out << "  " << r.ticks << " ticks in " << r.wall_time << " s, " << r.missed_deadlines << " missed deadlines, "
+      << r.stalls << " stalls, " << r.safety_trips << " safety trips, " << r.ramps << " ramps, " << r.limited
+      << " limited\n";
+  line("tick time", r.tick_time);
+  line("CPU time", r.cpu_time);
+  line("lateness", r.lateness);
+  return out << "  " << r.priority << '\n';
+}
+
+}  // namespace trephine
