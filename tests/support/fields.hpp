@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "support/raster.hpp"
+
+#include <trephine/voxel/density_field.hpp>
+
+#include <cstdint>
+
+/// Fields for contact code that are not voxels: an analytic shape, and a wrapper that counts samples.
+namespace trephine::test {
+
+/// A shape as a contact field: its value is the depth in the bone, in voxels of a size that is stated.
+template <RealScalar S, class Shape>
+class ShapeField {
+ public:
+  using Scalar = S;
+  ShapeField(Shape shape, double voxel) : shape_(std::move(shape)), voxel_(voxel) {}
+
+  [[nodiscard]] Scalar voxel() const noexcept { return static_cast<Scalar>(voxel_); }
+  [[nodiscard]] Scalar value(const Vec3<Scalar>& p) const noexcept {
+    return static_cast<Scalar>(-shape_(p.template cast<double>()) / voxel_);
+  }
+  [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p) const noexcept {
+    return (-outward_normal(shape_, p.template cast<double>()) / voxel_).template cast<Scalar>();
+  }
+  [[nodiscard]] bool normal(const Vec3<Scalar>& p, Vec3<Scalar>& n) const noexcept {
+    n = outward_normal(shape_, p.template cast<double>()).template cast<Scalar>();
+    return true;
+  }
+  void values(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* out,
+              int n) const noexcept {
+    for (int i = 0; i < n; ++i) out[i] = value(X * Vec3<Scalar>(x[i], y[i], z[i]));
+  }
+
+ private:
+  Shape shape_;
+  double voxel_;
+};
+
+/// Counts what is asked of a field: points sampled (batched ones each) and normals.
+template <class Base>
+class CountingField {
+ public:
+  using Scalar = typename Base::Scalar;
+  explicit CountingField(const Base& base) : base_(&base) {}
+
+  mutable std::int64_t samples = 0;
+  mutable std::int64_t normals = 0;
+
+  [[nodiscard]] Scalar voxel() const noexcept { return base_->voxel(); }
+  [[nodiscard]] Scalar value(const Vec3<Scalar>& p) const noexcept {
+    ++samples;
+    return base_->value(p);
+  }
+  [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p) const noexcept { return base_->gradient(p); }
+  [[nodiscard]] bool normal(const Vec3<Scalar>& p, Vec3<Scalar>& n) const noexcept {
+    ++normals;
+    return base_->normal(p, n);
+  }
+  void values(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* out,
+              int n) const noexcept {
+    samples += n;
+    base_->values(X, x, y, z, out, n);
+  }
+
+ private:
+  const Base* base_;
+};
+
+template <class Scalar, class Density>
+[[nodiscard]] DensityField<Density, Scalar> field_of(const VoxelGrid<Density>& grid, const RasterOptions& o) {
+  return {grid, o.isovalue()};
+}
+
+}  // namespace trephine::test
