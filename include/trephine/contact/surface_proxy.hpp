@@ -16,7 +16,10 @@ enum class Trigger {
 struct ProxyOptions {
   double step = 0.5;     ///< longest move and path step, in voxels
   int iterations = 16;   ///< tangential moves a tick; what is left is carried on at the next one
-  int path_steps = 512;  ///< samples along a path; a probe that moved farther than this covers is a jump
+  int path_steps = 512;  ///< samples along a path; a longer path gets longer steps
+  /// A probe that moves farther than this between two ticks [m] has jumped (5 m/s at 1 kHz, no hand does that): contact
+  /// starts anew, because a proxy left behind would pull the hand across the gap.
+  double jump = 0.005;
   Trigger trigger = Trigger::kSwept;
 
   void validate() const {
@@ -24,6 +27,7 @@ struct ProxyOptions {
     if (!(iterations >= 1 && iterations <= 1000)) refuse("ProxyOptions", "iterations must be 1 to 1000", iterations);
     if (!(path_steps >= 8 && path_steps <= 100000))
       refuse("ProxyOptions", "path_steps must be 8 to 100000", path_steps);
+    if (!(jump > 0)) refuse("ProxyOptions", "jump must be > 0 m", jump);
   }
 };
 
@@ -39,7 +43,8 @@ struct ProxyOptions {
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
 ///
-/// Work a tick: at most 2 + path_steps + iterations · (4 · (28 + path to the surface)) samples; typically 10–30.
+/// Work a tick: at most 2 + path_steps + iterations · (4 · (28 + path to the surface)) samples, and 15 · 77 more where
+/// it has to be pushed out; typically 10–30.
 template <RealScalar Scalar, Friction FrictionLaw = Frictionless>
 class SurfaceProxy {
  public:
@@ -57,13 +62,18 @@ class SurfaceProxy {
   void reset() noexcept { state_ = State::kNone; }
 
   /// Sets a free proxy down at `p`, a place outside bone, as the start of the next call's path.
-  void stand_free_at(const Vec3<Scalar>& p) noexcept { let_go(p); }
+  void stand_free_at(const Vec3<Scalar>& p) noexcept {
+    let_go(p);
+    probe_ = p;
+    has_probe_ = true;
+  }
 
   /// Takes hold at a surface point that someone else found (a first contact), `q` just outside the bone.
   template <PointField Field>
   void hold_at(const Field& field, const Vec3<Scalar>& q) noexcept {
     q_ = q;
     sticking_ = false;
+    has_probe_ = false;
     state_ = State::kContact;
     if (!field.normal(q, n_)) n_.setZero();
   }
@@ -72,7 +82,11 @@ class SurfaceProxy {
   template <PointField Field>
   Status follow(const Field& field, const Vec3<Scalar>& p) noexcept {
     const Scalar step = static_cast<Scalar>(options_.step) * field.voxel();
-    if (state_ != State::kNone && (p - q_).norm() > step * static_cast<Scalar>(options_.path_steps)) {
+    const bool jumped =
+        state_ != State::kNone && has_probe_ && !((p - probe_).norm() <= static_cast<Scalar>(options_.jump));
+    probe_ = p;
+    has_probe_ = true;
+    if (jumped) {
       begin(field, p);
       return Status::kJump;
     }
@@ -113,6 +127,7 @@ class SurfaceProxy {
       return Status::kOk;
     }
     hold_at(field, q_ + hit.before * (p - q_));
+    has_probe_ = true;
     return slide(field, p, step);
   }
 
@@ -127,7 +142,7 @@ class SurfaceProxy {
     if (!(field.value(q_) < Scalar(0))) {
       if (!push_out(field, q_)) {
         begin(field, p);
-        return Status::kStartedInside;
+        return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
       }
     } else if (probe_free || !supported(field)) {
       if (!advance(field, p, step)) return Status::kOk;
@@ -162,6 +177,7 @@ class SurfaceProxy {
   template <PointField Field>
   Status slide(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
     const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
+    bool slid = false;
     for (int i = 0; i < options_.iterations; ++i) {
       static_cast<void>(field.normal(q_, n_));  // keeps the last normal where there is none
       const Vec3<Scalar> d = p - q_;
@@ -176,8 +192,14 @@ class SurfaceProxy {
       const Scalar tangential = t.norm();
       const Scalar slip =
           static_cast<Scalar>(friction_.slip(static_cast<double>(tangential), static_cast<double>(depth), sticking_));
-      sticking_ = !(slip > enough);
-      if (sticking_) return Status::kOk;
+      if (!(slip > enough)) {
+        // A slide ends every tick on the kinetic cone; it has stopped only when a whole tick passes without slip. Slips
+        // too short to carry out leave the state alone, or slow slides would stick at high rates.
+        if (!(slip > Scalar(0)) && !slid) sticking_ = true;
+        return Status::kOk;
+      }
+      sticking_ = false;
+      slid = true;
       Scalar length = std::min(slip, step);
       bool moved = false;
       for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
@@ -267,6 +289,8 @@ class SurfaceProxy {
   [[no_unique_address]] FrictionLaw friction_;
   State state_ = State::kNone;
   bool sticking_ = false;
+  bool has_probe_ = false;
+  Vec3<Scalar> probe_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> q_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> n_ = Vec3<Scalar>::Zero();
 };

@@ -58,7 +58,8 @@ template <PointField Field, RealScalar Scalar = typename Field::Scalar>
     c.before = c.after;
     v0 = v1;
     c.after = static_cast<Scalar>(i) / static_cast<Scalar>(plan.count);
-    v1 = field.value(a + c.after * d);
+    // The last sample is b itself: a + (b − a) may round to its other side, and callers go on from b.
+    v1 = field.value(i == plan.count ? b : Vec3<Scalar>(a + c.after * d));
     c.found = (v1 >= Scalar(0)) != from_bone;
   }
   if (!c.found) return c;

@@ -76,7 +76,7 @@ class LineApproxRenderer {
         options_(options),
         stepping_(stepping),
         tip_(options.proxy, friction),
-        shaft_(options.proxy, friction),
+        shaft_(shaft_options(options.proxy, tool_), friction),
         scratch_(2 * static_cast<std::size_t>(std::max(tool_.padded(), kLane))) {
     options.validate();
     stepping.validate();
@@ -143,6 +143,13 @@ class LineApproxRenderer {
   }
 
  private:
+  // The shaft's probe is its far end, which a quick turn of the wrist moves farther than a hand moves a tip.
+  [[nodiscard]] static ProxyOptions shaft_options(ProxyOptions options, const Tool& tool) {
+    constexpr double kFastestTurn = 0.2;  // rad a tick: 200 rad/s at 1 kHz
+    options.jump = std::max(options.jump, kFastestTurn * tool.burr().shaft_length);
+    return options;
+  }
+
   [[nodiscard]] Vec3<Scalar> tip_position() const noexcept {
     return tip_.in_contact() ? tip_.position() : Vec3<Scalar>(X_GT_.translation());
   }
