@@ -51,8 +51,6 @@ struct ScriptedDevice {
   [[nodiscard]] const Wrenchd& last() const { return wrote[static_cast<std::size_t>(writes - 1) % kCapacity]; }
 };
 
-
-
 /// A scene of one wrench and one status, by tick.
 struct ScriptedScene {
   static constexpr bool kHasTorque = true;

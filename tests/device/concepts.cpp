@@ -110,9 +110,9 @@ static_assert(!HandScript<double>);
 
 // The types that the README writes are deduced.
 static_assert(std::is_same_v<decltype(SimulatedDevice{SimulatedDeviceOptions{}}), SimulatedDevice<StillHand>>);
-static_assert(std::is_same_v<decltype(ServoLoop{std::declval<LeastDevice&>(), std::declval<test::FloorScene&>(),
-                                                Registration{}}),
-                             ServoLoop<LeastDevice, test::FloorScene, SleepPacing>>);
+static_assert(
+    std::is_same_v<decltype(ServoLoop{std::declval<LeastDevice&>(), std::declval<test::FloorScene&>(), Registration{}}),
+                   ServoLoop<LeastDevice, test::FloorScene, SleepPacing>>);
 static_assert(!std::is_copy_constructible_v<ServoLoop<LeastDevice, test::FloorScene>>);
 
 TEST_CASE("device concepts: the archetype that satisfies them runs") {

@@ -4,6 +4,8 @@
 
 #include <trephine/device/registration.hpp>
 
+#include "device/near.hpp"
+
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -14,6 +16,7 @@
 namespace {
 
 using namespace trephine;
+using test::near;
 
 struct Random {
   std::mt19937 engine{20240611};
@@ -76,8 +79,8 @@ TEST_CASE("registration: virtual work at the hand is that in the world, divided 
       const Vec3d dx = random.vector(1), dr = random.vector(1);
       const double h = 1e-5;
       const auto moved = [&](double s) {
-        return registration.tool_pose(make_pose<double>(
-            rotation_from_vector<double>(s * dr) * X_DH.linear(), X_DH.translation() + s * dx));
+        return registration.tool_pose(
+            make_pose<double>(rotation_from_vector<double>(s * dr) * X_DH.linear(), X_DH.translation() + s * dx));
       };
       const Posed before = moved(-h), after = moved(h);
       const Vec3d dx_W = (after.translation() - before.translation()) / (2 * h);
@@ -85,7 +88,7 @@ TEST_CASE("registration: virtual work at the hand is that in the world, divided 
       const double at_hand = hand.force.dot(dx) + hand.torque.dot(dr);
       const double in_world = world.force.dot(dx_W) + world.torque.dot(dr_W);
       CAPTURE(scale);
-      CHECK(at_hand == doctest::Approx(in_world / scale).epsilon(1e-7));  // central difference: h² and rounding / h
+      CHECK(at_hand == near(in_world / scale, 1e-7));  // central difference: h² and rounding / h
     }
 }
 
@@ -136,16 +139,16 @@ TEST_CASE("registration: felt stiffness, in translation and rotation") {
     Posed moved = X0;
     moved.translation() += h * Vec3d::UnitY();
     const Wrenchd push = registration.device_wrench(law(registration.tool_pose(moved)), moved);
-    CHECK(-push.force.y() / h == doctest::Approx(registration.felt_stiffness(k)).epsilon(1e-6));
-    CHECK(registration.felt_stiffness(k) == doctest::Approx(scale * k));
+    CHECK(-push.force.y() / h == near(registration.felt_stiffness(k), 1e-6));
+    CHECK(registration.felt_stiffness(k) == near(scale * k));
     // Turned about T, which then stays where it was.
     const Posed X_DT = X0 * registration.X_HT();
     const Mat3d turn = rotation_from_vector<double>(h * Vec3d::UnitX());
     const Posed turned = make_pose<double>(turn * X_DT.linear(), X_DT.translation()) * registration.X_HT().inverse();
     const Wrenchd twist = registration.device_wrench(law(registration.tool_pose(turned)), turned);
     CHECK(twist.force.norm() < 1e-9);
-    CHECK(-twist.torque.x() / h == doctest::Approx(registration.felt_angular_stiffness(k_angular)).epsilon(1e-6));
-    CHECK(registration.felt_angular_stiffness(k_angular) == doctest::Approx(k_angular / scale));
+    CHECK(-twist.torque.x() / h == near(registration.felt_angular_stiffness(k_angular), 1e-6));
+    CHECK(registration.felt_angular_stiffness(k_angular) == near(k_angular / scale));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <trephine/device/simulated_device.hpp>
 
 #include "device/archetypes.hpp"
+#include "device/near.hpp"
 #include "support/malloc_hook.hpp"
 
 #include <cmath>
@@ -17,6 +18,7 @@
 namespace {
 
 using namespace trephine;
+using test::near;
 using namespace std::chrono_literals;
 using test::FloorScene;
 using test::Moment;
@@ -46,8 +48,8 @@ TEST_CASE("servo loop: reads, ticks and writes once a tick, and closes with zero
   CHECK(device.last() == Wrenchd::zero());
   CHECK(report.zeroed);
   CHECK(scene.last_dt == 1e-3);
-  CHECK(report.scene_time == doctest::Approx(0.25));
-  CHECK(device.advanced == doctest::Approx(0.249));
+  CHECK(report.scene_time == near(0.25));
+  CHECK(device.advanced == near(0.249));
   CHECK(report.tick_time.count == 250);
   CHECK(report.lateness.count == 0);
   CHECK(report.ramps == 1);
@@ -66,6 +68,8 @@ TEST_CASE("servo loop: duration, rate and condition") {
   CHECK(loop.run_for(0ms).ticks == 0);
   CHECK(loop.run_for(100us).ticks == 0);  // to the nearest period
   CHECK(loop.run_for(130us).ticks == 1);
+  CHECK(loop.run_for(1100us).ticks == 4);
+  CHECK(loop.run_for(1150us).ticks == 5);
   CHECK(simulated(device, scene, {.rate = 500}).run_for(10ms).ticks == 5);
   CHECK_THROWS_AS(loop.run_for(-1ms), std::invalid_argument);
   CHECK_THROWS_AS(loop.run_for(std::chrono::duration<double>(std::numeric_limits<double>::quiet_NaN())),
@@ -119,8 +123,8 @@ TEST_CASE("servo loop: statuses that ask for it start the ramp anew, others do n
       CHECK(report.ramps == 1);
     } else {
       CHECK(at == 0.0);
-      CHECK(next == doctest::Approx(full * 0.05));
-      CHECK(device.wrote[160].force.norm() == doctest::Approx(full * 0.5));
+      CHECK(next == near(full * 0.05));
+      CHECK(device.wrote[160].force.norm() == near(full * 0.5));
       CHECK(device.wrote[171].force.norm() == full);
       CHECK(report.ramps == 2);
     }
@@ -136,9 +140,8 @@ TEST_CASE("servo loop: no ramp longer than asked for; none still starts at zero"
 }
 
 TEST_CASE("servo loop: a safety trip at reading: zero while it lasts, the scene goes on, then a ramp") {
-  ScriptedDevice device([](int n) {
-    return Moment{.read = n >= 50 && n < 60 ? DeviceStatus::kSafetyTrip : DeviceStatus::kOk};
-  });
+  ScriptedDevice device(
+      [](int n) { return Moment{.read = n >= 50 && n < 60 ? DeviceStatus::kSafetyTrip : DeviceStatus::kOk}; });
   ScriptedScene scene;
   const RunReport report = simulated(device, scene, {.ramp = 0.01}).run_for(100ms);
   CHECK(report.end == RunEnd::kFinished);
@@ -146,22 +149,21 @@ TEST_CASE("servo loop: a safety trip at reading: zero while it lasts, the scene 
   CHECK(scene.ticks == 100);
   CHECK(device.wrote[49] == scene.wrench);
   for (std::size_t i = 50; i < 60; ++i) CHECK(device.wrote[i] == Wrenchd::zero());
-  CHECK(device.wrote[60].force.norm() == doctest::Approx(0.1 * scene.wrench.force.norm()));
+  CHECK(device.wrote[60].force.norm() == near(0.1 * scene.wrench.force.norm()));
   CHECK(device.wrote[70] == scene.wrench);
   CHECK(report.ramps == 2);
 }
 
 TEST_CASE("servo loop: a safety trip at writing: zero from the next tick until a write is taken again") {
   for (const double ramp : {0.01, 0.0}) {
-    ScriptedDevice device([](int n) {
-      return Moment{.write = n >= 50 && n < 60 ? DeviceStatus::kSafetyTrip : DeviceStatus::kOk};
-    });
+    ScriptedDevice device(
+        [](int n) { return Moment{.write = n >= 50 && n < 60 ? DeviceStatus::kSafetyTrip : DeviceStatus::kOk}; });
     ScriptedScene scene;
     const RunReport report = simulated(device, scene, {.ramp = ramp}).run_for(100ms);
     CHECK(report.safety_trips == 10);
     CHECK(device.wrote[50] == scene.wrench);  // nobody could know
     for (std::size_t i = 51; i <= 60; ++i) CHECK(device.wrote[i] == Wrenchd::zero());
-    CHECK(device.wrote[61].force.norm() == doctest::Approx((ramp > 0 ? 0.1 : 1.0) * scene.wrench.force.norm()));
+    CHECK(device.wrote[61].force.norm() == near((ramp > 0 ? 0.1 : 1.0) * scene.wrench.force.norm()));
     CHECK(scene.ticks == 100);
   }
 }
@@ -247,7 +249,7 @@ TEST_CASE("servo loop: a wrench or pose that is no number never reaches the devi
     const RunReport report = simulated(device, scene, {.ramp = 0.01}).run_for(40ms);
     CHECK(device.wrote[19] == scene.wrench);
     CHECK(device.wrote[20] == Wrenchd::zero());
-    CHECK(device.wrote[21].force.norm() == doctest::Approx(0.1 * scene.wrench.force.norm()));
+    CHECK(device.wrote[21].force.norm() == near(0.1 * scene.wrench.force.norm()));
     CHECK(report.end == RunEnd::kFinished);
     CHECK(report.ramps == 2);
   }
@@ -275,12 +277,12 @@ TEST_CASE("servo loop: the device's means limit the wrench, before the ramp") {
   const Registration registration(Posed::Identity(), Posed(Eigen::Translation3d(0.1, 0, 0)));
   const RunReport report = simulated(device, scene, {}, registration).run_for(150ms);
   CHECK((device.wrote[140].force - 3.3 * Vec3d(0, 0.6, 0.8)).norm() < 1e-12);
-  CHECK(device.wrote[140].torque.norm() == doctest::Approx(0.1));  // of 50 N·m by the arm
-  CHECK(device.wrote[1].force.norm() == doctest::Approx(0.033));
+  CHECK(device.wrote[140].torque.norm() == near(0.1));  // of 50 N·m by the arm
+  CHECK(device.wrote[1].force.norm() == near(0.033));
   CHECK(report.limited == 150);
   scene.wrench = {Vec3d(0, 3e200, 0), Vec3d::Zero()};
   simulated(device, scene, {}, registration).run_for(150ms);
-  CHECK(device.wrote[static_cast<std::size_t>(device.writes - 5)].force.norm() == doctest::Approx(3.3));
+  CHECK(device.wrote[static_cast<std::size_t>(device.writes - 5)].force.norm() == near(3.3));
 }
 
 TEST_CASE("servo loop: three output degrees of freedom get no torque, none get nothing") {
@@ -328,8 +330,9 @@ TEST_CASE("servo loop: poses, buttons and wrenches go through the registration")
       make_pose<double>(rotation_from_vector<double>(Vec3d(0.3, -1, 0.2)), Vec3d(0.1, 0.2, 0.3)),
       Posed(Eigen::Translation3d(0, 0.01, -0.1)), 0.7);
   ScriptedDevice device([](int n) {
-    return Moment{.X_DH = make_pose<double>(rotation_from_vector<double>(Vec3d(0.01 * n, 0, 0.2)), Vec3d(0, 1e-3 * n, 0)),
-                  .buttons = n % 2 ? 4u : 3u};
+    return Moment{
+        .X_DH = make_pose<double>(rotation_from_vector<double>(Vec3d(0.01 * n, 0, 0.2)), Vec3d(0, 1e-3 * n, 0)),
+        .buttons = n % 2 ? 4u : 3u};
   });
   ScriptedScene scene;
   auto loop = simulated(device, scene, {.ramp = 0, .spindle_buttons = 4}, registration);

@@ -7,6 +7,7 @@
 #include <trephine/device/simulated_device.hpp>
 
 #include "device/archetypes.hpp"
+#include "device/near.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -18,6 +19,7 @@
 namespace {
 
 using namespace trephine;
+using test::near;
 using namespace std::chrono_literals;
 using test::FloorScene;
 using test::ScriptedScene;
@@ -43,13 +45,13 @@ struct PolledDevice {
 class CallingDevice {
  public:
   std::chrono::microseconds period{1000};
-  int silent_after = -1;       // calls, then it hangs
+  int silent_after = -1;  // calls, then it hangs
   bool starts = true;
-  bool insists = false;        // goes on calling after it was told to stop
-  double own_time_step = 0;    // > 0: reports its own time
-  int fault_at = -1;           // the write of this call
+  bool insists = false;      // calls three times more after its last call
+  double own_time_step = 0;  // > 0: reports its own time
+  int fault_at = -1;         // the write of this call
   // Written by the device's thread, read after stop().
-  int calls = 0, errors = 0, stops = 0, refused_calls = 0;
+  int calls = 0, reads = 0, errors = 0, stops = 0, refused_calls = 0;
   Wrenchd felt;
 
   ~CallingDevice() { stop(); }
@@ -68,6 +70,7 @@ class CallingDevice {
     if (thread_.joinable()) thread_.join();
   }
   DeviceStatus read(DeviceState& state) noexcept {
+    ++reads;
     if (open_) ++errors;
     open_ = true;
     felt = Wrenchd::zero();
@@ -87,7 +90,7 @@ class CallingDevice {
  private:
   void serve(ServoCallback callback, void* user) {
     bool wanted = true;
-    for (auto due = ServoClock::now(); running_ && (wanted || insists); due += period) {
+    for (auto due = ServoClock::now(); insists ? refused_calls < 3 : running_ && wanted; due += period) {
       sleep_until(due);
       if (silent_after >= 0 && calls >= silent_after) continue;
       const bool more = callback(user);
@@ -125,7 +128,7 @@ TEST_CASE("servo loop, real time: 0.3 s at 1 kHz") {
   CHECK(report.tick_time.max >= report.tick_time.p50);
   CHECK_FALSE(report.priority.empty());
   // dt is measured: together they are the time that passed (the simulated device has lived it too).
-  CHECK(travelled == doctest::Approx(device.time()).epsilon(1e-9));
+  CHECK(travelled == near(device.time(), 1e-9));
   CHECK(travelled <= report.wall_time);
   if (report.stalls == 0) CHECK(travelled >= 0.298);
   CHECK(device.applied() == Wrenchd::zero());
@@ -217,6 +220,18 @@ TEST_CASE("self-paced device: ticks in its calls, in whole frames, and the last 
   CHECK(report.priority.find("device's own thread") != std::string::npos);
 }
 
+TEST_CASE("self-paced device: stopped before it began, its only call is the zero") {
+  CallingDevice device;
+  ScriptedScene scene;
+  ServoLoop loop(device, scene, Registration{});
+  loop.stop();
+  const RunReport report = loop.run_for(1s);
+  CHECK(report.end == RunEnd::kStopped);
+  CHECK(device.calls == 1);
+  CHECK(device.reads == 1);
+  CHECK(report.zeroed);
+}
+
 TEST_CASE("self-paced device: stopped from another thread, again and again") {
   CallingDevice device;
   device.period = 200us;
@@ -239,9 +254,8 @@ TEST_CASE("self-paced device: its own time makes dt") {
   CallingDevice device;
   device.own_time_step = 1.25e-3;
   ScriptedScene scene;
-  ServoLoop{device, scene, Registration{}}.run_for(20ms, [&](const TickRecord& t) {
-    CHECK(t.dt == doctest::Approx(t.index == 0 ? 1e-3 : 1.25e-3));
-  });
+  ServoLoop{device, scene, Registration{}}.run_for(
+      20ms, [&](const TickRecord& t) { CHECK(t.dt == near(t.index == 0 ? 1e-3 : 1.25e-3)); });
   CHECK(scene.ticks > 2);
 }
 
@@ -302,13 +316,17 @@ TEST_CASE("self-paced device: calls after the last one are refused without touch
   ScriptedScene scene;
   const RunReport report = ServoLoop{device, scene, Registration{}}.run_for(20ms);
   CHECK(report.end == RunEnd::kFinished);
-  CHECK(device.calls - device.refused_calls == static_cast<int>(report.ticks) + 1);
+  CHECK(device.refused_calls == 3);
+  CHECK(device.calls == static_cast<int>(report.ticks) + 4);
+  CHECK(device.reads == static_cast<int>(report.ticks) + 1);
   CHECK(device.errors == 0);
 }
 
 TEST_CASE("real-time scope: says what was granted, and gives the thread back as it was") {
 #if defined(__linux__)
   const int before = sched_getscheduler(0);
+  sched_param param_before{}, param_after{};
+  sched_getparam(0, &param_before);
 #endif
   const RealtimeScope none(RealtimeOptions{.priority = 0});
   CHECK_FALSE(none.granted());
@@ -324,6 +342,8 @@ TEST_CASE("real-time scope: says what was granted, and gives the thread back as 
   }
 #if defined(__linux__)
   CHECK(sched_getscheduler(0) == before);
+  sched_getparam(0, &param_after);
+  CHECK(param_after.sched_priority == param_before.sched_priority);
 #endif
   CHECK_THROWS_AS(RealtimeScope(RealtimeOptions{.priority = 100}), std::invalid_argument);
 }

@@ -38,8 +38,9 @@ struct RunReport {
   double wall_time = 0;     ///< from the first tick to the closing zero
   double scene_time = 0;    ///< sum of the dt given to the scene
   TimeSummary tick_time;    ///< from before the read to after the write; in simulated time too
-  TimeSummary cpu_time;     ///< processor time of the same stretch and of asking for it (0.5 µs); or no samples, where it cannot be had
-  TimeSummary lateness;     ///< wake-up after the tick was due; a self-paced device: by how much a call came late
+  TimeSummary cpu_time;  ///< processor time of the same stretch and of asking for it (0.5 µs); or no samples, where it
+                         ///< cannot be had
+  TimeSummary lateness;  ///< wake-up after the tick was due; a self-paced device: by how much a call came late
   std::uint64_t missed_deadlines = 0;  ///< periods that began while an earlier tick was still due or running
   std::uint64_t stalls = 0;            ///< intervals longer than the stall time
   std::uint64_t safety_trips = 0;      ///< ticks in which the device reported one

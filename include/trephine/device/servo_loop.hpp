@@ -138,7 +138,7 @@ class ServoLoop {
       run_polled(condition, observer);
     } else {
       run_.report.priority = "simulated time, no real-time priority asked for";
-      while (!run_.ending) step(condition, observer);
+      while (!over()) step(condition, observer);
       quiet();
     }
     return closing();
@@ -149,8 +149,9 @@ class ServoLoop {
     const auto period = std::chrono::round<ServoClock::duration>(std::chrono::duration<double>(period_));
     TimePoint due = ServoClock::now();
     run_.began = run_.last_reading = due;
-    while (!run_.ending) {
+    while (!over()) {
       pacing_.wait_until(due);
+      if (over()) break;  // stopped while it slept
       run_.lateness.add(seconds(ServoClock::now() - due));
       step(condition, observer);
       due += period;
@@ -217,7 +218,7 @@ class ServoLoop {
       if (late > 0.5 * period_) run_.report.missed_deadlines += static_cast<std::uint64_t>(late / period_ + 0.5);
     }
     calls_.fetch_add(1, std::memory_order_relaxed);
-    if (!run_.ending) {
+    if (!over()) {
       step(condition, observer);
       return true;  // the closing zero needs a call of its own
     }
@@ -226,10 +227,15 @@ class ServoLoop {
     return false;
   }
 
+  /// Whether the next tick is not to come.
+  bool over() noexcept {
+    if (stop_requested_.load(std::memory_order_acquire)) end(RunEnd::kStopped, "stop was called");
+    return run_.ending;
+  }
+
   /// One tick. Whatever goes wrong sets `run_.ending`; the closing zero follows from the caller.
   template <class Condition, class Observer>
   void step(Condition& condition, Observer& observer) noexcept {
-    if (stop_requested_.load(std::memory_order_acquire)) return end(RunEnd::kStopped, "stop was called");
     try {
       exchange();
       if (run_.record.read_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to read");

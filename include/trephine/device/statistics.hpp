@@ -21,7 +21,7 @@ struct TimeSummary {
   double max = 0;
 };
 
-/// A histogram of durations of fixed size (about 19 kB) for any number of samples: whole nanoseconds, exact to 127 ns,
+/// A histogram of durations of fixed size (about 19 kB) for any number of samples: whole nanoseconds, exact to 255 ns,
 /// above in 128 steps an octave up to 2^40 ns (18 minutes; longer ones count in the last step). A quantile is the upper
 /// end of its step, at most the exact maximum: never understated, overstated by less than 1/128 (0.8 %). Count, mean
 /// and maximum are exact.
