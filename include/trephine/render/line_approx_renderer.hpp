@@ -115,6 +115,8 @@ class LineApproxRenderer {
 
   [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
   [[nodiscard]] const LineOptions& options() const noexcept { return options_; }
+  /// Of the tip [N/m].
+  [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
@@ -165,10 +167,8 @@ class LineApproxRenderer {
   template <ContactField Field>
   void add_shaft(const Field& field, Rendered<Scalar>& out) noexcept {
     const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
-    const ShaftScene<Field> scene{field, tool_, {tip_position(), probe.direction}, scratch_.data()};
+    ShaftScene<Field> scene{field, tool_, {tip_position(), probe.direction}, previous_, scratch_.data()};
     const ShaftContact<Scalar> c = touch(scene, probe, out.status);
-    previous_ = scene.offset;
-    has_previous_ = true;
     out.status = worse(out.status, c.status);
     if (!c.touching) return;
 
@@ -195,11 +195,12 @@ class LineApproxRenderer {
 
   // Step (c) of the thesis' tick: keep, search or track.
   template <ContactField Field>
-  ShaftContact<Scalar> touch(const ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
+  ShaftContact<Scalar> touch(ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
     if (!has_previous_ || embedded_ || needs_ramp(tip)) return start(s);
     const bool thesis = options_.proxy.trigger == Trigger::kThesis;
     if (thesis && !in_bone(s, probe)) {
       shaft_.reset();
+      stand_at(s.offset);
       return {};
     }
     const Scalar far_move = (s.offset.at(s.length()) - previous_.at(s.length())).norm();
@@ -209,26 +210,35 @@ class LineApproxRenderer {
       return {.touching = true, .point = intersection_, .normal = shaft_normal_};
     }
     ShaftContact<Scalar> c;
-    if (!shaft_.in_contact()) {
+    if (shaft_.in_contact()) {
+      c = Track::track(s, shaft_);
+    } else {
       const auto hit = find_first_contact(s.field, s.tool, stepping_, previous_, s.offset, s.scratch);
       report_.active = hit.active;
-      c.status = hit.bounded ? Status::kWorkBound : Status::kOk;
-      if (!hit.found) return c;
-      const Status search = c.status;
-      c = Track::begin(s, hit.point, shaft_);
-      c.status = worse(c.status, search);
-    } else {
-      c = Track::track(s, shaft_);
+      if (hit.found) {
+        s.previous = hit.line;
+        c = Track::begin(s, hit.point, shaft_);
+      }
+      if (hit.bounded) c.status = worse(c.status, Status::kWorkBound);
     }
     embedded_ = !c.touching && needs_ramp(c.status);
     intersection_ = c.point;
+    stand_at(s.offset);
     return c;
+  }
+
+  // Where the next tick's moves are measured and searched from. A tool that has not moved leaves it alone, so that moves
+  // too short to count add up.
+  void stand_at(const Centreline<Scalar>& line) noexcept {
+    previous_ = line;
+    has_previous_ = true;
   }
 
   // Without a free line at t−1 there is nothing to search from: wait until the shaft is free.
   template <ContactField Field>
   ShaftContact<Scalar> start(const ShaftScene<Field>& s) noexcept {
     shaft_.reset();
+    stand_at(s.offset);
     embedded_ = in_bone(s, s.offset);
     return {.touching = false, .status = embedded_ ? Status::kStartedInside : Status::kOk};
   }

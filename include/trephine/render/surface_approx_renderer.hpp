@@ -21,6 +21,8 @@ struct SurfaceOptions {
   std::optional<double> thesis_stiffness{};
   /// Steps of a vertex's search for the surface are at most this many voxels.
   double search_step = 0.5;
+  /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
+  double jump = 0.005;
 
   void validate() const {
     if (!(stiffness > 0) || !std::isfinite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
@@ -28,6 +30,7 @@ struct SurfaceOptions {
       refuse("SurfaceOptions", "thesis_stiffness must be > 0", *thesis_stiffness);
     if (!(search_step > 0 && search_step <= 4))
       refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);
+    if (!(jump > 0)) refuse("SurfaceOptions", "jump must be > 0 m", jump);
   }
 };
 
@@ -65,17 +68,17 @@ class SurfaceApproxRenderer {
         deep_(tool_.groups().size()),
         reports_(tool_.groups().size()) {
     options.validate();
-    contacts_.reserve(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
-    k_ = options.thesis_stiffness.value_or(options.stiffness / mean_plane_force(0, 0.5) * (burr().tip_radius / 2));
+    contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
+    k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
+    k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
       edge_forces_.push_back(static_cast<Scalar>(k_ * mean_plane_force(g, 1.0)));
   }
 
   template <ContactField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
-    X_GT_ = X_GT;
-    contacts_.clear();
     Rendered<Scalar> out;
+    out.status = begin(X_GT);
     const auto& p = tool_.points();
     field.values(X_GT, p.x.data(), p.y.data(), p.z.data(), values_.data(), tool_.padded());
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
@@ -93,14 +96,15 @@ class SurfaceApproxRenderer {
       if constexpr (Shaft::kForce) out.wrench.force += r.force;
       out.contact.shaft = out.contact.shaft || r.contacts > 0 || r.deep;
     }
-    out.contact.count = static_cast<int>(contacts_.size());
+    out.contact.count = static_cast<int>(contact_count_);
     return out;
   }
 
   void reset() noexcept {
     for (auto& d : deep_) d.reset();
     for (auto& r : reports_) r = {};
-    contacts_.clear();
+    contact_count_ = 0;
+    has_previous_ = false;
   }
 
   /// All groups: the ball first, then the slices from the tip up.
@@ -114,7 +118,11 @@ class SurfaceApproxRenderer {
   [[nodiscard]] const SurfaceOptions& options() const noexcept { return options_; }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
-  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_; }
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
+    return {contacts_.data(), contact_count_};
+  }
+  /// Secant stiffness [N/m] of the tip at δ = R/2, however it was given.
+  [[nodiscard]] double stiffness() const noexcept { return k_ / k_per_stiffness_; }
   /// Surface has no proxy: all three are the device's pose.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_GT_; }
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return X_GT_; }
@@ -141,6 +149,17 @@ class SurfaceApproxRenderer {
     return sum / kDirections;
   }
 
+  // A pose out of a hand's reach within a tick starts deep contact anew and asks for a ramp.
+  [[nodiscard]] Status begin(const Pose<Scalar>& X_GT) noexcept {
+    const bool jumped =
+        has_previous_ && !((X_GT.translation() - X_GT_.translation()).norm() <= static_cast<Scalar>(options_.jump));
+    if (jumped) reset();
+    X_GT_ = X_GT;
+    has_previous_ = true;
+    contact_count_ = 0;
+    return jumped ? Status::kJump : Status::kOk;
+  }
+
   template <ContactField Field>
   Status touch(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
@@ -149,11 +168,11 @@ class SurfaceApproxRenderer {
     if (r.deep) {
       const Status status = deep_[g].inside(field, c, group.radius, edge_forces_[g], r.force);
       summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
-      contacts_.push_back({c, safe_direction(r.force), r.force});
+      contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
       return status;
     }
     WeightedSum<Weights, Scalar> sum;
-    const std::size_t first_contact = contacts_.size();
+    const std::size_t first_contact = contact_count_;
     for (int i = group.first; i < group.first + group.count; ++i) {
       if (!(values_[static_cast<std::size_t>(i)] >= Scalar(0))) continue;
       const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
@@ -162,7 +181,7 @@ class SurfaceApproxRenderer {
       sum.add(d, a, area, group.radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
       // The vertex' share of the sum, to be scaled once the divisor is known.
-      contacts_.push_back({c - (group.radius - a) * d, d, (Weights::weight(area, a, group.radius) * a) * d});
+      contacts_[contact_count_++] = {c - (group.radius - a) * d, d, (Weights::weight(area, a, group.radius) * a) * d};
       ++r.contacts;
     }
     r.force = static_cast<Scalar>(k_) * sum.result(group.count);  // Eq. 17
@@ -174,10 +193,10 @@ class SurfaceApproxRenderer {
   // Contact forces of a group are its springs' shares of the group's force.
   void scale_contacts(std::size_t first, const Vec3<Scalar>& force) noexcept {
     Vec3<Scalar> sum = Vec3<Scalar>::Zero();
-    for (std::size_t i = first; i < contacts_.size(); ++i) sum += contacts_[i].force;
+    for (std::size_t i = first; i < contact_count_; ++i) sum += contacts_[i].force;
     const Scalar norm2 = sum.squaredNorm();
     const Scalar scale = norm2 > Scalar(0) ? force.dot(sum) / norm2 : Scalar(0);
-    for (std::size_t i = first; i < contacts_.size(); ++i) contacts_[i].force *= scale;
+    for (std::size_t i = first; i < contact_count_; ++i) contacts_[i].force *= scale;
   }
 
   [[nodiscard]] static Vec3<Scalar> safe_direction(const Vec3<Scalar>& v) noexcept {
@@ -221,11 +240,14 @@ class SurfaceApproxRenderer {
   Tool tool_;
   SurfaceOptions options_;
   double k_ = 0;
+  double k_per_stiffness_ = 1;
   std::vector<Scalar> edge_forces_;
   std::vector<Scalar> values_;
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;
+  std::size_t contact_count_ = 0;
+  bool has_previous_ = false;
   Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
 };
 
