@@ -4,6 +4,7 @@
 
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
+#include <trephine/voxel/drill_cutter.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <doctest/doctest.h>
@@ -25,14 +26,13 @@ template <VoxelDensity Density>
 VoxelGrid<Density> block(int voxels, double density, const GridOptions& options = {},
                          const Vec3d& spacing = Vec3d::Constant(kVoxel)) {
   const std::array size{voxels, voxels, static_cast<int>(std::ceil(voxels * spacing.x() / spacing.z()))};
-  return make_grid<Density>({.size = size, .spacing = spacing, .outside = 0},
-                            [&](int, int, int) { return density; }, options);
+  return make_grid<Density>(
+      {.size = size, .spacing = spacing, .outside = 0}, [&](int, int, int) { return density; }, options);
 }
 
 template <VoxelDensity Density>
 Vec3d middle(const VoxelGrid<Density>& grid) {
-  return grid.spacing().cwiseProduct(
-      0.5 * Vec3d(grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1));
+  return grid.spacing().cwiseProduct(0.5 * Vec3d(grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1));
 }
 
 /// Distances [longest voxels] of the bone's new surface from the cutter, met by lines from inside the cut outwards.
@@ -126,7 +126,8 @@ TEST_CASE("Swept cuts: volume and surface on cubic and 1:1:3 voxels, in any dire
     const std::array size{static_cast<int>(24 * longest / h.x()), static_cast<int>(24 * longest / h.y()),
                           static_cast<int>(24 * longest / h.z())};
     for (int n = 0; n < 6; ++n) {
-      auto grid = make_grid<std::uint8_t>({.size = size, .spacing = h, .outside = 0}, [](int, int, int) { return 220; });
+      auto grid =
+          make_grid<std::uint8_t>({.size = size, .spacing = h, .outside = 0}, [](int, int, int) { return 220; });
       const Vec3d way = 4 * longest * (n < 3 ? Vec3d(Vec3d::Unit(n)) : random_direction(rng));
       const Vec3d a = middle(grid) - way / 2;
       const Vec3d b = a + way;
@@ -229,7 +230,8 @@ TEST_CASE_TEMPLATE("Cuts only lower, twice is once, the border stays, books are 
   const Vec3d h(3e-4, 2e-4, 5e-4);
   const std::array size{29, 33, 19};
   auto grid = random_grid<Density>({.size = size, .spacing = h, .outside = 1}, rng, {.stored_gradients = true});
-  const double iso = (static_cast<double>(grid.original_range().min) + static_cast<double>(grid.original_range().max)) / 2;
+  const double iso =
+      (static_cast<double>(grid.original_range().min) + static_cast<double>(grid.original_range().max)) / 2;
   const auto original = copy_of(grid);
   GridReader<Density> reader(grid, false);
   const Vec3d corner = h.cwiseProduct(Vec3d(size[0], size[1], size[2]));
@@ -244,9 +246,7 @@ TEST_CASE_TEMPLATE("Cuts only lower, twice is once, the border stays, books are 
     const auto before = copy_of(grid);
     double removed = 0;
     double again = 0;
-    const auto heap = heap_calls([&] {
-      removed = n % 2 == 0 ? carve(grid, iso, ball) : carve(grid, iso, drill);
-    });
+    const auto heap = heap_calls([&] { removed = n % 2 == 0 ? carve(grid, iso, ball) : carve(grid, iso, drill); });
     CHECK(heap == 0);
     CHECK(removed >= 0);
     const auto after = copy_of(grid);
@@ -459,6 +459,12 @@ TEST_CASE("Hardness divides the rate, force multiplies it, dithering repeats bit
     float operator()(float) const noexcept { return std::numeric_limits<float>::quiet_NaN(); }
   };
   CHECK(fall(RateLimitedCut<Broken>{}, {.dt = 1e-3}) == 0);
+  auto bytes = block<std::uint8_t>(20, 200);
+  CHECK(carve(bytes, 100.0, cutter, RateLimitedCut<Broken>{}, {.dt = 1e-3}) == 0);
+  CHECK(carve(bytes, 100.0, cutter, pressed, {.dt = 1e-3, .force_N = std::numeric_limits<double>::quiet_NaN()}) == 0);
+  CHECK(carve(bytes, std::numeric_limits<double>::quiet_NaN(), cutter) == 0);
+  CHECK(bytes.brick_range(0).max == 200);
+  CHECK(bytes.brick_range(0).min == 0);  // of the border
 
   const auto run = [&](std::uint32_t first) {
     auto grid = block<std::uint8_t>(20, 200);

@@ -2,7 +2,7 @@
 #include "voxel/fields.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/voxel/cutter.hpp>
+#include <trephine/voxel/drill_cutter.hpp>
 
 #include <doctest/doctest.h>
 
@@ -126,8 +126,8 @@ TEST_CASE("A swept drill bit covers its way") {
   for (const DrillBit& bit : bits()) {
     const Posed X0 = make_pose<double>(random_rotation(rng), {0.01, 0, 0});
     const Vec3d turn = 0.3 * random_direction(rng);
-    const Posed X1 = make_pose<double>(X0.linear() * rotation_from_vector(turn),
-                                       X0.translation() + 1.3_mm * random_direction(rng));
+    const Posed X1 =
+        make_pose<double>(X0.linear() * rotation_from_vector(turn), X0.translation() + 1.3_mm * random_direction(rng));
     const double step = 0.1_mm;
     CHECK(DrillCutter::way(bit, X0, X1) == doctest::Approx(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
     const DrillCutter cutter(bit, X0, X1, step);
@@ -137,7 +137,8 @@ TEST_CASE("A swept drill bit covers its way") {
       const double t = std::uniform_real_distribution<double>(0, 1)(rng);
       Vec3d p_T;
       do {
-        p_T = random_point(rng, Vec3d(-bit.radius, -bit.radius, -bit.radius), Vec3d(bit.radius, bit.radius, bit.length));
+        p_T =
+            random_point(rng, Vec3d(-bit.radius, -bit.radius, -bit.radius), Vec3d(bit.radius, bit.radius, bit.length));
       } while (!in_bit(bit, p_T));
       const Posed X = make_pose<double>(X0.linear() * rotation_from_vector<double>(t * turn),
                                         (1 - t) * X0.translation() + t * X1.translation());

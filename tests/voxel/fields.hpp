@@ -34,7 +34,8 @@ template <VoxelDensity Density, class Function>
 template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> random_grid(const GridGeometry& geometry, std::mt19937& rng,
                                              const GridOptions& options = {}) {
-  return make_grid<Density>(geometry, [&](int, int, int) { return random_density<Density>(rng); }, options);
+  return make_grid<Density>(
+      geometry, [&](int, int, int) { return random_density<Density>(rng); }, options);
 }
 
 template <VoxelDensity Density>

@@ -35,9 +35,9 @@ Vec3d inner_point(std::mt19937& rng, const std::array<int, 3>& size, double marg
 TEST_CASE("All gradients are exact on a linear field, per metre, whatever the spacing") {
   const std::array size{12, 11, 10};
   const Vec3d slope(3, -5, 7);  // densities a voxel
-  const auto grid = make_grid<float>(
-      {.size = size, .spacing = kSpacing},
-      [&](int i, int j, int k) { return slope.x() * i + slope.y() * j + slope.z() * k; }, {.stored_gradients = true});
+  const auto grid = make_grid<float>({.size = size, .spacing = kSpacing},
+                                     [&](int i, int j, int k) { return slope.x() * i + slope.y() * j + slope.z() * k; },
+                                     {.stored_gradients = true});
   const Vec3d exact = slope.cwiseQuotient(kSpacing);
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed);
@@ -133,11 +133,11 @@ TEST_CASE("Deep in saturated bone the normal still points out") {
   // A ball of 20 voxels, blurred like CT, saturated at 255: four voxels inside its surface all differences are zero.
   const double h = 3e-4;
   const Vec3d centre = Vec3d::Constant(24.3) * h;
-  const auto grid = make_grid<std::uint8_t>({.size = {50, 50, 50}, .spacing = Vec3d::Constant(h)},
-                                            [&](int i, int j, int k) {
-                                              const double d = (Vec3d(i, j, k) * h - centre).norm() / h - 20;
-                                              return std::lround(blurred(0, 255, d));
-                                            });
+  const auto grid =
+      make_grid<std::uint8_t>({.size = {50, 50, 50}, .spacing = Vec3d::Constant(h)}, [&](int i, int j, int k) {
+        const double d = (Vec3d(i, j, k) * h - centre).norm() / h - 20;
+        return std::lround(blurred(0, 255, d));
+      });
   const DensityField<std::uint8_t, float> field(grid, 127.5);
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 5);

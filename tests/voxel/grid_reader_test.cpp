@@ -98,9 +98,8 @@ TEST_CASE("A brick's copy has its halo, and outside beyond the border") {
   for (std::size_t b = 0; b < grid.brick_count(); ++b) {
     const auto at = grid.brick_coordinates(b);
     DensityRange<std::int16_t> range{};
-    const auto heap = heap_calls([&] {
-      range = reader.copy_brick(b, std::span<std::int16_t, 1000>(copy.data(), 1000));
-    });
+    const auto heap =
+        heap_calls([&] { range = reader.copy_brick(b, std::span<std::int16_t, 1000>(copy.data(), 1000)); });
     CHECK(heap == 0);
     bool same = true;
     for (int k = 0; k < kHaloed; ++k)

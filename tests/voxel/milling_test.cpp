@@ -111,7 +111,8 @@ TEST_CASE("The grid's place in the world is no matter: poses are in G") {
   there.set_X_WG(make_pose<double>(random_rotation(rng), {0.3, -0.4, 0.5}));
   Milling milling;
   Milling other;
-  CHECK(milling.carve(here, 127.5, at(10), at(13), kBurr, kOn) == other.carve(there, 127.5, at(10), at(13), kBurr, kOn));
+  CHECK(milling.carve(here, 127.5, at(10), at(13), kBurr, kOn) ==
+        other.carve(there, 127.5, at(10), at(13), kBurr, kOn));
   CHECK(copy_of(here) == copy_of(there));
 }
 
@@ -153,12 +154,49 @@ TEST_CASE("Poses that are not finite cut nothing") {
   CHECK(copy_of(grid) == before);
 }
 
+TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored bone") {
+  auto step_by_step = block();
+  auto anew = block();
+  Milling milling;
+  const auto place = [](int t) { return at(8 + 0.31 * t, 12 + 2 * std::sin(0.2 * t), 12 + 1.5 * std::cos(0.17 * t)); };
+  double removed = 0;
+  double removed_anew = 0;
+  for (int t = 0; t < 60; ++t) {
+    removed += milling.carve(step_by_step, 127.5, place(std::max(t - 1, 0)), place(t), kBurr, kOn);
+    Milling forgetful;
+    removed_anew += forgetful.carve(anew, 127.5, place(std::max(t - 1, 0)), place(t), kBurr, kOn);
+    CHECK(milling.carve(step_by_step, 127.5, place(t), place(t), kBurr, kOn) == 0);
+    if (t == 30) {
+      step_by_step.restore();
+      anew.restore();
+    }
+  }
+  // A rounding may fall the other way where two ticks compute the same distance.
+  CHECK(removed == doctest::Approx(removed_anew).epsilon(1e-3));
+  const auto a = copy_of(step_by_step);
+  const auto b = copy_of(anew);
+  int worst = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) worst = std::max(worst, std::abs(int{a[i]} - int{b[i]}));
+  CHECK(worst <= 1);
+  // Standing still in bone that came back cuts it again; so does another radius, isovalue or grid.
+  step_by_step.restore();
+  CHECK(milling.carve(step_by_step, 127.5, place(59), place(59), kBurr, kOn) > 1);
+  CHECK(milling.carve(step_by_step, 127.5, place(59), place(59), {.tip_radius = 6 * kVoxel}, kOn) > 1);
+  CHECK(milling.carve(step_by_step, 110, place(59), place(59), {.tip_radius = 6 * kVoxel}, kOn) >= 0);
+  CHECK(step_by_step.at(26, 12, 12) < 127);
+  auto other = block();
+  CHECK(milling.carve(other, 110, place(59), place(59), {.tip_radius = 6 * kVoxel}, kOn) > 1);
+  // A way cut with the spindle off is no way that was cut.
+  other.restore();
+  Milling paused;
+  CHECK(paused.carve(other, 127.5, at(10), at(10), kBurr, kOn) > 1);
+  CHECK(paused.carve(other, 127.5, at(10), at(20), kBurr, {.spindle_on = false, .dt = 1e-3, .force_N = 0}) == 0);
+  CHECK(paused.carve(other, 127.5, at(20), at(20.1), kBurr, kOn) > 1);
+  CHECK(other.at(15, 12, 12) > 127);
+}
+
 TEST_CASE("What is left out takes no bytes") {
-  struct Bare {
-    double slope;
-    bool follow;
-    std::uint32_t tick;
-  };
-  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + sizeof(double));
-  static_assert(sizeof(Milling<>) <= sizeof(Bare) + sizeof(double));
+  // Options and tick counter; a geometric tip remembers its last cut, 48 bytes.
+  static_assert(sizeof(Milling<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(MillingOptions) + 8);
+  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 8 + 48);
 }

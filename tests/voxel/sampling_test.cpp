@@ -21,7 +21,8 @@ struct Kind {
 constexpr unsigned kSeed = 20240;
 
 /// Rounding, as a share of the density type's span. In single precision the point's coordinate (up to 30 voxels here)
-/// is only known to 2e-6 voxel, and a random field changes by its span a voxel; in double precision only the sum rounds.
+/// is only known to 2e-6 voxel, and a random field changes by its span a voxel; in double precision only the sum
+/// rounds.
 template <class Scalar>
 constexpr double kRounding = std::is_same_v<Scalar, float> ? 3e-5 : 1e-13;
 
@@ -43,7 +44,8 @@ TEST_CASE_TEMPLATE("The field is the trilinear interpolant, outside beyond the g
   for (const std::array<int, 3>& size :
        {std::array{1, 1, 1}, std::array{1, 5, 2}, std::array{9, 3, 17}, std::array{22, 14, 8}}) {
     const Vec3d h(3e-4, 5e-4, 9e-4);
-    const GridGeometry geometry{.size = size, .spacing = h, .outside = static_cast<double>(random_density<Density>(rng))};
+    const GridGeometry geometry{
+        .size = size, .spacing = h, .outside = static_cast<double>(random_density<Density>(rng))};
     const auto grid = random_grid<Density>(geometry, rng);
     const double iso = 0.4;
     const DensityField<Density, Scalar> field(grid, iso);
@@ -52,8 +54,8 @@ TEST_CASE_TEMPLATE("The field is the trilinear interpolant, outside beyond the g
     double worst = 0;
     for (int n = 0; n < 2000; ++n) {
       const Vec3<Scalar> p = random_point(rng, -3 * h, far_corner + 3 * h).cast<Scalar>();
-      worst = std::max(worst, std::abs(static_cast<double>(field.value(p)) -
-                                       (interpolate(grid, p.template cast<double>()) - iso)));
+      worst = std::max(
+          worst, std::abs(static_cast<double>(field.value(p)) - (interpolate(grid, p.template cast<double>()) - iso)));
     }
     CHECK(worst <= tolerance);
     for (int n = 0; n < 200; ++n) {
@@ -82,8 +84,8 @@ TEST_CASE("The border is continuous: half way to it is the mean of voxel and out
 
 TEST_CASE_TEMPLATE("Points that are not numbers or infinitely far are outside", Scalar, float, double) {
   std::mt19937 rng(kSeed);
-  const auto grid = random_grid<std::int16_t>(
-      {.size = {5, 6, 7}, .spacing = Vec3d::Constant(1e-3), .outside = -1000}, rng, {.stored_gradients = true});
+  const auto grid = random_grid<std::int16_t>({.size = {5, 6, 7}, .spacing = Vec3d::Constant(1e-3), .outside = -1000},
+                                              rng, {.stored_gradients = true});
   const DensityField<std::int16_t, Scalar> field(grid, 0);
   const DensityField<std::int16_t, Scalar, CentralGradient> central(grid, 0);
   const DensityField<std::int16_t, Scalar, StoredGradient> stored(grid, 0);

@@ -57,8 +57,8 @@ void check_differences(const VoxelGrid<Density>& grid) {
     for (int j = -1; j <= grid.size()[1]; ++j)
       for (int i = -1; i <= grid.size()[0]; ++i)
         for (std::size_t a = 0; a < 3; ++a)
-          same = same && grid.differences()[3 * grid.index(i, j, k) + a] ==
-                             fresh.differences()[3 * fresh.index(i, j, k) + a];
+          same = same &&
+                 grid.differences()[3 * grid.index(i, j, k) + a] == fresh.differences()[3 * fresh.index(i, j, k) + a];
   CHECK(same);
 }
 
@@ -144,8 +144,8 @@ TEST_CASE("Construction refuses what does not fit, and says what") {
 
 TEST_CASE("Other calls refuse too, and leave the grid as it was") {
   std::mt19937 rng(kSeed);
-  auto grid = random_grid<std::int16_t>({.size = {5, 4, 3}, .spacing = Vec3d::Constant(1e-3)}, rng,
-                                        {.keep_original = false});
+  auto grid =
+      random_grid<std::int16_t>({.size = {5, 4, 3}, .spacing = Vec3d::Constant(1e-3)}, rng, {.keep_original = false});
   Posed bad = Posed::Identity();
   bad.linear()(0, 0) = 2;
   CHECK(holds(refusal([&] { grid.set_X_WG(bad); }), "X_WG must hold a right-handed rotation"));
@@ -167,8 +167,8 @@ TEST_CASE_TEMPLATE("A grid holds its buffer, its border and its range", Density,
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 1);
   // 254 + 2 and 62 + 2 voxels: pitches that the layout steps off.
-  for (const std::array<int, 3>& size : {std::array{1, 1, 1}, std::array{7, 9, 17}, std::array{254, 3, 2},
-                                         std::array{62, 30, 2}}) {
+  for (const std::array<int, 3>& size :
+       {std::array{1, 1, 1}, std::array{7, 9, 17}, std::array{254, 3, 2}, std::array{62, 30, 2}}) {
     std::vector<Density> voxels(static_cast<std::size_t>(size[0] * size[1] * size[2]));
     for (auto& v : voxels) v = random_density<Density>(rng);
     const VoxelGrid<Density> grid({.size = size, .spacing = Vec3d::Constant(1e-3), .outside = 1}, voxels,
@@ -284,8 +284,22 @@ TEST_CASE_TEMPLATE("Rows are lowered, never raised; ranges, gradients and marks 
   check_differences(grid);
 }
 
+TEST_CASE("A row across bricks gives each its own part's range") {
+  auto grid = make_grid<std::int16_t>({.size = {37, 9, 9}, .spacing = Vec3d::Constant(1e-3), .outside = 900},
+                                      [](int, int, int) { return 500; });
+  // Lowest in the middle brick, higher to both sides.
+  grid.lower_row(4, 8, 0, 36, [](int i, std::int16_t) { return static_cast<std::int16_t>(10 * std::abs(i - 19)); });
+  grid.commit();
+  check_bricks(grid);
+  CHECK(grid.brick_range(grid.brick_index(0, 0, 0)).min == 110);  // x = 8 and z = 8 are in its halo
+  CHECK(grid.brick_range(grid.brick_index(2, 0, 1)).min == 0);
+  CHECK(grid.brick_range(grid.brick_index(4, 0, 1)).min == 120);
+  CHECK(grid.brick_range(grid.brick_index(4, 1, 1)).min == 500);
+}
+
 TEST_CASE("NaN lowers nothing") {
-  auto grid = make_grid<float>({.size = {20, 1, 1}, .spacing = Vec3d::Constant(1e-3)}, [](int i, int, int) { return i; });
+  auto grid =
+      make_grid<float>({.size = {20, 1, 1}, .spacing = Vec3d::Constant(1e-3)}, [](int i, int, int) { return i; });
   const auto before = copy_of(grid);
   CHECK(grid.lower_row(0, 0, 0, 19, [](int, float) { return std::numeric_limits<float>::quiet_NaN(); }) == 0);
   grid.commit();
@@ -295,8 +309,8 @@ TEST_CASE("NaN lowers nothing") {
 TEST_CASE_TEMPLATE("restore() brings back every bit, brick by brick", Density, std::uint8_t, std::int16_t, float) {
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 4);
-  auto grid = random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng,
-                                   {.stored_gradients = true});
+  auto grid =
+      random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng, {.stored_gradients = true});
   const auto original = copy_of(grid);
   GridReader<Density> reader(grid, false);
   CHECK(grid.restore() == 0);

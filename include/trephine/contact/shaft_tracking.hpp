@@ -13,8 +13,9 @@ struct ShaftScene {
   using Scalar = typename Field::Scalar;
   const Field& field;
   const ToolDiscretization<LineCounts, Scalar>& tool;
-  Centreline<Scalar> offset;  ///< the probe's centreline moved so that its tip lies on the tip's proxy
-  Scalar* scratch;            ///< 2 · tool.padded() numbers
+  Centreline<Scalar> offset;    ///< the probe's centreline moved so that its tip lies on the tip's proxy
+  Centreline<Scalar> previous;  ///< offset of t−1; where contact begins, the last free line before it
+  Scalar* scratch;              ///< 2 · tool.padded() numbers
 
   [[nodiscard]] Scalar length() const noexcept { return tool.heights()[static_cast<std::size_t>(tool.count() - 1)]; }
 };
@@ -99,20 +100,34 @@ struct CentrelineTracking {
 
 /// Ours: the shaft is a rigid line that turns about the tip's proxy as far toward the probe's direction as bone lets it
 /// (`ShaftField`); IntP is where that line touches. The exact constrained solution up to the vertices' spacing.
+///
+/// The tip is carried along in pieces of at most half a voxel, each followed by its own turn: in one piece a quick tip
+/// would drag the middle of the line through a thin rib. Cost: at most `kMostPieces` proxy steps, one below .15 m/s at
+/// 1 kHz and voxels of .3 mm.
 struct ConstrainedTracking {
+  static constexpr int kMostPieces = 64;
+
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
-  static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
-    const ShaftField<Field> shaft(s.field, s.tool, s.offset.tip, s.scratch);
-    proxy.hold_at(shaft, s.offset.tip + s.length() * (point - s.offset.tip).normalized());
+  static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>&, Proxy& proxy) noexcept {
+    const ShaftField<Field> shaft(s.field, s.tool, s.previous.tip, s.scratch);
+    proxy.hold_at(shaft, s.previous.at(s.length()));
     return track(s, proxy);
   }
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
   static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
-    const ShaftField<Field> shaft(s.field, s.tool, s.offset.tip, s.scratch);
+    const Vec3<Scalar> move = s.offset.tip - s.previous.tip;
+    const StepPlan pieces = plan_steps(static_cast<double>(move.norm()), 0.5 * static_cast<double>(s.field.voxel()), kMostPieces);
     ShaftContact<Scalar> c;
-    c.status = proxy.follow(shaft, s.offset.at(s.length()));
+    if (pieces.bounded) c.status = Status::kWorkBound;
+    for (int i = pieces.count - 1; i >= 0; --i) {
+      const Scalar left = static_cast<Scalar>(i) / static_cast<Scalar>(pieces.count);
+      const Vec3<Scalar> tip = s.offset.tip - left * move;
+      const ShaftField<Field> shaft(s.field, s.tool, tip, s.scratch);
+      c.status = worse(c.status, proxy.follow(shaft, Vec3<Scalar>(tip + s.length() * s.offset.direction)));
+    }
     c.touching = proxy.in_contact();
     if (!c.touching) return c;
+    const ShaftField<Field> shaft(s.field, s.tool, s.offset.tip, s.scratch);
     const int vertex = shaft.deepest(proxy.position());
     c.point = shaft.line_to(proxy.position()).at(s.tool.heights()[static_cast<std::size_t>(vertex)]);
     c.normal = proxy.normal();

@@ -3,6 +3,7 @@
 
 #include <trephine/stage/carver.hpp>
 #include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/drill_cutter.hpp>
 
 #include <type_traits>
 
@@ -27,11 +28,12 @@ struct TipCuts {
 /// \code
 /// Milling{}                                            // geometric: at once what the tip covers
 /// Milling{{.rate = 2e5}}                               // densities/s: hard bone takes time
-/// Milling{RateLimitedCut{.rate = 2e5, .reference_force = 3}, {.slope = 10}}
+/// Milling{RateLimitedCut<>{.rate = 2e5, .reference_force = 3}, {.slope = 10}}
 /// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
-/// `kLongestSweep` are not joined. The volume is told by `Coverage`. Haptic thread; no allocation.
+/// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of that
+/// place; a still one costs nothing. The volume is told by `Coverage`. Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
@@ -54,7 +56,10 @@ class Milling {
   [[nodiscard]] bool follow_probe() const noexcept { return options_.follow_probe; }
 
   /// The dithering starts anew.
-  void reset() noexcept { tick_ = 0; }
+  void reset() noexcept {
+    tick_ = 0;
+    last_ = {};
+  }
 
   template <class Grid>
   double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
@@ -66,8 +71,17 @@ class Milling {
       const Vec3d p = X_GT.translation();
       const Vec3d before = X_GT_previous.translation();
       const bool near = (p - before).norm() <= longest;
-      const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
-      return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+      if constexpr (kRemembers) {
+        const LastCut cut{grid.rise_stamp(), p, burr.tip_radius, isovalue};
+        const bool goes_on = near && last_.is_same_but_at(cut, before);
+        last_ = cut;
+        if (goes_on && p == before) return 0;
+        const SphereCutter cutter(near ? before : p, p, burr.tip_radius, goes_on);
+        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+      } else {
+        const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
+        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+      }
     } else {
       const bool near = DrillCutter::way(shape_, X_GT_previous, X_GT) <= longest;
       const DrillCutter cutter(shape_, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
@@ -76,7 +90,21 @@ class Milling {
   }
 
  private:
+  // A geometric cut need not cut again what it left behind a tick ago, unless bone came back (restore).
+  static constexpr bool kRemembers = std::is_same_v<Policy, GeometricCut> && std::is_same_v<Shape, TipCuts>;
+  struct LastCut {
+    std::uint64_t stamp = 0;
+    Vec3d p_GC = Vec3d::Zero();
+    double radius = 0;
+    double isovalue = 0;
+    [[nodiscard]] bool is_same_but_at(const LastCut& o, const Vec3d& p) const noexcept {
+      return stamp == o.stamp && p_GC == p && radius == o.radius && isovalue == o.isovalue;
+    }
+  };
+  struct Nothing {};
+
   [[no_unique_address]] Policy policy_;
+  [[no_unique_address]] std::conditional_t<kRemembers, LastCut, Nothing> last_;
   MillingOptions options_;
   [[no_unique_address]] Shape shape_;
   std::uint32_t tick_ = 0;

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cutter.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <cstring>
 
 /// Removing bone. Haptic thread only; no allocation; work bounded by the voxels in the cutter's box.
 ///
 /// A **geometric cut** lowers every voxel to at most ρ_c = iso + slope · d/h, d the signed distance from the cutter and
-/// h the grid's longest spacing, rounded to the nearest density and clamped to the type's range. ρ_c is linear in space,
-/// so the trilinear interpolant reproduces it and the new isosurface lies on the cutter, whatever the bone's density; a
-/// cut made twice changes nothing; what is lower already stays, so no cut adds bone.
+/// h the grid's longest spacing, rounded to the nearest density and clamped to the type's range. ρ_c is linear in
+/// space, so the trilinear interpolant reproduces it and the new isosurface lies on the cutter, whatever the bone's
+/// density; a cut made twice changes nothing; what is lower already stays, so no cut adds bone.
 ///
 /// *Slope* [densities per voxel]: see `auto_slope`. *Reach*: see `cut_reach`.
 namespace trephine {
 
-/// Voxels farther from the cutter than this [m] are left alone: 1.5 voxels where the spacing is the same along all axes.
-/// Beyond a voxel's diagonal they share no cell with the new surface, and those in the diagonal's last seventh weigh so
-/// little in theirs that leaving them moves no digit of the measured surface error.
+/// Voxels farther from the cutter than this [m] are left alone: 1.5 voxels where the spacing is the same along all
+/// axes. Beyond a voxel's diagonal they share no cell with the new surface, and those in the diagonal's last seventh
+/// weigh so little in theirs that leaving them moves no digit of the measured surface error.
 [[nodiscard]] inline double cut_reach(const Vec3d& spacing) noexcept {
   return std::max(1.5 / std::sqrt(3.0) * spacing.norm(), spacing.maxCoeff());
 }
@@ -71,112 +71,6 @@ class Coverage {
   float isovalue_;
   float half_;
   float per_density_;
-};
-
-/// What a tick allows a cut to do: how much any voxel may fall by.
-struct CutAllowance {
-  double dt = 0;           ///< [s]
-  double force_N = 0;      ///< pressing force [N]
-  std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
-};
-
-/// Cuts at once what the body covers. Independent of the tick rate.
-struct GeometricCut {
-  void validate() const {}
-
-  template <VoxelDensity Density>
-  struct Limit {
-    [[nodiscard]] Density operator()(Density /*old*/, Density target, float /*share*/, std::uint32_t /*voxel*/) const {
-      return target;
-    }
-  };
-  template <VoxelDensity Density>
-  [[nodiscard]] Limit<Density> limit(const CutAllowance&) const noexcept {
-    return {};
-  }
-};
-
-/// The same resistance whatever the density.
-struct UniformHardness {
-  [[nodiscard]] float operator()(float /*density*/) const noexcept { return 1.0F; }
-};
-
-/// How hard a density is to cut, as a divisor of the rate; > 0.
-template <class H>
-concept Hardness = std::copy_constructible<H> && requires(const H& h, float density) {
-  { h(density) } noexcept -> std::convertible_to<float>;
-};
-
-/// Approaches the geometric cut: a voxel falls by at most rate · share · dt / hardness(ρ) a tick, and not below the
-/// geometric target. share goes linearly from 1 at `cut_reach` inside the cutter over 1/2 at its surface to 0 at the
-/// same distance outside: all voxels that the geometric cut would change approach it, inner ones first.
-///
-/// Integer densities fall by whole steps whose mean is exact: the fraction decides by a hash of voxel and tick, so that
-/// slow cuts do not stall and two runs give the same bits.
-///
-/// A voxel counts as covered for the whole tick in which the swept body reaches it: a burr that passes by faster than
-/// its own radius a tick removes up to (2R + v dt)/(2R) too much.
-template <Hardness H = UniformHardness>
-struct RateLimitedCut {
-  double rate = 1e5;           ///< densities/s that a wholly covered voxel of hardness 1 loses, > 0
-  double reference_force = 0;  ///< [N]: the rate holds at this force and is proportional to it; 0: force plays no part
-  double most_force_factor = 4;  ///< bound of force / reference_force
-  [[no_unique_address]] H hardness{};
-
-  /// Throws std::invalid_argument.
-  void validate() const {
-    if (!(rate > 0) || !std::isfinite(rate)) refuse("RateLimitedCut", "rate must be > 0 densities/s", rate);
-    if (!(reference_force >= 0) || !std::isfinite(reference_force))
-      refuse("RateLimitedCut", "reference_force must be >= 0 N", reference_force);
-    if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
-      refuse("RateLimitedCut", "most_force_factor must be > 0", most_force_factor);
-  }
-
-  template <VoxelDensity Density>
-  struct Limit {
-    float fall;  // densities a wholly covered voxel of hardness 1 may lose now
-    std::uint32_t seed;
-    const H* hardness;
-
-    [[nodiscard]] Density operator()(Density old, Density target, float share, std::uint32_t voxel) const {
-      const float from = static_cast<float>(old);
-      const float drop = fall * share / static_cast<float>((*hardness)(from));
-      if constexpr (std::is_floating_point_v<Density>) {
-        const float value = drop > 0 ? from - drop : from;
-        return value > target ? value : target;
-      } else {
-        // Falls of a whole range and more mean "to the target"; NaN means none.
-        constexpr float kRange = 65536.0F;
-        const float most = drop < kRange ? (drop > 0 ? drop : 0.0F) : kRange;
-        const int value = static_cast<int>(old) - static_cast<int>(most + unit_hash(voxel ^ seed));
-        return value > static_cast<int>(target) ? static_cast<Density>(value) : target;
-      }
-    }
-  };
-
-  template <VoxelDensity Density>
-  [[nodiscard]] Limit<Density> limit(const CutAllowance& a) const noexcept {
-    const double factor = reference_force > 0 ? std::min(a.force_N / reference_force, most_force_factor) : 1.0;
-    return {static_cast<float>(std::min(rate * a.dt * factor, 1e30)), scramble(a.tick + 0x9E3779B9U), &hardness};
-  }
-
- private:
-  /// Well mixed bits (the finaliser of MurmurHash3).
-  [[nodiscard]] static std::uint32_t scramble(std::uint32_t x) noexcept {
-    x = (x ^ (x >> 16)) * 0x85EBCA6BU;
-    x = (x ^ (x >> 13)) * 0xC2B2AE35U;
-    return x ^ (x >> 16);
-  }
-  /// In [0, 1).
-  [[nodiscard]] static float unit_hash(std::uint32_t x) noexcept {
-    return static_cast<float>(static_cast<int>(scramble(x) >> 8)) * 0x1p-24F;
-  }
-};
-
-template <class P>
-concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
-  { policy.validate() };
-  { policy.template limit<std::uint8_t>(allowance) } noexcept;
 };
 
 namespace detail {
@@ -233,6 +127,8 @@ class Cut {
     const Vec3d lo = (box.min().array() - reach_).matrix().cwiseQuotient(h);
     const Vec3d hi = (box.max().array() + reach_).matrix().cwiseQuotient(h);
     if (!is_finite(lo) || !is_finite(hi)) return 0;
+    // No point is deeper in the body than half its box's shortest side.
+    lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
     const VoxelRun planes(lo.z(), hi.z(), size[2]);
     const VoxelRun rows(lo.y(), hi.y(), size[1]);
     bool any = false;
@@ -258,11 +154,19 @@ class Cut {
   bool lower(int j, int k, const VoxelRun& run, float y, float z) noexcept {
     const float step = static_cast<float>(grid_.spacing().x());
     const int changed = grid_.lower_lanes(j, k, run.lo, run.hi, [&](int i, int count, const Lanes& old, Lanes& value) {
+      if (is_low(old)) return;
       CutLanes d;
       cutter_.distances(static_cast<float>(i * grid_.spacing().x() - origin_.x()), step, y, z, d);
       lower_lanes(static_cast<std::uint32_t>(grid_.index(i, j, k)), count, d, old, value);
     });
     return changed != 0;
+  }
+
+  /// Whether no target can be lower than what is there: air, mostly.
+  [[nodiscard]] bool is_low(const Lanes& old) const noexcept {
+    Density most = lowest_target_;
+    for (std::size_t l = 0; l < kCutLanes; ++l) most = old[l] > most ? old[l] : most;
+    return most == lowest_target_;
   }
 
   void lower_lanes(std::uint32_t voxel, int count, const CutLanes& d, const Lanes& old, Lanes& value) noexcept {
@@ -291,18 +195,21 @@ class Cut {
   double per_x_;
   float isovalue_;
   float per_metre_;
+  Density lowest_target_{};
   std::array<float, kCutLanes> removed_{};
 };
 
 }  // namespace detail
 
 /// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the fall of the voxels' summed `Coverage`.
-/// `slope` [densities per voxel], 0: `auto_slope`. A cutter with a non-finite place or away from the grid does nothing.
+/// `slope` [densities per voxel], 0: `auto_slope`. A cutter with a non-finite place or away from the grid does nothing,
+/// nor does an isovalue that is not finite.
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
 double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const Policy& policy = {},
              const CutAllowance& allowance = {}, double slope = 0) noexcept {
+  if (!std::isfinite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
-  const double s = slope > 0 ? slope : auto_slope(grid, isovalue);
+  const double s = slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
   return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/core/refuse.hpp>
 
 #include <algorithm>
 #include <array>
@@ -30,11 +29,16 @@ struct RowSpan {
 /// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z).
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out) {
-  { c.signed_distance(p_G) } noexcept -> std::same_as<double>;
-  { c.bounds() } noexcept -> std::same_as<Eigen::AlignedBox3d>;
-  { c.origin() } noexcept -> std::same_as<Vec3d>;
-  { c.row(d, d, d) } noexcept -> std::same_as<RowSpan>;
-  { c.distances(f, f, f, f, out) } noexcept;
+  { c.signed_distance(p_G) }
+  noexcept->std::same_as<double>;
+  { c.bounds() }
+  noexcept->std::same_as<Eigen::AlignedBox3d>;
+  { c.origin() }
+  noexcept->std::same_as<Vec3d>;
+  { c.row(d, d, d) }
+  noexcept->std::same_as<RowSpan>;
+  { c.distances(f, f, f, f, out) }
+  noexcept;
 };
 
 namespace detail {
@@ -63,10 +67,12 @@ class Rod {
   [[nodiscard]] const Vec3d& along() const noexcept { return along_; }
   [[nodiscard]] double length() const noexcept { return length_; }
 
-  /// The x of row (y, z) that lie within radius + reach of the segment's line and, along it, of its ends.
-  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept {
+  /// The x of row (y, z) that lie within radius + reach of the segment's line and, along it, of its ends; with
+  /// `beyond_start` none before the start.
+  [[nodiscard]] RowSpan row(double y, double z, double reach, bool beyond_start = false) const noexcept {
     constexpr double kAll = std::numeric_limits<double>::max();
     const double r = radius_ + reach;
+    const double first = beyond_start ? 0 : -r;
     const double dy = y - start_.y();
     const double dz = z - start_.z();
     const double q = dy * along_.y() + dz * along_.z();
@@ -82,11 +88,11 @@ class Rod {
       return {};
     }
     if (per_along_x_ != 0) {
-      const double s0 = (-r - q) * per_along_x_;
+      const double s0 = (first - q) * per_along_x_;
       const double s1 = (length_ + r - q) * per_along_x_;
       span.lo = std::max(span.lo, std::min(s0, s1));
       span.hi = std::min(span.hi, std::max(s0, s1));
-    } else if (q < -r || q > length_ + r) {
+    } else if (q < first || q > length_ + r) {
       return {};
     }
     return {span.lo + start_.x(), span.hi + start_.x()};
@@ -107,11 +113,16 @@ class Rod {
 }  // namespace detail
 
 /// A ball, swept in a straight line from where its centre was to where it is: a capsule, exact for any length, so that
-/// what a tick leaves out the next one does not have to make up for. A still ball has equal centres.
+/// what a tick leaves out the next one does not have to make up for. A still ball has equal centres. Where the ball at
+/// the start is cut already (`start_is_cut`), the rows leave out what is nearest to it: half the work of a short way.
 class SphereCutter {
  public:
-  SphereCutter(const Vec3d& p_GC_previous, const Vec3d& p_GC, double radius) noexcept
-      : start_(p_GC_previous), end_(p_GC), radius_(radius), rod_(Vec3d::Zero(), p_GC - p_GC_previous, radius) {
+  SphereCutter(const Vec3d& p_GC_previous, const Vec3d& p_GC, double radius, bool start_is_cut = false) noexcept
+      : start_(p_GC_previous),
+        end_(p_GC),
+        radius_(radius),
+        start_is_cut_(start_is_cut),
+        rod_(Vec3d::Zero(), p_GC - p_GC_previous, radius) {
     along_ = rod_.along().cast<float>();
     length_ = static_cast<float>(rod_.length());
   }
@@ -130,7 +141,9 @@ class SphereCutter {
   }
 
   [[nodiscard]] Vec3d origin() const noexcept { return start_; }
-  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept { return rod_.row(y, z, reach); }
+  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept {
+    return rod_.row(y, z, reach, start_is_cut_);
+  }
 
   void distances(float x, float step, float y, float z, CutLanes& out) const noexcept {
     const float ax = along_.x(), ay = along_.y(), az = along_.z();
@@ -156,197 +169,13 @@ class SphereCutter {
   Vec3d start_;
   Vec3d end_;
   double radius_;
+  bool start_is_cut_;
   detail::Rod rod_;
   Vec3<float> along_;
   float start_at_ = 0;
   float length_ = 0;
 };
 
-/// How a drill ends; a round one does so at both ends.
-enum class DrillEnd : unsigned char { kFlat, kCone, kRound };
-
-/// A drill bit: a cylinder round T's z axis from its cutting end to `length` behind T's origin. Whatever the end, its
-/// foremost point is one radius ahead of T's origin, where the ball of a burr ends too.
-struct DrillBit {
-  double radius = 0.001;
-  double length = 0.010;  ///< of the cutting flutes, from T's origin toward the handle
-  DrillEnd end = DrillEnd::kCone;
-  double half_angle = 1.0297;  ///< of the cone, from the axis [rad], in (0, π/2); 59° as twist drills have
-
-  /// Throws std::invalid_argument.
-  void validate() const {
-    if (!(radius > 0) || !std::isfinite(radius)) refuse("DrillBit", "radius must be > 0 m", radius);
-    if (!(length > 0) || !std::isfinite(length)) refuse("DrillBit", "length must be > 0 m", length);
-    if (end == DrillEnd::kRound && !(length > radius))
-      refuse("DrillBit", "a round bit's length must exceed its radius", length);
-    if (end != DrillEnd::kCone) return;
-    if (!(half_angle > 0) || !(half_angle < 1.5707963))
-      refuse("DrillBit", "half_angle must be in (0, pi/2) rad", half_angle);
-    if (!(shoulder() < length)) refuse("DrillBit", "length must exceed the cone's", length);
-  }
-
-  /// z of T at which the end has reached the full radius [m].
-  [[nodiscard]] double shoulder() const noexcept {
-    if (end == DrillEnd::kRound) return 0;
-    return end == DrillEnd::kFlat ? -radius : -radius + radius / std::tan(half_angle);
-  }
-};
-
-/// A drill bit swept from a pose to the next, in so many still poses that neighbours lie at most half a voxel apart
-/// anywhere on the bit (of at most 33: 16 voxels of way). A surface along the way is cut with scallops of
-/// (half voxel)²/(8 radius); a sharp rim that moves askew is cut to within a quarter voxel.
-class DrillCutter {
- public:
-  static constexpr int kMostPoses = 33;
-
-  /// `step` [m]: farthest that any point of the bit moves between the poses that are cut.
-  DrillCutter(const DrillBit& bit, const Posed& X_GT_previous, const Posed& X_GT, double step) noexcept
-      : origin_(X_GT.translation()), profile_(bit) {
-    const double motion = way(bit, X_GT_previous, X_GT);
-    const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMostPoses - 1})) : 0;
-    const Quatd q0(X_GT_previous.linear());
-    const Quatd q1(X_GT.linear());
-    for (count_ = 0; count_ <= steps; ++count_) {
-      const double t = steps > 0 ? static_cast<double>(count_) / steps : 1.0;
-      const Vec3d p = (1 - t) * X_GT_previous.translation() + t * X_GT.translation();
-      add(p - origin_, count_ == steps ? Mat3d(X_GT.linear()) : q0.slerp(t, q1).toRotationMatrix(), bit);
-    }
-  }
-
-  /// The farthest that any point of the bit moves between two poses, at most [m].
-  [[nodiscard]] static double way(const DrillBit& bit, const Posed& a, const Posed& b) noexcept {
-    const double far_point = std::hypot(std::max(bit.length, bit.radius), bit.radius);
-    const Mat3d turn = a.linear().transpose() * b.linear();
-    return (b.translation() - a.translation()).norm() + far_point * rotation_vector<double>(turn).norm();
-  }
-
-  [[nodiscard]] double signed_distance(const Vec3d& p_G) const noexcept {
-    double d = std::numeric_limits<double>::max();
-    for (int i = 0; i < count_; ++i) {
-      const auto& at = poses_[static_cast<std::size_t>(i)];
-      const Vec3d p_O = p_G - origin_ - at.origin;
-      const double z = at.axis.dot(p_O);
-      const double q = profile_.signed_square((p_O - z * at.axis).norm(), z);
-      d = std::min(d, std::copysign(std::sqrt(std::abs(q)), q) - profile_.inflate);
-    }
-    return d;
-  }
-
-  [[nodiscard]] Eigen::AlignedBox3d bounds() const noexcept { return box_; }
-  [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
-
-  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept {
-    RowSpan all;
-    for (int i = 0; i < count_; ++i) {
-      const RowSpan one = poses_[static_cast<std::size_t>(i)].rod.row(y, z, reach);
-      if (one.hi < one.lo) continue;
-      all = all.hi < all.lo ? one : RowSpan{std::min(all.lo, one.lo), std::max(all.hi, one.hi)};
-    }
-    return all;
-  }
-
-  void distances(float x, float step, float y, float z, CutLanes& out) const noexcept {
-    out.fill(std::numeric_limits<float>::max());
-    for (int i = 0; i < count_; ++i) {
-      const auto& at = poses_[static_cast<std::size_t>(i)];
-      const float ax = at.axis_f.x(), ay = at.axis_f.y(), az = at.axis_f.z();
-      const float px = x - at.origin_f.x(), py = y - at.origin_f.y(), pz = z - at.origin_f.z();
-      CutLanes r, w;
-      for (std::size_t l = 0; l < kCutLanes; ++l) {
-        const float qx = px + step * static_cast<float>(static_cast<int>(l));
-        w[l] = qx * ax + py * ay + pz * az;
-        const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
-        r[l] = rx * rx + ry * ry + rz * rz;
-      }
-      detail::take_roots(r);
-      for (std::size_t l = 0; l < kCutLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
-      for (std::size_t l = 0; l < kCutLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
-      detail::take_roots(r);
-      const auto inflate = static_cast<float>(profile_.inflate);
-      for (std::size_t l = 0; l < kCutLanes; ++l) {
-        const float d = (w[l] < 0.0F ? -r[l] : r[l]) - inflate;
-        out[l] = d < out[l] ? d : out[l];
-      }
-    }
-  }
-
- private:
-  /// The bit's outline in the half plane (r from the axis, z along it): a convex polygon, or a segment of the axis
-  /// that is inflated by the radius (round ends).
-  struct Profile {
-    explicit Profile(const DrillBit& bit) noexcept
-        : radius(bit.radius),
-          inflate(bit.end == DrillEnd::kRound ? bit.radius : 0.0),
-          shoulder(bit.shoulder()),
-          top(bit.length - inflate),
-          edge_length(std::hypot(radius, shoulder + radius)),
-          edge_r(radius / edge_length),
-          edge_z((shoulder + radius) / edge_length) {}
-
-    /// Squared distance from the polygon or segment, negative inside; exact.
-    template <RealScalar Scalar>
-    [[nodiscard]] Scalar signed_square(Scalar r, Scalar z) const noexcept {
-      const auto R = static_cast<Scalar>(radius), s = static_cast<Scalar>(shoulder), t = static_cast<Scalar>(top);
-      const Scalar along = z - clamped(z, s, t);
-      if (inflate > 0) return r * r + along * along;
-      const Scalar out = r - R;
-      const Scalar over = z - t;
-      const Scalar beside = out > Scalar(0) ? out : Scalar(0);
-      const Scalar to_side = out * out + along * along;
-      const Scalar to_top = over * over + beside * beside;
-      // The cutting edge: from the tip on the axis to the shoulder.
-      const auto er = static_cast<Scalar>(edge_r), ez = static_cast<Scalar>(edge_z);
-      const Scalar h = z + R;
-      const Scalar on = clamped(r * er + h * ez, Scalar(0), static_cast<Scalar>(edge_length));
-      const Scalar dr = r - on * er, dz = h - on * ez;
-      const Scalar to_edge = dr * dr + dz * dz;
-      const Scalar nearer = to_side < to_top ? to_side : to_top;
-      const Scalar nearest = to_edge < nearer ? to_edge : nearer;
-      const Scalar before = r * ez - h * er;
-      const Scalar outermost = out > over ? out : over;
-      return (outermost > before ? outermost : before) < Scalar(0) ? -nearest : nearest;
-    }
-
-    double radius, inflate, shoulder, top;
-    double edge_length, edge_r, edge_z;
-
-   private:
-    template <RealScalar Scalar>
-    [[nodiscard]] static Scalar clamped(Scalar v, Scalar lo, Scalar hi) noexcept {
-      v = v > lo ? v : lo;
-      return v < hi ? v : hi;
-    }
-  };
-
-  struct Pose {
-    Vec3d origin;  // of T, from origin()
-    Vec3d axis;    // +z of T in G
-    Vec3<float> origin_f;
-    Vec3<float> axis_f;
-    detail::Rod rod;
-  };
-
-  void add(const Vec3d& p_OT, const Mat3d& R_GT, const DrillBit& bit) noexcept {
-    const Vec3d axis = R_GT.col(2);
-    const Vec3d front = p_OT - bit.radius * axis;
-    const Vec3d back = p_OT + bit.length * axis;
-    poses_[static_cast<std::size_t>(count_)] =
-        Pose{p_OT, axis, p_OT.cast<float>(), axis.cast<float>(), detail::Rod(front, back, bit.radius)};
-    for (const Vec3d& end : {front, back}) {
-      // A disc of the bit's radius at either end holds the bit.
-      const Vec3d half = bit.radius * (Vec3d::Ones() - axis.cwiseProduct(axis)).cwiseMax(0.0).cwiseSqrt();
-      box_.extend(Vec3d(origin_ + end - half));
-      box_.extend(Vec3d(origin_ + end + half));
-    }
-  }
-
-  Vec3d origin_;
-  Profile profile_;
-  int count_ = 0;
-  std::array<Pose, kMostPoses> poses_;
-  Eigen::AlignedBox3d box_;
-};
-
-static_assert(Cutter<SphereCutter> && Cutter<DrillCutter>);
+static_assert(Cutter<SphereCutter>);
 
 }  // namespace trephine

@@ -114,8 +114,8 @@ void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, 
   const int cell_z = static_cast<int>(last_z) - 1;
   const int row = v.row;
   const int plane = v.plane;
-  // Blocks small enough for the stack and the first cache; `m` is visibly a multiple of the lane, which compilers need to
-  // vectorise without a remainder loop.
+  // Blocks small enough for the stack and the first cache; `m` is visibly a multiple of the lane, which compilers need
+  // to vectorise without a remainder loop.
   constexpr int kBlock = 8 * kLane;
   std::array<int, kBlock> base;
   std::array<Scalar, kBlock> fx, fy, fz;

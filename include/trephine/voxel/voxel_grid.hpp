@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -121,9 +122,9 @@ class VoxelGrid {
   }
 
   // --- Editing, haptic thread ----------------------------------------------------------------------------------------
-  /// Lowers voxels `x0 .. x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN is
-  /// not lower). The voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an edit.
-  /// Returns how many voxels changed.
+  /// Lowers voxels `x0 .. x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN
+  /// is not lower). The voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an
+  /// edit. Returns how many voxels changed.
   template <class DensityOf>
   int lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept;
 
@@ -142,6 +143,10 @@ class VoxelGrid {
   /// A tick that must stay short restores a few at a time. Throws std::invalid_argument without `keep_original`.
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max());
 
+  /// A number that is another one whenever densities may have risen, and on every grid of the program: who remembers
+  /// what it cut may rely on it while this stays.
+  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return rise_stamp_; }
+
   // --- Bricks --------------------------------------------------------------------------------------------------------
   [[nodiscard]] const std::array<int, 3>& bricks() const noexcept { return bricks_; }
   [[nodiscard]] std::size_t brick_count() const noexcept { return versions_.size(); }
@@ -159,6 +164,7 @@ class VoxelGrid {
   template <VoxelDensity>
   friend class GridReader;
 
+  [[nodiscard]] static std::uint64_t next_rise_stamp() noexcept;
   static void check_pose(const Posed& X);
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
@@ -188,10 +194,11 @@ class VoxelGrid {
   static constexpr std::uint8_t kTouched = 1;    // version to raise
   static constexpr std::uint8_t kMaxStale = 2;   // the voxel that held the maximum may have been lowered
   static constexpr std::uint8_t kBothStale = 4;  // densities may have risen
-  std::vector<std::uint8_t> dirt_;    // flags of this edit, a brick
-  std::vector<int> dirty_;            // bricks with flags; reserved for all, so never allocates
-  std::vector<std::uint8_t> edited_;  // own voxels differ from the original
+  std::vector<std::uint8_t> dirt_;               // flags of this edit, a brick
+  std::vector<int> dirty_;                       // bricks with flags; reserved for all, so never allocates
+  std::vector<std::uint8_t> edited_;             // own voxels differ from the original
   VoxelBox edit_box_;
+  std::uint64_t rise_stamp_ = next_rise_stamp();
 };
 
 }  // namespace trephine

@@ -64,6 +64,15 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   }
 }
 
+namespace detail {
+inline std::atomic<std::uint64_t> rise_count{0};
+}  // namespace detail
+
+template <VoxelDensity Density>
+std::uint64_t VoxelGrid<Density>::next_rise_stamp() noexcept {
+  return detail::rise_count.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 template <VoxelDensity Density>
 void VoxelGrid<Density>::check_pose(const Posed& X) {
   const Mat3d R = X.linear();
@@ -172,6 +181,7 @@ int VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit) n
   int first = x1 + 1;
   int last = x0 - 1;
   int changed = 0;
+  // Of whole blocks: bounds of the changed voxels' densities, which is what `mark` needs.
   Density new_min = std::numeric_limits<Density>::max();
   Density old_max = std::numeric_limits<Density>::lowest();
   for (int x = x0; x <= x1; x += kLowerLanes) {
@@ -181,16 +191,22 @@ int VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit) n
     const int count = std::min(x1 - x + 1, kLowerLanes);
     edit(x, count, std::as_const(old), value);
     if (std::memcmp(value.data(), old.data(), sizeof(old)) == 0) continue;
-    for (int i = 0; i < count; ++i) {
-      const auto l = static_cast<std::size_t>(i);
-      if (!(value[l] < old[l])) continue;
-      store_relaxed(row[x + i], value[l]);
-      first = std::min(first, x + i);
-      last = x + i;
-      new_min = std::min(new_min, value[l]);
-      old_max = std::max(old_max, old[l]);
-      ++changed;
-    }
+    // In separate loops over all lanes, so that they vectorise.
+    for (std::size_t l = 0; l < kLowerLanes; ++l) value[l] = value[l] < old[l] ? value[l] : old[l];
+    for (std::size_t l = static_cast<std::size_t>(count); l < kLowerLanes; ++l) value[l] = old[l];
+    for (std::size_t l = 0; l < kLowerLanes; ++l) new_min = value[l] < new_min ? value[l] : new_min;
+    for (std::size_t l = 0; l < kLowerLanes; ++l) old_max = old[l] > old_max ? old[l] : old_max;
+    int in_block = 0;
+    for (std::size_t l = 0; l < kLowerLanes; ++l) in_block += value[l] < old[l] ? 1 : 0;
+    if (in_block == 0) continue;
+    changed += in_block;
+    int i0 = 0;
+    int i1 = count - 1;
+    while (!(value[static_cast<std::size_t>(i0)] < old[static_cast<std::size_t>(i0)])) ++i0;
+    while (!(value[static_cast<std::size_t>(i1)] < old[static_cast<std::size_t>(i1)])) --i1;
+    for (int i = i0; i <= i1; ++i) store_relaxed(row[x + i], value[static_cast<std::size_t>(i)]);
+    first = std::min(first, x + i0);
+    last = x + i1;
   }
   if (changed != 0) mark(j, k, first, last, new_min, old_max);
   return changed;
@@ -295,8 +311,8 @@ Density VoxelGrid<Density>::scan_max(std::size_t b, Density at_most) const noexc
   return max;
 }
 
-/// Differences change in the edited voxels and their neighbours, and all of those lie in marked bricks (or in the border
-/// beside them): brick by brick the work stays bounded when the edits lie far apart.
+/// Differences change in the edited voxels and their neighbours, and all of those lie in marked bricks (or in the
+/// border beside them): brick by brick the work stays bounded when the edits lie far apart.
 template <VoxelDensity Density>
 void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
   const auto at_brick = brick_coordinates(b);
@@ -352,6 +368,7 @@ void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
         touch(brick_index(x, y, z), kBothStale);
       }
   edited_[b] = 0;
+  rise_stamp_ = next_rise_stamp();
 }
 
 template <VoxelDensity Density>
