@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "algorithms.hpp"
+
+#include "run.hpp"
+
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/device_limits.hpp>
+#include <trephine/stage/milling.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+
+namespace drill {
+namespace {
+
+using namespace trephine;
+
+/// Bone gives way at a rate, not at once: the hand feels it, and a burr that is fed too fast lags behind. The densest
+/// voxel of the volume lasts half a second. Not by force: Line's tip is a point, feels nothing once it has fallen into
+/// a pit, and would leave the pit's walls standing.
+RateLimitedCut<> bite(const Bone& bone) { return {.rate = 2 * (bone.grid.original_range().max - bone.isovalue)}; }
+
+/// The scene of this program: only the renderer differs.
+template <class Renderer>
+auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer) {
+  return HapticScene{bone,
+                     about.isovalue,
+                     renderer,
+                     Milling{bite(about)},
+                     MillingVibration{{.frequency = 180, .per_force = 0.08}},
+                     Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}},
+                     DeviceLimits{.force = 8.5, .torque = 0.188}};
+}
+
+}  // namespace
+
+RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
+  const ToolDiscretization tool{about.burr, LineCounts{.shaft = options.line_vertices}};
+  auto scene = scene_of(bone, about, LineApproxRenderer{tool, LineOptions{.stiffness = kStiffness}});
+  return perform("line", scene, surgeon, pictured, options.real_time, "line");
+}
+
+RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
+  const ToolDiscretization tool{
+      about.burr,
+      SurfaceCounts{.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice}};
+  auto scene = scene_of(bone, about, SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = kStiffness}});
+  return perform("surface", scene, surgeon, pictured, options.real_time, "surface");
+}
+
+}  // namespace drill

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bone.hpp"
+#include "run_log.hpp"
+#include "surgeon.hpp"
+
+namespace drill {
+
+/// Runs of the two algorithms on `bone`, which they carve. Translation units of their own: each is a scene of templates.
+[[nodiscard]] RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon,
+                              double pictured);
+[[nodiscard]] RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon,
+                                 double pictured);
+
+/// Stiffness of the bone under the tip, the same for both [N/m].
+inline constexpr double kStiffness = 800;
+
+}  // namespace drill

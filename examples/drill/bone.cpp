@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "bone.hpp"
+
+#include "phantom.hpp"
+#include "pieces.hpp"
+#include "read_itk.hpp"
+#include "skull_file.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+namespace drill {
+namespace {
+
+constexpr double kBoneHU = 300;  // below the densest soft tissue and contrast-free vessels, above most of the marrow
+
+Bone skull(const Options& options) {
+  Grid grid = read_skull(options.skull);
+  const double isovalue = options.isovalue.value_or(kBoneHU);
+  std::vector<std::string> notes{
+      "the file does not record which side is left; its rows are turned to make a right-handed volume"};
+  const Pieces pieces = keep_largest_piece(grid, isovalue);
+  if (pieces.removed > 0)
+    notes.push_back("left out: " + std::to_string(pieces.removed) +
+                    " pieces that hang in the air, the scanner's head rest among them");
+  return {.name = "skull", .unit = "HU", .grid = std::move(grid), .isovalue = isovalue, .burr = {}, .notes = notes};
+}
+
+Bone ct(const Options& options) {
+#ifdef TREPHINE_EXAMPLE_HAS_ITK
+  Grid grid = read_ct(options.ct, options.series);
+  const auto range = grid.original_range();
+  // Air at -1000 says that these are Hounsfield units; elsewhere half way is as good a guess as any.
+  const bool hounsfield = range.min <= -500;
+  const double half_way = std::floor(0.5 * (range.min + range.max)) + 0.5;
+  std::vector<std::string> notes;
+  if (!hounsfield && !options.isovalue) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(),
+                  "densities are %d to %d, no Hounsfield units; isovalue %g is a guess (--isovalue)", range.min,
+                  range.max, half_way);
+    notes.emplace_back(text.data());
+  }
+  std::filesystem::path path(options.ct);
+  if (!path.has_filename()) path = path.parent_path();
+  return {.name = path.filename().string(),
+          .unit = hounsfield ? "HU" : "levels",
+          .grid = std::move(grid),
+          .isovalue = options.isovalue.value_or(hounsfield ? kBoneHU : half_way),
+          .burr = {},
+          .notes = notes};
+#else
+  throw std::runtime_error("--ct " + options.ct +
+                           ": this build cannot read it, ITK is missing (Debian: libinsighttoolkit5-dev); build again "
+                           "with it, or use --skull");
+#endif
+}
+
+Bone tooth(const Options& options) {
+  return {.name = "tooth phantom",
+          .unit = "levels",
+          .grid = tooth_phantom<std::int16_t>(),
+          .isovalue = options.isovalue.value_or(PhantomDensities::kIsovalue),
+          .burr = {},
+          .notes = {}};
+}
+
+/// Three voxels' radius at least, so that the ball is round and its way out of bone is more than one sample; in steps of
+/// half a millimetre, or of 0.1 mm below 1 mm.
+trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
+  const double least_mm = std::max(3e3 * grid.spacing().minCoeff(), 0.8);
+  const double steps_a_mm = least_mm > 1 ? 2 : 10;
+  const double radius_mm = std::ceil(steps_a_mm * least_mm - 1e-6) / steps_a_mm;
+  trephine::Burr burr;
+  burr.tip_radius = options.tip_radius.value_or(1e-3 * radius_mm);
+  burr.shaft_radius = options.shaft_radius.value_or(1e-4 * std::max(1.0, std::round(0.53e4 * burr.tip_radius)));
+  burr.shaft_length = options.shaft_length.value_or(0.040);
+  burr.validate();
+  return burr;
+}
+
+}  // namespace
+
+Bone load_bone(const Options& options) {
+  Bone bone = !options.skull.empty() ? skull(options) : !options.ct.empty() ? ct(options) : tooth(options);
+  bone.burr = fitting_burr(bone.grid, options);
+  bone.grid = bone.grid.cropped(bone.isovalue);
+  return bone;
+}
+
+Grid fresh_copy(const Grid& grid) {
+  const auto& n = grid.size();
+  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
+                                   static_cast<std::size_t>(n[2]));
+  grid.copy_voxels(voxels);
+  return {{.size = n, .spacing = grid.spacing(), .X_WG = grid.X_WG(), .outside = static_cast<double>(grid.outside())},
+          std::span<const std::int16_t>(voxels)};
+}
+
+}  // namespace drill

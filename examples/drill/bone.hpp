@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "options.hpp"
+
+#include <trephine/tool/shape.hpp>
+#include <trephine/voxel/voxel_grid.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace drill {
+
+using Grid = trephine::VoxelGrid<std::int16_t>;
+
+/// What is drilled: a volume cropped to its bone, and what fits it.
+struct Bone {
+  std::string name;         ///< for pictures and tables: "skull", "tooth phantom", a file's name
+  std::string unit;         ///< of its densities: "HU" or "levels"
+  Grid grid;                ///< its world is the volume as read: first voxel's centre, the volume's axes
+  double isovalue = 0;      ///< bone is where density >= isovalue
+  trephine::Burr burr;      ///< a drill of sensible size for these voxels
+  std::vector<std::string> notes;  ///< what was changed or is not known
+};
+
+/// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
+[[nodiscard]] Bone load_bone(const Options& options);
+
+/// A grid of its own with the same densities in the same place, to be carved.
+[[nodiscard]] Grid fresh_copy(const Grid& grid);
+
+}  // namespace drill

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "bone_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace drill {
+namespace {
+
+std::size_t flat(const std::array<int, 3>& n, int i, int j, int k) {
+  return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(k) * n[1] + j) * n[0] + i);
+}
+
+std::size_t product(const std::array<int, 3>& n) {
+  return static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
+}
+
+/// Mean over 2 r + 1 neighbours along an axis, air beyond the edges; by a running sum.
+void box_blur(std::vector<float>& values, const std::array<int, 3>& n, std::size_t axis, int r) {
+  if (r < 1) return;
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(n[0]),
+                                          static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1])};
+  const std::size_t other1 = axis == 0 ? 1 : 0;
+  const std::size_t other2 = axis == 2 ? 1 : 2;
+  const int length = n[axis];
+  std::vector<float> line(static_cast<std::size_t>(length));
+  for (int b = 0; b < n[other2]; ++b)
+    for (int a = 0; a < n[other1]; ++a) {
+      float* at = values.data() + static_cast<std::size_t>(a) * stride[other1] + static_cast<std::size_t>(b) * stride[other2];
+      for (int i = 0; i < length; ++i) line[static_cast<std::size_t>(i)] = at[static_cast<std::size_t>(i) * stride[axis]];
+      const auto value = [&](int i) { return i < 0 || i >= length ? 0.0F : line[static_cast<std::size_t>(i)]; };
+      float sum = 0;
+      for (int i = -r; i <= r; ++i) sum += value(i);
+      for (int i = 0; i < length; ++i) {
+        at[static_cast<std::size_t>(i) * stride[axis]] = sum / static_cast<float>(2 * r + 1);
+        sum += value(i + r + 1) - value(i - r);
+      }
+    }
+}
+
+}  // namespace
+
+BoneSurface::BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue)
+    : field_(bone, isovalue),
+      spacing_(bone.spacing().cast<float>()),
+      hi_(Vec3f(static_cast<float>(bone.size()[0]), static_cast<float>(bone.size()[1]),
+                static_cast<float>(bone.size()[2]))
+              .cwiseProduct(spacing_)),
+      most_above_(static_cast<float>(bone.original_range().max - isovalue)) {
+  find_active_blocks(isovalue);
+  blur(isovalue);
+}
+
+void BoneSurface::find_active_blocks(double isovalue) {
+  const auto& bone = grid();
+  const auto& n = bone.size();
+  // Padded coordinates: the border voxel is 0. Cells, not voxels, count: a voxel marks the blocks of all its cells.
+  for (std::size_t a = 0; a < 3; ++a) blocks_[a] = (n[a] + 1) / kBlock + 1;
+  active_.assign(product(blocks_), 0);
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) {
+        if (!(static_cast<double>(bone.at(i, j, k)) >= isovalue)) continue;
+        for (int z = k / kBlock; z <= (k + 1) / kBlock; ++z)
+          for (int y = j / kBlock; y <= (j + 1) / kBlock; ++y)
+            for (int x = i / kBlock; x <= (i + 1) / kBlock; ++x) active_[flat(blocks_, x, y, z)] = 1;
+      }
+}
+
+void BoneSurface::blur(double isovalue) {
+  const auto& bone = grid();
+  const auto& n = bone.size();
+  for (std::size_t a = 0; a < 3; ++a) half_[a] = (n[a] + 1) / 2;
+  std::vector<float> share(product(half_), 0.0F);
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i)
+        if (static_cast<double>(bone.at(i, j, k)) >= isovalue) share[flat(half_, i / 2, j / 2, k / 2)] += 0.125F;
+  for (const float voxels : {1.5F, 4.0F, 12.0F}) {
+    Blurred b{voxels * voxel(), share};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // Three boxes of 2 r + 1 have variance (2 r + 1)^2 / 4 - 1/4, near enough to a Gaussian.
+      const float sigma = b.distance / (2 * spacing_[static_cast<int>(axis)]);
+      const int r = std::max(0, static_cast<int>(std::lround((std::sqrt(4 * sigma * sigma + 1) - 1) / 2)));
+      for (int pass = 0; pass < 3; ++pass) box_blur(b.share, half_, axis, r);
+    }
+    blurred_.push_back(std::move(b));
+  }
+}
+
+float BoneSurface::share_at(const Blurred& blurred, const Vec3f& p) const noexcept {
+  std::array<int, 3> base{};
+  std::array<float, 3> f{};
+  float fade = 1;  // to air beyond the grid
+  for (std::size_t a = 0; a < 3; ++a) {
+    // A pair of voxels 2 i, 2 i + 1 has its centre at 2 i + 1/2.
+    const float u = (p[static_cast<int>(a)] / spacing_[static_cast<int>(a)] - 0.5F) / 2;
+    const float c = std::clamp(u, 0.0F, static_cast<float>(half_[a] - 1));
+    fade *= std::clamp(1 - std::abs(u - c) / 6, 0.0F, 1.0F);
+    base[a] = std::min(static_cast<int>(c), std::max(half_[a] - 2, 0));
+    f[a] = c - static_cast<float>(base[a]);
+  }
+  if (!(fade > 0)) return 0;
+  float sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int x = corner & 1;
+    const int y = (corner >> 1) & 1;
+    const int z = corner >> 2;
+    const float w = (x != 0 ? f[0] : 1 - f[0]) * (y != 0 ? f[1] : 1 - f[1]) * (z != 0 ? f[2] : 1 - f[2]);
+    if (!(w > 0)) continue;
+    sum += w * blurred.share[flat(half_, base[0] + x, base[1] + y, base[2] + z)];
+  }
+  return fade * sum;
+}
+
+float BoneSurface::openness(const Vec3f& p, const Vec3f& n) const noexcept {
+  // One standard deviation above a plane a Gaussian blur sees 15.9 % of it: that much is no occlusion.
+  constexpr float kPlane = 0.159F;
+  float open = 1;
+  for (const Blurred& b : blurred_) {
+    const float share = share_at(b, p + b.distance * n);
+    open *= 1 - 0.85F * std::clamp((share - kPlane) / (0.75F - kPlane), 0.0F, 1.0F);
+  }
+  return open;
+}
+
+Vec3f BoneSurface::gradient(const Vec3f& p) const noexcept {
+  const auto& bone = grid();
+  const auto& n = bone.size();
+  std::array<int, 3> base{};
+  std::array<std::array<float, 4>, 3> weight{};
+  std::array<std::array<float, 4>, 3> slope{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const float u = p[static_cast<int>(a)] / spacing_[static_cast<int>(a)];
+    const float whole = std::floor(u);
+    const float f = u - whole;
+    const float g = 1 - f;
+    base[a] = static_cast<int>(whole);
+    weight[a] = {g * g * g / 6, (4 - 6 * f * f + 3 * f * f * f) / 6, (4 - 6 * g * g + 3 * g * g * g) / 6, f * f * f / 6};
+    slope[a] = {-g * g / 2, (3 * f * f - 4 * f) / 2, (4 * g - 3 * g * g) / 2, f * f / 2};
+  }
+  Vec3f sum = Vec3f::Zero();
+  for (std::size_t z = 0; z < 4; ++z)
+    for (std::size_t y = 0; y < 4; ++y)
+      for (std::size_t x = 0; x < 4; ++x) {
+        const int i = std::clamp(base[0] + static_cast<int>(x) - 1, -1, n[0]);
+        const int j = std::clamp(base[1] + static_cast<int>(y) - 1, -1, n[1]);
+        const int k = std::clamp(base[2] + static_cast<int>(z) - 1, -1, n[2]);
+        const auto v = static_cast<float>(bone.at(i, j, k));
+        sum += v * Vec3f(slope[0][x] * weight[1][y] * weight[2][z], weight[0][x] * slope[1][y] * weight[2][z],
+                              weight[0][x] * weight[1][y] * slope[2][z]);
+      }
+  return sum.cwiseQuotient(spacing_);
+}
+
+Vec3f BoneSurface::normal(const Vec3f& p, float spread) const noexcept {
+  Vec3f sum = gradient(p);
+  if (spread > 0)
+    for (int a = 0; a < 3; ++a) {
+      Vec3f d = Vec3f::Zero();
+      d[a] = spread;
+      sum += gradient(p - d) + gradient(p + d);
+    }
+  const float length = sum.norm();
+  return length > 0 ? Vec3f(-sum / length) : Vec3f::UnitZ();
+}
+
+std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, float step) const noexcept {
+  const Vec3f inverse = ray.direction.cwiseInverse();
+  for (int a = 0; a < 3; ++a) {
+    const float t0 = (lo()[a] - ray.origin[a]) * inverse[a];
+    const float t1 = (hi_[a] - ray.origin[a]) * inverse[a];
+    from = std::max(from, std::min(t0, t1));
+    to = std::min(to, std::max(t0, t1));
+  }
+  step *= voxel();
+  const Vec3f block = static_cast<float>(kBlock) * spacing_;
+  float before = from;
+  for (float t = from; t <= to;) {
+    const Vec3f p = ray.origin + t * ray.direction;
+    std::array<int, 3> b{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<int>(a);
+      b[a] = std::clamp(static_cast<int>((p[axis] + spacing_[axis]) / block[axis]), 0, blocks_[a] - 1);
+    }
+    if (active_[flat(blocks_, b[0], b[1], b[2])] == 0) {  // skip to where the ray leaves the block
+      float out = std::numeric_limits<float>::max();
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto axis = static_cast<int>(a);
+        const float face = static_cast<float>(b[a] + (ray.direction[axis] > 0 ? 1 : 0)) * block[axis] - spacing_[axis];
+        const float t_face = (face - ray.origin[axis]) * inverse[axis];
+        if (t_face > t) out = std::min(out, t_face);
+      }
+      before = t;
+      t = std::max(out, t) + 1e-3F * step;
+      continue;
+    }
+    if (above(p) >= 0) {
+      float outside = before;
+      float inside = t;
+      for (int i = 0; i < 8 && inside > from; ++i) {
+        const float middle = 0.5F * (outside + inside);
+        (above(ray.origin + middle * ray.direction) >= 0 ? inside : outside) = middle;
+      }
+      return inside;
+    }
+    before = t;
+    t += step;
+  }
+  return std::nullopt;
+}
+
+}  // namespace drill

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#include "algorithms.hpp"
+#include "canvas.hpp"
+#include "options.hpp"
+#include "pictures.hpp"
+#include "plots.hpp"
+#include "spot.hpp"
+#include "verification.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drill {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Run {
+  Grid bone;
+  RunLog log;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void introduce(const Bone& bone, const Surgeon& surgeon) {
+  const auto& n = bone.grid.size();
+  const trephine::Vec3d mm = 1e3 * bone.grid.spacing();
+  const trephine::Vec3d at = 1e3 * surgeon.spot().p_W;
+  std::printf("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm around it, bone from %g %s\n",
+              bone.name.c_str(), n[0], n[1], n[2], mm.x(), mm.y(), mm.z(), bone.isovalue, bone.unit.c_str());
+  for (const auto& note : bone.notes) std::printf("         %s\n", note.c_str());
+  std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
+              1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
+  std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(), at.z(),
+              1e3 * surgeon.spot().depth, 1e3 * surgeon.spot().unevenness);
+  std::fflush(stdout);
+}
+
+/// Folder for the results; the first thing that is written at all.
+void make_folder(const std::string& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error || !fs::is_directory(out))
+    throw UsageError("--out " + out + ": cannot be made (" + (error ? error.message() : "a file has that name") + ")");
+}
+
+int verify(const Options& options, bool plots) {
+  std::printf("\nverification: a cube, a milled hole, the shaft on its edge (thesis, section 5.1)\n");
+  const Verification v = run_verification(options);
+  write_line_csv(v.line, (fs::path(options.out) / "verification_line.csv").string());
+  write_surface_csv(v.surface, (fs::path(options.out) / "verification_surface.csv").string());
+  int failed = print_findings("Line (thesis, Fig. 21 and 22)", check_line(v));
+  failed += print_findings("Surface (thesis, Fig. 23 and 24)", check_surface(v));
+  failed += print_findings("Both", compare_roughness(v));
+  if (plots) {
+    std::set<int> slices;
+    for (const SliceRow& s : v.surface.slices) slices.insert(s.slice);
+    plot_line_verification(options.out, v.surgeon);
+    plot_surface_verification(options.out, v.surgeon, {slices.begin(), slices.end()});
+  }
+  return failed;
+}
+
+void take_pictures(const Options& options, const Bone& bone, const Surgeon& surgeon, const std::vector<Run>& runs) {
+  const BoneSurface before(bone.grid, bone.isovalue);
+  const auto take = [&](const std::vector<Shot>& shots) {
+    for (const Shot& shot : shots) {
+      const auto start = std::chrono::steady_clock::now();
+      write_png(draw(shot.picture), (fs::path(options.out) / shot.file).string());
+      std::printf("  %-22s %.1f s\n", shot.file.c_str(), seconds_since(start));
+      std::fflush(stdout);
+    }
+  };
+  take(shots_before(bone, before, surgeon));
+  for (const Run& run : runs)
+    take(shots_of_run(bone, before, BoneSurface(run.bone, bone.isovalue), surgeon, run.log));
+}
+
+int run(const Options& options) {
+  const Bone bone = load_bone(options);
+  const Surgeon surgeon(options.at ? spot_near(bone, *options.at) : find_spot(bone), bone.burr,
+                        {.seconds = options.seconds});
+  introduce(bone, surgeon);
+  const bool plots = have_gnuplot();
+  make_folder(options.out);
+
+  std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
+              options.real_time ? "real time" : "simulated time");
+  std::vector<Run> runs;
+  const auto add = [&](auto* perform_it) {
+    Grid grid = fresh_copy(bone.grid);
+    RunLog log = perform_it(grid, bone, options, surgeon, surgeon.ends(Surgeon::kHold));
+    write_run_csv(log, (fs::path(options.out) / (log.algorithm + ".csv")).string());
+    if (plots) plot_run(options.out, log.algorithm, bone.name, surgeon);
+    runs.push_back({std::move(grid), std::move(log)});
+  };
+  if (options.line) add(run_line);
+  if (options.surface) add(run_surface);
+  std::vector<const RunLog*> logs;
+  for (const Run& r : runs) logs.push_back(&r.log);
+  print_table(logs);
+
+  const int failed = verify(options, plots);
+
+  const bool pictures = options.pictures && can_write_png();
+  if (pictures) {
+    std::printf("\npictures\n");
+    take_pictures(options, bone, surgeon, runs);
+  }
+  std::printf("\nleft in %s: logs (*.csv)%s%s\n", options.out.c_str(), plots ? ", plots (*.png, scripts *.gp)" : "",
+              pictures ? ", pictures (*.png)" : "");
+  if (!plots) std::printf("left out: plots, for want of gnuplot (Debian: gnuplot-nox)\n");
+  if (!options.pictures) std::printf("left out: pictures, as asked\n");
+  if (options.pictures && !can_write_png())
+    std::printf("left out: pictures, for want of libpng when this was built (Debian: libpng-dev)\n");
+#ifndef TREPHINE_EXAMPLE_HAS_ITK
+  std::printf("left out: --ct, for want of ITK when this was built (Debian: libinsighttoolkit5-dev)\n");
+#endif
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace drill
+
+int main(int argc, char** argv) {
+  try {
+    const drill::Options options = drill::parse_options(argc, argv);
+    if (options.help) {
+      std::fputs(drill::usage().c_str(), stdout);
+      return 0;
+    }
+    return drill::run(options);
+  } catch (const std::exception& e) {
+    std::fflush(stdout);
+    std::fprintf(stderr, "drill: %s\n", e.what());
+    return 2;
+  }
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace drill {
+
+/// A wrong argument, in one line.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The command line. Lengths in SI units; unset ones are chosen to fit the volume.
+struct Options {
+  bool help = false;
+  std::string skull;   ///< folder with matrix.dat and main.plist
+  std::string ct;      ///< file or DICOM folder
+  std::string series;  ///< of a DICOM folder: UID or number
+  std::optional<double> isovalue;
+  bool line = true;
+  bool surface = true;
+  std::optional<trephine::Vec3d> at;  ///< where to drill, in the volume's world [m]
+  std::optional<double> tip_radius, shaft_radius, shaft_length;  // [m]
+  int line_vertices = 50;
+  int sphere_vertices = 26;
+  int slices = 20;
+  int per_slice = 8;
+  double seconds = 8;
+  bool real_time = false;
+  std::string out = "build/drill";
+  bool pictures = true;
+};
+
+/// Throws UsageError with one clear line.
+[[nodiscard]] Options parse_options(int argc, const char* const* argv);
+/// What --help prints.
+[[nodiscard]] std::string usage();
+
+}  // namespace drill

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bone.hpp"
+#include "picture.hpp"
+#include "run_log.hpp"
+#include "surgeon.hpp"
+
+#include <string>
+#include <vector>
+
+namespace drill {
+
+/// One picture to be made, and its file's name.
+struct Shot {
+  std::string file;
+  Picture picture;
+};
+
+/// The whole bone with the drill on its way, and the spot from near.
+[[nodiscard]] std::vector<Shot> shots_before(const Bone& bone, const BoneSurface& surface, const Surgeon& surgeon);
+
+/// The shaft leaning on the rim at the run's pictured tick, from outside and cut open along the hole, and the hole that
+/// is left. The bone no longer changes once the shaft leans, so one surface serves all.
+[[nodiscard]] std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, const BoneSurface& after,
+                                             const Surgeon& surgeon, const RunLog& log);
+
+}  // namespace drill

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bone.hpp"
+
+#include <string>
+
+namespace drill {
+
+/// A DICOM folder, NRRD, NIfTI or MetaImage file. `series` picks one of several DICOM series by UID or number; empty:
+/// the only one. Throws std::exception with one clear line. Defined only in builds with ITK (TREPHINE_EXAMPLE_HAS_ITK).
+[[nodiscard]] Grid read_ct(const std::string& path, const std::string& series);
+
+}  // namespace drill

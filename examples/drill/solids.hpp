@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "bone_surface.hpp"
+
+#include <trephine/tool/shape.hpp>
+
+#include <optional>
+
+/// Balls and drills as rays meet them.
+namespace drill {
+
+struct SolidHit {
+  float t = 0;  ///< along the ray [m]
+  Vec3f normal = Vec3f::UnitZ();
+};
+
+[[nodiscard]] std::optional<SolidHit> hit_ball(const Ray& ray, const Vec3f& centre, float radius);
+
+/// A drill at a pose, ready to be met: ball with cutting flutes, shaft with a flat end.
+class DrawnTool {
+ public:
+  DrawnTool(const trephine::Burr& burr, const trephine::Pose<float>& X_GT);
+
+  [[nodiscard]] std::optional<SolidHit> hit(const Ray& ray) const;
+  /// Share of the light that flutes leave at a place on the ball, and the normal bent by them; the shaft is smooth.
+  [[nodiscard]] float flutes(const Vec3f& p, Vec3f& normal) const;
+  /// How much of the sky over p with normal n the ball covers, 0..1.
+  [[nodiscard]] float covers(const Vec3f& p, const Vec3f& n) const;
+  /// Share of a lamp's light that gets past the tool along a ray to the lamp's middle: soft at the shadow's edge, the
+  /// softer the farther away. `half_angle`: of the lamp [rad].
+  [[nodiscard]] float lets_through(const Ray& to_lamp, float half_angle) const;
+
+  [[nodiscard]] const trephine::Pose<float>& pose() const noexcept { return X_GT_; }
+
+ private:
+  trephine::Pose<float> X_GT_;
+  trephine::Pose<float> X_TG_;
+  float tip_radius_;
+  float shaft_radius_;
+  float shaft_length_;
+};
+
+}  // namespace drill

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "options.hpp"
+#include "run_log.hpp"
+#include "surgeon.hpp"
+
+#include <string>
+#include <vector>
+
+/// The thesis' own verification (section 5.1): a cube, a hole milled with the tip, tip and part of the shaft in it, the
+/// shaft leaning on the edge. What the thesis reads off its Figures 21 to 24 by eye is computed here.
+namespace drill {
+
+/// Both runs, and when their phases end.
+struct Verification {
+  RunLog line;
+  RunLog surface;
+  Surgeon surgeon;
+};
+
+[[nodiscard]] Verification run_verification(const Options& options);
+
+/// One statement, checked.
+struct Finding {
+  std::string says;
+  std::string figures;
+  enum class Verdict { kPass, kFail, kInformation } verdict = Verdict::kInformation;
+};
+
+[[nodiscard]] std::vector<Finding> check_line(const Verification& v);
+[[nodiscard]] std::vector<Finding> check_surface(const Verification& v);
+[[nodiscard]] std::vector<Finding> compare_roughness(const Verification& v);
+
+/// Prints findings, one or two lines each; returns how many failed.
+int print_findings(const std::string& title, const std::vector<Finding>& findings);
+
+/// `time_s,rate_Hz,spring_m,lever_m,reaction_N,torque_Nm`, a row a tick, zeros without shaft contact. The rate is what
+/// this tick's time would allow, at most the loop's 1000 Hz.
+void write_line_csv(const RunLog& log, const std::string& path);
+/// `time_s,rate_Hz,slice,lever_m,reaction_N,torque_Nm,total_torque_Nm`, a row for each colliding slice (from the tip
+/// up, the lowest is 1); a tick without any has one row with slice 0.
+void write_surface_csv(const RunLog& log, const std::string& path);
+
+}  // namespace drill
