@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/trephine.hpp>
+// One header here, all in main.cpp: what is not inline in it is then defined twice.
+#include <trephine/voxel/voxel_grid.hpp>
 
 #include <cstdint>
 
