@@ -19,6 +19,7 @@ about() {
     eigen) package=libeigen3-dev; test_of="has_header Eigen/Core"; without="" ;;
     doctest) package=doctest-dev; test_of="has_header doctest/doctest.h"; without="" ;;
     benchmark) package=libbenchmark-dev; test_of="has_header benchmark/benchmark.h"; without="" ;;
+    thread-sanitizer) sanitizer_package; test_of=has_thread_sanitizer; without="the tests under ThreadSanitizer" ;;
     clang) package=clang; test_of="has_command clang++"; without="" ;;
     clang-format) package=clang-format-14; test_of="has_command clang-format-14"; without="" ;;
     clang-tidy) package=clang-tidy; test_of="has_command clang-tidy"; without="" ;;
@@ -55,6 +56,18 @@ compiler_package() {
     clang++-*) package=clang-${name##*-} ;;
     c++) package=g++ ;;
     *) package=$(basename "$name") ;;
+  esac
+}
+# Debian keeps clang's sanitizers apart; g++ brings its own.
+has_thread_sanitizer() {
+  case ${CXX:-} in
+    *clang++*) compgen -G "$("${CXX%% *}" -print-resource-dir)/lib/*/libclang_rt.tsan*" >/dev/null ;;
+  esac
+}
+sanitizer_package() {
+  case ${CXX:-} in
+    *clang++-*) package=libclang-rt-${CXX##*-}-dev ;;
+    *) package=libclang-rt-dev ;;
   esac
 }
 has_cmake() {

@@ -87,12 +87,12 @@ template <VoxelDensity Density, class Shape>
         else
           voxels.push_back(static_cast<Density>(std::lround(v)));
       }
-  return VoxelGrid<Density>(
-      {.size = o.size, .spacing = o.spacing, .X_WG = o.X_WG, .outside = o.air}, std::span<const Density>(voxels),
-      o.grid);
+  return VoxelGrid<Density>({.size = o.size, .spacing = o.spacing, .X_WG = o.X_WG, .outside = o.air},
+                            std::span<const Density>(voxels), o.grid);
 }
 
-// --- Shapes ------------------------------------------------------------------------------------------------------------
+// --- Shapes
+// ------------------------------------------------------------------------------------------------------------
 
 struct HalfSpace {
   Vec3d at;       ///< a point of the plane
@@ -171,7 +171,8 @@ struct Moved {
 template <class Shape>
 Moved(Shape, Posed) -> Moved<Shape>;
 
-// --- Random numbers: the same on every machine -------------------------------------------------------------------------
+// --- Random numbers: the same on every machine
+// -------------------------------------------------------------------------
 
 class Random {
  public:

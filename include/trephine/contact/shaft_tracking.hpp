@@ -116,7 +116,8 @@ struct ConstrainedTracking {
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
   static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
     const Vec3<Scalar> move = s.offset.tip - s.previous.tip;
-    const StepPlan pieces = plan_steps(static_cast<double>(move.norm()), 0.5 * static_cast<double>(s.field.voxel()), kMostPieces);
+    const StepPlan pieces =
+        plan_steps(static_cast<double>(move.norm()), 0.5 * static_cast<double>(s.field.voxel()), kMostPieces);
     ShaftContact<Scalar> c;
     if (pieces.bounded) c.status = Status::kWorkBound;
     for (int i = pieces.count - 1; i >= 0; --i) {

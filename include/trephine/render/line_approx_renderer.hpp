@@ -227,8 +227,8 @@ class LineApproxRenderer {
     return c;
   }
 
-  // Where the next tick's moves are measured and searched from. A tool that has not moved leaves it alone, so that moves
-  // too short to count add up.
+  // Where the next tick's moves are measured and searched from. A tool that has not moved leaves it alone, so that
+  // moves too short to count add up.
   void stand_at(const Centreline<Scalar>& line) noexcept {
     previous_ = line;
     has_previous_ = true;

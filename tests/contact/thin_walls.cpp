@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include <trephine/contact/surface_proxy.hpp>
+
+#include "contact/proxy_helpers.hpp"
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+struct Crossings {
+  int tries = 0;
+  int through = 0;  ///< the proxy was on the other side, or gone, while the plate lay between it and the probe
+  double deepest = 0;
+};
+
+// A probe that goes to and fro through a plate, ever faster, slanting and sliding behind it.
+template <class Field>
+Crossings cross(const Field& field, const RasterOptions& o, double thick, const Vec3d& n, Trigger trigger, double speed,
+                Random& random) {
+  using Scalar = typename Field::Scalar;
+  const double h = kVoxel, dt = 1e-3;
+  Crossings result;
+  Status worst = Status::kOk;
+  for (int run = 0; run < 10; ++run) {
+    const double side = run % 2 == 0 ? 1 : -1;
+    SurfaceProxy<Scalar> proxy(ProxyOptions{.trigger = trigger});
+    const auto within = [&](double along_n) {
+      const Vec3d r = random.unit();
+      return Vec3d(o.middle() + random.uniform(0, 7) * h * (r - r.dot(n) * n) + side * along_n * h * n);
+    };
+    Vec3d from = within(6);
+    static_cast<void>(rest(proxy, field, from, 1));
+    // In, behind the plate from place to place (16 voxels is the force limit of a small device), and out again.
+    for (const Vec3d& to : {within(-6), within(-16), within(-3), within(-10), within(5)}) {
+      const int ticks = std::max(1, static_cast<int>(std::ceil((to - from).norm() / (speed * dt))));
+      for (int t = 1; t <= ticks; ++t) {
+        const Vec3d p = from + (static_cast<double>(t) / ticks) * (to - from);
+        worst = worse(worst, rest(proxy, field, p, 1));
+        const double probe_at = side * (p - o.middle()).dot(n) / h;
+        const double proxy_at = side * (proxy.position().template cast<double>() - o.middle()).dot(n) / h;
+        result.deepest = std::max(result.deepest, -probe_at);
+        if (probe_at > -thick / 2 - 0.5) continue;
+        ++result.tries;
+        if (!proxy.in_contact() || proxy_at < 0) {
+          ++result.through;
+          return result;
+        }
+      }
+      from = to;
+    }
+    // Back in front of it: free, no force.
+    CHECK_FALSE(proxy.in_contact());
+  }
+  CHECK(worst == Status::kOk);
+  return result;
+}
+
+// A plate of one voxel that lies askew is no voxel thick everywhere in its trilinear image (in places it is a touch: 3
+// of 255 levels above the isovalue), so plates here begin at one and a half.
+TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at any speed", Scalar, float, double) {
+  const unsigned seed = 51;
+  CAPTURE(seed);
+  Random random(seed);
+  int tries = 0;
+  for (const double thick : {1.5, 2.0, 4.0})
+    for (const Image image : {Image::kCtBlur, Image::kPartialVolume}) {
+      const RasterOptions o{.size = {72, 72, 72}, .image = image};
+      const Vec3d n = random.unit();
+      const auto grid = rasterise<std::uint8_t>(Plate{o.middle(), n, thick * kVoxel}, o);
+      const auto field = field_of<Scalar>(grid, o);
+      for (const double speed : {0.03, 0.3, 1.0, 2.0}) {
+        CAPTURE(thick);
+        CAPTURE(static_cast<int>(image));
+        CAPTURE(speed);
+        const Crossings c = cross(field, o, thick, n, Trigger::kSwept, speed, random);
+        CHECK(c.through == 0);
+        CHECK(c.deepest > 15);
+        tries += c.tries;
+      }
+    }
+  MESSAGE(tries, " ticks behind plates, none of them through");
+}
+
+TEST_CASE_TEMPLATE("the thesis' trigger is blind to walls crossed in a tick", Scalar, float, double) {
+  // 1 m/s is 3.3 voxels a tick: a plate of 2 voxels lies between two probes that are both free.
+  Random random(52);
+  const RasterOptions o{.size = {72, 72, 72}};
+  const auto grid = rasterise<std::uint8_t>(Plate{o.middle(), Vec3d::UnitZ(), 2 * kVoxel}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  CHECK(cross(field, o, 2, Vec3d::UnitZ(), Trigger::kThesis, 1.0, random).through > 0);
+  CHECK(cross(field, o, 2, Vec3d::UnitZ(), Trigger::kSwept, 1.0, random).through == 0);
+}
+
+TEST_CASE_TEMPLATE("grazing and edge-on: a plate is not entered from its rim", Scalar, float, double) {
+  // Dragged along a plate of one voxel, behind it, toward its rim and round it: comes free there, not before.
+  const double h = kVoxel;
+  const RasterOptions o{.size = {64, 32, 40}};
+  const auto half_plate = Both{Plate{o.middle(), Vec3d::UnitZ(), 2 * h}, HalfSpace{o.middle(), Vec3d::UnitX()}};
+  const auto grid = rasterise<std::uint8_t>(half_plate, o);
+  const auto field = field_of<Scalar>(grid, o);
+  SurfaceProxy<Scalar> proxy;
+  const Vec3d above = o.middle() + Vec3d(-12, 0, 5) * h, below = o.middle() + Vec3d(-12, 0, -6) * h;
+  CHECK(lead(proxy, field, above, below, 0.7 * h) == Status::kOk);
+  REQUIRE(proxy.in_contact());
+  bool held = true;
+  for (double x = -12; x < 6; x += 0.2) {
+    const Vec3d p = o.middle() + Vec3d(x, 0, -6) * h;
+    CHECK(rest(proxy, field, p, 1) == Status::kOk);
+    if (x < -1.5) held = held && proxy.in_contact() && static_cast<double>(proxy.position().z()) > o.middle().z();
+    if (x > 1.5) held = held && !proxy.in_contact();
+  }
+  CHECK(held);
+}
+
+// --- Bounded work
+// ------------------------------------------------------------------------------------------------------
+
+// What SurfaceProxy promises: samples of one call.
+constexpr std::int64_t work_bound(const ProxyOptions& o) {
+  constexpr std::int64_t kClose = 13, kPushOut = 15 * (64 + kClose);
+  return 2 + (o.path_steps + kClose) + o.iterations * 4 * (28 + o.path_steps + kClose) + kPushOut;
+}
+
+TEST_CASE_TEMPLATE("work is bounded whatever the probe does", Scalar, float, double) {
+  const double h = kVoxel;
+  const unsigned seed = 53;
+  CAPTURE(seed);
+  Random random(seed);
+  const RasterOptions o{.size = {40, 40, 40}, .image = Image::kBinary};
+  // Noise with holes of all sizes: the worst place for a search.
+  std::vector<std::uint8_t> noise(40 * 40 * 40);
+  for (auto& v : noise) v = static_cast<std::uint8_t>(random.below(256));
+  const VoxelGrid<std::uint8_t> rough({.size = o.size, .spacing = o.spacing, .outside = 0.0}, noise);
+  const VoxelGrid<std::uint8_t> full({.size = o.size, .spacing = o.spacing, .outside = 255.0},
+                                     std::vector<std::uint8_t>(noise.size(), 255));
+  const VoxelGrid<std::uint8_t> one({.size = {1, 1, 1}, .spacing = o.spacing, .outside = 0.0},
+                                    std::vector<std::uint8_t>{255});
+  const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN(), inf = std::numeric_limits<Scalar>::infinity();
+  std::int64_t most = 0, typical = 0, calls = 0;
+  for (const auto* grid : {&rough, &full, &one}) {
+    const auto base = field_of<Scalar>(*grid, o);
+    const CountingField field(base);
+    for (const Trigger trigger : {Trigger::kSwept, Trigger::kThesis}) {
+      const ProxyOptions options{.iterations = 16, .path_steps = 64, .jump = 1.0, .trigger = trigger};
+      SurfaceProxy<Scalar, Coulomb> proxy(options, Coulomb(0.2, 0.1));
+      for (int i = 0; i < 3000; ++i) {
+        Vec3<Scalar> p = (o.middle() + random.uniform(0, 40) * h * random.unit()).template cast<Scalar>();
+        if (i % 10 == 0) p *= Scalar(1e6);
+        if (i % 17 == 0) p[random.below(3)] = i % 2 == 0 ? nan : inf;
+        if (i % 23 == 0) p.setConstant(std::numeric_limits<Scalar>::max());
+        if (i % 29 == 0) p.setConstant(std::numeric_limits<Scalar>::denorm_min());
+        field.samples = field.normals = 0;
+        static_cast<void>(proxy.follow(field, p));
+        most = std::max(most, field.samples);
+        typical += field.samples;
+        ++calls;
+        CHECK(field.samples <= work_bound(options));
+        CHECK(field.normals <= options.iterations + 3);
+      }
+      // Afterwards it works again.
+      static_cast<void>(proxy.follow(field, Vec3<Scalar>((Vec3d(-3, -3, -3) * h).template cast<Scalar>())));
+      CHECK(proxy.follow(field, Vec3<Scalar>((Vec3d(-3, -3, -3.1) * h).template cast<Scalar>())) != Status::kJump);
+      CHECK(is_finite(proxy.position()));
+    }
+  }
+  MESSAGE("samples a call: most ", most, " of ", work_bound({.path_steps = 64}), " allowed, mean ", typical / calls);
+}
+
+TEST_CASE_TEMPLATE("an ordinary tick takes a few dozen samples", Scalar, float, double) {
+  const double h = kVoxel;
+  const RasterOptions o{.size = {64, 64, 64}};
+  const auto grid = rasterise<std::uint8_t>(Ball{o.middle(), 20 * h}, o);
+  const auto base = field_of<Scalar>(grid, o);
+  const CountingField field(base);
+  SurfaceProxy<Scalar> proxy;
+  static_cast<void>(
+      lead(proxy, field, o.middle() + 24 * h * Vec3d::UnitZ(), o.middle() + 16 * h * Vec3d::UnitZ(), 0.1 * h));
+  field.samples = 0;
+  std::int64_t most = 0;
+  constexpr int kTicks = 1000;
+  for (int i = 0; i < kTicks; ++i) {
+    const double a = 0.1 * i / 16;
+    const std::int64_t before = field.samples;
+    static_cast<void>(rest(proxy, field, o.middle() + 16 * h * Vec3d(std::sin(a), 0, std::cos(a)), 1));
+    most = std::max(most, field.samples - before);
+  }
+  const double mean = static_cast<double>(field.samples) / kTicks;
+  MESSAGE("sliding at 30 mm/s: ", mean, " samples a tick, most ", most);
+  CHECK(mean < 40);
+  CHECK(most < 400);  // a few moves that had to be halved
+}
+
+}  // namespace

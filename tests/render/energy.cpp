@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_helpers.hpp"
+
+#include <doctest/doctest.h>
+
+#include <iomanip>
+#include <sstream>
+
+/// Net work on closed loops of poses, rotation included. A law that is the gradient of an energy does none; what it
+/// does beyond friction is energy that the loop feeds into the hand or takes from it.
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+const Burr kBurr{.tip_radius = 0.0018, .shaft_radius = 0.0009, .shaft_length = 0.010};
+
+enum class Place { kTip, kShaft, kDeep };
+
+struct Loop {
+  Posed middle;
+  Vec3d move[2], turn[2];
+  [[nodiscard]] Posed at(double phase) const {
+    const double c = std::cos(phase) - 1, s = std::sin(phase), c2 = std::cos(2 * phase) - 1;
+    const Vec3d w = s * turn[0] + c2 * turn[1];
+    return make_pose<double>(rotation_from_vector(w) * middle.linear(),
+                             middle.translation() + c * move[0] + s * move[1]);
+  }
+};
+
+struct Energy {
+  double mean = 0, worst = 0;  ///< |∮ F·dx + T·dθ| / ∮ |F||dx| + |T||dθ|
+  double gained = 0;           ///< mean of the signed ratio: > 0 is energy given to the hand
+  double jump = 0;             ///< largest change of force in a step [N]
+  int loops = 0;
+};
+
+// Loops that touch, go in deeper, turn and slide, and leave again or not.
+template <class Renderer, class Field>
+Energy closed_loops(Renderer& renderer, const Field& field, const Vec3d& bone, double bone_radius, Place place,
+                    int count) {
+  Random random(101);
+  Energy e;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d n = random.unit();
+    const double depth = place == Place::kDeep ? random.uniform(1.2, 2.0) : random.uniform(0.1, 0.6);
+    Loop loop;
+    Vec3d shaft = (n + 0.6 * random.unit()).normalized();
+    Vec3d tip = bone + (bone_radius + (1 - depth) * kBurr.tip_radius) * n;
+    if (place == Place::kShaft) {  // lies across the bone with the shaft, the ball beside it
+      shaft = n.unitOrthogonal();
+      tip = bone + (bone_radius + 0.5 * kBurr.shaft_radius) * n - 0.006 * shaft;
+    }
+    if constexpr (requires { renderer.report(); })
+      tip -= 0.9 * kBurr.tip_radius * n * (place == Place::kShaft ? 0.3 : 1);
+    loop.middle = tool_at(tip, shaft);
+    for (auto& m : loop.move) m = random.uniform(0.3, 1) * 0.0009 * random.unit();
+    for (auto& t : loop.turn) t = random.uniform(0.3, 1) * 0.06 * random.unit();
+    renderer.reset();
+    // Come from outside, so that every policy starts as it would.
+    const Posed start = loop.at(0);
+    lead(renderer, field, make_pose<double>(start.linear(), start.translation() + 0.004 * n), start, 120);
+    constexpr int kSteps = 1500;
+    // Once round to forget the start, then once round for the measure.
+    for (int s = 0; s < kSteps; s += 3)
+      static_cast<void>(render_at(renderer, field, loop.at(6.283185307179586 * s / kSteps)));
+    double work = 0, path = 0;
+    Posed before = loop.at(0);
+    Wrenchd w = in_double(render_at(renderer, field, before).wrench);
+    for (int s = 1; s <= kSteps; ++s) {
+      const Posed X = loop.at(6.283185307179586 * s / kSteps);
+      const Wrenchd now = in_double(render_at(renderer, field, X).wrench);
+      const Vec3d dx = X.translation() - before.translation();
+      const Vec3d dr = rotation_vector(Mat3d(X.linear() * before.linear().transpose()));
+      const Vec3d f = 0.5 * (w.force + now.force), t = 0.5 * (w.torque + now.torque);
+      work += f.dot(dx) + t.dot(dr);
+      path += f.norm() * dx.norm() + t.norm() * dr.norm();
+      e.jump = std::max(e.jump, (now.force - w.force).norm());
+      before = X;
+      w = now;
+    }
+    if (!(path > 1e-7)) continue;
+    ++e.loops;
+    e.mean += std::abs(work) / path;
+    e.gained += work / path;
+    e.worst = std::max(e.worst, std::abs(work) / path);
+  }
+  e.mean /= std::max(1, e.loops);
+  e.gained /= std::max(1, e.loops);
+  return e;
+}
+
+constexpr int kLoops = 16;
+
+struct Bench {
+  RasterOptions o{.size = {88, 88, 88}};
+  double radius = 20 * kVoxel;
+  VoxelGrid<std::uint8_t> grid = rasterise<std::uint8_t>(Ball{o.middle(), radius}, o);
+  DensityField<std::uint8_t, double> field{grid, o.isovalue()};
+  std::ostringstream text;
+
+  template <class R>
+  Energy row(const char* name, R renderer, Place place) {
+    const Energy e = closed_loops(renderer, field, o.middle(), radius, place, kLoops);
+    static constexpr const char* kPlaces[] = {"tip", "shaft", "deep"};
+    text << std::setw(44) << name << std::setw(7) << kPlaces[static_cast<int>(place)] << std::setprecision(2)
+         << std::fixed << std::setw(9) << 100 * e.mean << std::setw(9) << 100 * e.worst << std::setw(9)
+         << 100 * e.gained << std::setw(9) << 1e3 * e.jump << std::setw(6) << e.loops << "\n";
+    CHECK(e.loops > kLoops / 2);
+    return e;
+  }
+};
+
+TEST_CASE("closed loops: net work of every law") {
+  Bench bench;
+  bench.text << "\n                                      policies  place   mean %  worst %   gain %  step mN loops\n";
+  using Surface = ToolDiscretization<SurfaceCounts, double>;
+  const auto surface = [&]<class W, class D, class S>(const char* name, W, D, S, int sphere, Place place) {
+    return bench.row(
+        name, SurfaceApproxRenderer<double, W, D, S>(Surface(kBurr, {.sphere = sphere, .slices = 10, .per_slice = 16})),
+        place);
+  };
+  const ExtendAlongSurface extend;
+  const HoldForce hold;
+  const FullWrench full;
+  const TorqueOnly torque;
+  const Energy ratio26 = surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kTip);
+  const Energy area26 = surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kTip);
+  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kTip);
+  surface("Surface ratio extend full 100", CollisionRatio{}, extend, full, 100, Place::kTip);
+  const Energy area100 = surface("Surface area extend full 100", AreaWeights{}, extend, full, 100, Place::kTip);
+  surface("Surface mean extend full 100", MeanWeights{}, extend, full, 100, Place::kTip);
+  const Energy area400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kTip);
+  const Energy shaft_torque =
+      surface("Surface area extend torque 26", AreaWeights{}, extend, torque, 26, Place::kShaft);
+  const Energy shaft_full = surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kShaft);
+  surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kShaft);
+  surface("Surface ratio extend full 26", CollisionRatio{}, extend, full, 26, Place::kShaft);
+  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kShaft);
+  surface("Surface area hold full 26", AreaWeights{}, hold, full, 26, Place::kDeep);
+  surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kDeep);
+  const Energy deep_400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kDeep);
+  surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kDeep);
+
+  using Line = ToolDiscretization<LineCounts, double>;
+  const auto line = [&]<class T, class S>(const char* name, T, S, Place place, Trigger trigger) {
+    return bench.row(name,
+                     LineApproxRenderer<double, TranslateRotate, T, Frictionless, S>(Line(kBurr, {.shaft = 100}),
+                                                                                     {.proxy = {.trigger = trigger}}),
+                     place);
+  };
+  const ConstrainedTracking constrained;
+  const CentrelineTracking centreline;
+  const ProjectedTracking projected;
+  const Energy tip = line("Line constrained full swept", constrained, full, Place::kTip, Trigger::kSwept);
+  line("Line constrained full thesis", constrained, full, Place::kTip, Trigger::kThesis);
+  line("Line constrained torque swept", constrained, torque, Place::kTip, Trigger::kSwept);
+  const Energy line_full = line("Line constrained full swept", constrained, full, Place::kShaft, Trigger::kSwept);
+  const Energy line_torque = line("Line constrained torque swept", constrained, torque, Place::kShaft, Trigger::kSwept);
+  const Energy thesis = line("Line projected torque thesis", projected, torque, Place::kShaft, Trigger::kThesis);
+  line("Line projected full swept", projected, full, Place::kShaft, Trigger::kSwept);
+  line("Line centreline torque thesis", centreline, torque, Place::kShaft, Trigger::kThesis);
+  line("Line centreline full swept", centreline, full, Place::kShaft, Trigger::kSwept);
+  const Energy deep_line = line("Line constrained full swept", constrained, full, Place::kDeep, Trigger::kSwept);
+  MESSAGE(bench.text.str());
+
+  // Bounds with a reason. Pulls toward a centre are no gradient, but ever more nearly one the more vertices share it.
+  CHECK(area400.mean < area100.mean);
+  CHECK(area100.mean < area26.mean);
+  CHECK(area400.worst < 0.01);
+  CHECK(ratio26.mean > area400.mean);
+  // Torque without its force is the gradient of no energy; with it, it nearly is one.
+  CHECK(shaft_torque.mean > 3 * shaft_full.mean);
+  CHECK(line_torque.mean > 3 * line_full.mean);
+  CHECK(thesis.mean > 3 * line_full.mean);
+  // A frictionless proxy on the nearest point of a surface is the gradient of ½ k times distance squared; what is left
+  // is the dents of the trilinear surface it snaps between.
+  CHECK(tip.mean < 0.01);
+  CHECK(deep_line.mean < 0.02);
+  CHECK(deep_400.mean < 0.05);
+}
+
+}  // namespace

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_helpers.hpp"
+
+#include <doctest/doctest.h>
+
+/// A group whose centre is in bone: thesis Eq. 18, 19 (hold) and the extension along the surface, told apart.
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+template <class Scalar>
+using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+
+const Burr kBall{.tip_radius = 0.0015, .shaft_length = 0};
+
+template <class Scalar, class Weights = AreaWeights>
+using Held = SurfaceApproxRenderer<Scalar, Weights, HoldForce>;
+template <class Scalar, class Weights = AreaWeights>
+using Extended = SurfaceApproxRenderer<Scalar, Weights, ExtendAlongSurface>;
+
+Posed ball_at(const Vec3d& p) { return tool_at(p, Vec3d::UnitZ()); }
+
+TEST_CASE_TEMPLATE("dragged along inside: the held force stays, the extension turns with the surface", Scalar, float,
+                   double) {
+  // Pressed into the top of a ball of bone and dragged down its side, the centre 2 voxels below the surface.
+  const RasterOptions o{.size = {100, 40, 100}};
+  const double big = 40 * kVoxel, inside = big - 2 * kVoxel;
+  const auto grid = rasterise<std::uint8_t>(Ball{o.middle(), big}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  const Tool<Scalar> tool(kBall, {.sphere = 100});
+  Held<Scalar> held(tool);
+  Extended<Scalar> extended(tool);
+  for (double r = big + 6 * kVoxel; r > inside; r -= 0.1 * kVoxel) {
+    static_cast<void>(render_at(held, field, ball_at(o.middle() + r * Vec3d::UnitZ())));
+    static_cast<void>(render_at(extended, field, ball_at(o.middle() + r * Vec3d::UnitZ())));
+  }
+  CHECK(angle_deg(held.groups()[0].force.template cast<double>(), Vec3d::UnitZ()) < 10);
+  const Vec3d at_start = held.groups()[0].force.template cast<double>();
+  CHECK(held.groups()[0].deep);
+  double worst = 0, least = 1e9, most = 0;
+  for (double a = 0; a < 1.2; a += 0.1 / 38) {
+    const Vec3d out(std::sin(a), 0, std::cos(a));
+    CHECK(render_at(held, field, ball_at(o.middle() + inside * out)).status == Status::kOk);
+    const auto e = render_at(extended, field, ball_at(o.middle() + inside * out));
+    CHECK(e.status == Status::kOk);
+    worst = std::max(worst, angle_deg(e.wrench.force.template cast<double>(), out));
+    least = std::min(least, static_cast<double>(e.wrench.force.norm()));
+    most = std::max(most, static_cast<double>(e.wrench.force.norm()));
+  }
+  MESSAGE("extension dragged over 69 degrees: off the normal by at most ", worst, " deg, ", least, " to ", most, " N");
+  CHECK((held.groups()[0].force.template cast<double>() - at_start).norm() == 0);
+  CHECK(angle_deg(at_start, {std::sin(1.2), 0, std::cos(1.2)}) > 55);
+  // Its direction is a proxy's, at a depth of 2 voxels.
+  CHECK(worst < 5);
+  CHECK(most < 1.05 * least);
+}
+
+TEST_CASE_TEMPLATE("started inside: held gives nothing, the extension pushes out; both say so", Scalar, float, double) {
+  const Vec3d n = Vec3d(0.2, -0.4, 1).normalized();
+  const RasterOptions o{.size = {64, 64, 64}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  const Posed X = ball_at(o.middle() - 4 * kVoxel * n);
+  Held<Scalar> held(Tool<Scalar>(kBall, {}));
+  for (int i = 0; i < 3; ++i) {
+    const auto out = render_at(held, field, X);
+    CHECK(out.status == Status::kStartedInside);
+    CHECK(out.wrench == Wrench<Scalar>{});
+    CHECK(out.contact.tip);
+  }
+  Extended<Scalar> extended(Tool<Scalar>(kBall, {}));
+  CHECK(render_at(extended, field, X).status == Status::kStartedInside);
+  const auto out = render_at(extended, field, X);
+  CHECK(out.status == Status::kOk);
+  CHECK(angle_deg(out.wrench.force.template cast<double>(), n) < 3);
+  CHECK(out.wrench.force.norm() > Scalar(0.5));
+  // Both are right again once out and in again.
+  for (double z = 8; z > -4; z -= 0.1) {
+    static_cast<void>(render_at(held, field, ball_at(o.middle() + z * kVoxel * n)));
+    static_cast<void>(render_at(extended, field, ball_at(o.middle() + z * kVoxel * n)));
+  }
+  CHECK(angle_deg(held.groups()[0].force.template cast<double>(), n) < 15);
+  CHECK(angle_deg(extended.groups()[0].force.template cast<double>(), n) < 3);
+}
+
+template <class Weights, class Scalar>
+double jump_at_centre(int vertices, double& slope_after) {
+  const double h = kVoxel, radius = kBall.tip_radius;
+  const RasterOptions o{.size = {48, 48, 48}};
+  Random random(81);
+  double worst = 0;
+  for (int i = 0; i < 20; ++i) {
+    const Vec3d n = random.unit();
+    const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
+    const auto field = field_of<Scalar>(grid, o);
+    Extended<Scalar, Weights> renderer(Tool<Scalar>(kBall, {.sphere = vertices}));
+    const auto force = [&](double depth) {
+      return Vec3d(
+          render_at(renderer, field, ball_at(o.middle() + (radius - depth) * n)).wrench.force.template cast<double>());
+    };
+    for (double d = 0; d < radius - 0.05 * h; d += 0.1 * h) static_cast<void>(force(d));
+    const Vec3d before = force(radius - 0.05 * h), after = force(radius + 0.05 * h);
+    worst = std::max(worst, (after - before).norm() / after.norm());
+    // Beyond: a straight line, edge force times (1 + depth / R).
+    const double at_one = force(radius + 1 * h).norm(), at_four = force(radius + 4 * h).norm();
+    slope_after = (at_four / at_one) / ((1 + 4 * h / radius) / (1 + h / radius));
+    CHECK(slope_after == doctest::Approx(1).epsilon(0.035));
+    // And out again the same way: the law does not depend on the way.
+    for (double d = radius + 4 * h; d > radius; d -= 0.1 * h) static_cast<void>(force(d));
+    CHECK((force(radius + 0.05 * h) - after).norm() < 0.06 * after.norm());
+    CHECK((force(radius - 0.05 * h) - before).norm() == 0);
+  }
+  return worst;
+}
+
+// How far the vertices' law with the centre on a plane is from its mean over all directions, which the extension begins
+// with: the jump in closed form.
+template <class Weights>
+double spread_at_centre(int vertices) {
+  const double radius = kBall.tip_radius;
+  const Tool<double> tool(kBall, {.sphere = vertices});
+  Random random(82);
+  const auto force = [&](const Vec3d& n) {
+    return plane_law<Weights>(tool.inward(), tool.areas(), 0, vertices, radius, 0.999 * radius, n);
+  };
+  double mean = 0, worst = 0;
+  constexpr int kTurns = 3000;
+  for (int i = 0; i < kTurns; ++i) {
+    const Vec3d n = random.unit();
+    mean += force(n).dot(n) / kTurns;
+  }
+  for (int i = 0; i < kTurns; ++i) {
+    const Vec3d n = random.unit();
+    worst = std::max(worst, (force(n) - mean * n).norm() / mean);
+  }
+  return worst;
+}
+
+TEST_CASE_TEMPLATE("pressed through the centre: the extension begins where the vertices' law ends", Scalar, float,
+                   double) {
+  const auto check = [](const char* name, auto weights, int vertices) {
+    using Weights = decltype(weights);
+    double slope = 0;
+    const double jump = jump_at_centre<Weights, Scalar>(vertices, slope);
+    const double spread = spread_at_centre<Weights>(vertices);
+    MESSAGE(std::string(name), ", ", vertices,
+            " vertices: force jump where the centre enters, worst of 20 directions: ", jump,
+            "; the law's own spread over directions: ", spread);
+    // A tenth of a voxel of travel and the image's surface are 2 % of R each, its normal 1 %.
+    CHECK(jump <= spread + 0.05);
+  };
+  check("area", AreaWeights{}, 26);
+  check("area", AreaWeights{}, 400);
+  check("collision ratio", CollisionRatio{}, 26);
+  check("collision ratio", CollisionRatio{}, 400);
+  check("mean", MeanWeights{}, 26);
+}
+
+TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {
+  const RasterOptions o{.size = {96, 48, 48}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  Held<Scalar> renderer(Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0012, .shaft_length = 0.02}, {}));
+  std::vector<Vec3d> last(21);
+  for (double z = 6.1; z > -3; z -= 0.2) {
+    const auto out = render_at(renderer, field, tool_at(o.middle() + Vec3d(-0.01, 0, z * kVoxel), Vec3d::UnitX()));
+    CHECK(out.status == Status::kOk);
+    int deep = 0;
+    for (std::size_t g = 0; g < renderer.groups().size(); ++g) {
+      const Vec3d f = renderer.groups()[g].force.template cast<double>();
+      if (renderer.groups()[g].deep) CHECK(f == last[g]);
+      last[g] = f;
+      deep += renderer.groups()[g].deep ? 1 : 0;
+    }
+    CHECK(deep == (z < 0 ? 21 : 0));
+  }
+}
+
+}  // namespace

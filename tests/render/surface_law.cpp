@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_helpers.hpp"
+
+#include <doctest/doctest.h>
+
+#include <numbers>
+
+/// The sum over vertices (thesis Eq. 15–17): in closed form, against the library's own and against voxels.
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+template <class Scalar>
+using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+
+constexpr double kForceError = 0.035, kForceFloor = 0.05;   // half a JND, or .05 N
+constexpr double kDirectionError = 2;                       // degrees, where |F| >= .05 N
+constexpr double kTorqueError = 0.06, kTorqueFloor = 1e-3;  // 6 % or 1 mN·m
+
+// --- The law on a plane
+// ------------------------------------------------------------------------------------------------
+
+TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
+  // 26 cube directions, R = 3, turned .3 about y and then .2 about x, both fixed axes; force along the plane's normal,
+  // k = 1.
+  const Tool<double> tool(Burr{.tip_radius = 3, .shaft_length = 0}, {});
+  const Mat3d R = rotation_from_vector(Vec3d(0.2, 0, 0)) * rotation_from_vector(Vec3d(0, 0.3, 0));
+  const auto force = [&](const Mat3d& turned, double depth) {
+    const Vec3d n = turned.transpose() * Vec3d::UnitZ();
+    return plane_law<CollisionRatio>(tool.inward(), tool.areas(), 0, 26, 3, depth, n).dot(n);
+  };
+  CHECK(force(R, 0.3) == doctest::Approx(2.83).epsilon(0.002));
+  CHECK(force(R, 0.4) == doctest::Approx(2.72).epsilon(0.002));
+  CHECK(force(R, 0.5) == doctest::Approx(5.32).epsilon(0.002));
+  CHECK(force(R, 0.6) == doctest::Approx(4.45).epsilon(0.002));
+  // Pole down: one vertex carries 26 k δ until the ring at 45 degrees touches at R (1 − cos 45°) = .8787; from there
+  // five.
+  const Mat3d down = Mat3d::Identity();
+  const double ring = 3 * (1 - std::sqrt(0.5));
+  CHECK(force(down, 0.6) == doctest::Approx(15.6).epsilon(1e-9));
+  CHECK(force(down, ring - 1e-9) == doctest::Approx(26 * ring).epsilon(1e-6));
+  CHECK(force(down, ring + 1e-9) == doctest::Approx(26 * ring / 5).epsilon(1e-6));
+  CHECK(force(down, 1.0) == doctest::Approx(26.0 / 5 * (1 + 4 * (1 - ring))).epsilon(1e-6));
+  CHECK(force(down, 1.0) == doctest::Approx(7.7).epsilon(0.005));
+}
+
+TEST_CASE("many vertices give the continuum's laws") {
+  const double radius = 0.0015;
+  double worst_area = 0, worst_ratio = 0, worst_mean = 0;
+  for (const int count : {400, 12000}) {
+    const Tool<double> tool(Burr{.tip_radius = radius, .shaft_length = 0}, {.sphere = count});
+    worst_area = worst_ratio = worst_mean = 0;
+    for (const double share : {1.0 / 6, 1.0 / 3, 0.5, 0.9}) {
+      const double depth = share * radius;
+      Random random(71);
+      for (int i = 0; i < 10; ++i) {
+        const Vec3d n = random.unit();
+        const auto along = [&](auto weights) {
+          using W = decltype(weights);
+          return plane_law<W>(tool.inward(), tool.areas(), 0, count, radius, depth, n).dot(n);
+        };
+        const double foundation = std::numbers::pi * radius * depth * depth;
+        worst_area = std::max(worst_area, std::abs(along(AreaWeights{}) / foundation - 1));
+        worst_ratio = std::max(worst_ratio, std::abs(along(CollisionRatio{}) / (count * depth / 2) - 1));
+        // A vertex enters gradually: less of the rim counts, so the mean is a little more than δ/2.
+        worst_mean = std::max(worst_mean, std::abs(along(MeanWeights{}) / (depth / 2) - 1));
+      }
+    }
+    MESSAGE(count, " vertices from the continuum: area ", worst_area, ", collision ratio ", worst_ratio, ", mean ",
+            worst_mean);
+  }
+  CHECK(worst_area < 0.01);
+  CHECK(worst_ratio < 0.01);
+  CHECK(worst_mean < 0.35);
+}
+
+TEST_CASE("on a plane, 26 vertices against the continuum") {
+  const double radius = 0.0015;
+  const Tool<double> tool(Burr{.tip_radius = radius, .shaft_length = 0}, {});
+  for (const double share : {1.0 / 6, 1.0 / 3}) {
+    std::vector<double> errors;
+    Random random(72);
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3d n = random.unit();
+      const double depth = share * radius;
+      const Vec3d f = plane_law<AreaWeights>(tool.inward(), tool.areas(), 0, 26, radius, depth, n);
+      const Vec3d exact = std::numbers::pi * radius * depth * depth * n;
+      errors.push_back((f - exact).norm() / exact.norm());
+    }
+    std::sort(errors.begin(), errors.end());
+    MESSAGE("depth R ", share, ": error p50 ", errors[500], ", p95 ", errors[950]);
+    CHECK(errors[950] < (share < 0.2 ? 0.9 : 0.5));
+  }
+}
+
+// --- The renderer against the sum over its own vertices --------------------------------------------------------------
+
+struct Sum {
+  Wrenchd wrench;
+  std::vector<Vec3d> forces;
+  bool deep = false;
+};
+
+// Oracle: every vertex in bone, its way out by bisection of the shape, in double, the weights written out again.
+template <class Weights, class Scalar, class Shape>
+Sum exact_sum(const Shape& shape, const Tool<Scalar>& tool, const Posed& X, double k, bool shaft_force) {
+  Sum sum;
+  for (std::size_t g = 0; g < tool.groups().size(); ++g) {
+    const auto& group = tool.groups()[g];
+    const Vec3d c = X * tool.points()[group.centre].template cast<double>();
+    const double radius = static_cast<double>(group.radius);
+    sum.deep = sum.deep || shape(c) <= 0;
+    Vec3d weighted = Vec3d::Zero();
+    double divisor = 0;
+    int colliding = 0;
+    for (int i = group.first; i < group.first + group.count; ++i) {
+      const Vec3d p = X * tool.points()[i].template cast<double>();
+      const Vec3d d = X.linear() * tool.inward()[i].template cast<double>();
+      if (shape(p) > 0) continue;
+      double lo = 0, hi = radius;
+      for (int s = 1; s <= 1000; ++s) {
+        if (shape(p + radius * s / 1000 * d) <= 0) continue;
+        lo = radius * (s - 1) / 1000;
+        hi = radius * s / 1000;
+        break;
+      }
+      for (int b = 0; b < 40; ++b) (shape(p + 0.5 * (lo + hi) * d) <= 0 ? lo : hi) = 0.5 * (lo + hi);
+      const double a = 0.5 * (lo + hi), w = static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]);
+      ++colliding;
+      if constexpr (std::is_same_v<Weights, CollisionRatio>) weighted += a * d;
+      if constexpr (std::is_same_v<Weights, AreaWeights>) weighted += w * a * d;
+      if constexpr (std::is_same_v<Weights, MeanWeights>) {
+        const double m = std::min(1.0, 4 * a / radius);
+        weighted += w * m * a * d;
+        divisor += w * m;
+      }
+    }
+    Vec3d force = k * weighted;
+    if constexpr (std::is_same_v<Weights, CollisionRatio>)
+      force *= colliding > 0 ? static_cast<double>(group.count) / colliding : 0.0;
+    if constexpr (std::is_same_v<Weights, MeanWeights>) force *= divisor > 0 ? 1 / divisor : 0.0;
+    sum.forces.push_back(force);
+    if (g == 0 || shaft_force) sum.wrench.force += force;
+    if (g > 0) sum.wrench.torque += (c - X.translation()).cross(force);
+  }
+  return sum;
+}
+
+struct Tally {
+  int cases = 0, with_force = 0;
+  double force = 0, direction = 0, torque = 0, contacts = 0;
+};
+
+// Poses that touch with ball, shaft or both, no centre in bone.
+template <class Weights, class Shaft, class Scalar, class Shape>
+Tally compare(const Shape& shape, const Vec3d& near, const RasterOptions& o, bool of_image, int cases, Random& random) {
+  const auto grid = rasterise<std::uint8_t>(shape, o);
+  const auto field = field_of<Scalar>(grid, o);
+  const auto exact_field = field_of<double>(grid, o);
+  const auto image = [&](const Vec3d& p) { return -exact_field.value(p); };
+  const Tool<Scalar> tool(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0009, .shaft_length = 0.012},
+                          {.sphere = 100, .slices = 10, .per_slice = 32});
+  SurfaceApproxRenderer<Scalar, Weights, ExtendAlongSurface, Shaft> renderer(tool, {.stiffness = 800});
+  Tally tally;
+  for (int tries = 0; tally.cases < cases && tries < 200000; ++tries) {
+    const Vec3d normal = outward_normal(shape, near);
+    Vec3d direction = (random.unit() + normal).normalized();
+    if (random.uniform() < 0.5) direction = (normal.unitOrthogonal() + 0.2 * random.unit()).normalized();  // lies on it
+    const Vec3d tip = near + random.uniform(0.0002, 0.0016) * normal + 0.003 * random.uniform() * random.unit();
+    const Posed X = make_pose<double>(
+        tool_at(tip, direction).linear() * rotation_from_vector(Vec3d(0, 0, random.uniform(0, 6.28))), tip);
+    const Posed X_used = X.template cast<Scalar>().template cast<double>();
+    const Sum exact = of_image ? exact_sum<Weights>(image, tool, X_used, renderer.thesis_stiffness(), Shaft::kForce)
+                               : exact_sum<Weights>(shape, tool, X_used, renderer.thesis_stiffness(), Shaft::kForce);
+    if (exact.deep || exact.wrench.force.norm() + exact.wrench.torque.norm() == 0) continue;
+    // Centres a hair outside may be inside in the image.
+    bool near_centre = false;
+    for (const auto& g : tool.groups())
+      near_centre = near_centre || shape(X * Vec3d(0, 0, static_cast<double>(g.height))) < 0.1 * kVoxel;
+    if (near_centre) continue;
+    // A ratio's sum jumps where a vertex touches or not: no fair comparison within the image's error of that.
+    if (std::is_same_v<Weights, CollisionRatio>) {
+      bool near_vertex = false;
+      for (int i = 0; i < tool.periphery(); ++i)
+        near_vertex = near_vertex || std::abs(image(X * tool.points()[i].template cast<double>())) < 0.1;
+      if (near_vertex) continue;
+    }
+    renderer.reset();
+    const auto out = render_at(renderer, field, X);
+    CHECK(out.status == Status::kOk);
+    ++tally.cases;
+    const Wrenchd got = in_double(out.wrench);
+    tally.force = std::max(tally.force,
+                           (got.force - exact.wrench.force).norm() / std::max(exact.wrench.force.norm(), kForceFloor));
+    tally.torque = std::max(tally.torque, (got.torque - exact.wrench.torque).norm() /
+                                              std::max(exact.wrench.torque.norm(), kTorqueFloor / kTorqueError));
+    if (exact.wrench.force.norm() >= kForceFloor) {
+      ++tally.with_force;
+      tally.direction = std::max(tally.direction, angle_deg(got.force, exact.wrench.force));
+    }
+    // Reports: Eq. 20 literally, and contacts that sum to the group's force.
+    Vec3d torque = Vec3d::Zero(), sum = Vec3d::Zero();
+    for (const auto& slice : renderer.slices()) {
+      const Vec3d lever = static_cast<double>(slice.lever_m) * X.linear().col(2);
+      CHECK((lever.cross(slice.force.template cast<double>()) - slice.torque.template cast<double>()).norm() < 1e-7);
+      torque += slice.torque.template cast<double>();
+    }
+    CHECK((torque - got.torque).norm() < 1e-6);
+    for (const auto& c : renderer.contacts()) sum += c.force.template cast<double>();
+    Vec3d groups = Vec3d::Zero();
+    for (const auto& g : renderer.groups()) groups += g.force.template cast<double>();
+    tally.contacts = std::max(tally.contacts, (sum - groups).norm());
+  }
+  return tally;
+}
+
+template <class Weights, class Scalar>
+void check_renderer(const char* name) {
+  Random random(73);
+  const RasterOptions o{.size = {96, 96, 96}};
+  const Vec3d n = Vec3d(0.3, -0.4, 1).normalized();
+  const HalfSpace plane{o.middle(), n};
+  const Ball ball{o.middle() - 30 * kVoxel * n, 30 * kVoxel};
+  const auto report = [&](const char* where, const Tally& t, double share) {
+    MESSAGE(std::string(name), ", ", std::string(where), ": force ", t.force, ", direction ", t.direction,
+            " deg, torque ", t.torque, " of ", t.cases, " poses (", t.with_force, " with .05 N and more)");
+    CHECK(t.cases >= 40);
+    CHECK(t.with_force > 20);
+    CHECK(t.force <= share * kForceError);
+    CHECK(t.direction <= share * kDirectionError);
+    CHECK(t.torque <= share * kTorqueError);
+    CHECK(t.contacts < 1e-4);
+  };
+  // Against the surface that the voxels show, the renderer has only its search's tolerance to answer for.
+  report("plane as imaged", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, true, 40, random), 0.2);
+  report("plane as imaged, torque only", compare<Weights, TorqueOnly, Scalar>(plane, o.middle(), o, true, 40, random),
+         0.2);
+  report("sphere as imaged", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, true, 40, random), 0.2);
+  // Against the shape itself. The other two laws are linear in depth, where an image that errs by .03 voxels is felt as
+  // 7 mN at any depth: more than 3.5 % of the lightest touches, and not the renderer's doing.
+  if constexpr (std::is_same_v<Weights, AreaWeights>) {
+    report("plane", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, false, 60, random), 1);
+    report("sphere", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, false, 60, random), 1);
+  }
+}
+
+TEST_CASE_TEMPLATE("the rendered wrench is the sum over the renderer's own vertices: area", Scalar, float, double) {
+  check_renderer<AreaWeights, Scalar>("area");
+}
+TEST_CASE_TEMPLATE("the rendered wrench is the sum over the renderer's own vertices: collision ratio", Scalar, float,
+                   double) {
+  check_renderer<CollisionRatio, Scalar>("collision ratio");
+}
+TEST_CASE_TEMPLATE("the rendered wrench is the sum over the renderer's own vertices: mean", Scalar, float, double) {
+  check_renderer<MeanWeights, Scalar>("mean");
+}
+
+TEST_CASE_TEMPLATE("a shaft laid flush on a plane", Scalar, float, double) {
+  // Ball and shaft of one radius, axis parallel to the plane: every slice is pressed alike, in closed form.
+  const double radius = 0.0015, depth = 0.0006, length = 0.020;
+  const RasterOptions o{.size = {96, 48, 48}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  const Tool<Scalar> tool(Burr{.tip_radius = radius, .shaft_radius = radius, .shaft_length = length},
+                          {.sphere = 200, .slices = 20, .per_slice = 64});
+  SurfaceApproxRenderer<Scalar> renderer(tool, {.thesis_stiffness = 1e8});
+  CHECK(renderer.thesis_stiffness() == 1e8);
+  const Posed X = tool_at(o.middle() + Vec3d(-0.010, 0, radius - depth), Vec3d::UnitX());
+  const auto out = render_at(renderer, field, X);
+  // A strip of length L of a cylinder at depth δ: k L R ∫ (δ − R(1 − cos φ)) / cos φ cos φ dφ over the pressed arc.
+  const double half = std::acos(1 - depth / radius);
+  const double per_length = 1e8 * radius * 2 * (radius * std::sin(half) - (radius - depth) * half);
+  const Wrenchd w = in_double(out.wrench);
+  const double ball = static_cast<double>(renderer.groups()[0].force.z());
+  CHECK(ball == doctest::Approx(1e8 * std::numbers::pi * radius * depth * depth).epsilon(0.05));
+  CHECK(w.force.z() - ball == doctest::Approx(per_length * length).epsilon(kForceError));
+  CHECK(w.torque.norm() == doctest::Approx(per_length * length * length / 2).epsilon(kTorqueError));
+  CHECK(angle_deg(w.torque, -Vec3d::UnitY()) < kDirectionError);
+  for (const auto& slice : renderer.slices())
+    CHECK(static_cast<double>(slice.force.z()) == doctest::Approx(per_length * length / 20).epsilon(0.05));
+}
+
+// --- Stiffness
+// ----------------------------------------------------------------------------------------------------------
+
+template <class Weights, class Scalar>
+void check_stiffness(int sphere) {
+  const double radius = 0.0015;
+  const ShapeField<Scalar, HalfSpace> field({Vec3d::Zero(), Vec3d::UnitZ()}, kVoxel);
+  const Tool<Scalar> tool(Burr{.tip_radius = radius, .shaft_length = 0}, {.sphere = sphere});
+  SurfaceApproxRenderer<Scalar, Weights> renderer(tool, {.stiffness = 650});
+  Random random(74);
+  double sum = 0;
+  constexpr int kTurns = 400;
+  for (int i = 0; i < kTurns; ++i) {
+    renderer.reset();
+    const Posed X = make_pose<double>(random.rotation(), Vec3d(0, 0, radius / 2));
+    sum += static_cast<double>(render_at(renderer, field, X).wrench.force.z()) / (radius / 2) / kTurns;
+  }
+  CHECK(sum == doctest::Approx(650).epsilon(0.03));
+  // The literal k gives the same again.
+  SurfaceApproxRenderer<Scalar, Weights> literal(tool,
+                                                 {.stiffness = 1, .thesis_stiffness = renderer.thesis_stiffness()});
+  const Posed X = make_pose<double>(random.rotation(), Vec3d(0, 0, radius / 2));
+  renderer.reset();
+  CHECK(render_at(literal, field, X).wrench == render_at(renderer, field, X).wrench);
+}
+
+TEST_CASE_TEMPLATE("the stated stiffness is the secant at R/2, whatever the law and counts", Scalar, float, double) {
+  for (const int sphere : {26, 50, 200}) {
+    check_stiffness<AreaWeights, Scalar>(sphere);
+    check_stiffness<CollisionRatio, Scalar>(sphere);
+    check_stiffness<MeanWeights, Scalar>(sphere);
+  }
+}
+
+TEST_CASE("surface options outside their range are refused") {
+  const auto make = [](const SurfaceOptions& o) { SurfaceApproxRenderer<float> renderer(Tool<float>(Burr{}, {}), o); };
+  CHECK_NOTHROW(make({}));
+  CHECK_THROWS_WITH(make({.stiffness = 0}), "trephine::SurfaceOptions: stiffness must be > 0 N/m, got 0");
+  CHECK_THROWS_WITH(make({.stiffness = std::nan("")}), "trephine::SurfaceOptions: stiffness must be > 0 N/m, got nan");
+  CHECK_THROWS_WITH(make({.thesis_stiffness = -1.0}), "trephine::SurfaceOptions: thesis_stiffness must be > 0, got -1");
+  CHECK_THROWS_WITH(make({.search_step = 0}),
+                    "trephine::SurfaceOptions: search_step must be > 0 and at most 4 voxels, got 0");
+  CHECK_THROWS_WITH(make({.search_step = 4.5}),
+                    "trephine::SurfaceOptions: search_step must be > 0 and at most 4 voxels, got 4.5");
+}
+
+}  // namespace
