@@ -14,9 +14,12 @@ namespace {
 using namespace trephine;
 
 /// Bone gives way at a rate, not at once: the hand feels it, and a burr that is fed too fast lags behind. The densest
-/// voxel of the volume lasts half a second. Not by force: Line's tip is a point, feels nothing once it has fallen into
-/// a pit, and would leave the pit's walls standing.
-RateLimitedCut<> bite(const Bone& bone) { return {.rate = 2 * (bone.grid.original_range().max - bone.isovalue)}; }
+/// voxels let the burr down by its radius in about 1.5 s. Not by force: Line's tip is a point, feels nothing once it
+/// has fallen into a pit, and would leave the pit's walls standing.
+RateLimitedCut<> bite(const Bone& bone) {
+  const double voxels = bone.burr.tip_radius / bone.grid.spacing().minCoeff();
+  return {.rate = (bone.grid.original_range().max - bone.isovalue) * voxels / 1.5};
+}
 
 /// The scene of this program: only the renderer differs.
 template <class Renderer>

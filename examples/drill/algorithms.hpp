@@ -7,7 +7,8 @@
 
 namespace drill {
 
-/// Runs of the two algorithms on `bone`, which they carve. Translation units of their own: each is a scene of templates.
+/// Runs of the two algorithms on `bone`, which they carve. Translation units of their own: each is a scene of
+/// templates.
 [[nodiscard]] RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon,
                               double pictured);
 [[nodiscard]] RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon,

@@ -69,8 +69,8 @@ Bone tooth(const Options& options) {
           .notes = {}};
 }
 
-/// Three voxels' radius at least, so that the ball is round and its way out of bone is more than one sample; in steps of
-/// half a millimetre, or of 0.1 mm below 1 mm.
+/// Three voxels' radius at least, so that the ball is round and its way out of bone is more than one sample; in steps
+/// of half a millimetre, or of 0.1 mm below 1 mm.
 trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   const double least_mm = std::max(3e3 * grid.spacing().minCoeff(), 0.8);
   const double steps_a_mm = least_mm > 1 ? 2 : 10;
@@ -87,6 +87,15 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
 
 Bone load_bone(const Options& options) {
   Bone bone = !options.skull.empty() ? skull(options) : !options.ct.empty() ? ct(options) : tooth(options);
+  const auto range = bone.grid.original_range();
+  if (!(range.min < bone.isovalue && bone.isovalue <= range.max)) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "%s has no surface at isovalue %g: its densities are %d to %d; choose one "
+                  "between them with --isovalue",
+                  bone.name.c_str(), bone.isovalue, range.min, range.max);
+    throw std::runtime_error(text.data());
+  }
   bone.burr = fitting_burr(bone.grid, options);
   bone.grid = bone.grid.cropped(bone.isovalue);
   return bone;

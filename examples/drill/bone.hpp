@@ -16,11 +16,11 @@ using Grid = trephine::VoxelGrid<std::int16_t>;
 
 /// What is drilled: a volume cropped to its bone, and what fits it.
 struct Bone {
-  std::string name;         ///< for pictures and tables: "skull", "tooth phantom", a file's name
-  std::string unit;         ///< of its densities: "HU" or "levels"
-  Grid grid;                ///< its world is the volume as read: first voxel's centre, the volume's axes
-  double isovalue = 0;      ///< bone is where density >= isovalue
-  trephine::Burr burr;      ///< a drill of sensible size for these voxels
+  std::string name;                ///< for pictures and tables: "skull", "tooth phantom", a file's name
+  std::string unit;                ///< of its densities: "HU" or "levels"
+  Grid grid;                       ///< its world is the volume as read: first voxel's centre, the volume's axes
+  double isovalue = 0;             ///< bone is where density >= isovalue
+  trephine::Burr burr;             ///< a drill of sensible size for these voxels
   std::vector<std::string> notes;  ///< what was changed or is not known
 };
 

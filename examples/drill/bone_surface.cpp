@@ -27,8 +27,10 @@ void box_blur(std::vector<float>& values, const std::array<int, 3>& n, std::size
   std::vector<float> line(static_cast<std::size_t>(length));
   for (int b = 0; b < n[other2]; ++b)
     for (int a = 0; a < n[other1]; ++a) {
-      float* at = values.data() + static_cast<std::size_t>(a) * stride[other1] + static_cast<std::size_t>(b) * stride[other2];
-      for (int i = 0; i < length; ++i) line[static_cast<std::size_t>(i)] = at[static_cast<std::size_t>(i) * stride[axis]];
+      float* at =
+          values.data() + static_cast<std::size_t>(a) * stride[other1] + static_cast<std::size_t>(b) * stride[other2];
+      for (int i = 0; i < length; ++i)
+        line[static_cast<std::size_t>(i)] = at[static_cast<std::size_t>(i) * stride[axis]];
       const auto value = [&](int i) { return i < 0 || i >= length ? 0.0F : line[static_cast<std::size_t>(i)]; };
       float sum = 0;
       for (int i = -r; i <= r; ++i) sum += value(i);
@@ -137,7 +139,8 @@ Vec3f BoneSurface::gradient(const Vec3f& p) const noexcept {
     const float f = u - whole;
     const float g = 1 - f;
     base[a] = static_cast<int>(whole);
-    weight[a] = {g * g * g / 6, (4 - 6 * f * f + 3 * f * f * f) / 6, (4 - 6 * g * g + 3 * g * g * g) / 6, f * f * f / 6};
+    weight[a] = {g * g * g / 6, (4 - 6 * f * f + 3 * f * f * f) / 6, (4 - 6 * g * g + 3 * g * g * g) / 6,
+                 f * f * f / 6};
     slope[a] = {-g * g / 2, (3 * f * f - 4 * f) / 2, (4 * g - 3 * g * g) / 2, f * f / 2};
   }
   Vec3f sum = Vec3f::Zero();
@@ -149,7 +152,7 @@ Vec3f BoneSurface::gradient(const Vec3f& p) const noexcept {
         const int k = std::clamp(base[2] + static_cast<int>(z) - 1, -1, n[2]);
         const auto v = static_cast<float>(bone.at(i, j, k));
         sum += v * Vec3f(slope[0][x] * weight[1][y] * weight[2][z], weight[0][x] * slope[1][y] * weight[2][z],
-                              weight[0][x] * weight[1][y] * slope[2][z]);
+                         weight[0][x] * weight[1][y] * slope[2][z]);
       }
   return sum.cwiseQuotient(spacing_);
 }
@@ -196,9 +199,16 @@ std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, floa
       t = std::max(out, t) + 1e-3F * step;
       continue;
     }
-    if (above(p) >= 0) {
+    const float value = above(p);
+    float inside = value >= 0 ? t : -1;
+    // A milling burr leaves lips thinner than a step; the density just under one is hardly below the isovalue.
+    if (value < 0 && value > -0.1F * most_above_ && t > from)
+      for (int i = 1; i < 12 && inside < 0; ++i) {
+        const float between = before + (t - before) * static_cast<float>(i) / 12;
+        if (above(ray.origin + between * ray.direction) >= 0) inside = between;
+      }
+    if (inside >= 0) {
       float outside = before;
-      float inside = t;
       for (int i = 0; i < 8 && inside > from; ++i) {
         const float middle = 0.5F * (outside + inside);
         (above(ray.origin + middle * ray.direction) >= 0 ? inside : outside) = middle;

@@ -18,7 +18,8 @@ struct Ray {
 };
 
 /// The bone as a picture sees it: the surface of the trilinear density, which is also what the tool feels, with smooth
-/// normals and a measure of how open each place is. A view of a grid that nobody carves meanwhile; any thread. G, metres.
+/// normals and a measure of how open each place is. A view of a grid that nobody carves meanwhile; any thread. G,
+/// metres.
 class BoneSurface {
  public:
   BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue);

@@ -39,8 +39,8 @@ void introduce(const Bone& bone, const Surgeon& surgeon) {
   for (const auto& note : bone.notes) std::printf("         %s\n", note.c_str());
   std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
               1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
-  std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(), at.z(),
-              1e3 * surgeon.spot().depth, 1e3 * surgeon.spot().unevenness);
+  std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(),
+              at.z(), 1e3 * surgeon.spot().depth, 1e3 * surgeon.spot().unevenness);
   std::fflush(stdout);
 }
 
@@ -80,17 +80,16 @@ void take_pictures(const Options& options, const Bone& bone, const Surgeon& surg
     }
   };
   take(shots_before(bone, before, surgeon));
-  for (const Run& run : runs)
-    take(shots_of_run(bone, before, BoneSurface(run.bone, bone.isovalue), surgeon, run.log));
+  for (const Run& run : runs) take(shots_of_run(bone, before, BoneSurface(run.bone, bone.isovalue), surgeon, run.log));
 }
 
 int run(const Options& options) {
   const Bone bone = load_bone(options);
   const Surgeon surgeon(options.at ? spot_near(bone, *options.at) : find_spot(bone), bone.burr,
                         {.seconds = options.seconds});
+  make_folder(options.out);
   introduce(bone, surgeon);
   const bool plots = have_gnuplot();
-  make_folder(options.out);
 
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
               options.real_time ? "real time" : "simulated time");

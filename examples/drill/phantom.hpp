@@ -57,26 +57,30 @@ inline double joined(double a, double b, double k) {
   return std::min(a, b) - h * h * k / 4;
 }
 
+/// Intersection with an edge rounded by about k.
+inline double cut(double a, double b, double k) { return -joined(-a, -b, k); }
+
 /// Signed distances [mm] to enamel's outside, dentine and pulp of a molar; p [mm] from the middle of its neck, z up.
 struct Tooth {
   double outside, dentine, pulp;
 };
 
 inline Tooth tooth_at(const Vec3d& p) {
-  // The chewing surface: four cusps round a groove that crosses it.
-  const double cusps = 0.42 * std::cos(1.25 * p.x()) * std::cos(1.35 * p.y()) - 0.030 * (p.x() * p.x() + p.y() * p.y());
+  // The chewing surface: cusps round a groove that crosses it.
+  const double cusps = 0.45 * std::cos(1.25 * p.x()) * std::cos(1.35 * p.y()) + 0.02 * p.head<2>().squaredNorm();
   const double lid = p.z() - (5.9 - cusps);
-  const double body = std::max(ellipsoid(p - Vec3d(0, 0, 2.6), {5.2, 4.7, 5.0}), lid);
+  const double body = cut(ellipsoid(p - Vec3d(0, 0, 2.4), {5.2, 4.7, 5.0}), lid, 1.4);
   double roots = round_cone(p, {-1.9, 0.5, 0.2}, {-3.0, 0.9, -9.2}, 2.3, 0.8);
   roots = joined(roots, round_cone(p, {1.9, 0.5, 0.2}, {3.2, 0.8, -8.8}, 2.3, 0.8), 0.8);
   roots = joined(roots, round_cone(p, {0.0, -1.4, 0.2}, {0.3, -2.6, -8.2}, 2.2, 0.8), 0.8);
-  const double dentine = joined(std::max(ellipsoid(p - Vec3d(0, 0, 2.1), {4.2, 3.7, 4.2}), lid + 1.5), roots, 0.9);
+  const double core = cut(ellipsoid(p - Vec3d(0, 0, 1.1), {4.25, 3.8, 4.6}), lid + 1.6, 1.0);
+  const double dentine = joined(core, roots, 1.2);
   double pulp = ellipsoid(p - Vec3d(0, 0, 1.2), {2.0, 1.6, 1.1});
   pulp = joined(pulp, round_cone(p, {-1.4, 0.4, 0.6}, {-2.8, 0.8, -7.8}, 0.55, 0.22), 0.4);
   pulp = joined(pulp, round_cone(p, {1.4, 0.4, 0.6}, {3.0, 0.7, -7.4}, 0.55, 0.22), 0.4);
   pulp = joined(pulp, round_cone(p, {0.0, -1.0, 0.6}, {0.3, -2.3, -6.8}, 0.55, 0.22), 0.4);
-  // Enamel ends at the neck.
-  const double enamel = std::max(body, -(p.z() + 0.6));
+  // Enamel thins out toward the neck.
+  const double enamel = cut(body, -(p.z() + 0.7), 0.8);
   return {std::min(enamel, dentine), dentine, pulp};
 }
 
@@ -85,8 +89,8 @@ Density stored(double density) {
   if constexpr (std::is_floating_point_v<Density>)
     return static_cast<Density>(density);
   else  // std::int8_t has room for half the levels only
-    return static_cast<Density>(std::lround(
-        std::min(density, static_cast<double>(std::numeric_limits<Density>::max()))));
+    return static_cast<Density>(
+        std::lround(std::min(density, static_cast<double>(std::numeric_limits<Density>::max()))));
 }
 
 }  // namespace phantom

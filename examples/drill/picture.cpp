@@ -28,17 +28,20 @@ std::string in_millimetres(float metres) {
   return text.data();
 }
 
-/// Darkens the picture along its upper and lower edge, so that writing can be read on bright bone too. Heights of the
-/// bands as shares of the picture's; as much again is the way from dark to none.
-void darken_edges(Canvas& canvas, float upper, float lower) {
-  constexpr float kFade = 0.08F;
-  const auto h = static_cast<float>(canvas.height());
-  for (int y = 0; y < canvas.height(); ++y) {
-    const float at = (static_cast<float>(y) + 0.5F) / h;
-    const float inside = std::clamp(1 + std::max(upper - at, at - 1 + lower) / kFade, 0.0F, 1.0F);
-    const float keep = 1 - 0.72F * inside * inside * (3 - 2 * inside);
-    for (int x = 0; x < canvas.width(); ++x) canvas.pixel(x, y) *= keep;
-  }
+/// Darkens the ground under a block of writing, softly, so that it can be read on bright bone too.
+void darken(Canvas& canvas, const Vec2f& lo, const Vec2f& hi) {
+  const float soft = 0.06F * static_cast<float>(canvas.height());
+  const int x0 = std::max(0, static_cast<int>(lo.x() - soft));
+  const int x1 = std::min(canvas.width() - 1, static_cast<int>(hi.x() + soft));
+  const int y0 = std::max(0, static_cast<int>(lo.y() - soft));
+  const int y1 = std::min(canvas.height() - 1, static_cast<int>(hi.y() + soft));
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) {
+      const Vec2f p(static_cast<float>(x), static_cast<float>(y));
+      const Vec2f outside = (lo - p).cwiseMax(p - hi).cwiseMax(0.0F);
+      const float s = std::clamp(1 - outside.norm() / soft, 0.0F, 1.0F);
+      canvas.pixel(x, y) *= 1 - 0.78F * s * s * (3 - 2 * s);
+    }
 }
 
 void draw_scale_bar(Canvas& canvas, const Camera& camera) {
@@ -50,12 +53,25 @@ void draw_scale_bar(Canvas& canvas, const Camera& camera) {
   const Vec2f left = right - Vec2f(length * per_metre, 0);
   const Vec2f tick(0, 0.008F * h);
   const Vec3f white = colour(0xf2f4f7);
+  const float size = 0.019F * h;
+  darken(canvas, left - Vec2f(0, 2.1F * size), right + tick);
   canvas.line(left, right, 3, white);
   canvas.line(left - tick, left + tick, 3, white);
   canvas.line(right - tick, right + tick, 3, white);
   const std::string text = in_millimetres(length);
-  const float size = 0.019F * h;
   canvas.text({(left.x() + right.x() - Canvas::text_width(text, size)) / 2, left.y() - 1.1F * size}, text, size, white);
+}
+
+/// A dot, or for what is translucent a ring round a faint one.
+void draw_mark(Canvas& canvas, const Vec2f& at, float radius, const Vec3f& ink, bool ring) {
+  canvas.dot(at, radius, ink, ring ? 0.35F : 1.0F);
+  if (!ring) return;
+  constexpr int kSides = 24;
+  const auto corner = [&](int i) {
+    const float a = 6.2831853F * static_cast<float>(i) / kSides;
+    return Vec2f(at + 1.1F * radius * Vec2f(std::cos(a), std::sin(a)));
+  };
+  for (int i = 0; i < kSides; ++i) canvas.line(corner(i), corner(i + 1), 2, ink);
 }
 
 void draw_labels(Canvas& canvas, const Picture& picture) {
@@ -63,28 +79,35 @@ void draw_labels(Canvas& canvas, const Picture& picture) {
   const auto h = static_cast<float>(canvas.height());
   const Vec3f white = colour(0xf2f4f7);
   const Vec3f grey = colour(0xc9d1dc);
-  canvas.text({0.035F * w, 0.065F * h}, picture.title, 0.025F * h, white);
-  canvas.text({0.035F * w, 0.103F * h}, picture.subtitle, 0.0165F * h, grey);
+  const Vec2f corner(0.035F * w, 0.065F * h);
+  const float wide =
+      std::max(Canvas::text_width(picture.title, 0.025F * h), Canvas::text_width(picture.subtitle, 0.0165F * h));
+  darken(canvas, corner - Vec2f(0, 0.03F * h), corner + Vec2f(wide, 0.045F * h));
+  canvas.text(corner, picture.title, 0.025F * h, white);
+  canvas.text(corner + Vec2f(0, 0.038F * h), picture.subtitle, 0.0165F * h, grey);
 
-  float y = 0.952F * h;
-  const float size = 0.0165F * h;
-  const auto entry = [&](const std::string& text, const Vec3f& c, bool ring) {
-    const Vec2f at(0.045F * w, y - size / 2);
-    canvas.dot(at, 0.55F * size, c, ring ? 0.35F : 1.0F);
-    if (ring)
-      for (int i = 0; i < 24; ++i) {
-        const float a = static_cast<float>(i) * 0.2618F;
-        const float b = a + 0.2618F;
-        const float r = 0.6F * size;
-        canvas.line(at + r * Vec2f(std::cos(a), std::sin(a)), at + r * Vec2f(std::cos(b), std::sin(b)), 2, c);
-      }
-    canvas.text({0.062F * w, y}, text, size, white);
-    y -= 2.1F * size;
+  struct Entry {
+    std::string text;
+    Vec3f colour;
+    bool ring = false;
   };
-  if (!picture.points.empty()) entry(picture.points_label, kDotColour(), false);
-  if (picture.ghost) entry(picture.ghost_label, kGhostColour(), true);
-  if (picture.tool) entry(picture.tool_label, colour(0xc3cad3), false);
-  if (picture.uncut != nullptr) entry("bone cut by the drill", kCutColour(), false);
+  std::vector<Entry> entries;  // from the bottom up
+  if (!picture.points.empty()) entries.push_back({picture.points_label, kDotColour()});
+  if (picture.ghost) entries.push_back({picture.ghost_label, kGhostColour(), true});
+  if (picture.tool) entries.push_back({picture.tool_label, colour(0xc3cad3)});
+  if (picture.uncut != nullptr) entries.push_back({"bone cut by the drill", kCutColour()});
+  const float size = 0.0165F * h;
+  const float line = 2.1F * size;
+  float widest = 0;
+  for (const Entry& e : entries) widest = std::max(widest, Canvas::text_width(e.text, size));
+  const Vec2f lowest(0.045F * w, 0.952F * h);
+  darken(canvas, lowest - Vec2f(size, line * static_cast<float>(entries.size())),
+         lowest + Vec2f(widest + 0.02F * w, 0));
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Vec2f base = lowest - Vec2f(0, line * static_cast<float>(i));
+    draw_mark(canvas, base - Vec2f(0, size / 2), 0.55F * size, entries[i].colour, entries[i].ring);
+    canvas.text(base + Vec2f(0.017F * w, 0), entries[i].text, size, white);
+  }
 }
 
 }  // namespace
@@ -126,9 +149,6 @@ Canvas draw(const Picture& picture, int width, int height) {
   for (unsigned i = 1; i < std::max(1U, std::thread::hardware_concurrency()); ++i) helpers.emplace_back(work);
   work();
   for (auto& h : helpers) h.join();
-  const int entries = (picture.tool ? 1 : 0) + (picture.ghost ? 1 : 0) + (picture.points.empty() ? 0 : 1) +
-                      (picture.uncut != nullptr ? 1 : 0);
-  darken_edges(canvas, 0.11F, 0.06F + 0.035F * static_cast<float>(entries));
   draw_labels(canvas, picture);
   draw_scale_bar(canvas, picture.camera);
   return canvas;

@@ -50,9 +50,9 @@ class Studio {
     for (int k = 0; k < grid.size()[2]; k += 2)
       for (int j = 0; j < grid.size()[1]; j += 2)
         for (int i = 0; i < grid.size()[0]; i += 2)
-          if (grid.at(i, j, k) >= bone_.isovalue)
-            include(grid.spacing().cwiseProduct(Vec3d(i, j, k)).cast<float>());
-    include(spot_ + static_cast<float>(1.3 * bone_.burr.shaft_length) * out_);
+          if (grid.at(i, j, k) >= bone_.isovalue) include(grid.spacing().cwiseProduct(Vec3d(i, j, k)).cast<float>());
+    const float tool = 1.3F * static_cast<float>(bone_.burr.shaft_length);
+    include(spot_ + std::min(tool, 0.35F * (surface.hi() - surface.lo()).norm()) * out_);
     camera.centre += seen.center().x() * camera.right + (seen.center().y() - 0.02F * seen.sizes().y()) * camera.up;
     camera.height = std::max(1.22F * seen.sizes().y(), 1.08F * 0.75F * seen.sizes().x());
     return camera;
@@ -72,8 +72,8 @@ class Studio {
     const auto& n = bone_.grid.size();
     const Vec3d mm = 1e3 * bone_.grid.spacing();
     std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "%d x %d x %d voxels of %.3g x %.3g x %.3g mm, surface at %g %s", n[0], n[1],
-                  n[2], mm.x(), mm.y(), mm.z(), bone_.isovalue, bone_.unit.c_str());
+    std::snprintf(text.data(), text.size(), "%d x %d x %d voxels of %.3g x %.3g x %.3g mm, surface at %g %s", n[0],
+                  n[1], n[2], mm.x(), mm.y(), mm.z(), bone_.isovalue, bone_.unit.c_str());
     return text.data();
   }
 
@@ -141,7 +141,7 @@ std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, cons
     for (const Vec3d& p : log.touching) lean.points.push_back(studio.in_G(p));
   }
   std::array<char, 160> figures{};
-  std::snprintf(figures.data(), figures.size(), "force %.2f N, torque %.2f mN*m, %.0f mm^3 of bone removed",
+  std::snprintf(figures.data(), figures.size(), "force %.2f N, torque %.2f mN*m, %.3g mm^3 of bone removed",
                 row.wrench.force.norm(), 1e3 * row.wrench.torque.norm(), row.removed_mm3);
   lean.title = name + ": the shaft leans on the rim";
   lean.subtitle = figures.data();
@@ -156,6 +156,8 @@ std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, cons
   hole.uncut = &before;
   hole.camera = studio.oblique(7.5F, 0, 1.6F);
   hole.light = studio.raking_light();
+  std::snprintf(figures.data(), figures.size(), "%.3g mm^3 of bone removed; %s", log.rows.back().removed_mm3,
+                in_millimetres(bone.burr).c_str());
   hole.title = name + ": the hole";
   hole.subtitle = figures.data();
   return {{log.algorithm + "_lean.png", lean},

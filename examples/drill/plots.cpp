@@ -39,7 +39,8 @@ class Script {
        << "set border 3 linecolor '#5a6472'\nset tics nomirror textcolor '#39424e'\n"
        << "set grid xtics ytics linecolor '#dfe3e8' linetype 1\n"
        << "set key top left horizontal samplen 2 textcolor '#39424e' opaque\n"
-       << "set xrange [0:" << surgeon.seconds() << "]\nset lmargin 11\nset rmargin 9\nset offsets 0, 0, graph 0.2, graph 0.03\n"
+       << "set xrange [0:" << surgeon.seconds()
+       << "]\nset lmargin 11\nset rmargin 9\nset offsets 0, 0, graph 0.2, graph 0.03\n"
        << "set multiplot title '" << title << "' font 'sans,16'\n";
   }
 
@@ -47,8 +48,8 @@ class Script {
     const double height = (1 - (kHead + kFoot) / pixels()) / panels_;
     const double top = 1 - kHead / pixels() - height * index_;
     const bool last = index_ + 1 == panels_;
-    s_ << "\nset size 1," << height << "\nset origin 0," << top - height << "\nset tmargin 1.6\nset bmargin "
-       << 1.6 << "\nset xlabel '" << (last ? "time [s]" : "") << "'\nset ylabel '" << y_label << "'\n";
+    s_ << "\nset size 1," << height << "\nset origin 0," << top - height << "\nset tmargin 1.6\nset bmargin " << 1.6
+       << "\nset xlabel '" << (last ? "time [s]" : "") << "'\nset ylabel '" << y_label << "'\n";
     if (y2_label.empty())
       s_ << "unset y2tics\nunset y2label\nset border 3\n";
     else
@@ -129,14 +130,14 @@ std::string plot_run(const std::string& folder, const std::string& algorithm, co
   Script script(algorithm, name + ": drilling the " + bone, 4, surgeon);
   script.panel("force [N]", curve(csv, "(sqrt($16**2+$17**2+$18**2))", "|F|", 5) + "," + curve(csv, "16", "F_x", 0) +
                                 "," + curve(csv, "17", "F_y", 1) + "," + curve(csv, "18", "F_z", 2));
-  script.panel("torque [mN m]",
-               curve(csv, "(1e3*sqrt($19**2+$20**2+$21**2))", "|T|", 5) + "," + curve(csv, "(1e3*$19)", "T_x", 0) + "," +
-                   curve(csv, "(1e3*$20)", "T_y", 1) + "," + curve(csv, "(1e3*$21)", "T_z", 2));
+  script.panel("torque [mN m]", curve(csv, "(1e3*sqrt($19**2+$20**2+$21**2))", "|T|", 5) + "," +
+                                    curve(csv, "(1e3*$19)", "T_x", 0) + "," + curve(csv, "(1e3*$20)", "T_y", 1) + "," +
+                                    curve(csv, "(1e3*$21)", "T_z", 2));
   script.panel("depth of the burr [mm]",
                curve(csv, depth(10), "probe", 0) +
                    (algorithm == "line" ? "," + curve(csv, depth(13), "proxy", 3) : std::string()));
-  script.panel("bone removed [mm^3]",
-               curve(csv, "23", "removed", 2) + "," + curve(csv, "22", "contacts", 4, kRight), "contacts");
+  script.panel("bone removed [mm^3]", curve(csv, "23", "removed", 2) + "," + curve(csv, "22", "contacts", 4, kRight),
+               "contacts");
   return script.run(folder);
 }
 
@@ -144,21 +145,24 @@ std::string plot_line_verification(const std::string& folder, const Surgeon& sur
   const std::string csv = "verification_line.csv";
   // Nothing is drawn where nothing touches.
   const auto touching = [](const std::string& value) { return "($5>0 ? " + value + " : NaN)"; };
-  Script script("verification_line", "Line, a shaft on the edge of a hole in a cube (thesis, Fig. 21 and 22)", 3, surgeon);
-  script.panel("haptic rate [Hz]", "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
-                                       "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
+  Script script("verification_line", "Line, a shaft on the edge of a hole in a cube (thesis, Fig. 21 and 22)", 3,
+                surgeon);
+  script.panel("haptic rate [Hz]",
+               "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
+                   "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
   script.panel("spring length [mm]",
                curve(csv, touching("1e3*$3"), "spring length", 0) + "," +
                    curve(csv, touching("$5"), "reaction force", 1, kRight),
                "reaction force [N]");
-  script.panel("lever arm [mm]",
-               curve(csv, touching("1e3*$4"), "lever arm", 2) + "," +
-                   curve(csv, touching("1e3*$6"), "torque", 4, kRight),
-               "torque [mN m]");
+  script.panel(
+      "lever arm [mm]",
+      curve(csv, touching("1e3*$4"), "lever arm", 2) + "," + curve(csv, touching("1e3*$6"), "torque", 4, kRight),
+      "torque [mN m]");
   return script.run(folder);
 }
 
-std::string plot_surface_verification(const std::string& folder, const Surgeon& surgeon, const std::vector<int>& slices) {
+std::string plot_surface_verification(const std::string& folder, const Surgeon& surgeon,
+                                      const std::vector<int>& slices) {
   const std::string csv = "verification_surface.csv";
   Script script("verification_surface", "Surface, a shaft on the edge of a hole in a cube (thesis, Fig. 23 and 24)", 5,
                 surgeon);
@@ -167,15 +171,17 @@ std::string plot_surface_verification(const std::string& folder, const Surgeon& 
     for (std::size_t i = 0; i < slices.size(); ++i) {
       const std::string number = std::to_string(slices[i]);
       std::array<char, 160> text{};
-      std::snprintf(text.data(), text.size(), "'%s' using 1:($3==%s ? %s : NaN) with points pointtype 7 pointsize 0.25 ",
-                    csv.c_str(), number.c_str(), value.c_str());
+      std::snprintf(text.data(), text.size(),
+                    "'%s' using 1:($3==%s ? %s : NaN) with points pointtype 7 pointsize 0.25 ", csv.c_str(),
+                    number.c_str(), value.c_str());
       plots += (i > 0 ? "," : "") + std::string(text.data()) + "linecolor '" + kColours[i % kColours.size()] +
                "' title 'slice " + number + "'";
     }
     return plots;
   };
-  script.panel("haptic rate [Hz]", "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
-                                       "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
+  script.panel("haptic rate [Hz]",
+               "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
+                   "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
   script.panel("lever arm [mm]", each("1e3*$4"));
   script.panel("reaction force [N]", each("$5"));
   script.panel("torque [mN m]", each("1e3*$6"));

@@ -17,6 +17,7 @@ std::string plot_run(const std::string& folder, const std::string& algorithm, co
                      const Surgeon& surgeon);
 std::string plot_line_verification(const std::string& folder, const Surgeon& surgeon);
 /// `slices`: those that ever collide, counted from the tip.
-std::string plot_surface_verification(const std::string& folder, const Surgeon& surgeon, const std::vector<int>& slices);
+std::string plot_surface_verification(const std::string& folder, const Surgeon& surgeon,
+                                      const std::vector<int>& slices);
 
 }  // namespace drill

@@ -41,8 +41,8 @@ void Progress::print(double time) const {
   constexpr int kWidth = 24;
   const double share = std::clamp(time / seconds_, 0.0, 1.0);
   const auto full = static_cast<int>(share * kWidth + 0.5);
-  const std::string bar = std::string(static_cast<std::size_t>(full), '#') +
-                          std::string(static_cast<std::size_t>(kWidth - full), '.');
+  const std::string bar =
+      std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(kWidth - full), '.');
   std::printf("%s%-22s [%s] %3.0f %%  %5.2f s  %5.2f N  %7.1f mm3 removed%s", terminal_ ? "\r" : "", label_.c_str(),
               bar.c_str(), 100 * share, time, force_N_.load(std::memory_order_relaxed),
               removed_mm3_.load(std::memory_order_relaxed), terminal_ ? "" : "\n");

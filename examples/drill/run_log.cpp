@@ -62,8 +62,8 @@ RunFigures figures_of(const RunLog& log) {
 void print_table(const std::vector<const RunLog*>& logs) {
   std::printf("\n%-10s %7s %10s %9s %9s %9s %9s %11s %11s %9s\n", "algorithm", "ticks", "rate kept", "tick p50",
               "p99.9", "peak F", "mean F", "peak T", "mean T", "removed");
-  std::printf("%-10s %7s %10s %9s %9s %9s %9s %11s %11s %9s\n", "", "", "of 1 kHz", "us", "us", "N", "N", "mN m", "mN m",
-              "mm3");
+  std::printf("%-10s %7s %10s %9s %9s %9s %9s %11s %11s %9s\n", "", "", "of 1 kHz", "us", "us", "N", "N", "mN m",
+              "mN m", "mm3");
   for (const RunLog* const log : logs) {
     const RunFigures f = figures_of(*log);
     std::printf("%-10s %7zu %8.2f %% %9.1f %9.1f %9.2f %9.2f %11.2f %11.2f %9.1f\n", log->algorithm.c_str(),

@@ -12,15 +12,15 @@ namespace drill {
 
 /// One tick of a run. World frame; wrench on the tool, about the burr's centre.
 struct LogRow {
-  double time = 0;            ///< [s]
-  std::int64_t tick_ns = 0;   ///< the scene's tick alone
-  trephine::Posed hand;       ///< where the hand's drill really is
-  trephine::Posed probe;      ///< where the encoders say it is, which is what the scene got
-  trephine::Posed proxy;      ///< the drill held on the surface (Line); the probe (Surface)
-  trephine::Posed drawn;      ///< the drill as a host would draw it
-  trephine::Wrenchd wrench;   ///< the scene's answer
+  double time = 0;           ///< [s]
+  std::int64_t tick_ns = 0;  ///< the scene's tick alone
+  trephine::Posed hand;      ///< where the hand's drill really is
+  trephine::Posed probe;     ///< where the encoders say it is, which is what the scene got
+  trephine::Posed proxy;     ///< the drill held on the surface (Line); the probe (Surface)
+  trephine::Posed drawn;     ///< the drill as a host would draw it
+  trephine::Wrenchd wrench;  ///< the scene's answer
   trephine::ContactSummary contact;
-  double removed_mm3 = 0;     ///< since the start
+  double removed_mm3 = 0;  ///< since the start
   trephine::Status status = trephine::Status::kOk;
   // Line: what its report says of the shaft. Surface: the sum over slices as one lever, see `shaft_of`.
   double spring_m = 0, lever_m = 0, reaction_N = 0, shaft_torque_Nm = 0;
@@ -36,9 +36,9 @@ struct SliceRow {
 
 /// All that a run leaves behind.
 struct RunLog {
-  std::string algorithm;         ///< "line" or "surface"
+  std::string algorithm;  ///< "line" or "surface"
   std::vector<LogRow> rows;
-  std::vector<SliceRow> slices;  ///< Surface only
+  std::vector<SliceRow> slices;           ///< Surface only
   std::vector<trephine::Vec3d> touching;  ///< contact points at the tick asked for, in W
   std::size_t pictured = 0;               ///< that tick
   trephine::RunReport report;

@@ -143,7 +143,8 @@ Vec3f Shading::surroundings(const Vec3f& d) const {
   // Two tall lamps, which is what makes a cylinder look round.
   const float x = d.dot(camera_.right);
   const auto strip = [x](float at, float width) { return std::exp(-(x - at) * (x - at) / (width * width)); };
-  c += (1.1F * strip(-0.58F, 0.22F) + 0.55F * strip(0.80F, 0.12F)) * smooth(-0.9F, -0.1F, y) * Vec3f(1.0F, 0.98F, 0.95F);
+  c +=
+      (1.1F * strip(-0.58F, 0.22F) + 0.55F * strip(0.80F, 0.12F)) * smooth(-0.9F, -0.1F, y) * Vec3f(1.0F, 0.98F, 0.95F);
   c += 1.6F * smooth(0.80F, 0.97F, d.dot(to_key_)) * Vec3f(1.0F, 0.97F, 0.92F);
   c += 0.7F * smooth(0.70F, 0.95F, d.dot(to_fill_)) * Vec3f(0.8F, 0.9F, 1.0F);
   return c;

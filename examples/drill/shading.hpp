@@ -34,12 +34,13 @@ class Shading {
   [[nodiscard]] Vec3f section_colour(const Vec3f& p) const;
   [[nodiscard]] Vec3f steel_colour(const Vec3f& p, Vec3f n) const;
   [[nodiscard]] Vec3f surroundings(const Vec3f& direction) const;
-  [[nodiscard]] Vec3f with_ghosts(Vec3f colour, const Ray& ray, float nearest, const std::optional<SolidHit>& tool) const;
+  [[nodiscard]] Vec3f with_ghosts(Vec3f colour, const Ray& ray, float nearest,
+                                  const std::optional<SolidHit>& tool) const;
 
   const Picture& picture_;
   Camera camera_;
-  float far_;        // eye's distance from the picture's plane [m]
-  Vec3f to_key_;     // toward the key light
+  float far_;     // eye's distance from the picture's plane [m]
+  Vec3f to_key_;  // toward the key light
   Vec3f to_fill_;
   float dot_radius_;
   float spread_;  // over which normals are averaged [m]

@@ -24,11 +24,22 @@ struct Patch {
   double unevenness = 0;
 };
 
+/// What a place must offer; lengths in burr radii.
+struct Demands {
+  double unevenness;  ///< at most, over two radii round it
+  double depth;       ///< bone below, at least
+  double lean;        ///< angle by which the shaft must be free to lean to all sides [rad]
+};
+
+/// A skull or a jaw meets the first; small bones only the later ones.
+constexpr std::array<Demands, 3> kDemands{{{0.5, 1.5, 0.85}, {1.2, 1.2, 0.6}, {2.0, 0.8, 0.0}}};
+
 class Finder {
  public:
   explicit Finder(const Bone& bone) : bone_(bone), field_(bone.grid, bone.isovalue), R_(bone.burr.tip_radius) {}
 
-  [[nodiscard]] Spot best() const {
+  /// The best place that meets the demands, or none.
+  [[nodiscard]] std::optional<Spot> best(const Demands& demands) const {
     const auto& n = bone_.grid.size();
     const int stride = std::max(1, static_cast<int>(std::lround(0.8 * R_ / field_.voxel())));
     std::optional<Spot> best;
@@ -39,19 +50,16 @@ class Finder {
           const Vec3d p = bone_.grid.spacing().cwiseProduct(Vec3d(i, j, k));
           if (!near_surface(p)) continue;
           const auto patch = settle(p);
-          if (!patch || patch->unevenness > 0.5 * R_) continue;
+          if (!patch || patch->unevenness > demands.unevenness * R_) continue;
           const double depth = depth_below(*patch);
-          if (depth < 1.5 * R_) continue;
+          if (depth < demands.depth * R_) continue;
           const double score = std::min(depth, kWanted * R_) / R_ - 4 * patch->unevenness / R_;
           if (best && score <= best_score) continue;
-          if (!has_room(*patch)) continue;
+          if (!has_room(*patch, demands.lean)) continue;
           best = in_world(*patch, depth);
           best_score = score;
         }
-    if (!best)
-      throw std::runtime_error("no place on the bone is flat, thick and free enough for this drill; take a smaller "
-                               "--tip-radius, another --isovalue, or say where with --at");
-    return *best;
+    return best;
   }
 
   [[nodiscard]] Spot nearest(const Vec3d& p_W) const {
@@ -73,8 +81,8 @@ class Finder {
     const auto patch = found ? settle(*found) : std::nullopt;
     if (!patch) {
       std::array<char, 160> text{};
-      std::snprintf(text.data(), text.size(), "--at %g %g %g: no open bone surface within %g mm of there", 1e3 * p_W.x(),
-                    1e3 * p_W.y(), 1e3 * p_W.z(), 1e3 * reach);
+      std::snprintf(text.data(), text.size(), "--at %g %g %g: no open bone surface within %g mm of there",
+                    1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z(), 1e3 * reach);
       throw std::runtime_error(text.data());
     }
     return in_world(*patch, depth_below(*patch));
@@ -145,10 +153,10 @@ class Finder {
   }
 
   /// Free way for the shaft, straight and leaning to all sides, and from there out of the volume.
-  [[nodiscard]] bool has_room(const Patch& patch) const {
+  [[nodiscard]] bool has_room(const Patch& patch, double most_lean) const {
     const Vec3d u = patch.n.unitOrthogonal();
     const Vec3d v = patch.n.cross(u);
-    for (const double lean : {0.0, 0.4, 0.85})
+    for (const double lean : {0.0, 0.5 * most_lean, most_lean})
       for (int i = 0; i < (lean > 0 ? 8 : 1); ++i) {
         const double a = 2 * std::numbers::pi * i / 8;
         const Vec3d way = std::cos(lean) * patch.n + std::sin(lean) * (std::cos(a) * u + std::sin(a) * v);
@@ -161,10 +169,7 @@ class Finder {
 
   [[nodiscard]] Spot in_world(const Patch& patch, double depth) const {
     const auto& X_WG = bone_.grid.X_WG();
-    return {.p_W = X_WG * patch.p,
-            .normal_W = X_WG.linear() * patch.n,
-            .depth = depth,
-            .unevenness = patch.unevenness};
+    return {.p_W = X_WG * patch.p, .normal_W = X_WG.linear() * patch.n, .depth = depth, .unevenness = patch.unevenness};
   }
 
   static constexpr int kRing = 16;
@@ -175,7 +180,14 @@ class Finder {
 
 }  // namespace
 
-Spot find_spot(const Bone& bone) { return Finder(bone).best(); }
+Spot find_spot(const Bone& bone) {
+  const Finder finder(bone);
+  for (const Demands& demands : kDemands)
+    if (const auto spot = finder.best(demands)) return *spot;
+  throw std::runtime_error(
+      "no place on the bone is flat, thick and free enough for this drill; take a smaller --tip-radius, another "
+      "--isovalue, or say where with --at");
+}
 
 Spot spot_near(const Bone& bone, const Vec3d& p_W) { return Finder(bone).nearest(p_W); }
 

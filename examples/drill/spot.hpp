@@ -15,8 +15,8 @@ struct Spot {
   double unevenness = 0;     ///< farthest the surface round it lies from its plane [m]
 };
 
-/// A place for a hole: fairly flat, thick enough, and with room outside for the whole shaft, leaning too. Deterministic.
-/// Throws std::runtime_error where the bone has none.
+/// A place for a hole: fairly flat, thick enough, and with room outside for the whole shaft, leaning too.
+/// Deterministic. Throws std::runtime_error where the bone has none.
 [[nodiscard]] Spot find_spot(const Bone& bone);
 
 /// The surface nearest to a place in the world, and the way out there. Throws std::runtime_error where there is none

@@ -14,8 +14,8 @@ using trephine::Vec3d;
 /// Shares of the run at which the phases end.
 constexpr std::array<double, Surgeon::kPhases> kEnds{0.10, 0.46, 0.54, 0.66, 0.70, 0.88, 0.93, 1.0};
 
-constexpr double kStartHeight = 5;    // of the burr's centre over the surface, in burr radii
-constexpr double kGround = 1.6;       // and how much deeper the hand then wants it: it presses on the ground
+constexpr double kStartHeight = 5;  // of the burr's centre over the surface, in burr radii
+constexpr double kGround = 1.6;     // and how much deeper the hand then wants it: it presses on the ground
 constexpr double kTurnAngle = 1.25 * std::numbers::pi;
 
 double eased(double s) noexcept {

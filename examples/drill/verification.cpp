@@ -32,12 +32,14 @@ Spot top_of(const Grid& grid) {
 template <class Renderer>
 RunLog lean_on_edge(const std::string& name, const Renderer& renderer, const Surgeon& surgeon, bool real_time) {
   Grid grid = cube();
-  auto scene = HapticScene{grid, PhantomDensities::kIsovalue, renderer, Milling{},
-                           DeviceLimits{.force = 8.5, .torque = 0.188}};
+  auto scene =
+      HapticScene{grid, PhantomDensities::kIsovalue, renderer, Milling{}, DeviceLimits{.force = 8.5, .torque = 0.188}};
   return perform(name, scene, surgeon, surgeon.ends(Surgeon::kHold), real_time, "verification, " + name);
 }
 
-double rate_of(const LogRow& r) { return std::min(1000.0, 1e9 / static_cast<double>(std::max<std::int64_t>(r.tick_ns, 1))); }
+double rate_of(const LogRow& r) {
+  return std::min(1000.0, 1e9 / static_cast<double>(std::max<std::int64_t>(r.tick_ns, 1)));
+}
 
 }  // namespace
 
@@ -45,18 +47,18 @@ Verification run_verification(const Options& options) {
   const Surgeon surgeon(top_of(cube()), kBurr, {.seconds = 6, .hole_depth = 2.6, .lean = 0.36});
   const ToolDiscretization line{kBurr, LineCounts{.shaft = options.line_vertices}};
   const ToolDiscretization surface{
-      kBurr, SurfaceCounts{.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice}};
-  return {lean_on_edge("line", LineApproxRenderer{line, LineOptions{.stiffness = kStiffness}}, surgeon,
-                       options.real_time),
-          lean_on_edge("surface", SurfaceApproxRenderer{surface, SurfaceOptions{.stiffness = kStiffness}}, surgeon,
-                       options.real_time),
-          surgeon};
+      kBurr,
+      SurfaceCounts{.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice}};
+  return {
+      lean_on_edge("line", LineApproxRenderer{line, LineOptions{.stiffness = kStiffness}}, surgeon, options.real_time),
+      lean_on_edge("surface", SurfaceApproxRenderer{surface, SurfaceOptions{.stiffness = kStiffness}}, surgeon,
+                   options.real_time),
+      surgeon};
 }
 
 void write_line_csv(const RunLog& log, const std::string& path) {
   Csv csv(path, "time_s,rate_Hz,spring_m,lever_m,reaction_N,torque_Nm");
-  for (const LogRow& r : log.rows)
-    csv.row(r.time, rate_of(r), r.spring_m, r.lever_m, r.reaction_N, r.shaft_torque_Nm);
+  for (const LogRow& r : log.rows) csv.row(r.time, rate_of(r), r.spring_m, r.lever_m, r.reaction_N, r.shaft_torque_Nm);
   csv.close();
 }
 

@@ -163,21 +163,22 @@ std::vector<Finding> check_surface(const Verification& v) {
   const auto share = [&](std::size_t n) {
     return 100 * static_cast<double>(n) / static_cast<double>(std::max<std::size_t>(pairs, 1));
   };
-  return {rate_kept(log),
-          {"on each slice torque = lever arm x reaction force",
-           text("%zu slices in contact, at most %d at once: ratio %.4f, worst %.2f %% off (limit 2 %%)", torque.count,
-                most, torque.slope(), 100 * torque.worst),
-           verdict(torque.count >= 500 && torque.worst <= 0.02)},
-          {"the total torque is the sum of the slices'",
-           text("%zu ticks: ratio of the scene's torque to the sum %.4f, worst %.3f %% off (limit 0.1 %%)", total.count,
-                total.slope(), 100 * total.worst),
-           verdict(total.count >= 500 && total.worst <= 0.001)},
-          {"slices with the longer lever arm are further in",
-           text("%zu pairs of neighbours in contact: the upper one is further in in %.1f %%, and pushes harder in %.1f %%",
-                pairs, share(deeper), share(stronger)) +
-               "\n         (the shaft turns about the tip, so it moves sideways in proportion to the lever arm; a slice "
-               "that\n         reaches over the edge has part of its rim in the open and pushes less)",
-           verdict(pairs >= 200 && share(deeper) >= 95)}};
+  return {
+      rate_kept(log),
+      {"on each slice torque = lever arm x reaction force",
+       text("%zu slices in contact, at most %d at once: ratio %.4f, worst %.2f %% off (limit 2 %%)", torque.count, most,
+            torque.slope(), 100 * torque.worst),
+       verdict(torque.count >= 500 && torque.worst <= 0.02)},
+      {"the total torque is the sum of the slices'",
+       text("%zu ticks: ratio of the scene's torque to the sum %.4f, worst %.3f %% off (limit 0.1 %%)", total.count,
+            total.slope(), 100 * total.worst),
+       verdict(total.count >= 500 && total.worst <= 0.001)},
+      {"slices with the longer lever arm are further in",
+       text("%zu pairs of neighbours in contact: the upper one is further in in %.1f %%, and pushes harder in %.1f %%",
+            pairs, share(deeper), share(stronger)) +
+           "\n         (the shaft turns about the tip, so it moves sideways in proportion to the lever arm; a slice "
+           "that\n         reaches over the edge has part of its rim in the open and pushes less)",
+       verdict(pairs >= 200 && share(deeper) >= 95)}};
 }
 
 std::vector<Finding> compare_roughness(const Verification& v) {
