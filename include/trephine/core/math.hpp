@@ -38,6 +38,14 @@ template <RealScalar Scalar>
   return X;
 }
 
+/// R of the inverse of X: rotates from the frame X maps to into the frame it maps from.
+template <RealScalar Scalar>
+[[nodiscard]] Mat3<Scalar> inverse_rotation(const Pose<Scalar>& X) noexcept {
+  Mat3<Scalar> R = X.linear();
+  R.transposeInPlace();
+  return R;
+}
+
 template <RealScalar Scalar>
 [[nodiscard]] bool is_finite(const Vec3<Scalar>& v) noexcept {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());

@@ -53,7 +53,7 @@ class Registration {
 
   /// The wrench about H in D axes that the hand must feel for `wrench_T_W` (about T, W axes) with the handle at X_DH.
   [[nodiscard]] Wrenchd device_wrench(const Wrenchd& wrench_T_W, const Posed& X_DH) const noexcept {
-    const Mat3d R_DW = X_WD_.linear().transpose();
+    const Mat3d R_DW = inverse_rotation(X_WD_);
     Wrenchd wrench = wrench_T_W.rotated(R_DW);
     wrench.torque /= scale_;
     const Vec3d p_TH_D = -(X_DH.linear() * X_HT_.translation());

@@ -58,8 +58,9 @@ struct LineReport {
 /// gives no torque and `kStartedInside` until it has once been free; a search whose last step is free makes no contact;
 /// under `Trigger::kThesis` contact needs a vertex of the probe's own pose in bone and ends with it.
 ///
-/// Work a tick: tip and shaft each as SurfaceProxy says (a sample of the shaft is `count` samples), plus a first
-/// contact of at most 2 · (stepping.most_steps + 1) · count samples.
+/// Work a tick: tip and shaft each as SurfaceProxy says (a sample of the shaft is `count` samples, and it takes as many
+/// proxy steps as `ConstrainedTracking` has pieces), plus a first contact of at most 2 · (stepping.most_steps + 1) ·
+/// count samples.
 template <RealScalar S, Stepping Step = TranslateRotate, Tracking Track = ConstrainedTracking,
           Friction FrictionLaw = Frictionless, ShaftForce Shaft = FullWrench,
           GradientPolicy GradientChoice = AnalyticGradient>
@@ -147,8 +148,8 @@ class LineApproxRenderer {
  private:
   // The shaft's probe is its far end, which a quick turn of the wrist moves farther than a hand moves a tip.
   [[nodiscard]] static ProxyOptions shaft_options(ProxyOptions options, const Tool& tool) {
-    constexpr double kFastestTurn = 0.2;  // rad a tick: 200 rad/s at 1 kHz
-    options.jump = std::max(options.jump, kFastestTurn * tool.burr().shaft_length);
+    constexpr double kQuickestTurn = 0.2;  // rad a tick: 200 rad/s at 1 kHz
+    options.jump = std::max(options.jump, kQuickestTurn * tool.burr().shaft_length);
     return options;
   }
 

@@ -50,7 +50,7 @@ struct SliceReport {
 /// 21). Vertices are at the device's pose: there is no proxy, no friction, and the tool sinks in as far as its springs
 /// let it.
 ///
-/// Work a tick: `padded` samples, and for each vertex in bone up to 16 · ceil(R / (8 voxels)) + 12 more; a group whose
+/// Work a tick: `padded` samples, and for each vertex in bone up to 16 · ceil(R / (8 voxels)) + 14 more; a group whose
 /// centre is in bone costs what `Deep` costs instead.
 template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>

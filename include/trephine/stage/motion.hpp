@@ -38,7 +38,7 @@ inline constexpr double kFastestTurn = 100;  // [rad/s]
 
 /// X_GT of a tool in a grid. The positions are subtracted first, in double: where the grid stands costs no accuracy.
 [[nodiscard]] inline Posed relative_pose(const Posed& X_WG, const Posed& X_WT) noexcept {
-  const Mat3d R_GW = X_WG.linear().transpose();
+  const Mat3d R_GW = inverse_rotation(X_WG);
   const Vec3d p_GT_W = X_WT.translation() - X_WG.translation();
   return make_pose<double>(R_GW * X_WT.linear(), R_GW * p_GT_W);
 }
