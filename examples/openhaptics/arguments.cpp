@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "arguments.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <system_error>
+
+namespace openhaptics {
+namespace {
+
+double number(const std::string& name, const std::string& text, double least, double most) {
+  double v = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
+  if (error != std::errc{} || end != text.data() + text.size() || !(v >= least && v <= most)) {
+    std::ostringstream s;
+    s << name << ": '" << text << "' is not a number from " << least << " to " << most;
+    throw UsageError(s.str());
+  }
+  return v;
+}
+
+}  // namespace
+
+Arguments parse_arguments(int argc, const char* const* argv) {
+  Arguments out;
+  for (int i = 1; i < argc; ++i) {
+    const std::string name = argv[i];
+    if (name == "--help" || name == "-h") {
+      out.help = true;
+      return out;
+    }
+    if (name != "--seconds" && name != "--device" && name != "--algorithm" && name != "--skull" && name != "--scale")
+      throw UsageError("unknown option '" + name + "'; --help lists what there is");
+    if (++i == argc) throw UsageError(name + " needs a value");
+    const std::string value = argv[i];
+    if (value.empty()) throw UsageError(name + ": the value is empty");
+    if (name == "--seconds") out.seconds = number(name, value, 0.1, 86400);
+    if (name == "--scale") out.scale = number(name, value, 0.05, 2);
+    if (name == "--device") out.device = value;
+    if (name == "--skull") out.skull = value;
+    if (name == "--algorithm") {
+      if (value != "line" && value != "surface")
+        throw UsageError("--algorithm: '" + value + "' is neither line nor surface");
+      out.surface = value == "surface";
+    }
+  }
+  return out;
+}
+
+std::string usage() {
+  return "usage: openhaptics_drill [options]\n"
+         "Drills a skull CT, or a built-in tooth phantom, by hand with a device behind the OpenHaptics HD interface\n"
+         "(this program is not affiliated with OpenHaptics). Button 1 turns the spindle; button 2 is a clutch: while "
+         "it\n"
+         "is held the drill stays and the hand moves on. Built without the SDK it drills with a simulated device and\n"
+         "hand, named 'Default Device', '6-DOF' (the same) and '3-DOF' (force alone).\n\n"
+         "  --skull DIR               InVesalius project's folder with matrix.dat and main.plist\n"
+         "  --algorithm line|surface  what computes the force (line)\n"
+         "  --device NAME             as set up in the driver (its default device)\n"
+         "  --scale S                 the drill moves S metres for a metre of the hand, 0.05 to 2 (1)\n"
+         "  --seconds S               end by itself (run until Ctrl-C)\n"
+         "  --help                    this text\n";
+}
+
+}  // namespace openhaptics

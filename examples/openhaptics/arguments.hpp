@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace openhaptics {
+
+/// A wrong argument, in one line.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Arguments {
+  bool help = false;
+  std::string skull;     ///< folder with matrix.dat and main.plist; empty: the tooth phantom
+  std::string device;    ///< as set up in the driver; empty: its default device
+  bool surface = false;  ///< the Surface approximation instead of Line
+  double seconds = 0;    ///< 0: until Ctrl-C
+  double scale = 1;      ///< how far the drill moves for a metre of the hand
+};
+
+/// Throws UsageError with one clear line.
+[[nodiscard]] Arguments parse_arguments(int argc, const char* const* argv);
+/// What --help prints.
+[[nodiscard]] std::string usage();
+
+}  // namespace openhaptics

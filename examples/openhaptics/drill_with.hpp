@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "session.hpp"
+#include "status_line.hpp"
+
+#include <trephine/device/servo_loop.hpp>
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/device_limits.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/milling.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace openhaptics {
+
+/// Stiffness of the bone under the tip [N/m]: what is asked for, or 0.8 of what the device says it can render, felt
+/// through the registration's scale.
+[[nodiscard]] inline double bone_stiffness(const Session& session) {
+  constexpr double kWanted = 800;
+  constexpr double kMargin = 0.8;
+  const double most = session.handled.capabilities().stiffness;
+  const double felt_per_bone = session.registration.felt_stiffness(1);
+  return most > 0 ? std::min(kWanted, kMargin * most / felt_per_bone) : kWanted;
+}
+
+/// What to say beside the numbers, at a moment.
+[[nodiscard]] inline std::string note(const Session& session, std::uint64_t& trips_seen) {
+  switch (session.device.calibration()) {
+    case Calibration::kNeedsHand:
+      return "calibrate: put the stylus into its inkwell, or move the arm to its reset position";
+    case Calibration::kBusy:
+      return "calibrating";
+    default:
+      break;
+  }
+  const std::uint64_t trips = session.device.trips();
+  const bool tripped = trips != trips_seen;
+  trips_seen = trips;
+  if (tripped) return "safety trip: no force until it has passed";
+  return session.handled.held() ? "clutch" : "";
+}
+
+/// The main job's scene round any renderer, on the session's device.
+template <class Renderer>
+[[nodiscard]] Outcome drill_with(const Renderer& renderer, const Session& session) {
+  using namespace trephine;
+  drill::Bone& bone = session.bone;
+  const DeviceCapabilities able = session.handled.capabilities();
+  // The densest voxel lasts half a second, so that the hand feels bone give way.
+  const RateLimitedCut<> bite{.rate = 2 * (bone.grid.original_range().max - bone.isovalue)};
+  HapticScene scene{bone.grid,
+                    bone.isovalue,
+                    renderer,
+                    Milling{bite},
+                    MillingVibration{{.frequency = 180, .per_force = 0.08}},
+                    Damping{{.linear = 1, .angular = 1e-4}},
+                    DeviceLimits{.force = able.max_force, .torque = able.max_torque}};
+  ServoLoop loop(session.handled, scene, session.registration, ServoOptions{.spindle_buttons = HD_DEVICE_BUTTON_1});
+  for (const std::string& warning : loop.warnings()) std::printf("note: %s\n", warning.c_str());
+
+  Outcome outcome;
+  std::uint64_t trips_seen = 0;
+  StatusLine line([&] { return note(session, trips_seen); });
+  const auto over = [&](const TickRecord& tick) {
+    return session.quit.load(std::memory_order_relaxed) || (session.seconds > 0 && tick.time >= session.seconds);
+  };
+  const auto observe = [&](const TickRecord& tick) noexcept {
+    outcome.removed_mm3 += tick.result.removed_mm3;
+    const double force = tick.sent.force.norm();
+    outcome.most_force = std::max(outcome.most_force, force);
+    line.publish(force, outcome.removed_mm3, tick.input.spindle_on);
+  };
+  outcome.report = loop.run_until(over, observe);
+  return outcome;
+}
+
+}  // namespace openhaptics

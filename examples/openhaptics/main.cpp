@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// Drill a CT volume by hand, on a device behind the OpenHaptics HD interface. Not affiliated with OpenHaptics.
+#include "../drill/spot.hpp"
+#include "arguments.hpp"
+#include "demo_hand.hpp"
+#include "device_setup.hpp"
+#include "session.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+namespace {
+
+using namespace openhaptics;
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+void on_interrupt(int) { interrupted.store(true); }
+
+int run(const Arguments& arguments) {
+  drill::Options what;
+  what.skull = arguments.skull;
+  drill::Bone bone = drill::load_bone(what);
+  const drill::Spot spot = drill::find_spot(bone);
+  const Workspace workspace = workspace_over(spot, arguments.scale);
+  std::printf("%s\n", set_up_devices(DemoHand(spot, bone.burr.tip_radius, workspace)).c_str());
+
+  Device device({.name = arguments.device});
+  HandledDevice handled(device, HD_DEVICE_BUTTON_2);
+  const trephine::DeviceCapabilities able = handled.capabilities();
+  std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m; %s, %.1f mm burr, %s\n",
+              able.name.c_str(), able.input_dof, able.output_dof, able.max_force, able.max_torque, bone.name.c_str(),
+              2e3 * bone.burr.tip_radius, arguments.surface ? "surface" : "line");
+
+  std::signal(SIGINT, on_interrupt);
+  const Session session{device, handled, bone, workspace.registration, arguments.seconds, interrupted};
+  const Outcome outcome = arguments.surface ? drill_surface(session) : drill_line(session);
+  std::cout << outcome.report;
+  std::printf("  %.0f Hz, removed %.2f mm3, at most %.2f N\n",
+              static_cast<double>(outcome.report.ticks) / outcome.report.wall_time, outcome.removed_mm3,
+              outcome.most_force);
+  return outcome.report.end == trephine::RunEnd::kFault ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const Arguments arguments = parse_arguments(argc, argv);
+    if (arguments.help) {
+      std::fputs(usage().c_str(), stdout);
+      return 0;
+    }
+    return run(arguments);
+  } catch (const UsageError& error) {
+    std::fprintf(stderr, "openhaptics_drill: %s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "openhaptics_drill: %s\n", error.what());
+    return 1;
+  }
+}

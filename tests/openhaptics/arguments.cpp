@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#include "arguments.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using namespace openhaptics;
+
+namespace {
+
+Arguments parsed(std::vector<const char*> words) {
+  words.insert(words.begin(), "openhaptics_drill");
+  return parse_arguments(static_cast<int>(words.size()), words.data());
+}
+
+}  // namespace
+
+TEST_CASE("openhaptics_drill: arguments") {
+  const Arguments none = parsed({});
+  CHECK(none.seconds == 0);
+  CHECK(none.scale == 1);
+  CHECK_FALSE(none.surface);
+  CHECK(none.device.empty());
+  const Arguments all =
+      parsed({"--seconds", "2.5", "--device", "Left", "--algorithm", "surface", "--skull", "d", "--scale", "0.5"});
+  CHECK(all.seconds == 2.5);
+  CHECK(all.device == "Left");
+  CHECK(all.surface);
+  CHECK(all.skull == "d");
+  CHECK(all.scale == 0.5);
+  CHECK(parsed({"-h"}).help);
+  for (const auto& wrong : std::vector<std::vector<const char*>>{{"--seconds"},
+                                                                 {"--seconds", "-1"},
+                                                                 {"--seconds", "inf"},
+                                                                 {"--seconds", "3s"},
+                                                                 {"--algorithm", "Line"},
+                                                                 {"--device", ""},
+                                                                 {"--scale", "3"},
+                                                                 {"drill"}})
+    CHECK_THROWS_AS((void)parsed(wrong), UsageError);
+}
