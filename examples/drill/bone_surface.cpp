@@ -50,23 +50,30 @@ BoneSurface::BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double i
                 static_cast<float>(bone.size()[2]))
               .cwiseProduct(spacing_)),
       most_above_(static_cast<float>(bone.original_range().max - isovalue)) {
-  find_active_blocks(isovalue);
+  find_occupied(isovalue);
   blur(isovalue);
 }
 
-void BoneSurface::find_active_blocks(double isovalue) {
+void BoneSurface::find_occupied(double isovalue) {
   const auto& bone = grid();
   const auto& n = bone.size();
-  // Padded coordinates: the border voxel is 0. Cells, not voxels, count: a voxel marks the blocks of all its cells.
-  for (std::size_t a = 0; a < 3; ++a) blocks_[a] = (n[a] + 1) / kBlock + 1;
-  active_.assign(product(blocks_), 0);
+  // Cells have voxels at their corners, the border's too: cell (0, 0, 0) lies between voxels -1 and 0.
+  for (std::size_t a = 0; a < 3; ++a) {
+    cells_[a] = n[a] + 1;
+    blocks_[a] = (cells_[a] + kBlock - 1) / kBlock;
+  }
+  cell_holds_bone_.assign(product(cells_), 0);
+  block_holds_bone_.assign(product(blocks_), 0);
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) {
         if (!(static_cast<double>(bone.at(i, j, k)) >= isovalue)) continue;
-        for (int z = k / kBlock; z <= (k + 1) / kBlock; ++z)
-          for (int y = j / kBlock; y <= (j + 1) / kBlock; ++y)
-            for (int x = i / kBlock; x <= (i + 1) / kBlock; ++x) active_[flat(blocks_, x, y, z)] = 1;
+        for (int z = k; z <= k + 1; ++z)
+          for (int y = j; y <= j + 1; ++y)
+            for (int x = i; x <= i + 1; ++x) {
+              cell_holds_bone_[flat(cells_, x, y, z)] = 1;
+              block_holds_bone_[flat(blocks_, x / kBlock, y / kBlock, z / kBlock)] = 1;
+            }
       }
 }
 
@@ -177,48 +184,51 @@ std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, floa
     from = std::max(from, std::min(t0, t1));
     to = std::min(to, std::max(t0, t1));
   }
-  step *= voxel();
-  const Vec3f block = static_cast<float>(kBlock) * spacing_;
-  float before = from;
-  for (float t = from; t <= to;) {
-    const Vec3f p = ray.origin + t * ray.direction;
-    std::array<int, 3> b{};
+  // Where the ray leaves the box of `edge` cells that holds cell c.
+  const auto leaves = [&](const std::array<int, 3>& c, int edge) {
+    float out = std::numeric_limits<float>::max();
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<int>(a);
-      b[a] = std::clamp(static_cast<int>((p[axis] + spacing_[axis]) / block[axis]), 0, blocks_[a] - 1);
+      const int face = (c[a] / edge + (ray.direction[axis] > 0 ? 1 : 0)) * edge - 1;
+      const float t = (static_cast<float>(face) * spacing_[axis] - ray.origin[axis]) * inverse[axis];
+      if (std::isfinite(t)) out = std::min(out, t);
     }
-    if (active_[flat(blocks_, b[0], b[1], b[2])] == 0) {  // skip to where the ray leaves the block
-      float out = std::numeric_limits<float>::max();
-      for (std::size_t a = 0; a < 3; ++a) {
-        const auto axis = static_cast<int>(a);
-        const float face = static_cast<float>(b[a] + (ray.direction[axis] > 0 ? 1 : 0)) * block[axis] - spacing_[axis];
-        const float t_face = (face - ray.origin[axis]) * inverse[axis];
-        if (t_face > t) out = std::min(out, t_face);
-      }
-      before = t;
-      t = std::max(out, t) + 1e-3F * step;
-      continue;
+    return out;
+  };
+  const float nudge = 1e-4F * voxel();  // into the next cell
+  for (float t = from; t <= to;) {
+    const Vec3f p = ray.origin + t * ray.direction;
+    std::array<int, 3> cell{};
+    std::array<int, 3> block{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<int>(a);
+      cell[a] = std::clamp(static_cast<int>(p[axis] / spacing_[axis] + 1), 0, cells_[a] - 1);
+      block[a] = cell[a] / kBlock;
     }
-    const float value = above(p);
-    float inside = value >= 0 ? t : -1;
-    // A milling burr leaves lips thinner than a step; the density just under one is hardly below the isovalue.
-    if (value < 0 && value > -0.1F * most_above_ && t > from)
-      for (int i = 1; i < 12 && inside < 0; ++i) {
-        const float between = before + (t - before) * static_cast<float>(i) / 12;
-        if (above(ray.origin + between * ray.direction) >= 0) inside = between;
+    const bool crowded = block_holds_bone_[flat(blocks_, block[0], block[1], block[2])] != 0;
+    const float out = std::max(leaves(cell, crowded ? 1 : kBlock), t) + nudge;
+    if (crowded && cell_holds_bone_[flat(cells_, cell[0], cell[1], cell[2])] != 0) {
+      const float end = std::min(out, to);
+      const int pieces = std::max(1, static_cast<int>(std::ceil((end - t) / (step * voxel()))));
+      for (int i = 0; i <= pieces; ++i) {
+        const float length = (end - t) / static_cast<float>(pieces);
+        const float inside = t + length * static_cast<float>(i);
+        if (above(ray.origin + inside * ray.direction) < 0) continue;
+        return i == 0 && t <= from ? from : first_bone(ray, inside - length, inside);
       }
-    if (inside >= 0) {
-      float outside = before;
-      for (int i = 0; i < 8 && inside > from; ++i) {
-        const float middle = 0.5F * (outside + inside);
-        (above(ray.origin + middle * ray.direction) >= 0 ? inside : outside) = middle;
-      }
-      return inside;
     }
-    before = t;
-    t += step;
+    t = out;
   }
   return std::nullopt;
+}
+
+/// The surface between a place outside and one in bone, to a 256th of the way.
+float BoneSurface::first_bone(const Ray& ray, float outside, float inside) const noexcept {
+  for (int i = 0; i < 8; ++i) {
+    const float middle = 0.5F * (outside + inside);
+    (above(ray.origin + middle * ray.direction) >= 0 ? inside : outside) = middle;
+  }
+  return inside;
 }
 
 }  // namespace drill

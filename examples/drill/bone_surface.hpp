@@ -49,19 +49,23 @@ class BoneSurface {
     float distance;  ///< standard deviation of the blur [m]
     std::vector<float> share;
   };
-  void find_active_blocks(double isovalue);
+  void find_occupied(double isovalue);
   void blur(double isovalue);
+  [[nodiscard]] float first_bone(const Ray& ray, float outside, float inside) const noexcept;
   [[nodiscard]] Vec3f gradient(const Vec3f& p) const noexcept;
   [[nodiscard]] float share_at(const Blurred& blurred, const Vec3f& p) const noexcept;
 
-  static constexpr int kBlock = 4;  // voxels
+  static constexpr int kBlock = 4;  // cells a side
   trephine::DensityField<std::int16_t, float> field_;
   Vec3f spacing_;
   Vec3f hi_;
   float most_above_;
+  // What holds no bone at its corners holds none at all, and rays skip it.
+  std::array<int, 3> cells_{};
   std::array<int, 3> blocks_{};
-  std::vector<std::uint8_t> active_;  // the block or its halo holds bone
-  std::array<int, 3> half_{};         // size of the blurred arrays
+  std::vector<std::uint8_t> cell_holds_bone_;
+  std::vector<std::uint8_t> block_holds_bone_;
+  std::array<int, 3> half_{};  // size of the blurred arrays
   std::vector<Blurred> blurred_;
 };
 

@@ -315,6 +315,8 @@ TEST_CASE("proxy options outside their range are refused") {
   CHECK_THROWS_WITH(make({.iterations = 0}), "trephine::ProxyOptions: iterations must be 1 to 1000, got 0");
   CHECK_THROWS_WITH(make({.iterations = 1001}), "trephine::ProxyOptions: iterations must be 1 to 1000, got 1001");
   CHECK_THROWS_WITH(make({.path_steps = 7}), "trephine::ProxyOptions: path_steps must be 8 to 100000, got 7");
+  CHECK_THROWS_WITH(make({.jump = 0}), "trephine::ProxyOptions: jump must be > 0 m, got 0");
+  CHECK_THROWS_WITH(make({.jump = std::nan("")}), "trephine::ProxyOptions: jump must be > 0 m, got nan");
   CHECK_THROWS_WITH(make({.path_steps = 100001}), "trephine::ProxyOptions: path_steps must be 8 to 100000, got 100001");
 }
 

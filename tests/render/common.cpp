@@ -21,7 +21,8 @@ using Lines = std::tuple<
     LineApproxRenderer<Scalar, RayCast, CentrelineTracking, Frictionless, FullWrench>,
     LineApproxRenderer<Scalar, TranslateRotate, ProjectedTracking, Frictionless, TorqueOnly>,
     LineApproxRenderer<Scalar, RayCast, ProjectedTracking, Coulomb, FullWrench>,
-    LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly, CentralGradient>>;
+    LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly, CentralGradient>,
+    LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Coulomb, FullWrench, StoredGradient>>;
 
 template <class Scalar>
 using Surfaces =
@@ -35,7 +36,8 @@ using Surfaces =
                SurfaceApproxRenderer<Scalar, MeanWeights, HoldForce, TorqueOnly>,
                SurfaceApproxRenderer<Scalar, MeanWeights, HoldForce, FullWrench>,
                SurfaceApproxRenderer<Scalar, MeanWeights, ExtendAlongSurface, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, MeanWeights, ExtendAlongSurface, FullWrench, CentralGradient>>;
+               SurfaceApproxRenderer<Scalar, MeanWeights, ExtendAlongSurface, FullWrench, CentralGradient>,
+               SurfaceApproxRenderer<Scalar, AreaWeights, ExtendAlongSurface, FullWrench, StoredGradient>>;
 
 template <class R>
 constexpr bool kIsLine = requires(const R& r) {
@@ -65,7 +67,7 @@ auto field_for(const VoxelGrid<Density>& grid, double isovalue) {
 }
 
 // Bone with everything in it: a rough block with a hole and a rib.
-RasterOptions scene_options() { return {.size = {56, 56, 56}}; }
+RasterOptions scene_options() { return {.size = {56, 56, 56}, .grid = {.stored_gradients = true}}; }
 auto scene_shape(const RasterOptions& o) {
   const Vec3d m = o.middle();
   return Either{Both{HalfSpace{m - Vec3d(0, 0, 0.001), Vec3d::UnitZ()},
@@ -102,16 +104,34 @@ struct Walk {
   }
 };
 
+// Every combination is a renderer, on every kind of field.
 template <class R>
 constexpr bool kGood = Renderer<R, DensityField<std::uint8_t, typename R::Scalar, typename R::Gradient>>&&
     Renderer<R, DensityField<std::int16_t, typename R::Scalar, typename R::Gradient>>&&
         Renderer<R, DensityField<float, typename R::Scalar, typename R::Gradient>>;
-template <class... R>
-constexpr bool all_good(std::type_identity<std::tuple<R...>>) {
-  return (kGood<R> && ...);
+template <class Scalar, class Gradient, class Shaft>
+constexpr bool all_good() {
+  const auto line = []<class Step, class Friction>() {
+    return kGood<LineApproxRenderer<Scalar, Step, ProjectedTracking, Friction, Shaft, Gradient>> &&
+           kGood<LineApproxRenderer<Scalar, Step, CentrelineTracking, Friction, Shaft, Gradient>> &&
+           kGood<LineApproxRenderer<Scalar, Step, ConstrainedTracking, Friction, Shaft, Gradient>>;
+  };
+  const auto surface = []<class Weights>() {
+    return kGood<SurfaceApproxRenderer<Scalar, Weights, HoldForce, Shaft, Gradient>> &&
+           kGood<SurfaceApproxRenderer<Scalar, Weights, ExtendAlongSurface, Shaft, Gradient>>;
+  };
+  return line.template operator()<TranslateRotate, Frictionless>() &&
+         line.template operator()<RayCast, Frictionless>() && line.template operator()<TranslateRotate, Coulomb>() &&
+         line.template operator()<RayCast, Coulomb>() && surface.template operator()<AreaWeights>() &&
+         surface.template operator()<CollisionRatio>() && surface.template operator()<MeanWeights>();
 }
-static_assert(all_good(std::type_identity<Lines<float>>{}) && all_good(std::type_identity<Lines<double>>{}));
-static_assert(all_good(std::type_identity<Surfaces<float>>{}) && all_good(std::type_identity<Surfaces<double>>{}));
+template <class Scalar>
+constexpr bool all_good() {
+  return all_good<Scalar, AnalyticGradient, TorqueOnly>() && all_good<Scalar, AnalyticGradient, FullWrench>() &&
+         all_good<Scalar, CentralGradient, TorqueOnly>() && all_good<Scalar, CentralGradient, FullWrench>() &&
+         all_good<Scalar, StoredGradient, TorqueOnly>() && all_good<Scalar, StoredGradient, FullWrench>();
+}
+static_assert(all_good<float>() && all_good<double>());
 static_assert(Tracking<ProjectedTracking> && Tracking<CentrelineTracking> && Tracking<ConstrainedTracking>);
 static_assert(Weighting<CollisionRatio> && Weighting<AreaWeights> && Weighting<MeanWeights>);
 static_assert(!DeepContact<int> && !ShaftForce<int> && !Tracking<int>);
@@ -215,13 +235,15 @@ TEST_CASE_TEMPLATE("no force outside bone", Scalar, float, double) {
 
 TEST_CASE_TEMPLATE("grids of one voxel, two voxels, empty, full, and places far from them", Scalar, float, double) {
   const Vec3d h = Vec3d::Constant(kVoxel);
-  const VoxelGrid<std::uint8_t> one({.size = {1, 1, 1}, .spacing = h, .outside = 0.0}, std::vector<std::uint8_t>{255});
+  const GridOptions stored{.stored_gradients = true};
+  const VoxelGrid<std::uint8_t> one({.size = {1, 1, 1}, .spacing = h, .outside = 0.0}, std::vector<std::uint8_t>{255},
+                                    stored);
   const VoxelGrid<std::uint8_t> two({.size = {2, 1, 1}, .spacing = h, .outside = 0.0},
-                                    std::vector<std::uint8_t>{255, 255});
+                                    std::vector<std::uint8_t>{255, 255}, stored);
   const VoxelGrid<std::uint8_t> empty({.size = {16, 16, 16}, .spacing = h, .outside = 0.0},
-                                      std::vector<std::uint8_t>(4096, 0));
+                                      std::vector<std::uint8_t>(4096, 0), stored);
   const VoxelGrid<std::uint8_t> full({.size = {16, 16, 16}, .spacing = h, .outside = 255.0},
-                                     std::vector<std::uint8_t>(4096, 255));
+                                     std::vector<std::uint8_t>(4096, 255), stored);
   for_each_renderer<Scalar>([&]<class R>(std::type_identity<R>) {
     for (const auto* grid : {&one, &two, &empty, &full}) {
       const auto field = field_for<R>(*grid, 127.5);

@@ -176,7 +176,8 @@ TEST_CASE("closed loops: net work of every law") {
   // A frictionless proxy on the nearest point of a surface is the gradient of ½ k times distance squared; what is left
   // is the dents of the trilinear surface it snaps between.
   CHECK(tip.mean < 0.01);
-  CHECK(deep_line.mean < 0.02);
+  CHECK(deep_line.mean < 0.05);
+  CHECK(deep_line.gained < 0.005);  // snaps lose energy, they do not make it
   CHECK(deep_400.mean < 0.05);
 }
 

@@ -114,6 +114,31 @@ double jump_at_centre(int vertices, double& slope_after) {
   return worst;
 }
 
+TEST_CASE_TEMPLATE("a jump starts deep contact anew and is said", Scalar, float, double) {
+  const RasterOptions o{.size = {64, 64, 64}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  Held<Scalar> held(Tool<Scalar>(kBall, {}));
+  Extended<Scalar> extended(Tool<Scalar>(kBall, {}));
+  const Posed far = ball_at(o.middle() + Vec3d(0, 0, 0.02)), in = ball_at(o.middle() - Vec3d(0, 0, 0.001));
+  for (double z = 6; z > -3; z -= 0.2) {
+    static_cast<void>(render_at(held, field, ball_at(o.middle() + Vec3d(0, 0, z * kVoxel))));
+    static_cast<void>(render_at(extended, field, ball_at(o.middle() + Vec3d(0, 0, z * kVoxel))));
+  }
+  CHECK(held.groups()[0].force.norm() > Scalar(0.5));
+  CHECK(render_at(held, field, far).status == Status::kJump);
+  CHECK(render_at(held, field, far).status == Status::kOk);
+  // Nothing of the old force is left for the new place.
+  const auto out = render_at(held, field, in);
+  CHECK(out.status == Status::kJump);
+  CHECK(out.wrench == Wrench<Scalar>{});
+  CHECK(render_at(extended, field, far).status == Status::kJump);
+  CHECK(render_at(extended, field, in).status == Status::kJump);
+  const auto again = render_at(extended, field, in);
+  CHECK(again.status == Status::kOk);
+  CHECK(angle_deg(again.wrench.force.template cast<double>(), Vec3d::UnitZ()) < 3);
+}
+
 // How far the vertices' law with the centre on a plane is from its mean over all directions, which the extension begins
 // with: the jump in closed form.
 template <class Weights>

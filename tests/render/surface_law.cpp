@@ -325,6 +325,37 @@ TEST_CASE("surface options outside their range are refused") {
                     "trephine::SurfaceOptions: search_step must be > 0 and at most 4 voxels, got 0");
   CHECK_THROWS_WITH(make({.search_step = 4.5}),
                     "trephine::SurfaceOptions: search_step must be > 0 and at most 4 voxels, got 4.5");
+  CHECK_THROWS_WITH(make({.jump = 0}), "trephine::SurfaceOptions: jump must be > 0 m, got 0");
+}
+
+TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps of a vertex's way out", Scalar, float,
+                   double) {
+  const double h = kVoxel;
+  std::vector<std::uint8_t> noise(40 * 40 * 40);
+  Random random(75);
+  for (auto& v : noise) v = static_cast<std::uint8_t>(random.below(256));
+  const VoxelGrid<std::uint8_t> grid({.size = {40, 40, 40}, .spacing = Vec3d::Constant(h), .outside = 0.0}, noise);
+  const DensityField<std::uint8_t, Scalar> base(grid, 127.5);
+  const CountingField field(base);
+  const Burr burr{.tip_radius = 0.003, .shaft_radius = 0.001, .shaft_length = 0.01};
+  SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> renderer(Tool<Scalar>(burr, {}));
+  const auto lanes = [&](double radius) { return 16 * static_cast<std::int64_t>(std::ceil(radius / (8 * h) - 1e-6)); };
+  const std::int64_t bound = 208 + 26 * (lanes(0.003) + 14) + 160 * (lanes(0.001) + 14);
+  std::int64_t most = 0;
+  for (int i = 0; i < 1000; ++i) {
+    field.samples = 0;
+    static_cast<void>(render_at(
+        renderer, field, tool_at(20 * h * Vec3d::Ones() + random.uniform() * 20 * h * random.unit(), random.unit())));
+    most = std::max(most, field.samples);
+  }
+  MESSAGE("samples a tick in noise: most ", most, " of ", bound);
+  CHECK(most <= bound);
+  // One bad radius cannot make it endless: 64 lanes a vertex at most.
+  SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> huge(
+      Tool<Scalar>(Burr{.tip_radius = 10, .shaft_length = 0}, {}));
+  field.samples = 0;
+  static_cast<void>(render_at(huge, field, tool_at({0, 0, 9.999}, Vec3d::UnitZ())));
+  CHECK(field.samples <= 32 + 26 * (64 * 16 + 14));
 }
 
 }  // namespace
