@@ -83,20 +83,30 @@ void take_pictures(const Options& options, const Bone& bone, const Surgeon& surg
   for (const Run& run : runs) take(shots_of_run(bone, before, BoneSurface(run.bone, bone.isovalue), surgeon, run.log));
 }
 
-int run(const Options& options) {
-  const Bone bone = load_bone(options);
-  const Surgeon surgeon(options.at ? spot_near(bone, *options.at) : find_spot(bone), bone.burr,
-                        {.seconds = options.seconds});
+/// All that a wrong argument or file can stop; nothing is written before it is through.
+struct Prepared {
+  Bone bone;
+  Surgeon surgeon;
+};
+
+Prepared prepare(const Options& options) {
+  Bone bone = load_bone(options);
+  const Spot spot = options.at ? spot_near(bone, *options.at) : find_spot(bone);
+  const Surgeon surgeon(spot, bone.burr, {.seconds = options.seconds});
   make_folder(options.out);
+  return {std::move(bone), surgeon};
+}
+
+/// 0; or 1 where a check of the verification failed.
+int perform(const Options& options, const Bone& bone, const Surgeon& surgeon) {
   introduce(bone, surgeon);
   const bool plots = have_gnuplot();
-
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
               options.real_time ? "real time" : "simulated time");
   std::vector<Run> runs;
-  const auto add = [&](auto* perform_it) {
+  const auto add = [&](auto* run) {
     Grid grid = fresh_copy(bone.grid);
-    RunLog log = perform_it(grid, bone, options, surgeon, surgeon.ends(Surgeon::kHold));
+    RunLog log = run(grid, bone, options, surgeon, surgeon.ends(Surgeon::kHold));
     write_run_csv(log, (fs::path(options.out) / (log.algorithm + ".csv")).string());
     if (plots) plot_run(options.out, log.algorithm, bone.name, surgeon);
     runs.push_back({std::move(grid), std::move(log)});
@@ -123,23 +133,28 @@ int run(const Options& options) {
 #ifndef TREPHINE_EXAMPLE_HAS_ITK
   std::printf("left out: --ct, for want of ITK when this was built (Debian: libinsighttoolkit5-dev)\n");
 #endif
+  if (failed > 0) std::printf("%d of the verification's checks failed\n", failed);
   return failed == 0 ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace drill
 
+/// Exit code: 0; 1 where a check failed or results could not be written; 2 for a wrong argument or file.
 int main(int argc, char** argv) {
+  int code = 2;
   try {
     const drill::Options options = drill::parse_options(argc, argv);
     if (options.help) {
       std::fputs(drill::usage().c_str(), stdout);
       return 0;
     }
-    return drill::run(options);
+    const drill::Prepared prepared = drill::prepare(options);
+    code = 1;
+    return drill::perform(options, prepared.bone, prepared.surgeon);
   } catch (const std::exception& e) {
     std::fflush(stdout);
     std::fprintf(stderr, "drill: %s\n", e.what());
-    return 2;
+    return code;
   }
 }

@@ -53,8 +53,8 @@ class Studio {
           if (grid.at(i, j, k) >= bone_.isovalue) include(grid.spacing().cwiseProduct(Vec3d(i, j, k)).cast<float>());
     const float tool = 1.3F * static_cast<float>(bone_.burr.shaft_length);
     include(spot_ + std::min(tool, 0.35F * (surface.hi() - surface.lo()).norm()) * out_);
-    camera.centre += seen.center().x() * camera.right + (seen.center().y() - 0.02F * seen.sizes().y()) * camera.up;
-    camera.height = std::max(1.22F * seen.sizes().y(), 1.08F * 0.75F * seen.sizes().x());
+    camera.centre += seen.center().x() * camera.right + (seen.center().y() + 0.05F * seen.sizes().y()) * camera.up;
+    camera.height = std::max(1.34F * seen.sizes().y(), 1.08F * 0.75F * seen.sizes().x());
     return camera;
   }
 

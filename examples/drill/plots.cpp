@@ -44,7 +44,9 @@ class Script {
        << "set multiplot title '" << title << "' font 'sans,16'\n";
   }
 
-  Script& panel(const std::string& y_label, const std::string& plots, const std::string& y2_label = "") {
+  /// `y_range` as gnuplot has it: "[*:*]" by the data, "[0:*]" from zero.
+  Script& panel(const std::string& y_label, const std::string& y_range, const std::string& plots,
+                const std::string& y2_label = "") {
     const double height = (1 - (kHead + kFoot) / pixels()) / panels_;
     const double top = 1 - kHead / pixels() - height * index_;
     const bool last = index_ + 1 == panels_;
@@ -54,7 +56,7 @@ class Script {
       s_ << "unset y2tics\nunset y2label\nset border 3\n";
     else
       s_ << "set y2tics textcolor '#39424e'\nset y2label '" << y2_label << "'\nset border 11\n";
-    s_ << "unset label\nunset arrow\n";
+    s_ << "set yrange " << y_range << "\nset y2range [0:*]\nunset label\nunset arrow\n";
     double from = 0;
     for (std::size_t i = 0; i < kPhaseNames.size(); ++i) {
       const double to = surgeon_.ends(static_cast<Surgeon::Phase>(i));
@@ -128,16 +130,17 @@ std::string plot_run(const std::string& folder, const std::string& algorithm, co
   };
   const std::string name = algorithm == "line" ? "Line approximation" : "Surface approximation";
   Script script(algorithm, name + ": drilling the " + bone, 4, surgeon);
-  script.panel("force [N]", curve(csv, "(sqrt($16**2+$17**2+$18**2))", "|F|", 5) + "," + curve(csv, "16", "F_x", 0) +
-                                "," + curve(csv, "17", "F_y", 1) + "," + curve(csv, "18", "F_z", 2));
-  script.panel("torque [mN m]", curve(csv, "(1e3*sqrt($19**2+$20**2+$21**2))", "|T|", 5) + "," +
-                                    curve(csv, "(1e3*$19)", "T_x", 0) + "," + curve(csv, "(1e3*$20)", "T_y", 1) + "," +
-                                    curve(csv, "(1e3*$21)", "T_z", 2));
-  script.panel("depth of the burr [mm]",
+  script.panel("force [N]", "[*:*]",
+               curve(csv, "(sqrt($16**2+$17**2+$18**2))", "|F|", 5) + "," + curve(csv, "16", "F_x", 0) + "," +
+                   curve(csv, "17", "F_y", 1) + "," + curve(csv, "18", "F_z", 2));
+  script.panel("torque [mN m]", "[*:*]",
+               curve(csv, "(1e3*sqrt($19**2+$20**2+$21**2))", "|T|", 5) + "," + curve(csv, "(1e3*$19)", "T_x", 0) +
+                   "," + curve(csv, "(1e3*$20)", "T_y", 1) + "," + curve(csv, "(1e3*$21)", "T_z", 2));
+  script.panel("depth of the burr [mm]", "[*:*]",
                curve(csv, depth(10), "probe", 0) +
                    (algorithm == "line" ? "," + curve(csv, depth(13), "proxy", 3) : std::string()));
-  script.panel("bone removed [mm^3]", curve(csv, "23", "removed", 2) + "," + curve(csv, "22", "contacts", 4, kRight),
-               "contacts");
+  script.panel("bone removed [mm^3]", "[0:*]",
+               curve(csv, "23", "removed", 2) + "," + curve(csv, "22", "contacts", 4, kRight), "contacts");
   return script.run(folder);
 }
 
@@ -147,15 +150,15 @@ std::string plot_line_verification(const std::string& folder, const Surgeon& sur
   const auto touching = [](const std::string& value) { return "($5>0 ? " + value + " : NaN)"; };
   Script script("verification_line", "Line, a shaft on the edge of a hole in a cube (thesis, Fig. 21 and 22)", 3,
                 surgeon);
-  script.panel("haptic rate [Hz]",
+  script.panel("haptic rate [Hz]", "[0:1300]",
                "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
                    "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
-  script.panel("spring length [mm]",
+  script.panel("spring length [mm]", "[0:*]",
                curve(csv, touching("1e3*$3"), "spring length", 0) + "," +
                    curve(csv, touching("$5"), "reaction force", 1, kRight),
                "reaction force [N]");
   script.panel(
-      "lever arm [mm]",
+      "lever arm [mm]", "[0:*]",
       curve(csv, touching("1e3*$4"), "lever arm", 2) + "," + curve(csv, touching("1e3*$6"), "torque", 4, kRight),
       "torque [mN m]");
   return script.run(folder);
@@ -179,13 +182,13 @@ std::string plot_surface_verification(const std::string& folder, const Surgeon& 
     }
     return plots;
   };
-  script.panel("haptic rate [Hz]",
+  script.panel("haptic rate [Hz]", "[0:1300]",
                "950 with lines dashtype 2 linecolor '#aab2bd' title '950 Hz', '" + csv +
                    "' using 1:2 with points pointtype 7 pointsize 0.25 linecolor '#0b6fb8' title 'rate'");
-  script.panel("lever arm [mm]", each("1e3*$4"));
-  script.panel("reaction force [N]", each("$5"));
-  script.panel("torque [mN m]", each("1e3*$6"));
-  script.panel("total torque [mN m]", curve(csv, "(1e3*$7)", "sum over the slices", 5));
+  script.panel("lever arm [mm]", "[0:*]", each("1e3*$4"));
+  script.panel("reaction force [N]", "[0:*]", each("$5"));
+  script.panel("torque [mN m]", "[0:*]", each("1e3*$6"));
+  script.panel("total torque [mN m]", "[0:*]", curve(csv, "(1e3*$7)", "sum over the slices", 5));
   return script.run(folder);
 }
 

@@ -12,8 +12,11 @@
 #include <trephine/render/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
-#include <utility>
+#include <cstdint>
+#include <string>
 
 /// One algorithm, one bone, one run: scene, device and loop put together, and a row written down each tick.
 namespace drill {

@@ -22,7 +22,7 @@ struct LogRow {
   trephine::ContactSummary contact;
   double removed_mm3 = 0;  ///< since the start
   trephine::Status status = trephine::Status::kOk;
-  // Line: what its report says of the shaft. Surface: the sum over slices as one lever, see `shaft_of`.
+  // Of the shaft. Line: its report. Surface: the torque alone, summed over the slices.
   double spring_m = 0, lever_m = 0, reaction_N = 0, shaft_torque_Nm = 0;
   trephine::Vec3d intersection = trephine::Vec3d::Zero();
 };
@@ -31,7 +31,7 @@ struct LogRow {
 struct SliceRow {
   std::size_t tick = 0;  ///< index of its LogRow
   int slice = 0;         ///< from the tip up, 1 is the lowest
-  double lever_m = 0, reaction_N = 0, torque_Nm = 0, depth_m = 0;
+  double lever_m = 0, reaction_N = 0, torque_Nm = 0;
 };
 
 /// All that a run leaves behind.
@@ -51,8 +51,8 @@ void write_run_csv(const RunLog& log, const std::string& path);
 
 /// What the table says of a run.
 struct RunFigures {
-  double rate_kept = 0;  ///< share of ticks that were done within a millisecond
-  double p50_us = 0, p99_9_us = 0;
+  double rate_kept = 0;                     ///< share of ticks that were done within a millisecond
+  double p50_us = 0, p99_9_us = 0;          ///< of the scene's tick, by the clock
   double peak_force = 0, mean_force = 0;    ///< [N], mean over ticks in contact
   double peak_torque = 0, mean_torque = 0;  ///< [N·m]
   double removed_mm3 = 0;

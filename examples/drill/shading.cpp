@@ -81,16 +81,21 @@ Shading::Lit Shading::light_at(const Vec3f& p, const Vec3f& n, int seed) const {
   Lit light{0, open_sky(p, n)};
   if (tool_) light.open *= 1 - 0.8F * tool_->covers(p, n);
   if (n.dot(to_key_) <= 0) return light;
-  // A lamp has a size: each of a pixel's four rays looks at another quarter of it.
-  const float quarter = static_cast<float>(seed & 3);
-  const float a = 1.5708F * (quarter + noise(seed));
-  const float r = kLampAngle * std::sqrt(0.25F * (std::fmod(quarter + 4 * noise(seed >> 2), 4.0F)) + 0.01F);
+  // A lamp has a size: a few rays to different parts of it, others for each of a pixel's four samples. Light from the
+  // side would only show up the voxels' steps: the rays start well above them, and the light fades.
+  constexpr int kRays = 3;
   const Vec3f side = to_key_.unitOrthogonal();
-  const Vec3f to_light = (to_key_ + r * std::cos(a) * side + r * std::sin(a) * to_key_.cross(side)).normalized();
-  // Light from the side would only show up the voxels' steps: start well above them, and fade it.
-  const Ray ray{p + 1.2F * voxel * n, to_light};
-  if (bone_shades(ray, 0.8F * voxel)) return light;
-  light.key = smooth(0.0F, 0.35F, n.dot(to_key_)) * (tool_ ? tool_->lets_through({p, to_key_}, kLampAngle) : 1.0F);
+  const Vec3f across = to_key_.cross(side);
+  int arrived = 0;
+  for (int i = 0; i < kRays; ++i) {
+    const int part = kRays * (seed & 3) + i;
+    const float a = 2.39996F * static_cast<float>(part) + 6.2832F * noise(seed >> 2);
+    const float r = kLampAngle * std::sqrt((static_cast<float>(part) + 0.5F) / (4 * kRays));
+    const Vec3f to_light = (to_key_ + r * (std::cos(a) * side + std::sin(a) * across)).normalized();
+    arrived += bone_shades({p + 1.2F * voxel * n, to_light}, 0.8F * voxel) ? 0 : 1;
+  }
+  light.key = smooth(0.0F, 0.35F, n.dot(to_key_)) * static_cast<float>(arrived) / kRays;
+  if (tool_) light.key *= tool_->lets_through({p, to_key_}, kLampAngle);
   return light;
 }
 
