@@ -120,7 +120,6 @@ class Finder {
       const Vec3d v = patch.n.cross(u);
       Vec3d slope = Vec3d::Zero();
       patch.unevenness = 0;
-      double mean = 0;
       for (int i = 0; i < kRing; ++i) {
         const double a = 2 * std::numbers::pi * i / kRing;
         const double r = i % 2 == 0 ? R_ : 2 * R_;
@@ -128,7 +127,6 @@ class Finder {
         const auto h = height(patch.p + r * way, patch.n, 1.5 * R_);
         if (!h) return std::nullopt;
         slope += 2.0 / kRing * *h / r * way;
-        mean += *h / kRing;
         patch.unevenness = std::max(patch.unevenness, std::abs(*h));
       }
       if (round < 2) patch.n = (patch.n - slope).normalized();
