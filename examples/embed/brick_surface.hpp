@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/voxel/grid_reader.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+/// The host's mesh extraction, a stand-in for its own: put VTK's or any other marching cubes here. All it may use is
+/// the copy of one brick and its halo of one voxel, which is also all it needs.
+namespace embed {
+
+/// One brick's share of the bone's surface. Vertices in G [m]; triangles are counter-clockwise seen from outside.
+struct BrickSurface {
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  [[nodiscard]] bool operator==(const BrickSurface&) const = default;
+};
+
+/// Surface nets (Gibson 1998): a vertex in each cell that the surface passes, at the mean of its crossings with the
+/// cell's edges, and a quad round each edge that it crosses. Every edge belongs to the brick of its first voxel and
+/// vertices of neighbours are found again from the halo, so the bricks' surfaces meet without a crack.
+/// A surface that leaves the grid is closed at its border.
+template <class Density>
+BrickSurface extract_surface(const trephine::GridReader<Density>& bone, std::size_t brick, double isovalue) {
+  constexpr int kSide = trephine::GridReader<Density>::kHaloed;
+  constexpr int kCells = kSide - 1;
+  std::array<Density, std::size_t{kSide} * kSide * kSide> voxels;
+  BrickSurface out;
+  const auto range = bone.copy_brick(brick, voxels);
+  if (range.max < isovalue || range.min >= isovalue) return out;
+
+  const auto at = bone.brick_coordinates(brick);
+  const auto value = [&](const std::array<int, 3>& u) {
+    return static_cast<double>(voxels[static_cast<std::size_t>((u[2] * kSide + u[1]) * kSide + u[0])]) - isovalue;
+  };
+  const auto to = [](std::array<int, 3> u, std::size_t axis, int step) {
+    u[axis] += step;
+    return u;
+  };
+  // Cells and voxels are counted from the halo's corner; the brick's own first voxel is (1, 1, 1).
+  const auto vertex = [&](const std::array<int, 3>& cell) {
+    trephine::Vec3d sum = trephine::Vec3d::Zero();
+    int crossings = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (int edge = 0; edge < 4; ++edge) {
+        const auto a = to(to(cell, (axis + 1) % 3, edge & 1), (axis + 2) % 3, edge >> 1);
+        const double from = value(a);
+        const double end = value(to(a, axis, 1));
+        if ((from >= 0) == (end >= 0)) continue;
+        trephine::Vec3d p(a[0], a[1], a[2]);
+        p[static_cast<int>(axis)] += from / (from - end);
+        sum += p;
+        ++crossings;
+      }
+    // From the grid's own indices on, so that two bricks that share a cell find the same bits.
+    const trephine::Vec3d first(8 * at[0] - 1, 8 * at[1] - 1, 8 * at[2] - 1);
+    const trephine::Vec3d p_G = bone.spacing().cwiseProduct(first + sum / crossings);
+    return p_G.cast<float>().eval();
+  };
+
+  std::array<int, std::size_t{kCells} * kCells * kCells> known;
+  known.fill(-1);
+  const auto index_of = [&](const std::array<int, 3>& cell) {
+    int& index = known[static_cast<std::size_t>((cell[2] * kCells + cell[1]) * kCells + cell[0])];
+    if (index < 0) {
+      index = static_cast<int>(out.vertices.size());
+      const auto p = vertex(cell);
+      out.vertices.push_back({p.x(), p.y(), p.z()});
+    }
+    return static_cast<std::uint32_t>(index);
+  };
+
+  for (int z = 0; z <= 8; ++z)
+    for (int y = 0; y <= 8; ++y)
+      for (int x = 0; x <= 8; ++x)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::array<int, 3> u{x, y, z};
+          // Of the halo before the brick, only edges out of the grid's border are its own.
+          bool own = true;
+          for (std::size_t a = 0; a < 3; ++a) own = own && (u[a] > 0 || (a == axis && at[a] == 0));
+          if (!own) continue;
+          const bool inside = value(u) >= 0;
+          if (inside == (value(to(u, axis, 1)) >= 0)) continue;
+          const std::size_t b = (axis + 1) % 3;
+          const std::size_t c = (axis + 2) % 3;
+          std::array q{index_of(to(to(u, b, -1), c, -1)), index_of(to(u, c, -1)), index_of(u), index_of(to(u, b, -1))};
+          if (!inside) std::swap(q[1], q[3]);
+          out.triangles.push_back({q[0], q[1], q[2]});
+          out.triangles.push_back({q[0], q[2], q[3]});
+        }
+  return out;
+}
+
+}  // namespace embed
