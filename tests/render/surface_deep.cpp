@@ -146,9 +146,7 @@ double spread_at_centre(int vertices) {
   const double radius = kBall.tip_radius;
   const Tool<double> tool(kBall, {.sphere = vertices});
   Random random(82);
-  const auto force = [&](const Vec3d& n) {
-    return plane_law<Weights>(tool.inward(), tool.areas(), 0, vertices, radius, 0.999 * radius, n);
-  };
+  const auto force = [&](const Vec3d& n) { return plane_law<Weights>(tool, 0, 0.999 * radius, n); };
   double mean = 0, worst = 0;
   constexpr int kTurns = 3000;
   for (int i = 0; i < kTurns; ++i) {

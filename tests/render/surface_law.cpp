@@ -28,7 +28,7 @@ TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
   const Mat3d R = rotation_from_vector(Vec3d(0.2, 0, 0)) * rotation_from_vector(Vec3d(0, 0.3, 0));
   const auto force = [&](const Mat3d& turned, double depth) {
     const Vec3d n = turned.transpose() * Vec3d::UnitZ();
-    return plane_law<CollisionRatio>(tool.inward(), tool.areas(), 0, 26, 3, depth, n).dot(n);
+    return plane_law<CollisionRatio>(tool, 0, depth, n).dot(n);
   };
   CHECK(force(R, 0.3) == doctest::Approx(2.83).epsilon(0.002));
   CHECK(force(R, 0.4) == doctest::Approx(2.72).epsilon(0.002));
@@ -58,7 +58,7 @@ TEST_CASE("many vertices give the continuum's laws") {
         const Vec3d n = random.unit();
         const auto along = [&](auto weights) {
           using W = decltype(weights);
-          return plane_law<W>(tool.inward(), tool.areas(), 0, count, radius, depth, n).dot(n);
+          return plane_law<W>(tool, 0, depth, n).dot(n);
         };
         const double foundation = std::numbers::pi * radius * depth * depth;
         worst_area = std::max(worst_area, std::abs(along(AreaWeights{}) / foundation - 1));
@@ -84,7 +84,7 @@ TEST_CASE("on a plane, 26 vertices against the continuum") {
     for (int i = 0; i < 1000; ++i) {
       const Vec3d n = random.unit();
       const double depth = share * radius;
-      const Vec3d f = plane_law<AreaWeights>(tool.inward(), tool.areas(), 0, 26, radius, depth, n);
+      const Vec3d f = plane_law<AreaWeights>(tool, 0, depth, n);
       const Vec3d exact = std::numbers::pi * radius * depth * depth * n;
       errors.push_back((f - exact).norm() / exact.norm());
     }

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/ways_out.hpp>
 #include <trephine/render/deep_contact.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
 #include <trephine/render/weighting.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 
+#include <cstdint>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace trephine {
@@ -50,8 +53,9 @@ struct SliceReport {
 /// 21). Vertices are at the device's pose: there is no proxy, no friction, and the tool sinks in as far as its springs
 /// let it.
 ///
-/// Work a tick: `padded` samples, and for each vertex in bone up to 16 · ceil(R / (8 voxels)) + 14 more; a group whose
-/// centre is in bone costs what `Deep` costs instead.
+/// Work a tick: `padded` samples, and for each vertex in bone what `WaysOut` says; a group whose centre is in bone
+/// costs what `Deep` costs instead. With `PatchWeights` one gradient more for each vertex in bone and for those next to
+/// them.
 template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer {
@@ -65,9 +69,16 @@ class SurfaceApproxRenderer {
       : tool_(std::move(tool)),
         options_(options),
         values_(static_cast<std::size_t>(tool_.padded())),
+        ways_out_(tool_.periphery()),
+        hits_(static_cast<std::size_t>(tool_.periphery())),
+        way_(static_cast<std::size_t>(tool_.periphery())),
         deep_(tool_.groups().size()),
         reports_(tool_.groups().size()) {
     options.validate();
+    if constexpr (kUsesPatches<Weights>) {
+      neighbours_ = PatchNeighbours(tool_);
+      patches_.resize(static_cast<std::size_t>(tool_.periphery()));
+    }
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
     k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
     k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
@@ -81,6 +92,7 @@ class SurfaceApproxRenderer {
     out.status = begin(X_GT);
     const auto& p = tool_.points();
     field.values(X_GT, p.x.data(), p.y.data(), p.z.data(), values_.data(), tool_.padded());
+    find_ways_out(field);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
       r = {};
@@ -129,6 +141,9 @@ class SurfaceApproxRenderer {
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
 
  private:
+  enum class PatchState : std::uint8_t { kUnknown, kWanted, kDone };
+  struct Nothing {};
+
   [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
 
   // Force per k of group g pressed `depth` radii into a plane, averaged over the plane's directions (for a slice those
@@ -143,8 +158,7 @@ class SurfaceApproxRenderer {
       const double angle = 2 * std::numbers::pi * i / kDirections;
       const Vec3d n =
           g == 0 ? around.directions[static_cast<std::size_t>(i)] : Vec3d(std::cos(angle), std::sin(angle), 0);
-      sum +=
-          plane_law<Weights>(tool_.inward(), tool_.areas(), group.first, group.count, radius, depth * radius, n).dot(n);
+      sum += plane_law<Weights>(tool_, g, depth * radius, n).dot(n);
     }
     return sum / kDirections;
   }
@@ -174,9 +188,9 @@ class SurfaceApproxRenderer {
     WeightedSum<Weights, Scalar> sum;
     const std::size_t first_contact = contact_count_;
     for (int i = group.first; i < group.first + group.count; ++i) {
-      if (!(values_[static_cast<std::size_t>(i)] >= Scalar(0))) continue;
+      const Scalar a = way_[static_cast<std::size_t>(i)];
+      if (!(a > Scalar(0))) continue;
       const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
-      const Scalar a = way_out(field, i, group.radius);
       const Scalar area = tool_.areas()[static_cast<std::size_t>(i)];
       sum.add(d, a, area, group.radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
@@ -188,6 +202,94 @@ class SurfaceApproxRenderer {
     scale_contacts(first_contact, r.force);
     deep_[g].outside(c, r.force);
     return Status::kOk;
+  }
+
+  // a_i of Eq. 15 for every vertex of the groups whose centre is outside: from the vertex, which is in bone, toward the
+  // centre, which is not, to the first surface. Zero for vertices that do not touch.
+  template <ContactField Field>
+  void find_ways_out(const Field& field) noexcept {
+    std::fill(way_.begin(), way_.end(), Scalar(0));
+    ways_out_.clear();
+    for (const auto& group : tool_.groups()) {
+      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) continue;
+      for (int i = group.first; i < group.first + group.count; ++i) {
+        const Scalar value = values_[static_cast<std::size_t>(i)];
+        if (!(value >= Scalar(0))) continue;
+        hits_[static_cast<std::size_t>(ways_out_.count())] = i;
+        ways_out_.add(tool_.points()[i], tool_.inward()[i], group.radius, value);
+      }
+    }
+    ways_out_.search(field, X_GT_, static_cast<Scalar>(options_.search_step) * field.voxel());
+    for (int j = 0; j < ways_out_.count(); ++j)
+      way_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = ways_out_[j];
+    if constexpr (kUsesPatches<Weights>) spread_over_patches(field);
+  }
+
+  // Means over patches, of the vertices in bone and of those whose patch may reach into it: the neighbours of the
+  // former, and in a group without any the one that is nearest to bone, with its neighbours.
+  template <ContactField Field>
+  void spread_over_patches(const Field& field) noexcept {
+    std::fill(patches_.begin(), patches_.end(), PatchState::kUnknown);
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const auto& group = tool_.groups()[g];
+      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) {
+        std::fill_n(patches_.begin() + group.first, group.count, PatchState::kDone);
+        continue;
+      }
+      int nearest = group.first;
+      bool touches = false;
+      for (int i = group.first; i < group.first + group.count; ++i) {
+        touches = touches || values_[static_cast<std::size_t>(i)] >= Scalar(0);
+        if (values_[static_cast<std::size_t>(i)] > values_[static_cast<std::size_t>(nearest)]) nearest = i;
+      }
+      if (!touches && spread_outside(field, g, nearest)) want_neighbours(nearest);
+    }
+    for (int j = 0; j < ways_out_.count(); ++j) want_neighbours(hits_[static_cast<std::size_t>(j)]);
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const auto& group = tool_.groups()[g];
+      for (int i = group.first; i < group.first + group.count; ++i) {
+        const PatchState state = patches_[static_cast<std::size_t>(i)];
+        if (state == PatchState::kDone) continue;
+        if (way_[static_cast<std::size_t>(i)] > Scalar(0))
+          spread_inside(field, g, i);
+        else if (state == PatchState::kWanted)
+          spread_outside(field, g, i);
+      }
+    }
+  }
+
+  void want_neighbours(int i) noexcept {
+    for (const int j : neighbours_.of(i))
+      if (patches_[static_cast<std::size_t>(j)] == PatchState::kUnknown)
+        patches_[static_cast<std::size_t>(j)] = PatchState::kWanted;
+  }
+
+  // The surface is taken at the end of the vertex' way out.
+  template <ContactField Field>
+  void spread_inside(const Field& field, std::size_t g, int i) noexcept {
+    Scalar& way = way_[static_cast<std::size_t>(i)];
+    const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
+    const Vec3<Scalar> slope = field.gradient(X_GT_ * Vec3<Scalar>(tool_.points()[i] + way * tool_.inward()[i]));
+    const Scalar steepness = slope.norm();
+    if (!(steepness > Scalar(0))) return;
+    const Vec3<Scalar> n = -slope / steepness;
+    const Patch<Scalar> patch = tool_.patch(g, i);
+    way = std::min(patch.mean_way(way * n.dot(d), n, d, X_GT_.linear().col(2)), way + patch.reach());
+  }
+
+  // The surface is taken where the vertex' own value and gradient say that it is. True where the patch reaches it.
+  template <ContactField Field>
+  bool spread_outside(const Field& field, std::size_t g, int i) noexcept {
+    patches_[static_cast<std::size_t>(i)] = PatchState::kDone;
+    const Vec3<Scalar> slope = field.gradient(X_GT_ * tool_.points()[i]);
+    const Scalar steepness = slope.norm();
+    const Patch<Scalar> patch = tool_.patch(g, i);
+    const Scalar value = values_[static_cast<std::size_t>(i)];
+    if (!(-value < patch.reach() * steepness)) return false;
+    const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
+    const Scalar way = patch.mean_way(value / steepness, Vec3<Scalar>(-slope / steepness), d, X_GT_.linear().col(2));
+    way_[static_cast<std::size_t>(i)] = std::min(way, patch.reach());
+    return way > Scalar(0);
   }
 
   // Contact forces of a group are its springs' shares of the group's force.
@@ -204,45 +306,17 @@ class SurfaceApproxRenderer {
     return n > Scalar(0) ? Vec3<Scalar>(v / n) : Vec3<Scalar>::Zero();
   }
 
-  // a_i of Eq. 15: from vertex i, which is in bone, toward the centre, which is not, to the first surface. A lane of
-  // points along the way is sampled at once; the bracket found is closed by `first_crossing`.
-  template <ContactField Field>
-  [[nodiscard]] Scalar way_out(const Field& field, int i, Scalar radius) const noexcept {
-    const Vec3<Scalar> p = tool_.points()[i];
-    const Vec3<Scalar> d = tool_.inward()[i];
-    const Scalar step = static_cast<Scalar>(options_.search_step) * field.voxel();
-    const int lanes = std::max(1, static_cast<int>(std::ceil(radius / (step * Scalar(kLane)))));
-    const Scalar spacing = radius / static_cast<Scalar>(std::min(lanes, kMostLanes) * kLane);
-    std::array<Scalar, kLane> x, y, z, v;
-    for (int lane = 0; lane < std::min(lanes, kMostLanes); ++lane) {
-      for (int j = 0; j < kLane; ++j) {
-        const auto n = static_cast<std::size_t>(j);
-        const Scalar s = spacing * static_cast<Scalar>(lane * kLane + j + 1);
-        x[n] = p.x() + s * d.x();
-        y[n] = p.y() + s * d.y();
-        z[n] = p.z() + s * d.z();
-      }
-      field.values(X_GT_, x.data(), y.data(), z.data(), v.data(), kLane);
-      for (int j = 0; j < kLane; ++j) {
-        if (v[static_cast<std::size_t>(j)] >= Scalar(0)) continue;
-        const Scalar from = spacing * static_cast<Scalar>(lane * kLane + j);
-        const Vec3<Scalar> a = X_GT_ * Vec3<Scalar>(p + from * d);
-        const Vec3<Scalar> b = X_GT_ * Vec3<Scalar>(p + (from + spacing) * d);
-        const auto hit = first_crossing(field, a, b, spacing * Scalar(2), 1);
-        return from + (hit.found ? Scalar(0.5) * (hit.before + hit.after) : Scalar(0)) * spacing;
-      }
-    }
-    return radius;
-  }
-
-  static constexpr int kMostLanes = 64;
-
   Tool tool_;
   SurfaceOptions options_;
   double k_ = 0;
   double k_per_stiffness_ = 1;
   std::vector<Scalar> edge_forces_;
   std::vector<Scalar> values_;
+  WaysOut<Scalar> ways_out_;
+  std::vector<int> hits_;    // vertex of each way out
+  std::vector<Scalar> way_;  // of each vertex of the periphery
+  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchNeighbours, Nothing> neighbours_;
+  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, std::vector<PatchState>, Nothing> patches_;
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;

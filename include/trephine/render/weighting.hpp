@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
+#include <trephine/tool/patch.hpp>
 
 #include <algorithm>
 #include <concepts>
@@ -38,6 +38,13 @@ struct AreaWeights {
   }
   [[nodiscard]] static double total(int) noexcept { return 1; }
 };
+
+/// The same law as `AreaWeights`, summed better: a vertex counts with the mean way out over the patch it stands for,
+/// the bone taken as flat across it, so that it enters contact as gradually as its patch does. k [N/m³].
+struct PatchWeights : AreaWeights {};
+
+template <class W>
+inline constexpr bool kUsesPatches = std::same_as<W, PatchWeights>;
 
 /// The mean spring over the touching area: F = k Σ w m a d / Σ w m, linear in depth on a plane (k δ/2 in the
 /// continuum). A vertex enters with m = min(1, 4 a / R), so that the divisor does not jump when it touches. k [N/m].
@@ -89,20 +96,22 @@ class WeightedSum {
 };
 
 /// The force per k of one group's own vertices pressed `depth` [m] into a half space whose outward normal is `n` (unit,
-/// in T), its centre staying outside: the law in closed form over the actual vertices. `at` and `inward` are positions
-/// relative to the group's centre and directions toward it.
-template <Weighting W, class Points, RealScalar Scalar>
-[[nodiscard]] Vec3d plane_law(const Points& inward, const std::vector<Scalar>& areas, int first, int count,
-                              double radius, double depth, const Vec3d& n) {
+/// in T), its centre staying outside: the law in closed form over the actual vertices. `tool` is a
+/// ToolDiscretization<SurfaceCounts>, `g` the group.
+template <Weighting W, class Tool>
+[[nodiscard]] Vec3d plane_law(const Tool& tool, std::size_t g, double depth, const Vec3d& n) {
+  const auto& group = tool.groups()[g];
+  const double radius = static_cast<double>(group.radius);
   WeightedSum<W, double> sum;
-  for (int i = first; i < first + count; ++i) {
-    const Vec3d d = inward[i].template cast<double>();
+  for (int i = group.first; i < group.first + group.count; ++i) {
+    const Vec3d d = tool.inward()[i].template cast<double>();
     const double below = depth - radius * (1 - d.dot(n));  // of the vertex under the plane
     const double grazing = d.dot(n);
-    if (!(below > 0) || !(grazing > 0)) continue;
-    sum.add(d, below / grazing, static_cast<double>(areas[static_cast<std::size_t>(i)]), radius);
+    double way = below > 0 && grazing > 0 ? below / grazing : 0;
+    if constexpr (kUsesPatches<W>) way = tool.patch(g, i).template cast<double>().mean_way(below, n, d, Vec3d::UnitZ());
+    if (way > 0) sum.add(d, way, static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]), radius);
   }
-  return sum.result(count);
+  return sum.result(group.count);
 }
 
 }  // namespace trephine

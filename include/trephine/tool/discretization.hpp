@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/tool/patch.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/sampling.hpp>
 
@@ -179,6 +180,14 @@ class ToolDiscretization<SurfaceCounts, S> {
   /// Area that each vertex of the periphery stands for [m²]; the ball's sum to 4πR², the slices' to the shaft's side.
   [[nodiscard]] const std::vector<Scalar>& areas() const noexcept { return areas_; }
   [[nodiscard]] const std::vector<Group>& groups() const noexcept { return groups_; }
+  /// The patch that vertex i, of group g, stands for.
+  [[nodiscard]] Patch<Scalar> patch(std::size_t g, int i) const noexcept {
+    const Scalar area = areas_[static_cast<std::size_t>(i)];
+    const Scalar radius = groups_[g].radius;
+    if (g == 0) return {.radius = radius, .disc = std::sqrt(area / std::numbers::pi_v<Scalar>)};
+    const Scalar half_arc = std::numbers::pi_v<Scalar> * radius / static_cast<Scalar>(groups_[g].count);
+    return {.radius = radius, .half_arc = half_arc, .half_length = area / (Scalar(4) * half_arc)};
+  }
 
  private:
   void add_vertex(const Vec3d& p, const Vec3d& inward, double area) {

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: MIT
+# What reads, makes and looks over the bone, as a library: the drill and other programs of this project use it.
+include_guard(GLOBAL)
+
+set(bone_folder ${CMAKE_CURRENT_LIST_DIR})
+add_library(drill_bone STATIC ${bone_folder}/bone.cpp ${bone_folder}/pieces.cpp ${bone_folder}/skull_file.cpp ${bone_folder}/spot.cpp)
+trephine_own_target(drill_bone)
+target_include_directories(drill_bone PUBLIC ${bone_folder})
+target_link_libraries(drill_bone PUBLIC trephine::trephine)
+# read_itk.cpp includes ITK's headers, so it is only compiled where there are any.
+if(TREPHINE_HAS_ITK)
+  target_sources(drill_bone PRIVATE ${bone_folder}/read_itk.cpp)
+  target_compile_definitions(drill_bone PUBLIC TREPHINE_EXAMPLE_HAS_ITK)
+  target_link_libraries(drill_bone PRIVATE trephine::itk)
+endif()
