@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef TREPHINE_C_H
+#define TREPHINE_C_H
+
+/* trephine for programs that speak C: Unity and Unreal plug-ins, Python's ctypes, C itself.
+ *
+ * Units are SI throughout: m, s, N, N m. Frames: W the world, G the grid (origin: the centre of voxel (0,0,0)), T the
+ * tool (origin: the burr's centre; +z along the shaft toward the handle). A pose X_WT maps coordinates of T to W. Axes
+ * are right-handed: Unity's and Unreal's must be converted.
+ *
+ * Errors: functions return a trephine_result; trephine_last_error() then tells in one line what was wrong, in the
+ * calling thread. A function that fails changes nothing and leaves its outputs alone, unless it says otherwise.
+ *
+ * Structs that may grow begin with `struct_size`. Have them filled with defaults, the size being that of the caller's
+ * header, and change what is needed: a newer library reads and writes no more than that, an older one refuses.
+ *
+ *   trephine_scene_options options;
+ *   trephine_scene_options_init(&options, sizeof options);
+ *
+ * Threads: one thread, the haptic one, calls tick and reset on a scene and pose and restore on its grid. Each reader is
+ * for one thread, whichever that is, and reads while the haptic thread drills. The rest is for one thread at a time
+ * that is not in a tick. Handles may be destroyed in any order: scenes and readers keep their grid alive. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(TREPHINE_C_BUILDS)
+#define TREPHINE_C_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define TREPHINE_C_API __declspec(dllimport)
+#else
+#define TREPHINE_C_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+#define TREPHINE_C_NOEXCEPT noexcept
+extern "C" {
+#else
+#define TREPHINE_C_NOEXCEPT
+#endif
+
+typedef int32_t trephine_result;
+enum {
+  TREPHINE_OK = 0,
+  TREPHINE_NULL_ARGUMENT = 1,    /* a handle or a pointer is null */
+  TREPHINE_INVALID_ARGUMENT = 2, /* a value is out of its range */
+  TREPHINE_WRONG_STRUCT = 3,     /* struct_size is none that this library knows */
+  TREPHINE_OUT_OF_MEMORY = 4,
+  TREPHINE_INTERNAL_ERROR = 5
+};
+
+/* Never null; empty before the calling thread's first error. Valid until that thread's next error. */
+TREPHINE_C_API const char* trephine_last_error(void) TREPHINE_C_NOEXCEPT;
+/* 10000 * major + 100 * minor + patch. */
+TREPHINE_C_API int32_t trephine_version(void) TREPHINE_C_NOEXCEPT;
+
+/* Position [m] and rotation as a quaternion x, y, z, w. A quaternion is normalised; one whose length is more than 0.001
+ * off 1 is not a rotation. */
+typedef struct trephine_pose {
+  double position[3];
+  double rotation[4];
+} trephine_pose;
+
+/* ---- The bone ---------------------------------------------------------------------------------------------------- */
+
+typedef struct trephine_grid trephine_grid;
+
+enum { TREPHINE_INT16 = 0, TREPHINE_FLOAT32 = 1 };
+
+typedef struct trephine_grid_options {
+  uint32_t struct_size;
+  int32_t density_type;  /* TREPHINE_INT16 (default: Hounsfield units) or _FLOAT32 */
+  int32_t size[3];       /* voxels along x (fastest in memory), y, z; each >= 1. Default 0: must be given */
+  int32_t keep_original; /* 1 (default): a copy is kept for trephine_grid_restore */
+  double spacing[3];     /* [m]. Default 0: must be given */
+  trephine_pose X_WG;    /* default: identity */
+  double outside;        /* density beyond the grid; NaN (default): the smallest in the data */
+} trephine_grid_options;
+
+TREPHINE_C_API trephine_result trephine_grid_options_init(trephine_grid_options* options,
+                                                          size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* Copies `bytes` bytes of voxels, which must be size's product times the size of a density. */
+TREPHINE_C_API trephine_result trephine_grid_create(const trephine_grid_options* options, const void* voxels,
+                                                    size_t bytes, trephine_grid** grid) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. */
+TREPHINE_C_API void trephine_grid_destroy(trephine_grid* grid) TREPHINE_C_NOEXCEPT;
+/* Moves the bone; haptic thread, between ticks. */
+TREPHINE_C_API trephine_result trephine_grid_set_pose(trephine_grid* grid,
+                                                      const trephine_pose* X_WG) TREPHINE_C_NOEXCEPT;
+/* Puts original densities back in up to `most_bricks` edited bricks; `left` (may be null) tells how many more there
+ * are. Haptic thread, between ticks: a few at a time keep it short. Invalid without keep_original. */
+TREPHINE_C_API trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks,
+                                                     size_t* left) TREPHINE_C_NOEXCEPT;
+/* Copies all voxels, x fastest, to a buffer of exactly their bytes: for saving. Haptic thread, between ticks. */
+TREPHINE_C_API trephine_result trephine_grid_copy(const trephine_grid* grid, void* voxels,
+                                                  size_t bytes) TREPHINE_C_NOEXCEPT;
+
+/* ---- The scene: one tool in one bone ------------------------------------------------------------------------------
+ */
+
+typedef struct trephine_scene trephine_scene;
+
+enum { TREPHINE_LINE = 0, TREPHINE_SURFACE = 1 };
+enum { TREPHINE_MILL_NOTHING = 0, TREPHINE_MILL_GEOMETRIC = 1, TREPHINE_MILL_RATE_LIMITED = 2 };
+
+typedef struct trephine_tool {
+  double tip_radius;   /* [m] */
+  double shaft_radius; /* [m] */
+  double shaft_length; /* from the burr's centre [m]; 0: no shaft */
+} trephine_tool;
+
+typedef struct trephine_scene_options {
+  uint32_t struct_size;
+  int32_t algorithm; /* TREPHINE_LINE or TREPHINE_SURFACE (default) */
+  double isovalue;   /* density from which on there is bone. Default NaN: must be given */
+  trephine_tool tool;
+  double stiffness;        /* [N/m] */
+  int32_t sphere_vertices; /* Surface: on the tip */
+  int32_t slices;          /* Surface: along the shaft */
+  int32_t per_slice;       /* Surface: vertices round each slice */
+  int32_t shaft_vertices;  /* Line: along the shaft's centre */
+  double static_friction;  /* Line: coefficients, 0 <= kinetic <= static */
+  double kinetic_friction;
+  double damping;         /* in contact [N s/m] */
+  double angular_damping; /* in contact [N m s/rad] */
+  int32_t milling;        /* TREPHINE_MILL_NOTHING, _GEOMETRIC (default) or _RATE_LIMITED */
+  int32_t reserved;       /* 0 */
+  double milling_rate;    /* rate-limited: densities/s that a covered voxel loses */
+  double milling_force;   /* rate-limited: that rate holds at this force [N]; 0 (default): force plays no part */
+  double force_limit;     /* [N] */
+  double torque_limit;    /* [N m]; 0 for a device without torque */
+} trephine_scene_options;
+
+TREPHINE_C_API trephine_result trephine_scene_options_init(trephine_scene_options* options,
+                                                           size_t struct_size) TREPHINE_C_NOEXCEPT;
+TREPHINE_C_API trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_options* options,
+                                                     trephine_scene** scene) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. */
+TREPHINE_C_API void trephine_scene_destroy(trephine_scene* scene) TREPHINE_C_NOEXCEPT;
+
+enum {
+  TREPHINE_STATUS_OK = 0,
+  TREPHINE_STATUS_WORK_BOUND = 1,     /* a search was cut short and goes on at the next tick */
+  TREPHINE_STATUS_STARTED_INSIDE = 2, /* the tool appeared in bone: bring the force back by a ramp, from here on down */
+  TREPHINE_STATUS_JUMP = 3,           /* the pose moved too far in a tick; contact started anew */
+  TREPHINE_STATUS_BAD_INPUT = 4,      /* pose not finite, no rotation or absurdly far: zero wrench, nothing milled */
+  TREPHINE_STATUS_NON_FINITE = 5      /* a law overflowed: zero wrench, contact starts anew */
+};
+
+typedef struct trephine_tick_result {
+  uint32_t struct_size;
+  int32_t status;           /* TREPHINE_STATUS_... */
+  double force[3];          /* on the tool, W axes [N]; always finite */
+  double torque[3];         /* on the tool about T's origin, W axes [N m]; always finite */
+  double depth;             /* deepest penetration [m] */
+  double removed_mm3;       /* in this tick [mm^3] */
+  double removed_total_mm3; /* since the scene was made [mm^3]; restoring the bone does not lower it */
+  trephine_pose X_WV;       /* where to draw the tool */
+  int32_t contacts;         /* places that touch */
+  uint8_t tip, shaft;       /* 1: in contact */
+  uint8_t reserved[2];      /* 0 */
+} trephine_tick_result;
+
+TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* result,
+                                                         size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* One step of the loop: the tool's pose, whether the burr turns, the measured time since the last tick [s] (clamped to
+ * 10 us .. 100 ms). A pose that cannot be used is no error here: the result's status says so and its wrench is zero, so
+ * that a loop has one way out. Takes no memory, lock or clock, unless it fails. */
+TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* X_WT, int32_t spindle_on,
+                                                   double dt, trephine_tick_result* result) TREPHINE_C_NOEXCEPT;
+/* Forgets contact and velocity; the bone and the removed volume stay. */
+TREPHINE_C_API trephine_result trephine_scene_reset(trephine_scene* scene) TREPHINE_C_NOEXCEPT;
+
+/* ---- What changed, for a mesher on another thread -----------------------------------------------------------------
+ */
+
+typedef struct trephine_reader trephine_reader;
+
+enum { TREPHINE_BRICK = 8, TREPHINE_HALOED = 10 }; /* voxels along a brick's edge; with one more on each side */
+
+/* Every brick counts as changed at first. */
+TREPHINE_C_API trephine_result trephine_reader_create(const trephine_grid* grid,
+                                                      trephine_reader** reader) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. */
+TREPHINE_C_API void trephine_reader_destroy(trephine_reader* reader) TREPHINE_C_NOEXCEPT;
+/* Bricks along x, y, z; brick b is (b % x, b / x % y, b / x / y). */
+TREPHINE_C_API trephine_result trephine_reader_bricks(const trephine_reader* reader,
+                                                      int32_t bricks[3]) TREPHINE_C_NOEXCEPT;
+/* Writes the numbers of up to `room` bricks that changed since they were last named and how many it wrote; those for
+ * which there was no room come next time. 0: nothing changed. */
+TREPHINE_C_API trephine_result trephine_reader_changed(trephine_reader* reader, int32_t* bricks, size_t room,
+                                                       size_t* count) TREPHINE_C_NOEXCEPT;
+/* Copies brick b and one voxel round it, x fastest, TREPHINE_HALOED^3 densities of the grid's type in `bytes` bytes;
+ * voxel (0,0,0) of the copy is voxel 8 * (brick's x, y, z) - 1 of the grid. */
+TREPHINE_C_API trephine_result trephine_reader_copy(const trephine_reader* reader, int32_t brick, void* voxels,
+                                                    size_t bytes) TREPHINE_C_NOEXCEPT;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,321 @@
+/* SPDX-License-Identifier: MIT */
+/* The C interface as a C11 program sees it: drills with both algorithms, follows the changed bricks, and tries what
+ * must be refused. Ends with 0 when all is as it should be. */
+#include "trephine_c.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int failures = 0;
+
+#define CHECK(condition)                                      \
+  do {                                                        \
+    if (!(condition)) {                                       \
+      printf("c_interface.c:%d: %s\n", __LINE__, #condition); \
+      printf("  last error: %s\n", trephine_last_error());    \
+      ++failures;                                             \
+    }                                                         \
+  } while (0)
+
+/* The code, and a word of its message. */
+#define CHECK_REFUSED(call, code, word)                 \
+  do {                                                  \
+    CHECK((call) == (code));                            \
+    CHECK(strstr(trephine_last_error(), word) != NULL); \
+  } while (0)
+
+enum { kSide = 40, kVoxels = kSide * kSide * kSide, kHaloed = TREPHINE_HALOED * TREPHINE_HALOED * TREPHINE_HALOED };
+static const double kSpacing = 0.5e-3;
+
+static int16_t voxels[kVoxels];
+
+/* Bone below half the height: its surface is 900/2200 of a voxel above voxel 19. */
+static void fill(void) {
+  for (int i = 0; i < kVoxels; ++i) voxels[i] = i < kVoxels / 2 ? 1200 : -1000;
+}
+
+static trephine_grid_options grid_options(void) {
+  trephine_grid_options o;
+  CHECK(trephine_grid_options_init(&o, sizeof o) == TREPHINE_OK);
+  for (int a = 0; a < 3; ++a) {
+    o.size[a] = kSide;
+    o.spacing[a] = kSpacing;
+  }
+  return o;
+}
+
+static trephine_grid* make_grid(void) {
+  const trephine_grid_options o = grid_options();
+  trephine_grid* grid = NULL;
+  CHECK(trephine_grid_create(&o, voxels, sizeof voxels, &grid) == TREPHINE_OK);
+  CHECK(grid != NULL);
+  return grid;
+}
+
+static trephine_scene_options scene_options(int algorithm) {
+  trephine_scene_options o;
+  CHECK(trephine_scene_options_init(&o, sizeof o) == TREPHINE_OK);
+  o.algorithm = algorithm;
+  o.isovalue = 300;
+  return o;
+}
+
+static trephine_pose tool_at(double height) {
+  const trephine_pose X_WT = {{10e-3, 10e-3, height}, {0, 0, 0, 1}};
+  return X_WT;
+}
+
+static const double kSurface = (19 + 900.0 / 2200.0) * 0.5e-3;
+
+/* Presses, then drills, then goes on with the bone restored. */
+static void drill(int algorithm) {
+  trephine_grid* grid = make_grid();
+  const trephine_scene_options options = scene_options(algorithm);
+  trephine_scene* scene = NULL;
+  CHECK(trephine_scene_create(grid, &options, &scene) == TREPHINE_OK);
+  trephine_reader* reader = NULL;
+  CHECK(trephine_reader_create(grid, &reader) == TREPHINE_OK);
+  int32_t bricks[3];
+  CHECK(trephine_reader_bricks(reader, bricks) == TREPHINE_OK);
+  CHECK(bricks[0] == 5 && bricks[1] == 5 && bricks[2] == 5);
+  int32_t changed[200];
+  size_t count = 0;
+  CHECK(trephine_reader_changed(reader, changed, 200, &count) == TREPHINE_OK);
+  CHECK(count == 125);
+
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  /* Line's tip is a point at the burr's centre, Surface's a ball. */
+  const double radius = algorithm == TREPHINE_LINE ? 0 : options.tool.tip_radius;
+  const double depth = options.tool.tip_radius / 2;
+  for (int i = 0; i <= 200; ++i) {
+    const trephine_pose X_WT = tool_at(kSurface + radius + 1e-3 - (1e-3 + depth) * i / 200);
+    CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_OK);
+  }
+  CHECK(r.tip == 1 && r.shaft == 0 && r.contacts > 0);
+  /* What `stiffness` means, in both: the spring from here to the surface. The surface is a voxel's ramp wide. */
+  printf("algorithm %d: %.3f N at %.2f mm\n", algorithm, r.force[2], 1e3 * depth);
+  CHECK(fabs(r.force[2] - options.stiffness * depth) < 0.15 * options.stiffness * depth);
+  CHECK(r.removed_total_mm3 == 0);
+  CHECK(trephine_reader_changed(reader, changed, 200, &count) == TREPHINE_OK);
+  CHECK(count == 0);
+
+  double removed = 0;
+  for (int i = 0; i < 400; ++i) {
+    const trephine_pose X_WT = tool_at(kSurface + radius - depth - 5e-6 * i);
+    CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+    removed += r.removed_mm3;
+  }
+  CHECK(r.removed_total_mm3 > 3);
+  CHECK(fabs(r.removed_total_mm3 - removed) < 1e-9);
+  const double force = sqrt(r.force[0] * r.force[0] + r.force[1] * r.force[1] + r.force[2] * r.force[2]);
+  CHECK(force <= options.force_limit);
+
+  /* A list with too little room is continued; each brick comes once, and its copy is the grid's. */
+  static int16_t now[kVoxels];
+  CHECK(trephine_grid_copy(grid, now, sizeof now) == TREPHINE_OK);
+  char seen[125] = {0};
+  int named = 0;
+  for (;;) {
+    CHECK(trephine_reader_changed(reader, changed, 3, &count) == TREPHINE_OK);
+    if (count == 0) break;
+    CHECK(count <= 3);
+    for (size_t n = 0; n < count; ++n, ++named) {
+      const int b = changed[n];
+      CHECK(seen[b] == 0);
+      seen[b] = 1;
+      int16_t copy[kHaloed];
+      CHECK(trephine_reader_copy(reader, b, copy, sizeof copy) == TREPHINE_OK);
+      const int x = b % 5 * 8, y = b / 5 % 5 * 8, z = b / 25 * 8;
+      for (int k = 0; k < 8; ++k)
+        for (int j = 0; j < 8; ++j)
+          for (int i = 0; i < 8; ++i)
+            if (copy[((k + 1) * 10 + j + 1) * 10 + i + 1] != now[((z + k) * kSide + y + j) * kSide + x + i]) ++failures;
+    }
+  }
+  CHECK(named > 0 && named < 125);
+  CHECK(memcmp(now, voxels, sizeof now) != 0);
+
+  /* The grid's handle may go first. */
+  size_t left = 0;
+  CHECK(trephine_grid_restore(grid, 1, &left) == TREPHINE_OK);
+  CHECK(left > 0);
+  CHECK(trephine_grid_restore(grid, 1000, NULL) == TREPHINE_OK);
+  CHECK(trephine_grid_copy(grid, now, sizeof now) == TREPHINE_OK);
+  CHECK(memcmp(now, voxels, sizeof now) == 0);
+  trephine_grid_destroy(grid);
+  CHECK(trephine_scene_reset(scene) == TREPHINE_OK);
+  const trephine_pose away = tool_at(18e-3);
+  CHECK(trephine_scene_tick(scene, &away, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.status == TREPHINE_STATUS_OK && r.contacts == 0 && r.force[2] == 0);
+  CHECK(r.X_WV.position[2] > 17.99e-3 && r.X_WV.rotation[3] > 0.999);
+  trephine_scene_destroy(scene);
+  trephine_reader_destroy(reader);
+}
+
+static void refuse_grids(void) {
+  trephine_grid_options o = grid_options();
+  trephine_grid* grid = NULL;
+  CHECK_REFUSED(trephine_grid_create(NULL, voxels, sizeof voxels, &grid), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_grid_create(&o, NULL, sizeof voxels, &grid), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, NULL), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels - 1, &grid), TREPHINE_INVALID_ARGUMENT, "128000 bytes");
+  o.size[1] = 0;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_INVALID_ARGUMENT, "size");
+  for (int a = 0; a < 3; ++a) o.size[a] = 1 << 20; /* their product does not fit 32 bits, nor would the volume */
+  CHECK(trephine_grid_create(&o, voxels, sizeof voxels, &grid) == TREPHINE_INVALID_ARGUMENT);
+  o = grid_options();
+  o.spacing[2] = NAN;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_INVALID_ARGUMENT, "spacing");
+  o = grid_options();
+  o.X_WG.rotation[0] = 0.1;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_INVALID_ARGUMENT, "quaternion");
+  o = grid_options();
+  o.density_type = 7;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_INVALID_ARGUMENT, "density_type");
+  o = grid_options();
+  o.struct_size = 4;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_WRONG_STRUCT, "struct_size is 4");
+  o.struct_size = sizeof o + 8;
+  CHECK_REFUSED(trephine_grid_create(&o, voxels, sizeof voxels, &grid), TREPHINE_WRONG_STRUCT, "not older");
+  CHECK_REFUSED(trephine_grid_options_init(&o, sizeof o + 8), TREPHINE_WRONG_STRUCT, "not older");
+  CHECK_REFUSED(trephine_grid_options_init(NULL, sizeof o), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK(grid == NULL);
+
+  grid = make_grid();
+  trephine_pose X_WG = {{0, 0, NAN}, {0, 0, 0, 1}};
+  CHECK_REFUSED(trephine_grid_set_pose(grid, &X_WG), TREPHINE_INVALID_ARGUMENT, "X_WG");
+  X_WG.position[2] = 0;
+  X_WG.rotation[3] = NAN;
+  CHECK_REFUSED(trephine_grid_set_pose(grid, &X_WG), TREPHINE_INVALID_ARGUMENT, "quaternion");
+  CHECK_REFUSED(trephine_grid_copy(grid, voxels, 2), TREPHINE_INVALID_ARGUMENT, "room for 64000");
+  CHECK_REFUSED(trephine_grid_copy(grid, voxels, sizeof voxels - 1), TREPHINE_INVALID_ARGUMENT, "whole number");
+  CHECK_REFUSED(trephine_grid_restore(NULL, 1, NULL), TREPHINE_NULL_ARGUMENT, "null");
+  trephine_grid_destroy(grid);
+  trephine_grid_destroy(NULL);
+
+  o = grid_options();
+  o.keep_original = 0;
+  CHECK(trephine_grid_create(&o, voxels, sizeof voxels, &grid) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_grid_restore(grid, 1, NULL), TREPHINE_INVALID_ARGUMENT, "keep_original");
+  trephine_reader* reader = NULL;
+  CHECK(trephine_reader_create(grid, &reader) == TREPHINE_OK);
+  int16_t copy[kHaloed];
+  CHECK_REFUSED(trephine_reader_copy(reader, 125, copy, sizeof copy), TREPHINE_INVALID_ARGUMENT, "no brick 125");
+  CHECK_REFUSED(trephine_reader_copy(reader, -1, copy, sizeof copy), TREPHINE_INVALID_ARGUMENT, "no brick -1");
+  CHECK_REFUSED(trephine_reader_copy(reader, 0, copy, 1000), TREPHINE_INVALID_ARGUMENT, "2000 bytes");
+  size_t count = 0;
+  CHECK_REFUSED(trephine_reader_changed(reader, NULL, 4, &count), TREPHINE_INVALID_ARGUMENT, "at null");
+  trephine_reader_destroy(reader);
+  trephine_reader_destroy(NULL);
+  trephine_grid_destroy(grid);
+}
+
+static void refuse_scenes(void) {
+  trephine_grid* grid = make_grid();
+  trephine_scene* scene = NULL;
+  trephine_scene_options o = scene_options(TREPHINE_SURFACE);
+  CHECK_REFUSED(trephine_scene_create(NULL, &o, &scene), TREPHINE_NULL_ARGUMENT, "null");
+  o.isovalue = NAN; /* the default */
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "isovalue");
+  o = scene_options(2);
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "algorithm");
+  o = scene_options(TREPHINE_SURFACE);
+  o.tool.tip_radius = -1;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "tip_radius");
+  o = scene_options(TREPHINE_SURFACE);
+  o.sphere_vertices = 0;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "sphere");
+  o = scene_options(TREPHINE_LINE);
+  o.kinetic_friction = 0.5;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "static coefficient");
+  o = scene_options(TREPHINE_LINE);
+  o.milling = 9;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "milling");
+  o.milling = TREPHINE_MILL_RATE_LIMITED;
+  o.milling_rate = 0;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "rate");
+  o = scene_options(TREPHINE_LINE);
+  o.force_limit = -1;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "force");
+  o = scene_options(TREPHINE_LINE);
+  o.struct_size = 0;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_WRONG_STRUCT, "struct_size is 0");
+  CHECK(scene == NULL);
+
+  /* Bad poses are answered, not refused: zero wrench and a status; the next good one works. */
+  o = scene_options(TREPHINE_LINE);
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  trephine_pose X_WT = tool_at(kSurface + 1e-4);
+  CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.status == TREPHINE_STATUS_OK);
+  const trephine_pose pressed = tool_at(kSurface - 5e-4);
+  CHECK(trephine_scene_tick(scene, &pressed, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.force[2] > 0.1);
+  const double force = r.force[2];
+  const double bad[] = {NAN, INFINITY, 1e9};
+  for (int i = 0; i < 3; ++i) {
+    X_WT = pressed;
+    X_WT.position[1] = bad[i];
+    CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_BAD_INPUT && r.force[2] == 0 && r.removed_mm3 == 0);
+    X_WT = pressed;
+    X_WT.rotation[i] = bad[i];
+    CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_BAD_INPUT && r.force[2] == 0);
+    CHECK(trephine_scene_tick(scene, &pressed, 0, NAN, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_OK && fabs(r.force[2] - force) < 0.01 * force);
+  }
+  CHECK_REFUSED(trephine_scene_tick(NULL, &pressed, 0, 1e-3, &r), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_scene_tick(scene, NULL, 0, 1e-3, &r), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_scene_tick(scene, &pressed, 0, 1e-3, NULL), TREPHINE_NULL_ARGUMENT, "null");
+  r.struct_size = 12;
+  CHECK_REFUSED(trephine_scene_tick(scene, &pressed, 0, 1e-3, &r), TREPHINE_WRONG_STRUCT, "struct_size is 12");
+  CHECK_REFUSED(trephine_scene_reset(NULL), TREPHINE_NULL_ARGUMENT, "null");
+  trephine_scene_destroy(scene);
+  trephine_scene_destroy(NULL);
+  trephine_grid_destroy(grid);
+}
+
+/* A float grid in another place: the force turns with it. */
+static void turn(void) {
+  float* densities = malloc(kVoxels * sizeof(float));
+  if (densities == NULL) exit(2);
+  for (int i = 0; i < kVoxels; ++i) densities[i] = voxels[i];
+  trephine_grid_options o = grid_options();
+  o.density_type = TREPHINE_FLOAT32;
+  /* G's z is W's x: a quarter turn about y. */
+  const trephine_pose X_WG = {{0.1, 0, 0}, {0, sqrt(0.5), 0, sqrt(0.5)}};
+  o.X_WG = X_WG;
+  trephine_grid* grid = NULL;
+  CHECK(trephine_grid_create(&o, densities, kVoxels * sizeof(float), &grid) == TREPHINE_OK);
+  free(densities);
+  const trephine_scene_options s = scene_options(TREPHINE_SURFACE);
+  trephine_scene* scene = NULL;
+  CHECK(trephine_scene_create(grid, &s, &scene) == TREPHINE_OK);
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  const trephine_pose X_WT = {{0.1 + kSurface + 1e-3, 10e-3, -10e-3}, {0, sqrt(0.5), 0, sqrt(0.5)}};
+  CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.force[0] > 0.1 && fabs(r.force[1]) < 1e-3 && fabs(r.force[2]) < 1e-3);
+  trephine_scene_destroy(scene);
+  trephine_grid_destroy(grid);
+}
+
+int main(void) {
+  fill();
+  CHECK(trephine_version() == TREPHINE_EXPECTED_VERSION);
+  CHECK(trephine_last_error()[0] == '\0');
+  drill(TREPHINE_LINE);
+  drill(TREPHINE_SURFACE);
+  refuse_grids();
+  refuse_scenes();
+  turn();
+  if (failures == 0) printf("the C interface works\n");
+  return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: MIT
+"""The C interface through ctypes: c_interface.py folder-of-trephine_c.py library"""
+
+import array
+import math
+import subprocess
+import sys
+import threading
+
+folder, path = sys.argv[1:]
+sys.path.insert(0, folder)
+import trephine_c as t  # noqa: E402
+
+library = t.Library(path)
+side = 40
+hounsfield = array.array("h", [1200] * (side**3 // 2) + [-1000] * (side**3 // 2))
+spacing = (0.5e-3,) * 3
+surface = (19 + 900 / 2200) * 0.5e-3
+
+
+def refused(code, word, call):
+    try:
+        call()
+    except t.Error as error:
+        assert error.code == code and word in str(error), (error.code, str(error))
+    else:
+        raise AssertionError(f"not refused: {word}")
+
+
+for algorithm, radius in ((t.LINE, 0), (t.SURFACE, 1.5e-3)):
+    bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
+    scene = t.Scene(bone, algorithm=algorithm, isovalue=300, force_limit=2.5)
+    reader = t.Reader(bone)
+    assert reader.bricks == (5, 5, 5) and sorted(reader.changed()) == list(range(125))
+
+    # A mesher's thread follows while this one drills; ctypes lets go of Python's lock for each call.
+    seen, done = {}, threading.Event()
+
+    def follow():
+        while True:
+            last = done.is_set()
+            for brick in reader.changed():
+                seen[brick] = reader.copy(brick)
+            if last:
+                return
+
+    mesher = threading.Thread(target=follow)
+    mesher.start()
+    for tick in range(600):
+        pose = t.Pose((10e-3, 10e-3, surface + radius + 2e-4 - 3e-6 * tick))
+        result = scene.tick(pose, tick >= 300, 1e-3)
+        assert result.status == t.STATUS_OK, result.status
+        assert math.hypot(*result.force) <= 2.5
+        if tick == 299:
+            assert result.tip and result.force[2] > 0.3, result.force[2]
+            assert result.removed_total_mm3 == 0
+    done.set()
+    mesher.join()
+    assert result.removed_total_mm3 > 1
+    assert 0 < len(seen) < 125
+    for brick, voxels in seen.items():
+        assert reader.copy(brick) == voxels, brick
+    bone.restore()
+    assert reader.changed()
+    assert all(max(reader.copy(b)) <= 1200 for b in range(125))
+    del bone  # the scene keeps it alive
+    assert scene.tick(t.Pose((10e-3, 10e-3, 18e-3)), False, 1e-3).contacts == 0
+
+bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
+refused(2, "isovalue", lambda: t.Scene(bone))
+refused(2, "bytes", lambda: t.Grid(library, (side,) * 3, spacing, hounsfield[1:]))
+refused(2, "spacing", lambda: t.Grid(library, (side,) * 3, (math.nan, 1, 1), hounsfield))
+refused(3, "struct_size", lambda: t.Scene(bone, isovalue=300, struct_size=20))
+refused(1, "null", lambda: library.scene_reset(None))
+scene = t.Scene(bone, isovalue=300)
+result = scene.tick(t.Pose((math.nan, 0, 0)), True, 1e-3)
+assert result.status == t.STATUS_BAD_INPUT and list(result.force) == [0, 0, 0]
+
+# The module as the program that a newcomer runs.
+out = subprocess.run([sys.executable, folder + "/trephine_c.py", path], capture_output=True, text=True, check=True).stdout
+assert out.count("mm3") == 10 and "nan" not in out, out
+print("the C interface works from Python")

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: MIT
+# The library shows what its header declares and nothing else: cmake -D nm=... -D library=... -D header=... -P this
+file(READ ${header} text)
+string(REGEX MATCHALL "TREPHINE_C_API [^(]*trephine_[a-z_]+\\(" declarations "${text}")
+set(declared)
+foreach(declaration IN LISTS declarations)
+  string(REGEX MATCH "trephine_[a-z_]+\\($" name "${declaration}")
+  string(REPLACE "(" "" name "${name}")
+  list(APPEND declared ${name})
+endforeach()
+execute_process(COMMAND ${nm} -D --defined-only -P ${library} OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE " [^\n]*\n" ";" exported "${symbols}")
+list(FILTER exported EXCLUDE REGEX "^$")
+list(SORT declared)
+list(SORT exported)
+if(NOT declared OR NOT declared STREQUAL exported)
+  message(FATAL_ERROR "declared: ${declared}\nexported: ${exported}")
+endif()
