@@ -43,7 +43,7 @@ void require(bool holds, const Words&... words) {
 }
 template <class... Pointer>
 void require_pointers(const Pointer*... pointer) {
-  if (((pointer == nullptr) || ...)) throw NullArgument{};
+  if ((!pointer || ...)) throw NullArgument{};
 }
 
 /// Runs `body`; what it throws becomes a code and a message.
