@@ -26,6 +26,9 @@ about() {
     itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage" ;;
     png) package=libpng-dev; test_of="has_header png.h"; without="pictures" ;;
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;
+    doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;
+    python3) package=python3; test_of="has_command python3"; without="the tests from Python" ;;
+    pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     gnuplot) package=gnuplot-nox; test_of="has_command gnuplot"; without="plots" ;;
     *) die "setup.sh knows no '$1'" ;;
   esac

@@ -122,7 +122,7 @@ class VoxelGrid {
   }
 
   // --- Editing, haptic thread ----------------------------------------------------------------------------------------
-  /// Lowers voxels `x0 .. x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN
+  /// Lowers voxels `x0` to `x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN
   /// is not lower). The voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an
   /// edit. Returns how many voxels changed.
   template <class DensityOf>
