@@ -13,7 +13,7 @@ using trephine::Vec3d;
 
 constexpr int kTicks = 12;           // of a press
 constexpr int kSlideTicks = 16;      // of a slide
-constexpr int kTriesPerCase = 3000;  // most of them end at a look at one voxel
+constexpr int kTriesPerCase = 1000;  // most of them end at a look at one voxel
 constexpr double kHoleDepth = 2.5;   // in burr radii
 constexpr double kWiderHole = 1.1;   // than the burr: a drill never runs quite true
 constexpr double kQuickest = 0.15;   // m/s, of a slide
@@ -29,10 +29,10 @@ struct CaseMaker::Draw {
 CaseMaker::CaseMaker(const Grid& whole, Grid& milled, double isovalue, const trephine::Burr& burr,
                      const CaseOptions& options)
     : whole_(whole, isovalue), milled_(milled, isovalue), burr_(burr), options_(options) {
-  if (burr.has_shaft()) mill_holes(milled);
+  if (burr.has_shaft()) mill_holes(milled, isovalue);
 }
 
-void CaseMaker::mill_holes(Grid& milled) {
+void CaseMaker::mill_holes(Grid& milled, double isovalue) {
   Random random(options_.seed ^ 0x9E3779B97F4A7C15ULL);
   Feeler feeler(Algorithm::kSurface, burr_, 0.5 * whole_.voxel());
   const double R = burr_.tip_radius;
@@ -47,8 +47,7 @@ void CaseMaker::mill_holes(Grid& milled) {
     if (whole_.value(spot->p - 0.5 * R * out) < 0) continue;
     if (feeler.touches(whole_, tool_pose(spot->p + 1.5 * R * out, out))) continue;
     const Vec3d bottom = spot->p - (kHoleDepth - 1) * R * out;
-    trephine::carve(milled, static_cast<double>(whole_.isovalue()),
-                    trephine::SphereCutter(spot->p + 2 * R * out, bottom, kWiderHole * R));
+    trephine::carve(milled, isovalue, trephine::SphereCutter(spot->p + 2 * R * out, bottom, kWiderHole * R));
     holes_.push_back({spot->p, out});
   }
 }
@@ -59,19 +58,30 @@ std::vector<Case> CaseMaker::make(Algorithm algorithm, const std::function<void(
   for (int k = 0; k < kKinds; ++k) {
     const auto kind = static_cast<Kind>(k);
     int made = 0;
+    int in_vain = 0;  // since the last one
     for (int tries = 0; tries < kTriesPerCase * options_.per_kind && made < options_.per_kind; ++tries) {
       Case c{.kind = kind};
       bool good = false;
+      ++in_vain;
       switch (kind) {
-        case Kind::kTipPress: good = tip_press(draw, c); break;
-        // Every other one on a crest, as long as there are any to be found.
-        case Kind::kShaftLean: good = shaft_lean(draw, made % 2 == 0 && tries % kTriesPerCase < kTriesPerCase / 2, c); break;
-        case Kind::kRim: good = rim(draw, c); break;
-        case Kind::kSlide: good = sliding(draw, c); break;
+        case Kind::kTipPress:
+          good = tip_press(draw, c);
+          break;
+        case Kind::kShaftLean:
+          // Every other one on a crest, unless there are hardly any.
+          good = shaft_lean(draw, made % 2 == 0 && in_vain < kTriesPerCase, c);
+          break;
+        case Kind::kRim:
+          good = rim(draw, c);
+          break;
+        case Kind::kSlide:
+          good = sliding(draw, c);
+          break;
       }
       if (!good) continue;
       cases.push_back(std::move(c));
       ++made;
+      in_vain = 0;
       if (progress) progress(static_cast<int>(cases.size()));
     }
   }

@@ -11,9 +11,9 @@
 namespace pick {
 
 struct CaseOptions {
-  int per_kind = 60;      ///< cases of each kind, for each algorithm
-  int holes = 12;         ///< milled for the rim cases
-  double deepest = 0.004; ///< farthest [m] a press goes beyond the touch: what the device's force allows
+  int per_kind = 60;       ///< cases of each kind, for each algorithm
+  int holes = 12;          ///< milled for the rim cases
+  double deepest = 0.004;  ///< farthest [m] a press goes beyond the touch: what the device's force allows
   std::uint64_t seed = 1;
 };
 
@@ -36,7 +36,7 @@ class CaseMaker {
   };
   struct Draw;  // what one try draws from
 
-  void mill_holes(Grid& milled);
+  void mill_holes(Grid& milled, double isovalue);
   [[nodiscard]] double draw_depth(Random& random, double most) const;
   [[nodiscard]] bool tip_press(Draw& draw, Case& c) const;
   [[nodiscard]] bool shaft_lean(Draw& draw, bool crest, Case& c) const;

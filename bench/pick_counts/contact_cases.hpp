@@ -22,8 +22,8 @@ inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaf
 /// single pose says nothing about it.
 struct Case {
   Kind kind = Kind::kTipPress;
-  bool milled = false;                ///< it happens in the bone with holes
-  std::vector<trephine::Posed> X_GT;  ///< of the tool in the grid, one a tick of 1 ms
+  bool milled = false;                  ///< it happens in the bone with holes
+  std::vector<trephine::Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
 };
 
 /// The bone as it is and with holes milled into it, and what the tool does there.

@@ -51,9 +51,7 @@ struct Errors {
   int misses = 0;      ///< of those, without any force in the setting's answer
 
   /// Share of the samples that tell nothing about directions.
-  [[nodiscard]] double excluded() const {
-    return samples > 0 ? 1 - static_cast<double>(directions) / samples : 0;
-  }
+  [[nodiscard]] double excluded() const { return samples > 0 ? 1 - static_cast<double>(directions) / samples : 0; }
 };
 
 /// What errors may be.
@@ -111,10 +109,9 @@ struct Ticks {
     const double f = truth[i].force.norm();
     const double m = truth[i].torque.norm();
     const bool in_air = f == 0 && m == 0 && check[i].force.norm() == 0 && check[i].torque.norm() == 0;
-    const bool differ =
-        relative_error(truth[i].force, check[i].force, kLeastForce) > limits.force ||
-        relative_error(truth[i].torque, check[i].torque, kLeastTorque) > limits.torque ||
-        (f >= kLeastForce && angle_deg(truth[i].force, check[i].force) > limits.direction_deg);
+    const bool differ = relative_error(truth[i].force, check[i].force, kLeastForce) > limits.force ||
+                        relative_error(truth[i].torque, check[i].torque, kLeastTorque) > limits.torque ||
+                        (f >= kLeastForce && angle_deg(truth[i].force, check[i].force) > limits.direction_deg);
     const bool beyond = f > most_force || m > most_torque;
     const bool counts = !in_air && !beyond && !differ;
     t.counts.push_back(counts ? 1 : 0);

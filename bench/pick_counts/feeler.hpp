@@ -17,6 +17,8 @@ enum class Algorithm { kLine, kSurface };
 
 [[nodiscard]] inline const char* name_of(Algorithm a) { return a == Algorithm::kLine ? "line" : "surface"; }
 
+[[nodiscard]] inline const char* title_of(Algorithm a) { return a == Algorithm::kLine ? "Line" : "Surface"; }
+
 /// Points that stand closely over what an algorithm feels with: says whether it touches the bone.
 class Feeler {
  public:

@@ -9,9 +9,9 @@ namespace pick {
 
 /// A tool on its way, by the distance s [m] it has gone: T's origin moves on a straight line, the tool turns about it.
 struct Motion {
-  trephine::Posed start = trephine::Posed::Identity();        ///< X_GT at s = 0
-  trephine::Vec3d velocity = trephine::Vec3d::Zero();  ///< of T's origin, in G, per metre of s
-  trephine::Vec3d turn = trephine::Vec3d::Zero();      ///< rotation vector in G [rad per metre of s]
+  trephine::Posed start = trephine::Posed::Identity();  ///< X_GT at s = 0
+  trephine::Vec3d velocity = trephine::Vec3d::Zero();   ///< of T's origin, in G, per metre of s
+  trephine::Vec3d turn = trephine::Vec3d::Zero();       ///< rotation vector in G [rad per metre of s]
 
   [[nodiscard]] trephine::Posed at(double s) const {
     return trephine::make_pose<double>(trephine::rotation_from_vector<double>(s * turn) * start.linear(),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/exact_line.hpp"
 
 #include <doctest/doctest.h>
 
@@ -17,51 +18,15 @@ const Burr kBurr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0
 constexpr double kStiffness = 800;
 constexpr double kTorqueError = 0.06, kTorqueFloor = 1e-3;  // evaluation.md scenario 4: 6 % or 1 mN·m
 
-struct ExactLine {
-  Vec3d direction;
-  Vec3d contact;
-  Vec3d torque;
+struct Exact {
+  Vec3d direction, contact, torque;
 };
 
 template <class Shape>
-double deepest_of(const Shape& shape, const Vec3d& tip, const Vec3d& d, double* height = nullptr) {
-  double deepest = -1e9;
-  constexpr int kPoints = 400;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double h = kBurr.tip_radius + (kBurr.shaft_length - kBurr.tip_radius) * i / kPoints;
-    const double depth = -shape(tip + h * d);
-    if (!(depth > deepest)) continue;
-    deepest = depth;
-    if (height != nullptr) *height = h;
-  }
-  return deepest;
-}
-
-template <class Shape>
-ExactLine constrained_line(const Shape& shape, const Vec3d& tip, const Vec3d& s, const Vec3d& guess, double span) {
-  const Vec3d u = s.unitOrthogonal(), v = s.cross(u);
-  const Vec3d g = guess.normalized();
-  double cu = g.dot(u) / g.dot(s), cv = g.dot(v) / g.dot(s);
-  Vec3d best = g;
-  double least = 1e9;
-  for (int level = 0; level < 9; ++level, span /= 3) {
-    const double mu = cu, mv = cv;
-    for (int i = -10; i <= 10; ++i)
-      for (int j = -10; j <= 10; ++j) {
-        const double a = mu + span * i / 10, b = mv + span * j / 10;
-        const Vec3d d = (s + a * u + b * v).normalized();
-        const double angle = std::atan2(d.cross(s).norm(), d.dot(s));
-        if (!(angle < least) || deepest_of(shape, tip, d) > 0) continue;
-        least = angle;
-        best = d;
-        cu = a;
-        cv = b;
-      }
-  }
-  double height = 0;
-  deepest_of(shape, tip, best, &height);
-  const Vec3d r = height * best;
-  return {best, tip + r, r.cross(kStiffness * (r - height * s))};
+Exact constrained(const Shape& shape, const Vec3d& tip, const Vec3d& s, const Vec3d& guess, double span) {
+  const ExactLine line = constrained_line(shape, kBurr, tip, s, guess, span);
+  const Vec3d r = line.contact - tip;
+  return {line.direction, line.contact, r.cross(kStiffness * (r - r.norm() * s))};
 }
 
 // The three places. Each leads a tool from free into contact and then sideways along it.
@@ -128,7 +93,7 @@ TrackingError track(const Place& place, const RasterOptions& o, int vertices, do
   e.lost = !report.shaft_contact;
   if (e.lost) return e;
   const Vec3d s = end.linear().col(2);
-  const ExactLine exact = constrained_line(shape, place.tip(), s, Vec3d(s + 0.1 * (place.free() - s)), 0.15);
+  const Exact exact = constrained(shape, place.tip(), s, Vec3d(s + 0.1 * (place.free() - s)), 0.15);
   const Vec3d off = report.intersection.template cast<double>() - exact.contact;
   e.point = 1e3 * off.norm();
   e.along = 1e3 * (off - off.dot(exact.direction) * exact.direction).norm();
@@ -138,7 +103,7 @@ TrackingError track(const Place& place, const RasterOptions& o, int vertices, do
   const auto exact_field = field_of<double>(grid, o);
   const auto image = [&](const Vec3d& p) { return -exact_field.value(p); };
   const Vec3d own = report.intersection.template cast<double>() - place.tip();
-  const ExactLine local = constrained_line(image, place.tip(), s, own, 0.01);
+  const Exact local = constrained(image, place.tip(), s, own, 0.01);
   e.local = (torque - local.torque).norm() / std::max(local.torque.norm(), kTorqueFloor);
   for (int i = 0; i < 100; ++i) {
     const Vec3d again = render_at(renderer, field, end).wrench.torque.template cast<double>();

@@ -32,6 +32,15 @@ class ShapeField {
               int n) const noexcept {
     for (int i = 0; i < n; ++i) out[i] = value(X * Vec3<Scalar>(x[i], y[i], z[i]));
   }
+  void gradients(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy,
+                 Scalar* gz, int n) const noexcept {
+    for (int i = 0; i < n; ++i) {
+      const Vec3<Scalar> g = gradient(X * Vec3<Scalar>(x[i], y[i], z[i]));
+      gx[i] = g.x();
+      gy[i] = g.y();
+      gz[i] = g.z();
+    }
+  }
 
  private:
   Shape shape_;
@@ -62,6 +71,11 @@ class CountingField {
               int n) const noexcept {
     samples += n;
     base_->values(X, x, y, z, out, n);
+  }
+  void gradients(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy,
+                 Scalar* gz, int n) const noexcept {
+    normals += n;
+    base_->gradients(X, x, y, z, gx, gy, gz, n);
   }
 
  private:

@@ -12,6 +12,35 @@
 /// in metres, negative in bone. Whatever the kind of image, the isovalue lies on the shape's surface.
 namespace trephine::test {
 
+// --- Random numbers: the same on every machine
+// -------------------------------------------------------------------------
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  [[nodiscard]] double uniform(double lo = 0, double hi = 1) {
+    return lo + (hi - lo) * (static_cast<double>(engine_()) / 4294967296.0);
+  }
+  [[nodiscard]] int below(int n) { return static_cast<int>(uniform() * n); }
+  [[nodiscard]] double normal() {
+    const double r = std::sqrt(-2 * std::log(1 - uniform()));
+    return r * std::cos(2 * 3.14159265358979323846 * uniform());
+  }
+  [[nodiscard]] Vec3d unit() {
+    Vec3d v;
+    do v = Vec3d(normal(), normal(), normal());
+    while (!(v.norm() > 1e-3));
+    return v.normalized();
+  }
+  [[nodiscard]] Mat3d rotation() {
+    Quatd q(normal(), normal(), normal(), normal());
+    return q.normalized().toRotationMatrix();
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
 /// What a scanner makes of a shape.
 enum class Image {
   kBinary,           ///< a mask: full contrast where the centre is in bone
@@ -26,6 +55,7 @@ struct RasterOptions {
   Image image = Image::kCtBlur;
   double contrast = 255;  ///< from air to bone, in densities
   double air = 0;
+  double noise = 0;  ///< standard deviation of what is added to each voxel, in densities
   Posed X_WG = Posed::Identity();
   GridOptions grid{};
 
@@ -73,19 +103,28 @@ template <class Shape>
 
 }  // namespace detail
 
+template <VoxelDensity Density>
+[[nodiscard]] Density nearest_density(double v) {
+  using Limits = std::numeric_limits<Density>;
+  return static_cast<Density>(
+      std::lround(std::clamp(v, static_cast<double>(Limits::lowest()), static_cast<double>(Limits::max()))));
+}
+
 template <VoxelDensity Density, class Shape>
 [[nodiscard]] VoxelGrid<Density> rasterise(const Shape& shape, const RasterOptions& o) {
   std::vector<Density> voxels;
+  Random noise(77);
   voxels.reserve(static_cast<std::size_t>(o.size[0]) * static_cast<std::size_t>(o.size[1]) *
                  static_cast<std::size_t>(o.size[2]));
   for (int k = 0; k < o.size[2]; ++k)
     for (int j = 0; j < o.size[1]; ++j)
       for (int i = 0; i < o.size[0]; ++i) {
-        const double v = o.air + o.contrast * detail::bone_share(shape, o.spacing.cwiseProduct(Vec3d(i, j, k)), o);
+        double v = o.air + o.contrast * detail::bone_share(shape, o.spacing.cwiseProduct(Vec3d(i, j, k)), o);
+        if (o.noise > 0) v += o.noise * noise.normal();
         if constexpr (std::is_floating_point_v<Density>)
           voxels.push_back(static_cast<Density>(v));
         else
-          voxels.push_back(static_cast<Density>(std::lround(v)));
+          voxels.push_back(nearest_density<Density>(v));
       }
   return VoxelGrid<Density>({.size = o.size, .spacing = o.spacing, .X_WG = o.X_WG, .outside = o.air},
                             std::span<const Density>(voxels), o.grid);
@@ -170,35 +209,6 @@ struct Moved {
 };
 template <class Shape>
 Moved(Shape, Posed) -> Moved<Shape>;
-
-// --- Random numbers: the same on every machine
-// -------------------------------------------------------------------------
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  [[nodiscard]] double uniform(double lo = 0, double hi = 1) {
-    return lo + (hi - lo) * (static_cast<double>(engine_()) / 4294967296.0);
-  }
-  [[nodiscard]] int below(int n) { return static_cast<int>(uniform() * n); }
-  [[nodiscard]] double normal() {
-    const double r = std::sqrt(-2 * std::log(1 - uniform()));
-    return r * std::cos(2 * 3.14159265358979323846 * uniform());
-  }
-  [[nodiscard]] Vec3d unit() {
-    Vec3d v;
-    do v = Vec3d(normal(), normal(), normal());
-    while (!(v.norm() > 1e-3));
-    return v.normalized();
-  }
-  [[nodiscard]] Mat3d rotation() {
-    Quatd q(normal(), normal(), normal(), normal());
-    return q.normalized().toRotationMatrix();
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 [[nodiscard]] inline double degrees(double radians) { return radians * 57.29577951308232; }
 

@@ -16,6 +16,7 @@ struct ShaftScene {
   Centreline<Scalar> offset;    ///< the probe's centreline moved so that its tip lies on the tip's proxy
   Centreline<Scalar> previous;  ///< offset of t−1; where contact begins, the last free line before it
   Scalar* scratch;              ///< 2 · tool.padded() numbers
+  bool refined = false;         ///< look between vertices too
 
   [[nodiscard]] Scalar length() const noexcept { return tool.heights()[static_cast<std::size_t>(tool.count() - 1)]; }
 };
@@ -109,7 +110,7 @@ struct ConstrainedTracking {
 
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
   static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>&, Proxy& proxy) noexcept {
-    const ShaftField<Field> shaft(s.field, s.tool, s.previous.tip, s.scratch);
+    const ShaftField<Field> shaft(s.field, s.tool, s.previous.tip, s.refined, s.scratch);
     proxy.hold_at(shaft, s.previous.at(s.length()));
     return track(s, proxy);
   }
@@ -123,14 +124,13 @@ struct ConstrainedTracking {
     for (int i = pieces.count - 1; i >= 0; --i) {
       const Scalar left = static_cast<Scalar>(i) / static_cast<Scalar>(pieces.count);
       const Vec3<Scalar> tip = s.offset.tip - left * move;
-      const ShaftField<Field> shaft(s.field, s.tool, tip, s.scratch);
+      const ShaftField<Field> shaft(s.field, s.tool, tip, s.refined, s.scratch);
       c.status = worse(c.status, proxy.follow(shaft, Vec3<Scalar>(tip + s.length() * s.offset.direction)));
     }
     c.touching = proxy.in_contact();
     if (!c.touching) return c;
-    const ShaftField<Field> shaft(s.field, s.tool, s.offset.tip, s.scratch);
-    const int vertex = shaft.deepest(proxy.position());
-    c.point = shaft.line_to(proxy.position()).at(s.tool.heights()[static_cast<std::size_t>(vertex)]);
+    const ShaftField<Field> shaft(s.field, s.tool, s.offset.tip, s.refined, s.scratch);
+    c.point = shaft.line_to(proxy.position()).at(shaft.deepest(proxy.position()).height);
     c.normal = proxy.normal();
     return c;
   }

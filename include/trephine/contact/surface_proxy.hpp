@@ -36,9 +36,10 @@ struct ProxyOptions {
 /// the probe.
 ///
 /// A tick: hold or let go (`Trigger`); then moves in the tangent plane toward the probe, each followed by a search
-/// along the normal back to the surface, and kept only if it brings the proxy nearer. That last rule is what ends the
-/// moves at concave corners and in sockets without chatter: the distance to the probe falls monotonically within a
-/// tick. All sampling is at the proxy, so the probe may be arbitrarily deep, where gradients vanish.
+/// along the normal back to the surface, and kept only if it brings the proxy nearer, or leaves less to slide without
+/// taking it farther away than voxels ripple. That rule is what ends the moves at concave corners and in sockets
+/// without chatter: within a tick distance and what is left to slide fall. All sampling is at the proxy, so the probe
+/// may be arbitrarily deep, where gradients vanish.
 ///
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
@@ -208,12 +209,26 @@ class SurfaceProxy {
           let_go(p);
           return Status::kOk;
         }
-        moved = (p - q).norm() < d.norm() - Scalar(0.05) * length * (tangential / d.norm());
+        moved = (p - q).norm() < d.norm() - Scalar(0.05) * length * (tangential / d.norm()) ||
+                settles(field, q, p, tangential, d.norm());
         if (moved) q_ = q;
       }
       if (!moved) return Status::kOk;
     }
     return Status::kOk;
+  }
+
+  // A surface made of voxels ripples by about a hundredth of one, so near its end a slide may have to climb: a move
+  // that leaves less to slide is kept too, where it brings the proxy no farther away than that.
+  template <PointField Field>
+  [[nodiscard]] bool settles(const Field& field, const Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar tangential,
+                             Scalar distance) const noexcept {
+    const Vec3<Scalar> d = p - q;
+    if (!(d.norm() < distance + Scalar(0.02) * field.voxel())) return false;
+    Vec3<Scalar> n = n_;
+    static_cast<void>(field.normal(q, n));
+    const Scalar depth = -d.dot(n);
+    return depth > Scalar(0) && (d + depth * n).norm() < Scalar(0.8) * tangential;
   }
 
   // Puts q back just outside the surface along the normal; where the surface falls away, on toward the probe. False:

@@ -3,6 +3,7 @@
 
 #include <trephine/contact/ways_out.hpp>
 #include <trephine/render/deep_contact.hpp>
+#include <trephine/render/patch_points.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
 #include <trephine/render/weighting.hpp>
@@ -76,8 +77,9 @@ class SurfaceApproxRenderer {
         reports_(tool_.groups().size()) {
     options.validate();
     if constexpr (kUsesPatches<Weights>) {
-      neighbours_ = PatchNeighbours(tool_);
-      patches_.resize(static_cast<std::size_t>(tool_.periphery()));
+      patches_.neighbours = PatchNeighbours(tool_);
+      patches_.points = PatchPoints<Scalar>(tool_.periphery());
+      patches_.done.resize(static_cast<std::size_t>(tool_.periphery()));
     }
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
     k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
@@ -141,7 +143,11 @@ class SurfaceApproxRenderer {
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
 
  private:
-  enum class PatchState : std::uint8_t { kUnknown, kWanted, kDone };
+  struct Patches {
+    PatchNeighbours neighbours;
+    PatchPoints<Scalar> points;
+    std::vector<std::uint8_t> done;  // of each vertex: looked at, or of a group whose centre is in bone
+  };
   struct Nothing {};
 
   [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
@@ -229,67 +235,66 @@ class SurfaceApproxRenderer {
   // former, and in a group without any the one that is nearest to bone, with its neighbours.
   template <ContactField Field>
   void spread_over_patches(const Field& field) noexcept {
-    std::fill(patches_.begin(), patches_.end(), PatchState::kUnknown);
+    std::fill(patches_.done.begin(), patches_.done.end(), false);
+    patches_.points.clear();
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       const auto& group = tool_.groups()[g];
-      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) {
-        std::fill_n(patches_.begin() + group.first, group.count, PatchState::kDone);
-        continue;
-      }
       int nearest = group.first;
-      bool touches = false;
+      bool touches = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
+      if (touches) std::fill_n(patches_.done.begin() + group.first, group.count, true);
       for (int i = group.first; i < group.first + group.count; ++i) {
         touches = touches || values_[static_cast<std::size_t>(i)] >= Scalar(0);
         if (values_[static_cast<std::size_t>(i)] > values_[static_cast<std::size_t>(nearest)]) nearest = i;
       }
-      if (!touches && spread_outside(field, g, nearest)) want_neighbours(nearest);
+      if (!touches) want(nearest, g);
     }
-    for (int j = 0; j < ways_out_.count(); ++j) want_neighbours(hits_[static_cast<std::size_t>(j)]);
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      const auto& group = tool_.groups()[g];
-      for (int i = group.first; i < group.first + group.count; ++i) {
-        const PatchState state = patches_[static_cast<std::size_t>(i)];
-        if (state == PatchState::kDone) continue;
-        if (way_[static_cast<std::size_t>(i)] > Scalar(0))
-          spread_inside(field, g, i);
-        else if (state == PatchState::kWanted)
-          spread_outside(field, g, i);
-      }
+    const int alone = patches_.points.count();
+    spread(field, 0, alone);
+    for (int j = 0; j < alone; ++j)
+      if (way_[static_cast<std::size_t>(patches_.points.vertex(j))] > Scalar(0))
+        want_neighbours(patches_.points.vertex(j));
+    for (int j = 0; j < ways_out_.count(); ++j) {
+      const int i = hits_[static_cast<std::size_t>(j)];
+      want(i, tool_.group_of(i));
+      want_neighbours(i);
     }
+    spread(field, alone, patches_.points.count());
   }
 
+  void want(int i, std::size_t g) noexcept {
+    if (patches_.done[static_cast<std::size_t>(i)]) return;
+    patches_.done[static_cast<std::size_t>(i)] = true;
+    // Of a vertex in bone the surface is taken at the end of its way out.
+    const Vec3<Scalar> p = tool_.points()[i] + way_[static_cast<std::size_t>(i)] * tool_.inward()[i];
+    patches_.points.add(p, i, g);
+  }
   void want_neighbours(int i) noexcept {
-    for (const int j : neighbours_.of(i))
-      if (patches_[static_cast<std::size_t>(j)] == PatchState::kUnknown)
-        patches_[static_cast<std::size_t>(j)] = PatchState::kWanted;
+    for (const int j : patches_.neighbours.of(i)) want(j, tool_.group_of(j));
   }
 
-  // The surface is taken at the end of the vertex' way out.
+  // The patches of points from … to: the bone's plane at each is told by the gradient there, and by the way out of a
+  // vertex in bone or the value of one outside.
   template <ContactField Field>
-  void spread_inside(const Field& field, std::size_t g, int i) noexcept {
-    Scalar& way = way_[static_cast<std::size_t>(i)];
-    const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
-    const Vec3<Scalar> slope = field.gradient(X_GT_ * Vec3<Scalar>(tool_.points()[i] + way * tool_.inward()[i]));
-    const Scalar steepness = slope.norm();
-    if (!(steepness > Scalar(0))) return;
-    const Vec3<Scalar> n = -slope / steepness;
-    const Patch<Scalar> patch = tool_.patch(g, i);
-    way = std::min(patch.mean_way(way * n.dot(d), n, d, X_GT_.linear().col(2)), way + patch.reach());
-  }
-
-  // The surface is taken where the vertex' own value and gradient say that it is. True where the patch reaches it.
-  template <ContactField Field>
-  bool spread_outside(const Field& field, std::size_t g, int i) noexcept {
-    patches_[static_cast<std::size_t>(i)] = PatchState::kDone;
-    const Vec3<Scalar> slope = field.gradient(X_GT_ * tool_.points()[i]);
-    const Scalar steepness = slope.norm();
-    const Patch<Scalar> patch = tool_.patch(g, i);
-    const Scalar value = values_[static_cast<std::size_t>(i)];
-    if (!(-value < patch.reach() * steepness)) return false;
-    const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
-    const Scalar way = patch.mean_way(value / steepness, Vec3<Scalar>(-slope / steepness), d, X_GT_.linear().col(2));
-    way_[static_cast<std::size_t>(i)] = std::min(way, patch.reach());
-    return way > Scalar(0);
+  void spread(const Field& field, int from, int to) noexcept {
+    if (from == to) return;
+    auto& points = patches_.points;
+    points.gradients(field, X_GT_, from, to);
+    const Vec3<Scalar> axis = X_GT_.linear().col(2);
+    for (int j = from; j < to; ++j) {
+      const int i = points.vertex(j);
+      const Vec3<Scalar> slope = points.gradient(j);
+      const Scalar steepness = slope.norm();
+      Scalar& way = way_[static_cast<std::size_t>(i)];
+      const Scalar value = values_[static_cast<std::size_t>(i)];
+      const Patch<Scalar> patch = tool_.patch(points.group(j), i);
+      const bool inside = value >= Scalar(0);
+      if (!inside && !(-value < patch.reach() * steepness)) continue;
+      if (!(steepness > Scalar(0))) continue;
+      const Vec3<Scalar> n = -slope / steepness;
+      const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
+      const Scalar depth = inside ? way * n.dot(d) : value / steepness;
+      way = std::min(patch.mean_way(depth, n, d, axis), way + patch.reach());
+    }
   }
 
   // Contact forces of a group are its springs' shares of the group's force.
@@ -315,8 +320,7 @@ class SurfaceApproxRenderer {
   WaysOut<Scalar> ways_out_;
   std::vector<int> hits_;    // vertex of each way out
   std::vector<Scalar> way_;  // of each vertex of the periphery
-  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchNeighbours, Nothing> neighbours_;
-  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, std::vector<PatchState>, Nothing> patches_;
+  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, Patches, Nothing> patches_;
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;

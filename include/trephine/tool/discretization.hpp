@@ -180,6 +180,11 @@ class ToolDiscretization<SurfaceCounts, S> {
   /// Area that each vertex of the periphery stands for [m²]; the ball's sum to 4πR², the slices' to the shaft's side.
   [[nodiscard]] const std::vector<Scalar>& areas() const noexcept { return areas_; }
   [[nodiscard]] const std::vector<Group>& groups() const noexcept { return groups_; }
+  /// The group that vertex i of the periphery belongs to.
+  [[nodiscard]] std::size_t group_of(int i) const noexcept {
+    const int ball = groups_[0].count;
+    return i < ball ? 0 : 1 + static_cast<std::size_t>((i - ball) / groups_[1].count);
+  }
   /// The patch that vertex i, of group g, stands for.
   [[nodiscard]] Patch<Scalar> patch(std::size_t g, int i) const noexcept {
     const Scalar area = areas_[static_cast<std::size_t>(i)];

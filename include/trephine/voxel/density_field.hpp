@@ -6,8 +6,8 @@
 namespace trephine {
 
 /// What contact code asks of the bone: a scalar that is >= 0 in bone and < 0 outside, with its surface at 0, at points
-/// given in G [m]. `values` is the batched form of `value`: n points in a frame that X maps to G, n a multiple of
-/// kLane.
+/// given in G [m]. `values` and `gradients` are the batched forms: n points in a frame that X maps to G, n a multiple
+/// of kLane; gradients stay in G axes.
 // clang-format off
 template <class F>
 concept ContactField = requires(const F& f, const Vec3<typename F::Scalar>& p, const Pose<typename F::Scalar>& X,
@@ -17,6 +17,7 @@ concept ContactField = requires(const F& f, const Vec3<typename F::Scalar>& p, c
   { f.gradient(p) } noexcept -> std::same_as<Vec3<typename F::Scalar>>;
   { f.normal(p, n) } noexcept -> std::same_as<bool>;
   { f.values(X, in, in, in, out, 16) } noexcept;
+  { f.gradients(X, in, in, in, out, out, out, 16) } noexcept;
   { f.voxel() } noexcept -> std::same_as<typename F::Scalar>;
 };
 // clang-format on
@@ -76,6 +77,25 @@ class DensityField {
     sample_points(view_, A, t, x, y, z, out, n);
     for (int i = 0; i < n; i += kLane)
       for (int l = 0; l < kLane; ++l) out[i + l] -= isovalue_;
+  }
+
+  /// gradient() of n points, as `values` takes them.
+  void gradients(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy,
+                 Scalar* gz, int n) const noexcept {
+    if constexpr (std::same_as<GradientChoice, AnalyticGradient>) {
+      const Mat3<Scalar> A = per_metre_.asDiagonal() * X.linear();
+      sample_gradients(view_, A, coordinates(X.translation()), x, y, z, gx, gy, gz, n);
+      for (int i = 0; i < n; ++i) gx[i] *= per_metre_.x();
+      for (int i = 0; i < n; ++i) gy[i] *= per_metre_.y();
+      for (int i = 0; i < n; ++i) gz[i] *= per_metre_.z();
+    } else {
+      for (int i = 0; i < n; ++i) {
+        const Vec3<Scalar> g = gradient(X * Vec3<Scalar>(x[i], y[i], z[i]));
+        gx[i] = g.x();
+        gy[i] = g.y();
+        gz[i] = g.z();
+      }
+    }
   }
 
  private:

@@ -62,8 +62,51 @@ struct StoredGradient {
   }
 };
 
+/// The slope that fits best to the interpolant on a ball of one voxel round the point: 26 samples in the directions and
+/// with the weights of Lebedev's rule, Σ w ρ(u + d) d · 3. Normals of a whole neighbourhood instead of a cell: the
+/// ripple of single cells averages out, and unlike axis-wise differences it prefers no direction. Cost: 26 samples in
+/// two batches.
+struct BallGradient {
+  static constexpr bool kNeedsStored = false;
+  template <VoxelDensity Density, RealScalar Scalar>
+  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
+                                       const Vec3<Scalar>& u) noexcept {
+    static constexpr Rule<Scalar> kRule;
+    std::array<Scalar, kPoints> density;
+    sample_points(v, Mat3<Scalar>::Identity().eval(), u, kRule.x.data(), kRule.y.data(), kRule.z.data(), density.data(),
+                  kPoints);
+    Vec3<Scalar> g = Vec3<Scalar>::Zero();
+    for (std::size_t i = 0; i < kPoints; ++i)
+      g += (kRule.weight[i] * density[i]) * Vec3<Scalar>(kRule.x[i], kRule.y[i], kRule.z[i]);
+    return g;
+  }
+
+ private:
+  static constexpr int kPoints = 2 * kLane;
+  /// Directions to a cube's faces, edges and corners; what is left of the second lane weighs nothing.
+  template <RealScalar Scalar>
+  struct Rule {
+    std::array<Scalar, kPoints> x{}, y{}, z{}, weight{};
+    constexpr Rule() {
+      constexpr std::array<double, 4> kPerLength{0, 1, 0.70710678118654752, 0.57735026918962576};
+      constexpr std::array<double, 4> kWeight{0, 3.0 / 21, 3 * 4.0 / 105, 3 * 9.0 / 280};
+      std::size_t n = 0;
+      for (int k = -1; k <= 1; ++k)
+        for (int j = -1; j <= 1; ++j)
+          for (int i = -1; i <= 1; ++i) {
+            const auto steps = static_cast<std::size_t>(i * i + j * j + k * k);
+            if (steps == 0) continue;
+            x[n] = static_cast<Scalar>(i * kPerLength[steps]);
+            y[n] = static_cast<Scalar>(j * kPerLength[steps]);
+            z[n] = static_cast<Scalar>(k * kPerLength[steps]);
+            weight[n++] = static_cast<Scalar>(kWeight[steps]);
+          }
+    }
+  };
+};
+
 template <class G>
-concept GradientPolicy =
-    std::same_as<G, AnalyticGradient> || std::same_as<G, CentralGradient> || std::same_as<G, StoredGradient>;
+concept GradientPolicy = std::same_as<G, AnalyticGradient> || std::same_as<G, CentralGradient> ||
+    std::same_as<G, StoredGradient> || std::same_as<G, BallGradient>;
 
 }  // namespace trephine

@@ -99,29 +99,26 @@ template <VoxelDensity Density, RealScalar Scalar>
   }
 }
 
-/// Densities of `n` points at once, n a multiple of `kLane`: out[i] = sample(A p_i + t), p_i = (x[i], y[i], z[i]) in
-/// whatever frame the affine map (A, t) takes to voxel coordinates. Three plain loops a lane (map, load, interpolate)
-/// over separate arrays, which compilers vectorise; pairs of neighbouring voxels are loaded together.
-template <VoxelDensity Density, RealScalar Scalar>
-void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
-                   const Scalar* y, const Scalar* z, Scalar* out, int n) noexcept {
-  const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
-  const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
-  const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
-  const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
-  const int cell_x = static_cast<int>(last_x) - 1;
-  const int cell_y = static_cast<int>(last_y) - 1;
-  const int cell_z = static_cast<int>(last_z) - 1;
-  const int row = v.row;
-  const int plane = v.plane;
-  // Blocks small enough for the stack and the first cache; `m` is visibly a multiple of the lane, which compilers need
-  // to vectorise without a remainder loop.
-  constexpr int kBlock = 8 * kLane;
-  std::array<int, kBlock> base;
-  std::array<Scalar, kBlock> fx, fy, fz;
-  std::array<PairWord<Density>, kBlock> p00, p10, p01, p11;
-  for (int first = 0; first < n; first += kBlock, x += kBlock, y += kBlock, z += kBlock, out += kBlock) {
-    const auto m = static_cast<std::size_t>(std::min(n - first, kBlock)) / kLane * kLane;
+/// What a batch of points needs: where each lies in its cell, and the cell's corners as four pairs of neighbours.
+template <VoxelDensity Density, RealScalar Scalar, int kSize>
+struct CellBatch {
+  std::array<Scalar, kSize> fx, fy, fz;
+  std::array<PairWord<Density>, kSize> p00, p10, p01, p11;
+
+  /// Of the first m points (a multiple of kLane), at A p + t in voxel coordinates. Two plain loops (map, load) over
+  /// separate arrays, which compilers vectorise; pairs of neighbouring voxels are loaded together.
+  void load(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
+            const Scalar* y, const Scalar* z, std::size_t m) noexcept {
+    const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
+    const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
+    const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
+    const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
+    const int cell_x = static_cast<int>(last_x) - 1;
+    const int cell_y = static_cast<int>(last_y) - 1;
+    const int cell_z = static_cast<int>(last_z) - 1;
+    const int row = v.row;
+    const int plane = v.plane;
+    std::array<int, kSize> base;
     for (std::size_t i = 0; i < m; ++i) {
       const Scalar px = x[i], py = y[i], pz = z[i];
       const Scalar ux = clamp_coordinate(a00 * px + a01 * py + a02 * pz + t0, last_x);
@@ -142,12 +139,65 @@ void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, 
       std::memcpy(&p01[i], c + plane, sizeof(p01[i]));
       std::memcpy(&p11[i], c + plane + row, sizeof(p11[i]));
     }
+  }
+};
+
+/// Points that a batch holds: small enough for the stack and the first cache.
+inline constexpr int kBatch = 8 * kLane;
+
+/// Densities of `n` points at once, n a multiple of `kLane`: out[i] = sample(A p_i + t), p_i = (x[i], y[i], z[i]) in
+/// whatever frame the affine map (A, t) takes to voxel coordinates.
+template <VoxelDensity Density, RealScalar Scalar>
+void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
+                   const Scalar* y, const Scalar* z, Scalar* out, int n) noexcept {
+  CellBatch<Density, Scalar, kBatch> c;
+  for (int first = 0; first < n; first += kBatch, x += kBatch, y += kBatch, z += kBatch, out += kBatch) {
+    // Visibly a multiple of the lane, which compilers need to vectorise without a remainder loop.
+    const auto m = static_cast<std::size_t>(std::min(n - first, kBatch)) / kLane * kLane;
+    c.load(v, A, t, x, y, z, m);
     for (std::size_t i = 0; i < m; ++i) {
-      const Scalar x00 = lerp_pair<Density>(p00[i], fx[i]);
-      const Scalar x10 = lerp_pair<Density>(p10[i], fx[i]);
-      const Scalar x01 = lerp_pair<Density>(p01[i], fx[i]);
-      const Scalar x11 = lerp_pair<Density>(p11[i], fx[i]);
-      out[i] = lerp(lerp(x00, x10, fy[i]), lerp(x01, x11, fy[i]), fz[i]);
+      const Scalar x00 = lerp_pair<Density>(c.p00[i], c.fx[i]);
+      const Scalar x10 = lerp_pair<Density>(c.p10[i], c.fx[i]);
+      const Scalar x01 = lerp_pair<Density>(c.p01[i], c.fx[i]);
+      const Scalar x11 = lerp_pair<Density>(c.p11[i], c.fx[i]);
+      out[i] = lerp(lerp(x00, x10, c.fy[i]), lerp(x01, x11, c.fy[i]), c.fz[i]);
+    }
+  }
+}
+
+/// Difference of the two voxels in a word, the second minus the first.
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] inline Scalar difference_of_pair(const PairWord<Density>& word) noexcept {
+  return lerp_pair<Density>(word, Scalar(1)) - lerp_pair<Density>(word, Scalar(0));
+}
+
+/// The interpolant's gradients at `n` points, as `sample_points` takes them, in densities per voxel along each grid
+/// axis.
+template <VoxelDensity Density, RealScalar Scalar>
+void sample_gradients(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t,
+                      const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy, Scalar* gz,
+                      int n) noexcept {
+  CellBatch<Density, Scalar, kBatch> c;
+  for (int first = 0; first < n; first += kBatch) {
+    const auto m = static_cast<std::size_t>(std::min(n - first, kBatch)) / kLane * kLane;
+    c.load(v, A, t, x + first, y + first, z + first, m);
+    Scalar* to_x = gx + first;
+    Scalar* to_y = gy + first;
+    Scalar* to_z = gz + first;
+    for (std::size_t i = 0; i < m; ++i) {
+      const Scalar d00 = difference_of_pair<Density, Scalar>(c.p00[i]);
+      const Scalar d10 = difference_of_pair<Density, Scalar>(c.p10[i]);
+      const Scalar d01 = difference_of_pair<Density, Scalar>(c.p01[i]);
+      const Scalar d11 = difference_of_pair<Density, Scalar>(c.p11[i]);
+      to_x[i] = lerp(lerp(d00, d10, c.fy[i]), lerp(d01, d11, c.fy[i]), c.fz[i]);
+    }
+    for (std::size_t i = 0; i < m; ++i) {
+      const Scalar x00 = lerp_pair<Density>(c.p00[i], c.fx[i]);
+      const Scalar x10 = lerp_pair<Density>(c.p10[i], c.fx[i]);
+      const Scalar x01 = lerp_pair<Density>(c.p01[i], c.fx[i]);
+      const Scalar x11 = lerp_pair<Density>(c.p11[i], c.fx[i]);
+      to_y[i] = lerp(x10 - x00, x11 - x01, c.fz[i]);
+      to_z[i] = lerp(x01 - x00, x11 - x10, c.fy[i]);
     }
   }
 }

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+namespace pick {
+
+/// What printf prints, as a string.
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+[[nodiscard]] std::string
+text(const char* format, ...);
+
+}  // namespace pick

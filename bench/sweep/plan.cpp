@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "sweep/plan.hpp"
+
+#include "support/raster.hpp"
+#include "sweep/runs.hpp"
+#include "truth/scenario.hpp"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+namespace trephine::bench {
+namespace {
+
+using test::Random;
+
+constexpr unsigned kSeed = 20080068;
+
+[[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
+  return {.renderer = "surface", .variant = variant, .scalar = "float"};
+}
+[[nodiscard]] Setting line(const std::string& variant = kLineDefault) {
+  return {.renderer = "line", .variant = variant, .scalar = "float"};
+}
+
+template <class T>
+[[nodiscard]] std::vector<T> thinned(const std::vector<T>& all, bool quick) {
+  if (!quick || all.size() <= 3) return all;
+  return {all.front(), all[all.size() / 2], all.back()};
+}
+
+// Every factor round the default of one renderer.
+[[nodiscard]] std::vector<Setting> factors(bool is_surface, bool quick) {
+  std::vector<Setting> all;
+  const std::vector<double> lengths = thinned<double>({1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625}, quick);
+  if (is_surface) {
+    for (const auto& v : surface_variants("float", 8)) all.push_back(surface(v));
+    for (const auto& v : surface_variants("double", 8)) {
+      all.push_back(surface(v));
+      all.back().scalar = "double";
+    }
+    // The counts of ball and shaft for the laws that are compared.
+    for (const auto* v : {kSurfaceThesis, "area-extend-full-analytic", kSurfaceDefault}) {
+      const auto with = [&](auto member, int n) {
+        all.push_back(surface(v));
+        all.back().*member = n;
+      };
+      for (const int n : thinned<int>({14, 20, 26, 38, 50, 74, 98, 146, 200, 300, 400, 600, 800, 1000}, quick))
+        with(&Setting::sphere, n);
+      for (const int n : thinned<int>({5, 10, 20, 30, 50, 100, 200}, quick)) with(&Setting::slices, n);
+      for (const int n : thinned<int>({4, 6, 8, 12, 16, 24, 32}, quick)) with(&Setting::per_slice, n);
+    }
+    for (const double h : lengths) {
+      all.push_back(surface());
+      all.back().step = h;
+    }
+    return all;
+  }
+  for (const auto& v : line_variants("float", 8)) all.push_back(line(v));
+  for (const auto& v : line_variants("double", 8)) {
+    all.push_back(line(v));
+    all.back().scalar = "double";
+  }
+  for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-ball", kLineDefault})
+    for (const int n : thinned<int>({10, 20, 50, 100, 200, 500, 1000, 2000}, quick)) {
+      all.push_back(line(v));
+      all.back().vertices = n;
+    }
+  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-ball-refined"}) {
+    for (const double h : lengths) {
+      all.push_back(line(v));
+      all.back().step = h;
+    }
+    for (const int n : thinned<int>({1, 2, 5, 10, 20, 50, 100}, quick)) {
+      all.push_back(line(v));
+      all.back().steps = n;
+    }
+  }
+  return all;
+}
+
+[[nodiscard]] std::vector<Image> images() {
+  std::vector<Image> all;
+  for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"})
+    for (const int bits : {8, 16}) all.push_back({.kind = kind, .bits = bits});
+  for (const double contrast : {60.0, 20.0}) all.push_back({.contrast = contrast});
+  for (const double noise : {3.0, 10.0}) all.push_back({.noise = noise});
+  for (const double mm : {0.1, 0.2, 0.4, 0.6, 1.0}) all.push_back({.voxel_mm = mm});
+  all.push_back({.voxel_mm = 0.15, .anisotropic = true});
+  return all;
+}
+
+[[nodiscard]] Setting random_setting(Random& random, int bits) {
+  const bool is_surface = random.uniform() < 0.5;
+  Setting s = is_surface ? surface() : line();
+  s.scalar = bits == 8 && random.uniform() < 0.2 ? "double" : "float";
+  const auto variants = is_surface ? surface_variants(s.scalar, bits) : line_variants(s.scalar, bits);
+  s.variant = variants[static_cast<std::size_t>(random.below(static_cast<int>(variants.size())))];
+  const auto between = [&](double lo, double hi) {
+    return static_cast<int>(std::lround(lo * std::pow(hi / lo, random.uniform())));
+  };
+  s.vertices = between(10, 2000);
+  s.sphere = between(14, 1000);
+  s.slices = between(5, 200);
+  s.per_slice = between(4, 32);
+  s.step = std::pow(2.0, -random.below(7));
+  if (!is_surface && random.uniform() < 0.3) s.steps = between(1, 100);
+  return s;
+}
+
+}  // namespace
+
+std::string Job::name() const {
+  std::ostringstream text;
+  const Setting& s = setting;
+  text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/'
+       << s.scalar << '/';
+  if (s.renderer == "surface")
+    text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
+  else
+    text << s.vertices;
+  text << '/';
+  if (s.steps > 0)
+    text << s.steps << "steps";
+  else
+    text << s.step << "vx";
+  return text.str();
+}
+
+std::vector<Job> make_plan(bool quick) {
+  std::vector<Job> jobs;
+  for (const auto& scenario : scenario_names()) {
+    const bool representative = scenario == "plane" || scenario == "sphere" || scenario == "shaft_cylinder";
+    if (quick && !representative && scenario != "shaft_ridge") continue;
+    for (const bool is_surface : {true, false})
+      for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
+    for (const auto& image : images()) {
+      const bool other_voxels = image.voxel_mm != 0.3;
+      if ((quick || other_voxels) && !representative) continue;
+      if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
+      for (const auto& s : {surface(), surface("area-extend-full-analytic"), line()})
+        jobs.push_back({scenario, image, s});
+    }
+  }
+  Random random(kSeed);
+  const std::vector<std::string> names = scenario_names();
+  const std::vector<std::string> few{"plane", "sphere", "shaft_cylinder"};
+  for (int i = 0; i < (quick ? 60 : 500); ++i) {
+    const auto& from = quick ? few : names;
+    const auto& scenario = from[static_cast<std::size_t>(random.below(static_cast<int>(from.size())))];
+    Image image;
+    const int kind = random.below(4);
+    if (kind == 1) image.kind = "partial_volume";
+    if (kind == 2) image.bits = 16;
+    jobs.push_back({scenario, image, random_setting(random, image.bits)});
+  }
+  // Each once, and those of an image together.
+  std::set<std::string> seen;
+  std::erase_if(jobs, [&](const Job& j) { return !seen.insert(j.name()).second; });
+  std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
+    const auto key = [](const Job& j) { return std::tuple(j.scenario, j.image.name(), j.image.voxel_mm); };
+    return key(a) < key(b);
+  });
+  return jobs;
+}
+
+}  // namespace trephine::bench

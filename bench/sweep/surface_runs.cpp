@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "sweep/bones.hpp"
+
+#include <numbers>
+
+namespace trephine::bench {
+namespace {
+
+// The law of `Weights` with infinitely many vertices. AreaWeights and PatchWeights at the stated stiffness: K the
+// secant at R/2 of k π R δ². The others at the literal k of Eq. 15 in use; they sum slice by slice, so that their shaft
+// has the renderer's slices, each with infinitely many vertices.
+template <class Weights, class Shaft, class Renderer>
+Truth continuum(const Scenario& scenario, const Case& c, const Renderer& renderer) {
+  Truth truth;
+  const Posed& X = c.surface_path.back();
+  const Burr& burr = scenario.burr;
+  double weight = 0;
+  Vec3d point = Vec3d::Zero();
+  const auto add = [&](const Vec3d& force, const Vec3d& torque, const ContactIntegral& I, double w) {
+    truth.wrench.force += force;
+    truth.wrench.torque += torque;
+    if (I.weight > 0) point += w * I.point / I.weight;
+    weight += w;
+  };
+  if constexpr (std::is_same_v<Weights, AreaWeights> || std::is_same_v<Weights, PatchWeights>) {
+    const double k = 2 * kStiffness / (std::numbers::pi * burr.tip_radius * burr.tip_radius);
+    if (c.ball.area > 0) add(k * c.ball.spring, Vec3d::Zero(), c.ball, c.ball.weight);
+    if (c.shaft.area > 0)
+      add(Shaft::kForce ? Vec3d(k * c.shaft.spring) : Vec3d::Zero(), k * c.shaft.moment, c.shaft, c.shaft.weight);
+  } else {
+    const auto law = [&](const ContactIntegral& I, int vertices) -> Vec3d {
+      const double k = renderer.thesis_stiffness();
+      if constexpr (std::is_same_v<Weights, CollisionRatio>) return k * vertices / I.area * I.spring;
+      return k / I.entered * I.mean_spring;
+    };
+    const auto& groups = renderer.tool().groups();
+    if (c.ball.area > 0) {
+      const Vec3d force = law(c.ball, groups[0].count);
+      add(force, Vec3d::Zero(), c.ball, force.norm());
+    }
+    if (c.shaft.area > 0)
+      for (std::size_t g = 1; g < groups.size(); ++g) {
+        const double z = static_cast<double>(groups[g].height);
+        const auto deepest = deepest_on_ring(scenario.bones[c.bone], X, z, burr.shaft_radius);
+        if (!(deepest.depth > 0)) continue;
+        const ContactIntegral ring = ring_integral(scenario.bones[c.bone], X, z, burr.shaft_radius, deepest.azimuth);
+        if (!(ring.area > 0)) continue;
+        const Vec3d force = law(ring, groups[g].count);
+        add(Shaft::kForce ? force : Vec3d::Zero(), Vec3d(z * X.linear().col(2)).cross(force), ring, force.norm());
+      }
+  }
+  if (weight > 0) truth.point = point / weight;
+  return truth;
+}
+
+template <class Scalar, class Weights, class Deep, class Shaft, class Gradient, class Density>
+std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
+  using Renderer = SurfaceApproxRenderer<Scalar, Weights, Deep, Shaft, Gradient>;
+  const Scenario& scenario = *imaged.scenario;
+  const typename Renderer::Tool tool(scenario.burr, {.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice});
+  Renderer renderer(tool, {.stiffness = kStiffness, .search_step = s.step, .jump = 1});
+  constexpr bool kLinear = std::is_same_v<Weights, CollisionRatio> || std::is_same_v<Weights, MeanWeights>;
+  return measure(renderer, imaged, s, kLinear && !scenario.shaft,
+                 [&](const Case& c, const Renderer& r) { return continuum<Weights, Shaft>(scenario, c, r); });
+}
+
+template <class Density>
+struct Table {
+  Runs<Density> runs;
+  template <class Scalar, class Weights, class Deep, class Shaft, class Gradient>
+  Table& add(const std::string& name) {
+    runs[{name, std::is_same_v<Scalar, float> ? "float" : "double"}] =
+        run_one<Scalar, Weights, Deep, Shaft, Gradient, Density>;
+    return *this;
+  }
+};
+
+}  // namespace
+
+const Runs<std::uint8_t>& surface_runs_8() {
+  using Extend = ExtendAlongSurface;
+  static const auto table = [] {
+    Table<std::uint8_t> t;
+    t.add<float, CollisionRatio, HoldForce, TorqueOnly, AnalyticGradient>(kSurfaceThesis);
+    t.add<float, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
+    t.add<float, AreaWeights, Extend, FullWrench, AnalyticGradient>("area-extend-full-analytic");
+    t.add<float, AreaWeights, Extend, TorqueOnly, AnalyticGradient>("area-extend-torque-analytic");
+    t.add<float, AreaWeights, HoldForce, FullWrench, AnalyticGradient>("area-hold-full-analytic");
+    t.add<float, MeanWeights, Extend, FullWrench, AnalyticGradient>("mean-extend-full-analytic");
+    t.add<float, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
+    t.add<float, PatchWeights, Extend, FullWrench, CentralGradient>("patch-extend-full-central");
+    t.add<float, PatchWeights, Extend, FullWrench, StoredGradient>("patch-extend-full-stored");
+    t.add<float, PatchWeights, Extend, FullWrench, BallGradient>("patch-extend-full-ball");
+    t.add<double, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
+    t.add<double, AreaWeights, Extend, FullWrench, AnalyticGradient>("area-extend-full-analytic");
+    t.add<double, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
+    return t.runs;
+  }();
+  return table;
+}
+
+const Runs<std::int16_t>& surface_runs_16() {
+  static const auto table = [] {
+    Table<std::int16_t> t;
+    t.add<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>("area-extend-full-analytic");
+    t.add<float, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceDefault);
+    return t.runs;
+  }();
+  return table;
+}
+
+}  // namespace trephine::bench

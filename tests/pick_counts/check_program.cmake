@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: MIT
+# The program from outside: exit codes, what it prints where, what it leaves.
+cmake_policy(SET CMP0057 NEW)
+file(REMOVE_RECURSE ${work})
+file(MAKE_DIRECTORY ${work})
+
+# run(CODE ARGUMENTS...): fails unless the exit code is CODE; sets stdout and stderr.
+macro(run expected)
+  execute_process(COMMAND ${program} --out ${work}/out ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE stdout
+                  ERROR_VARIABLE stderr)
+  if(NOT code STREQUAL ${expected})
+    message(FATAL_ERROR "${ARGN}: exit code ${code} instead of ${expected}\n${stdout}${stderr}")
+  endif()
+endmacro()
+
+# refuses(ARGUMENTS...): exit code 2, one line on standard error, nothing else anywhere.
+macro(refuses)
+  run(2 ${ARGN})
+  if(NOT stderr MATCHES "^pick_counts: [^\n]+\n$" OR NOT stdout STREQUAL "")
+    message(FATAL_ERROR "${ARGN}: one line of error was expected, got:\n${stdout}${stderr}")
+  endif()
+  if(EXISTS ${work}/out)
+    message(FATAL_ERROR "${ARGN}: left a folder")
+  endif()
+endmacro()
+
+refuses(--no-such-option)
+refuses(--budget)
+refuses(--budget --quick)
+refuses(--budget nan)
+refuses(--budget -5)
+refuses(--budget 20 --rate 1000)
+refuses(--algorithm both)
+refuses(--skull ${work}/nowhere)
+refuses(--ct ${work}/nowhere.nrrd)
+refuses(--skull a --ct b)
+refuses(--series 1)
+refuses(--isovalue 9000)
+refuses(--tip-radius 0)
+refuses(--shaft-length 0.5 --tip-radius 0.8)
+
+run(0 --help)
+if(NOT stdout MATCHES "usage: pick_counts" OR EXISTS ${work}/out)
+  message(FATAL_ERROR "--help: ${stdout}")
+endif()
+
+# A run for programs: one JSON object and nothing else; a budget that nothing meets says what the best would cost.
+run(3 --quick --algorithm surface --budget 0.01 --json)
+string(JSON met GET "${stdout}" met)
+string(JSON winner ERROR_VARIABLE error GET "${stdout}" algorithm)
+string(JSON front LENGTH "${stdout}" trials 0 front)
+string(JSON cost GET "${stdout}" trials 0 nearest tick_us_p999)
+if(met OR winner OR front LESS 2 OR NOT cost GREATER 0.01)
+  message(FATAL_ERROR "--json: met ${met}, algorithm ${winner}, front ${front}, cost ${cost}\n${stdout}")
+endif()
+foreach(file settings.csv error_vs_time.gp)
+  if(NOT EXISTS ${work}/out/${file})
+    message(FATAL_ERROR "no ${file}")
+  endif()
+endforeach()
