@@ -32,11 +32,11 @@ drill::Bone load(const Options& o) {
 StudyOptions study_options(const Options& o) {
   StudyOptions s;
   s.cases.seed = o.seed;
-  s.cases.per_kind = o.quick ? 40 : 80;
-  s.cases.holes = o.quick ? 8 : 16;
+  s.cases.per_kind = o.quick ? 30 : 60;
+  s.cases.holes = o.quick ? 8 : 12;
   s.sweep.quick = o.quick;
   s.sweep.limits = o.limits;
-  s.sweep.repetitions = 5;
+  s.sweep.repetitions = o.quick ? 4 : 5;
   s.budget_us = o.budget();
   s.algorithms = o.algorithms;
   return s;

@@ -7,9 +7,9 @@ namespace pick {
 
 /// What printf prints, as a string.
 #if defined(__GNUC__)
-__attribute__((format(printf, 1, 2)))
+[[gnu::format(printf, 1, 2)]]
 #endif
-[[nodiscard]] std::string
+std::string
 text(const char* format, ...);
 
 }  // namespace pick
