@@ -211,6 +211,8 @@ struct ShaftLay {
   Vec3d tip;
   Vec3d free, touching, aside;  ///< directions: clear of the bone; the centreline just touching; the same further along
   Vec3d towards;                ///< where more pressure turns it (adds to the direction)
+  double most_lean = 0.1;  ///< of Line's centreline beyond touching [rad]; past a thin bone's middle the nearest way
+                           ///< out is on its other side
 };
 
 void add_shaft(Scenario& s, std::size_t bone, const ShaftLay& lay, Random& random) {
@@ -240,7 +242,7 @@ void add_shaft(Scenario& s, std::size_t bone, const ShaftLay& lay, Random& rando
   c.surface.point = deepest.point + deepest.depth * c.surface.normal;
   c.shaft = shaft_integral(shape, last, s.burr);
 
-  const double lean = random.uniform(0.02, 0.10);
+  const double lean = random.uniform(0.2, 1) * lay.most_lean;
   c.line_path = path(pose(lay.free), pressed(lay.touching, lean), pressed(lay.aside, lean));
   const Vec3d direction = c.line_path.back().linear().col(2);
   const auto exact = test::constrained_line(shape, s.burr, lay.tip, direction,
@@ -271,7 +273,8 @@ void make_shafts(Scenario& s, int bones, int per_bone, Random& random) {
       continue;
     }
     const bool edge = s.name == "shaft_edge";
-    const double radius = s.name == "shaft_ridge" ? 0.0012 : s.name == "shaft_cylinder" ? 0.003 : 0;
+    double radius = s.name == "shaft_ridge" ? 0.0012 : s.name == "shaft_cylinder" ? 0.003 : 0;
+    if (s.name.rfind("shaft_ridge:", 0) == 0) radius = 1e-3 * std::stod(s.name.substr(12));
     if (!edge && radius == 0) throw std::invalid_argument("no scenario is called " + s.name);
     if (edge)
       s.bones.emplace_back(Both{HalfSpace{f.p(0, 0, 0), f.d(0, 0, 1)}, HalfSpace{f.p(0, 0, 0), f.d(-1, 0, 0)}});
@@ -286,7 +289,9 @@ void make_shafts(Scenario& s, int bones, int per_bone, Random& random) {
       const double up = edge ? std::atan2(low, lever)
                              : std::asin(radius / std::hypot(lever, radius - low)) - std::atan2(radius - low, lever);
       const auto touching = [&](double along) { return Vec3d(f.d(std::cos(up), along / lever, std::sin(up))); };
-      add_shaft(s, s.bones.size() - 1, {tip, f.d(1, 0, 0.6), touching(0), touching(slide), -f.d(0, 0, 1)}, random);
+      const double most_lean = edge ? 0.1 : std::min(0.1, 0.8 * radius / lever);
+      add_shaft(s, s.bones.size() - 1, {tip, f.d(1, 0, 0.6), touching(0), touching(slide), -f.d(0, 0, 1), most_lean},
+                random);
     }
   }
 }

@@ -22,10 +22,10 @@ struct Case {
   std::vector<Posed> surface_path;  ///< poses a tick apart, from free into contact; the last one is judged
   std::vector<Posed> line_path;     ///< the same for Line; empty where Line has no exact answer
   RigidContact surface, line;       ///< what a rigid tool would touch
-  Vec3d deepest = Vec3d::UnitZ();  ///< from the ball's centre to its deepest place (unit)
-  double depth = 0;                ///< δ: of the ball's or the shaft's deepest place (Surface), of the tip (Line) [m]
-  ContactIntegral ball, shaft;     ///< Surface's continuum at the last pose
-  Wrenchd line_truth;              ///< Line's exact wrench at the last pose, stiffness 1 N/m
+  Vec3d deepest = Vec3d::UnitZ();   ///< from the ball's centre to its deepest place (unit)
+  double depth = 0;                 ///< δ: of the ball's or the shaft's deepest place (Surface), of the tip (Line) [m]
+  ContactIntegral ball, shaft;      ///< Surface's continuum at the last pose
+  Wrenchd line_truth;               ///< Line's exact wrench at the last pose, stiffness 1 N/m
   Vec3d line_contact = Vec3d::Zero();  ///< exact proxy (tip) or IntP (shaft)
 };
 
@@ -43,7 +43,8 @@ struct Scenario {
 inline constexpr double kSide = 0.0192;
 
 /// All of them. `per_bone` cases in each of `bones` placements; seeded by name, so that the same case is the same case
-/// whatever else is asked for.
+/// whatever else is asked for. Beside those that `scenario_names` lists: "shaft_ridge:R", a ridge of R millimetres
+/// radius.
 [[nodiscard]] std::vector<std::string> scenario_names();
 [[nodiscard]] Scenario make_scenario(const std::string& name, int bones, int per_bone);
 

@@ -30,7 +30,9 @@ auto interpolated(const Field& field) {
   return [&field](const Vec3d& p) { return -field.value(p); };
 }
 
-TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Scalar, float, double) {
+TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of, CellNormals<float>,
+                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   double farther = 0, restless = 0, away = 0;
   for (const Image image : {Image::kCtBlur, Image::kPartialVolume})
@@ -42,7 +44,7 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Sc
         const RasterOptions o{.size = {64, 48, 64}, .image = image};
         const auto shape = valley(o.middle(), opening / degrees(1), lean);
         const auto grid = rasterise<std::uint8_t>(shape, o);
-        const auto field = field_of<Scalar>(grid, o);
+        const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
         const auto exact_field = field_of<double>(grid, o);
         Random random(31);
         for (int i = 0; i < 4; ++i) {
@@ -69,13 +71,15 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Sc
   CHECK(restless <= kStandsStill);
 }
 
-TEST_CASE_TEMPLATE("a spherical socket and the inner edge of a slot", Scalar, float, double) {
+TEST_CASE_TEMPLATE("a spherical socket and the inner edge of a slot", Of, CellNormals<float>, CellNormals<double>,
+                   BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   const RasterOptions o{.size = {48, 48, 48}};
   double farther = 0, restless = 0;
   const auto check = [&](const auto& shape, const Vec3d& start, const auto& probe) {
     const auto grid = rasterise<std::uint8_t>(shape, o);
-    const auto field = field_of<Scalar>(grid, o);
+    const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
     const auto exact_field = field_of<double>(grid, o);
     Random random(32);
     for (int i = 0; i < 8; ++i) {
@@ -140,7 +144,9 @@ Slide slide(const Shape& shape, const RasterOptions& o, const Vec3d& start, cons
 
 constexpr double kSlowStep = 0.1 * kVoxel;  // 30 mm/s at 1 kHz
 
-TEST_CASE_TEMPLATE("slow slides into corners and through sockets do not jerk", Scalar, float, double) {
+TEST_CASE_TEMPLATE("slow slides into corners and through sockets do not jerk", Of, CellNormals<float>,
+                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   const RasterOptions o{.size = {64, 32, 64}};
   const Vec3d up = Vec3d::UnitZ(), along = Vec3d::UnitX();
@@ -163,7 +169,9 @@ TEST_CASE_TEMPLATE("slow slides into corners and through sockets do not jerk", S
   }
 }
 
-TEST_CASE_TEMPLATE("off a convex edge a point proxy snaps once, to nothing", Scalar, float, double) {
+TEST_CASE_TEMPLATE("off a convex edge a point proxy snaps once, to nothing", Of, CellNormals<float>,
+                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   // The force on a point that is dragged below a face has no reason to fall before the edge, and nothing holds it
   // after: the step is the constraint's own, as large as the force. There must be no more, and the force before it
   // right.

@@ -31,7 +31,9 @@ struct Errors {
   [[nodiscard]] double worst() const { return directions.back(); }
 };
 
-TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to saturated depths", Scalar, float, double) {
+TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to saturated depths", Of, CellNormals<float>,
+                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(21);
   for (const Image image : {Image::kCtBlur, Image::kClampedDistance}) {
@@ -41,7 +43,7 @@ TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to satu
       const Vec3d n = tilt == 0 ? Vec3d::UnitZ() : random.unit();
       const RasterOptions o{.size = {80, 80, 80}, .image = image};
       const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
-      const auto field = field_of<Scalar>(grid, o);
+      const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
       for (const double depth : {1.5, 3.0, 5.0, 16.0, 30.0}) {
         SurfaceProxy<Scalar> proxy;
         const Vec3d side = n.unitOrthogonal();
@@ -70,7 +72,9 @@ TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to satu
   }
 }
 
-TEST_CASE_TEMPLATE("tip proxy on a sphere", Scalar, float, double) {
+TEST_CASE_TEMPLATE("tip proxy on a sphere", Of, CellNormals<float>, CellNormals<double>, BallNormals<float>,
+                   BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(22);
   struct Case {
@@ -83,7 +87,7 @@ TEST_CASE_TEMPLATE("tip proxy on a sphere", Scalar, float, double) {
     const int size = static_cast<int>(2 * c.radius) + 16;
     const RasterOptions o{.size = {size, size, size}};
     const auto grid = rasterise<std::uint8_t>(Ball{o.middle(), c.radius * h}, o);
-    const auto field = field_of<Scalar>(grid, o);
+    const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
     // Where a proxy that cannot slide touches: on the surface, in no direction preferred.
     double squares = 0;
     constexpr int kTouches = 400;
@@ -130,7 +134,9 @@ TEST_CASE_TEMPLATE("tip proxy on a sphere", Scalar, float, double) {
   }
 }
 
-TEST_CASE_TEMPLATE("tip proxy on voxels of 1:1:3, in a grid that is turned in the world", Scalar, float, double) {
+TEST_CASE_TEMPLATE("tip proxy on voxels of 1:1:3, in a grid that is turned in the world", Of, CellNormals<float>,
+                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+  using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(23);
   Errors error;
@@ -139,7 +145,7 @@ TEST_CASE_TEMPLATE("tip proxy on voxels of 1:1:3, in a grid that is turned in th
     RasterOptions o{.size = {60, 60, 30}, .spacing = Vec3d(h, h, 3 * h)};
     o.X_WG = make_pose<double>(random.rotation(), random.unit());  // proxies live in G: must not matter
     const auto grid = rasterise<std::int16_t>(HalfSpace{o.middle(), n}, o);
-    const auto field = field_of<Scalar>(grid, o);
+    const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
     for (const double depth : {4.0, 16.0}) {
       SurfaceProxy<Scalar> proxy;
       const Vec3d p = o.middle() - depth * h * n;

@@ -3,6 +3,7 @@
 
 #include "support/raster.hpp"
 
+#include <trephine/contact/surface_search.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <cstdint>
@@ -52,6 +53,7 @@ template <class Base>
 class CountingField {
  public:
   using Scalar = typename Base::Scalar;
+  static constexpr bool kSmoothNormals = trephine::kSmoothNormals<Base>;
   explicit CountingField(const Base& base) : base_(&base) {}
 
   mutable std::int64_t samples = 0;
@@ -82,9 +84,20 @@ class CountingField {
   const Base* base_;
 };
 
-template <class Scalar, class Density>
-[[nodiscard]] DensityField<Density, Scalar> field_of(const VoxelGrid<Density>& grid, const RasterOptions& o) {
+template <class Scalar, class Gradient = AnalyticGradient, class Density>
+[[nodiscard]] DensityField<Density, Scalar, Gradient> field_of(const VoxelGrid<Density>& grid, const RasterOptions& o) {
   return {grid, o.isovalue()};
 }
+
+/// A scalar and a gradient to test with.
+template <RealScalar S, GradientPolicy G>
+struct ScalarAndGradient {
+  using Scalar = S;
+  using Gradient = G;
+};
+template <RealScalar S>
+using CellNormals = ScalarAndGradient<S, AnalyticGradient>;
+template <RealScalar S>
+using BallNormals = ScalarAndGradient<S, BallGradient>;
 
 }  // namespace trephine::test

@@ -15,6 +15,7 @@ class ShaftField {
  public:
   using Scalar = typename Base::Scalar;
   using Tool = ToolDiscretization<LineCounts, Scalar>;
+  static constexpr bool kSmoothNormals = trephine::kSmoothNormals<Base>;
 
   ShaftField(const Base& base, const Tool& tool, const Vec3<Scalar>& tip, bool refined, Scalar* scratch) noexcept
       : base_(&base), tool_(&tool), tip_(tip), refined_(refined), scratch_(scratch) {}

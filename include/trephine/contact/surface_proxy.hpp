@@ -36,10 +36,10 @@ struct ProxyOptions {
 /// the probe.
 ///
 /// A tick: hold or let go (`Trigger`); then moves in the tangent plane toward the probe, each followed by a search
-/// along the normal back to the surface, and kept only if it brings the proxy nearer, or leaves less to slide without
-/// taking it farther away than voxels ripple. That rule is what ends the moves at concave corners and in sockets
-/// without chatter: within a tick distance and what is left to slide fall. All sampling is at the proxy, so the probe
-/// may be arbitrarily deep, where gradients vanish.
+/// along the normal back to the surface, and kept only if it brings the proxy nearer, or, where normals are smooth
+/// (`BallGradient`), leaves less to slide without climbing steeper than voxels ripple. That rule is what ends the
+/// moves at concave corners and in sockets without chatter: within a tick distance and what is left to slide fall. All
+/// sampling is at the proxy, so the probe may be arbitrarily deep, where gradients vanish.
 ///
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
@@ -85,6 +85,7 @@ class SurfaceProxy {
     const Scalar step = static_cast<Scalar>(options_.step) * field.voxel();
     const bool jumped =
         state_ != State::kNone && has_probe_ && !((p - probe_).norm() <= static_cast<Scalar>(options_.jump));
+    probe_moved_ = has_probe_ ? (p - probe_).norm() : Scalar(0);
     probe_ = p;
     has_probe_ = true;
     if (jumped) {
@@ -223,8 +224,10 @@ class SurfaceProxy {
   template <PointField Field>
   [[nodiscard]] bool settles(const Field& field, const Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar tangential,
                              Scalar distance) const noexcept {
+    if constexpr (!kSmoothNormals<Field>) return false;
     const Vec3<Scalar> d = p - q;
-    if (!(d.norm() < distance + Scalar(0.02) * field.voxel())) return false;
+    const Scalar climb = std::min(Scalar(0.02) * field.voxel(), Scalar(0.1) * probe_moved_);
+    if (!(d.norm() < distance + climb)) return false;
     Vec3<Scalar> n = n_;
     static_cast<void>(field.normal(q, n));
     const Scalar depth = -d.dot(n);
@@ -305,6 +308,7 @@ class SurfaceProxy {
   State state_ = State::kNone;
   bool sticking_ = false;
   bool has_probe_ = false;
+  Scalar probe_moved_ = Scalar(0);
   Vec3<Scalar> probe_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> q_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> n_ = Vec3<Scalar>::Zero();

@@ -20,6 +20,12 @@ concept PointField = requires(const F& f, const Vec3<typename F::Scalar>& p, Vec
 };
 // clang-format on
 
+/// Whether a field says that its normals are smooth (`BallGradient`).
+template <class Field>
+inline constexpr bool kSmoothNormals = requires {
+  requires Field::kSmoothNormals;
+};
+
 /// Steps of `length` [m] at most that cover `distance`, at least one, at most `most`. `bounded`: `most` was not enough
 /// and steps are longer than asked.
 struct StepPlan {

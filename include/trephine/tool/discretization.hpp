@@ -191,7 +191,12 @@ class ToolDiscretization<SurfaceCounts, S> {
     const Scalar radius = groups_[g].radius;
     if (g == 0) return {.radius = radius, .disc = std::sqrt(area / std::numbers::pi_v<Scalar>)};
     const Scalar half_arc = std::numbers::pi_v<Scalar> * radius / static_cast<Scalar>(groups_[g].count);
-    return {.radius = radius, .half_arc = half_arc, .half_length = area / (Scalar(4) * half_arc)};
+    // Along a length of shaft no bone is flat: where slices stand wider apart than the shaft is thick each is its ring
+    // alone.
+    const Scalar half_length = area / (Scalar(4) * half_arc);
+    return {.radius = radius,
+            .half_arc = half_arc,
+            .half_length = half_length > radius / Scalar(2) ? Scalar(0) : half_length};
   }
 
  private:

@@ -3,14 +3,16 @@
 
 #include <trephine/voxel/sampling.hpp>
 
-/// Gradients of the density, by name. Each policy answers in **density per voxel along each grid axis**; the field
-/// divides by the spacing per axis, which is what makes them right on anisotropic grids. Thesis section 2.1.2.
+/// Gradients of the density, by name. `kSmooth`: normals vary little across a voxel, cells do not show in them. Each
+/// policy answers in **density per voxel along each grid axis**; the field divides by the spacing per axis, which is
+/// what makes them right on anisotropic grids. Thesis section 2.1.2.
 namespace trephine {
 
 /// Gradient of the trilinear interpolant itself: exactly −∇ of what defines the surface, but it jumps from cell to
 /// cell. Cost: one cell.
 struct AnalyticGradient {
   static constexpr bool kNeedsStored = false;
+  static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
@@ -26,6 +28,7 @@ struct AnalyticGradient {
 /// Central difference of the interpolant over one voxel either side: continuous, twice as wide. Cost: six samples.
 struct CentralGradient {
   static constexpr bool kNeedsStored = false;
+  static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
@@ -44,6 +47,7 @@ struct CentralGradient {
 /// trades memory (`GridOptions::stored_gradients`) for samples. Cost: one cell of three numbers.
 struct StoredGradient {
   static constexpr bool kNeedsStored = true;
+  static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>& grid, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
@@ -68,6 +72,7 @@ struct StoredGradient {
 /// two batches.
 struct BallGradient {
   static constexpr bool kNeedsStored = false;
+  static constexpr bool kSmooth = true;
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""Draws the report's plots with gnuplot, as SVG."""
+
+import math
+import os
+import shutil
+import subprocess
+
+import tables
+
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"]
+
+
+def available():
+    return shutil.which("gnuplot") is not None
+
+
+def quoted(text):
+    return '"' + str(text).replace('"', "'") + '"'
+
+
+class Plot:
+    """One SVG: series of points with a style each, then `draw`."""
+
+    def __init__(self, folder, name, title, xlabel, ylabel, width=760, height=460):
+        self.path = os.path.join(folder, name + ".svg")
+        self.setup = [
+            f"set terminal svg size {width},{height} enhanced font 'Helvetica,13' background '#ffffff'",
+            f"set output {quoted(self.path)}",
+            f"set title {quoted(title)} noenhanced",
+            f"set xlabel {quoted(xlabel)} noenhanced",
+            f"set ylabel {quoted(ylabel)} noenhanced",
+            "set grid lc rgb '#dddddd'",
+            "set key outside right top noenhanced",
+            "set border 3",
+            "set tics nomirror",
+        ]
+        self.series = []
+
+    def line(self, text):
+        self.setup.append(text)
+
+    def add(self, title, points, style):
+        points = [p for p in points if all(isinstance(v, str) or math.isfinite(v) for v in p)]
+        if points:
+            self.series.append((title, points, style))
+
+    def draw(self):
+        if not self.series:
+            return None
+        plots, data = [], []
+        for title, points, style in self.series:
+            name = quoted(title) if title else '""'
+            plots.append(f"'-' using 1:2 {'title ' + name if title else 'notitle'} with {style}")
+            data.append("\n".join(" ".join(str(v) for v in p) for p in points) + "\ne")
+        script = "\n".join(self.setup) + "\nplot " + ", ".join(plots) + "\n" + "\n".join(data) + "\n"
+        run = subprocess.run(["gnuplot"], input=script, text=True, capture_output=True, check=False)
+        if run.returncode != 0:
+            raise RuntimeError(f"gnuplot failed on {self.path}:\n{run.stderr}")
+        return self.path
+
+
+def logarithmic(plot, both=True):
+    plot.line("set logscale xy" if both else "set logscale y")
+    plot.line("set format x '%g'")
+    plot.line("set format y '%g'")
+
+
+def error_against_time(folder, sweep, scenario, renderer):
+    """Every setting of a scenario as a point, by law, and the front of those no other beats."""
+    torque = scenario.startswith("shaft") or scenario == "hole"
+    key = "torque_error_rel_p95" if torque else "force_error_rel_p95"
+    what = "torque" if torque else "force"
+    rows = [row for row in sweep.where(scenario=scenario, renderer=renderer, field=tables.DEFAULT_FIELD, voxel_mm=0.3,
+                                       error_kind="discretisation")
+            if row["tick_ns_median"] > 0 and row[key] > 0 and math.isfinite(row[key])]
+    if not rows:
+        return None
+    plot = Plot(folder, f"error_vs_time_{scenario}_{renderer}",
+                f"{renderer} on {scenario}: error of the {what} against time", "median tick [µs]",
+                f"{what} error, p95 [% of the continuum's]")
+    logarithmic(plot)
+    groups = {}
+    for row in rows:
+        parts = row["variant"].split("-")
+        group = parts[0] if renderer == "surface" else (
+            "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
+            + ("" if "ball" in parts else ", " + parts[3] + " normals"))
+        groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
+    points = [p for group in groups.values() for p in group]
+    for (group, members), colour in zip(sorted(groups.items()), COLOURS * 2):
+        plot.add(group, members, f"points pt 7 ps 0.45 lc rgb '{colour}'")
+    best = sorted(points[i] for i in tables.front(points))
+    plot.add("front", best, "steps lw 1.5 lc rgb '#444444'")
+    thesis = sweep.at_defaults(scenario, tables.SURFACE_THESIS if renderer == "surface" else tables.LINE_THESIS)
+    ours = sweep.at_defaults(scenario, tables.SURFACE_DEFAULT if renderer == "surface" else tables.LINE_DEFAULT)
+    for name, row, mark in (("thesis, its counts", thesis, 8), ("default law, same counts", ours, 4)):
+        if row is not None and row[key] > 0:
+            plot.add(name, [(row["tick_ns_median"] / 1000, 100 * row[key])], f"points pt {mark} ps 1.5 lw 2 lc rgb '#000000'")
+    return plot.draw()
+
+
+def convergence(folder, points, orders):
+    if not points:
+        return None
+    plot = Plot(folder, "convergence", "Errors against counts, on exact bones (fitted order in brackets)", "count",
+                "error, p95 (relative; places in voxels)", 860, 520)
+    logarithmic(plot)
+    fitted = {(row["what"], row["law"]): row["fitted_order"] for row in orders}
+    groups = {}
+    for row in points:
+        groups.setdefault((row["what"], row["law"]), []).append((row["count"], row["error_p95"]))
+    for i, (key, values) in enumerate(groups.items()):
+        dash = 1 if i < len(COLOURS) else 2
+        plot.add(f"{key[0]}, {key[1]} [{fitted.get(key, math.nan):.1f}]", values,
+                 f"linespoints pt {i % 7 + 4} ps 0.6 dt {dash} lc rgb '{COLOURS[i % len(COLOURS)]}'")
+    return plot.draw()
+
+
+def thesis_rates(folder, rows):
+    if not rows:
+        return None
+    plot = Plot(folder, "thesis_rates", "Figures 26 and 29 again: rate against vertices, tooth of 256 x 256 x 176",
+                "vertices", "rate [kHz]")
+    logarithmic(plot)
+    for renderer, colour in (("line", COLOURS[0]), ("surface", COLOURS[1])):
+        mine = [row for row in rows if row["renderer"] == renderer and row["stepping"] != "ray_cast"]
+        plot.add(f"{renderer}: 1 / median tick", [(r["vertices"], r["rate_kHz"]) for r in mine], f"linespoints pt 7 ps 0.7 lc rgb '{colour}'")
+        plot.add(f"{renderer}: servo loop at 1 kHz", [(r["vertices"], r["servo_rate_Hz"] / 1000) for r in mine],
+                 f"linespoints pt 6 ps 0.7 dt 2 lc rgb '{colour}'")
+        plot.add(f"{renderer}: thesis (Pentium 4, 2007)", [(r["vertices"], r["thesis_rate_Hz"] / 1000) for r in mine],
+                 f"linespoints pt 4 ps 0.9 dt 3 lc rgb '{colour}'")
+    return plot.draw()
+
+
+def force_depth(folder, rows):
+    if not rows:
+        return None
+    plot = Plot(folder, "force_depth", "Force of each law pressed into a plane (stated stiffness 800 N/m, 1.5 mm ball)",
+                "depth / R", "force [N], mean over directions")
+    groups = {}
+    for row in rows:
+        groups.setdefault(row["law"], []).append((row["depth_over_R"], row["force_N_mean"]))
+    for (law, values), colour in zip(groups.items(), COLOURS):
+        plot.add(law, values, f"lines lw 2 lc rgb '{colour}'")
+    plot.add("stated: K x depth at R/2", [(0.5, 0.6)], "points pt 2 ps 1.5 lw 2 lc rgb '#000000'")
+    return plot.draw()
+
+
+def ridge_spacing(folder, rows, radius):
+    rows = [row for row in rows if row["ridge_radius_mm"] == radius]
+    if not rows:
+        return None
+    plot = Plot(folder, f"ridge_spacing_{radius:g}", f"A ridge of {radius:g} mm radius under the shaft: torque error against spacing",
+                "spacing of vertices or slices [mm]", "torque error, p95 [%]")
+    logarithmic(plot)
+    names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-ball": "line, vertices only",
+             tables.SURFACE_DEFAULT: "surface, patch", tables.SURFACE_AREA: "surface, area"}
+    for (variant, name), colour in zip(names.items(), COLOURS):
+        mine = [row for row in rows if row["variant"] == variant]
+        plot.add(name, [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine], f"linespoints pt 7 ps 0.6 lc rgb '{colour}'")
+        missed = [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine if r["misses"] > 0]
+        plot.add(f"{name}: some unseen" if missed else "", missed, f"points pt 6 ps 1.6 lw 2 lc rgb '{colour}'")
+    return plot.draw()

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+namespace trephine::bench {
+
+/// A CSV file in the making: `Table t(path, "a,b"); t.row(1, "x");`
+class Table {
+ public:
+  Table(const std::string& path, const std::string& header) : out_(path), path_(path) {
+    out_ << header << '\n';
+    if (!out_) throw std::runtime_error("cannot write " + path);
+  }
+  template <class First, class... Rest>
+  void row(const First& first, const Rest&... rest) {
+    out_ << first;
+    ((out_ << ',' << rest), ...);
+    out_ << '\n';
+    if (!out_) throw std::runtime_error("cannot write " + path_);
+  }
+
+ private:
+  std::ofstream out_;
+  std::string path_;
+};
+
+}  // namespace trephine::bench
