@@ -67,8 +67,8 @@ void study_ripple(const StudyOptions& options) {
               "shape,renderer,contrast,noise,frequency_Hz,mean_N,ripple_N_rms_mean,ripple_N_rms_max");
   const int slides = options.quick ? 3 : 12;
   for (const bool sphere : {false, true})
-    for (const auto& [contrast, noise] :
-         {std::pair(255.0, 0.0), {60.0, 0.0}, {20.0, 0.0}, {255.0, 3.0}, {255.0, 10.0}}) {
+    for (const auto& kind : {std::pair(255.0, 0.0), {60.0, 0.0}, {20.0, 0.0}, {255.0, 3.0}, {255.0, 10.0}}) {
+      const double contrast = kind.first, noise = kind.second;
       Random random(99);
       struct Bone {
         Vec3d top, n;

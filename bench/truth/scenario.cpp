@@ -160,8 +160,10 @@ void make_tips(Scenario& s, int bones, int per_bone, Random& random) {
                        });
     });
   if (s.name == "cylinder" || s.name == "ridge") {
-    const double radius = s.name == "cylinder" ? 0.0048 : 0.0012;
-    return add_tips(s, bones, per_bone, random, {}, [&, radius](const Posed& X) {
+    const double radius = s.name == "cylinder" ? 0.0048 : 0.0015;
+    // A point deeper than half the radius of what it presses on has no clear way out.
+    const TipOptions depth{.most = s.name == "cylinder" ? 0.8 : 0.5};
+    return add_tips(s, bones, per_bone, random, depth, [&, radius](const Posed& X) {
       const Placed f{X};
       const Vec3d centre = f.p(0, 0, -radius);
       const Vec3d axis = f.d(0, 1, 0);

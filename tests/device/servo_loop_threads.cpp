@@ -209,7 +209,8 @@ TEST_CASE("self-paced device: ticks in its calls, in whole frames, and the last 
       100ms, [&](const TickRecord&) { ticking = std::this_thread::get_id(); });
   CHECK(report.end == RunEnd::kFinished);
   CHECK(report.ticks >= 20);
-  CHECK(report.ticks <= 102);
+  // A tick a millisecond until the loop noticed that the time was over, which other programs may delay.
+  CHECK(static_cast<double>(report.ticks) <= 1000 * report.wall_time + 2);
   CHECK(device.calls == static_cast<int>(report.ticks) + 1);
   CHECK(device.errors == 0);
   CHECK(device.stops == 1);

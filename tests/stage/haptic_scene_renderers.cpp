@@ -7,6 +7,8 @@
 #include "fakes.hpp"
 #include "support/malloc_hook.hpp"
 
+#include <algorithm>
+
 using namespace trephine;
 using namespace trephine::test;
 
@@ -60,8 +62,12 @@ void check_press(const Make& make, double touches) {
   CHECK(r.wrench.force.head<2>().norm() < 0.05 * kExpected);
   CHECK(r.wrench.torque.norm() < 0.05 * kExpected * kBall.tip_radius);
   std::array<ContactPoint<double>, 256> points;
-  CHECK(turned_scene.contacts_W(points) >= 1);
-  CHECK(points[0].normal.dot(X_WG.linear().col(2)) > 0.5);
+  const auto found = turned_scene.contacts_W(points);
+  REQUIRE(found >= 1);
+  // The one that carries most: those at the contact's rim graze.
+  const auto strongest = std::max_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(found),
+                                          [](const auto& a, const auto& b) { return a.force.norm() < b.force.norm(); });
+  CHECK(strongest->normal.dot(X_WG.linear().col(2)) > 0.5);
 }
 
 }  // namespace
