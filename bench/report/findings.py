@@ -76,11 +76,13 @@ def goals(sweep, t):
         found.append(Goal("Line, tip on smooth shapes, 50 vertices: times less force error (p95) than the thesis' way; time", "at least 4; at most 1",
                           f"{min(ratios):.2g} to {max(ratios):.2g}; {min(times):.2g} to {max(times):.2g}", min(ratios) >= 4 and max(times) <= 1.05))
 
-    best = recommended(sweep, tips, "surface", tables.SURFACE_DEFAULT, 20e3) if tips else None
-    if best:
+    for law, variant in (("default law", tables.SURFACE_DEFAULT), ("patches", tables.SURFACE_PATCH)):
+        best = recommended(sweep, tips, "surface", variant, 20e3) if tips else None
+        if not best:
+            continue
         error, (sphere, slices, per_slice), rows = best
         direction, point = tables.worst(rows, "direction_error_deg_p99"), tables.worst(rows, "point_error_voxel_p95")
-        found.append(Goal(f"Surface with {sphere:.0f} + {slices:.0f} x {per_slice:.0f} vertices, within 20 µs, smooth tips: force p95, direction p99, point p95",
+        found.append(Goal(f"Surface, {law}, {sphere:.0f} + {slices:.0f} x {per_slice:.0f} vertices, within 20 µs, smooth tips: force p95, direction p99, point p95",
                           "1 %, 2°, 0.05 voxel", f"{percent(error)}, {degrees(direction)}, {point:.2g} voxel in {microseconds(tables.worst(rows, 'tick_ns_median'))}",
                           error <= 0.01 and direction <= 2 and point <= 0.05))
     rows = [sweep.at_defaults(s, tables.LINE_DEFAULT) for s in tips]
@@ -91,7 +93,7 @@ def goals(sweep, t):
                           f"{percent(error)}, {degrees(direction)}, {point:.2g} voxel in {microseconds(tables.worst(rows, 'tick_ns_median'))}",
                           error <= 0.01 and direction <= 2 and point <= 0.05))
     shafts = [s for s in tables.SMOOTH_SHAFTS if sweep.where(scenario=s)]
-    for renderer, variant, most in (("line", tables.LINE_DEFAULT, 50e3), ("surface", tables.SURFACE_DEFAULT, 20e3)):
+    for renderer, variant, most in (("line", tables.LINE_DEFAULT, 50e3), ("surface", tables.SURFACE_DEFAULT, 20e3), ("surface", tables.SURFACE_PATCH, 20e3)):
         rows_all = sweep.where(renderer=renderer, variant=variant, error_kind="discretisation", field=tables.DEFAULT_FIELD, voxel_mm=0.3, scalar="float", steps="1/2vx")
         best = None
         for setting in {(r["vertices"], r["slices"], r["per_slice"]) for r in rows_all}:
@@ -103,7 +105,8 @@ def goals(sweep, t):
                 best = (error, setting, mine)
         if best:
             counts = f"{best[1][0]:.0f} vertices" if renderer == "line" else f"{best[1][0]:.0f} + {best[1][1]:.0f} x {best[1][2]:.0f}"
-            found.append(Goal(f"{renderer.capitalize()}, shaft (2.7 voxels radius) on smooth shapes, {counts}: torque p95, direction p99", "2 %, 2°",
+            name = renderer.capitalize() + (", patches" if variant == tables.SURFACE_PATCH else "")
+            found.append(Goal(f"{name}, shaft (2.7 voxels radius) on smooth shapes, {counts}: torque p95, direction p99", "2 %, 2°",
                               f"{percent(best[0])}, {degrees(tables.worst(best[2], 'direction_error_deg_p99'))} in {microseconds(tables.worst(best[2], 'tick_ns_median'))}",
                               best[0] <= 0.02 and tables.worst(best[2], "direction_error_deg_p99") <= 2))
     line_model = tables.worst([r for r in (sweep.at_defaults(s, tables.LINE_DEFAULT, "model") for s in tips) if r], "direction_error_deg_p99")
@@ -143,9 +146,11 @@ def settled(sweep, t):
     shafts = [s for s in tables.SMOOTH_SHAFTS if sweep.where(scenario=s)]
     line = tables.LINE_DEFAULT
     rows = [
-        ["sum of the vertex springs", "Eq. 16, CollisionRatio", "PatchWeights",
+        ["sum of the vertex springs", "Eq. 16, CollisionRatio", "AreaWeights",
          "force p95, smooth tips, 26 vertices: " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "force_error_rel_p95")
-         + " (AreaWeights " + percent(tables.worst([r for r in (sweep.at_defaults(s, tables.SURFACE_AREA) for s in tips) if r], "force_error_rel_p95")) + ")"],
+         + "; direction p99 " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "direction_error_deg_p99", form=degrees)
+         + ". PatchWeights at 200 vertices: " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "force_error_rel_p95", vertices=200.0)
+         + " of AreaWeights, for " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "tick_ns_median", form=microseconds, vertices=200.0)],
         ["normals", "StoredGradient", "BallGradient (Line)",
          "tip, force p95: " + pair(sweep, tips, line, line.replace("ball", "stored"), "force_error_rel_p95") + "; direction p99: "
          + pair(sweep, tips, line, line.replace("ball", "stored"), "direction_error_deg_p99", form=degrees)
@@ -214,7 +219,7 @@ def words(sweep, t):
     if binary:
         said.append(f"Binary masks spoil what any counts can reach: Line on a plane errs by {percent(binary[0]['force_error_rel_p95'])} (p95) there. Keep the scanner's grey levels.")
     if t["holes"]:
-        falls = sorted({r["width_over_diameter"] for r in t["holes"] if r["renderer"] == "surface patch" and r["place"] == "round hole" and r["falls_in"] == 1})
+        falls = sorted({r["width_over_diameter"] for r in t["holes"] if r["renderer"] == "surface area" and r["place"] == "round hole" and r["falls_in"] == 1})
         if falls:
             said.append(f"Line's point tip falls into every hole; Surface holds over narrow ones and falls into holes from {falls[0]:g} burr diameters on, where only a thin ring of its vertices touches.")
     return said

@@ -56,8 +56,8 @@ def sweep_tables(sweep):
     for kind in ("discretisation", "model"):
         rows = []
         for scenario in dict.fromkeys(row["scenario"] for row in sweep.rows):
-            for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("area", tables.SURFACE_AREA),
-                                                 ("default", tables.SURFACE_DEFAULT)]),
+            for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("default", tables.SURFACE_DEFAULT),
+                                                 ("patch", tables.SURFACE_PATCH)]),
                                     ("line", [("thesis", tables.LINE_THESIS), ("default", tables.LINE_DEFAULT)])):
                 for name, variant in names:
                     row = sweep.at_defaults(scenario, variant, kind)

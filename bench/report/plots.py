@@ -8,7 +8,7 @@ import subprocess
 
 import tables
 
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"]
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c510a", "#7f7f7f"]
 
 
 def available():
@@ -22,16 +22,16 @@ def quoted(text):
 class Plot:
     """One SVG: series of points with a style each, then `draw`."""
 
-    def __init__(self, folder, name, title, xlabel, ylabel, width=760, height=460):
+    def __init__(self, folder, name, title, xlabel, ylabel, width=980, height=460):
         self.path = os.path.join(folder, name + ".svg")
         self.setup = [
-            f"set terminal svg size {width},{height} enhanced font 'Helvetica,13' background '#ffffff'",
+            f"set terminal svg size {width},{height} enhanced font 'Helvetica,12' background '#ffffff'",
             f"set output {quoted(self.path)}",
             f"set title {quoted(title)} noenhanced",
             f"set xlabel {quoted(xlabel)} noenhanced",
             f"set ylabel {quoted(ylabel)} noenhanced",
             "set grid lc rgb '#dddddd'",
-            "set key outside right top noenhanced",
+            "set key outside right top noenhanced samplen 2 spacing 0.95",
             "set border 3",
             "set tics nomirror",
         ]
@@ -104,7 +104,7 @@ def convergence(folder, points, orders):
     if not points:
         return None
     plot = Plot(folder, "convergence", "Errors against counts, on exact bones (fitted order in brackets)", "count",
-                "error, p95 (relative; places in voxels)", 860, 520)
+                "error, p95 (relative; places in voxels)", 980, 520)
     logarithmic(plot)
     fitted = {(row["what"], row["law"]): row["fitted_order"] for row in orders}
     groups = {}
@@ -155,7 +155,7 @@ def ridge_spacing(folder, rows, radius):
                 "spacing of vertices or slices [mm]", "torque error, p95 [%]")
     logarithmic(plot)
     names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-ball": "line, vertices only",
-             tables.SURFACE_DEFAULT: "surface, patch", tables.SURFACE_AREA: "surface, area"}
+             tables.SURFACE_DEFAULT: "surface, area", tables.SURFACE_PATCH: "surface, patch"}
     for (variant, name), colour in zip(names.items(), COLOURS):
         mine = [row for row in rows if row["variant"] == variant]
         plot.add(name, [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine], f"linespoints pt 7 ps 0.6 lc rgb '{colour}'")

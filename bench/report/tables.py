@@ -6,8 +6,8 @@ import math
 import os
 
 SURFACE_THESIS = "ratio-hold-torque-analytic"
-SURFACE_AREA = "area-extend-full-analytic"
-SURFACE_DEFAULT = "patch-extend-full-analytic"
+SURFACE_DEFAULT = "area-extend-full-analytic"
+SURFACE_PATCH = "patch-extend-full-analytic"
 LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-ball-refined"
 DEFAULT_FIELD = "ct_blur_8bit"

@@ -40,7 +40,7 @@ template <class T>
       all.back().scalar = "double";
     }
     // The counts of ball and shaft for the laws that are compared.
-    for (const auto* v : {kSurfaceThesis, "area-extend-full-analytic", kSurfaceDefault}) {
+    for (const auto* v : {kSurfaceThesis, kSurfaceDefault, kSurfacePatch}) {
       const auto with = [&](auto member, int n) {
         all.push_back(surface(v));
         all.back().*member = n;
@@ -138,8 +138,7 @@ std::vector<Job> make_plan(bool quick) {
       const bool other_voxels = image.voxel_mm != 0.3;
       if ((quick || other_voxels) && !representative) continue;
       if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
-      for (const auto& s : {surface(), surface("area-extend-full-analytic"), line()})
-        jobs.push_back({scenario, image, s});
+      for (const auto& s : {surface(), surface(kSurfacePatch), line()}) jobs.push_back({scenario, image, s});
     }
   }
   Random random(kSeed);

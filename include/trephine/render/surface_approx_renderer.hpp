@@ -57,7 +57,7 @@ struct SliceReport {
 /// Work a tick: `padded` samples, and for each vertex in bone what `WaysOut` says; a group whose centre is in bone
 /// costs what `Deep` costs instead. With `PatchWeights` one gradient more for each vertex in bone and for those next to
 /// them.
-template <RealScalar S, Weighting Weights = PatchWeights, DeepContact Deep = ExtendAlongSurface,
+template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer {
  public:
