@@ -2,6 +2,7 @@
 #include "truth/scenario.hpp"
 
 #include "support/exact_line.hpp"
+#include "support/poses.hpp"
 #include "support/raster.hpp"
 
 #include <numbers>
@@ -11,6 +12,7 @@ namespace trephine::bench {
 namespace {
 
 using test::Ball;
+using test::between;
 using test::Block;
 using test::Both;
 using test::Either;
@@ -19,17 +21,12 @@ using test::Hollow;
 using test::Plate;
 using test::Random;
 using test::Rod;
+using test::tool_at;
 
 constexpr double kVoxel = 3e-4;
 constexpr int kTicks = 16;
 
 const Vec3d kMiddle = Vec3d::Constant(kSide / 2);
-
-[[nodiscard]] Posed between(const Posed& a, const Posed& b, double share) {
-  const Vec3d w = rotation_vector(Mat3d(a.linear().transpose() * b.linear()));
-  return make_pose<double>(a.linear() * rotation_from_vector(Vec3d(share * w)),
-                           a.translation() + share * (b.translation() - a.translation()));
-}
 
 // From a over b to c at even speed.
 [[nodiscard]] std::vector<Posed> path(const Posed& a, const Posed& b, const Posed& c) {
@@ -37,11 +34,6 @@ const Vec3d kMiddle = Vec3d::Constant(kSide / 2);
   for (int i = 0; i < kTicks / 2; ++i) poses.push_back(between(a, b, static_cast<double>(i) / (kTicks / 2)));
   for (int i = 0; i <= kTicks / 2; ++i) poses.push_back(between(b, c, static_cast<double>(i) / (kTicks / 2)));
   return poses;
-}
-
-[[nodiscard]] Posed tool_at(const Vec3d& tip, const Vec3d& direction, double spin) {
-  const Mat3d R = Quatd::FromTwoVectors(Vec3d::UnitZ(), direction).toRotationMatrix();
-  return make_pose<double>(R * rotation_from_vector(Vec3d(0, 0, spin)), tip);
 }
 
 // A direction within `cone` of n.

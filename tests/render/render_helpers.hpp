@@ -2,6 +2,7 @@
 #pragma once
 
 #include "support/fields.hpp"
+#include "support/poses.hpp"
 
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
@@ -9,18 +10,6 @@
 namespace trephine::test {
 
 inline constexpr double kVoxel = 3e-4;  ///< [m] of every grid in these tests unless it says otherwise
-
-/// A tool whose ball is at `tip` and whose shaft points along `direction`.
-[[nodiscard]] inline Posed tool_at(const Vec3d& tip, const Vec3d& direction) {
-  return make_pose<double>(Quatd::FromTwoVectors(Vec3d::UnitZ(), direction).toRotationMatrix(), tip);
-}
-
-/// The pose `share` of the way from a to b: translation and rotation at even speed.
-[[nodiscard]] inline Posed between(const Posed& a, const Posed& b, double share) {
-  const Vec3d w = rotation_vector(Mat3d(a.linear().transpose() * b.linear()));
-  return make_pose<double>(a.linear() * rotation_from_vector(Vec3d(share * w)),
-                           a.translation() + share * (b.translation() - a.translation()));
-}
 
 template <class Renderer, class Field>
 auto render_at(Renderer& renderer, const Field& field, const Posed& X_GT) {

@@ -49,7 +49,7 @@ TEST_CASE("patches cover the tool, and neighbours know each other") {
     for (std::size_t g = 0; g < tool.groups().size(); ++g)
       for (int i = tool.groups()[g].first; i < tool.groups()[g].first + tool.groups()[g].count; ++i) {
         CHECK(tool.group_of(i) == g);
-        const auto patch = tool.patch(g, i);
+        const auto patch = tool.patch(i);
         if (g == 0)
           ball += std::numbers::pi * patch.disc * patch.disc;
         else
@@ -72,7 +72,7 @@ TEST_CASE("patches cover the tool, and neighbours know each other") {
   }
   // Slices farther apart than the shaft is thick count with their ring alone.
   const ToolDiscretization<SurfaceCounts, double> coarse(burr, {.sphere = 26, .slices = 5, .per_slice = 8});
-  CHECK(coarse.patch(1, coarse.groups()[1].first).half_length == 0);
+  CHECK(coarse.patch(coarse.groups()[1].first).half_length == 0);
 }
 
 TEST_CASE("a patch on a plane: nothing far above it, the vertex' own way deep below, gradual between") {

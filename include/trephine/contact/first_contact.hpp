@@ -22,13 +22,20 @@ struct Centreline {
   [[nodiscard]] bool operator==(const Centreline&) const = default;
 };
 
+/// Takes heights on a line, points (0, 0, h), to their places.
+template <RealScalar Scalar>
+[[nodiscard]] Pose<Scalar> pose_of(const Centreline<Scalar>& line) noexcept {
+  auto X = Pose<Scalar>::Identity();
+  X.linear().col(2) = line.direction;  // x = y = 0 on the centreline: the other columns do not matter
+  X.translation() = line.tip;
+  return X;
+}
+
 /// field.value at all vertices of a line; `out` holds tool.padded() numbers.
 template <ContactField Field, RealScalar Scalar>
 void line_values(const Field& field, const ToolDiscretization<LineCounts, Scalar>& tool, const Centreline<Scalar>& line,
                  Scalar* out) noexcept {
-  auto X = Pose<Scalar>::Identity();
-  X.linear().col(2) = line.direction;  // x = y = 0 on the centreline: the other columns do not matter
-  X.translation() = line.tip;
+  const Pose<Scalar> X = pose_of(line);
   const auto& p = tool.points();
   field.values(X, p.x.data(), p.y.data(), p.z.data(), out, tool.padded());
 }
@@ -68,10 +75,7 @@ template <ContactField Field, RealScalar Scalar>
   const auto spacing = (to - from) / Scalar(kLane + 1);
   std::array<Scalar, kLane> zero{}, z, v;
   for (std::size_t l = 0; l < kLane; ++l) z[l] = from + spacing * Scalar(static_cast<int>(l) + 1);
-  auto X = Pose<Scalar>::Identity();
-  X.linear().col(2) = line.direction;
-  X.translation() = line.tip;
-  field.values(X, zero.data(), zero.data(), z.data(), v.data(), kLane);
+  field.values(pose_of(line), zero.data(), zero.data(), z.data(), v.data(), kLane);
   const auto finer = static_cast<std::size_t>(index_of_largest(v.data(), kLane));
   if (v[finer] > best.value) {
     best.value = v[finer];

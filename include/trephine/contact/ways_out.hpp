@@ -141,15 +141,13 @@ class WaysOut {
   void close(const Field& field, const Pose<Scalar>& X, std::size_t first, Brackets& b) noexcept {
     const auto n = static_cast<std::size_t>(b.count);
     const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
-    Rays weigh_lo = b.at_lo, weigh_hi = b.at_hi;
     std::array<int, kRays> kept{};
     Points p;
-    const auto root = [&](std::size_t r, Scalar v_lo, Scalar v_hi) {
-      const Scalar f = v_lo / (v_lo - v_hi);
+    const auto root = [&b](std::size_t r) {
+      const Scalar f = b.at_lo[r] / (b.at_lo[r] - b.at_hi[r]);
       return b.lo[r] + f * (b.hi[r] - b.lo[r]);
     };
-    for (std::size_t r = 0; r < n; ++r)
-      way_[first + r] = b.out[r] != 0 ? root(r, b.at_lo[r], b.at_hi[r]) : length_[first + r];
+    for (std::size_t r = 0; r < n; ++r) way_[first + r] = b.out[r] != 0 ? root(r) : length_[first + r];
     for (int i = 0; i < kMostClosing; ++i) {
       for (std::size_t r = 0; r < n; ++r) place(first + r, way_[first + r], p, r);
       p.sample(field, X, b.count);
@@ -159,16 +157,16 @@ class WaysOut {
         const Scalar v = p.value[r];
         if (v < Scalar(0)) {
           b.hi[r] = way_[first + r];
-          b.at_hi[r] = weigh_hi[r] = v;
-          if (kept[r] == 1) weigh_lo[r] /= Scalar(2);
+          b.at_hi[r] = v;
+          if (kept[r] == 1) b.at_lo[r] /= Scalar(2);
           kept[r] = 1;
         } else {
           b.lo[r] = way_[first + r];
-          b.at_lo[r] = weigh_lo[r] = v;
-          if (kept[r] == 2) weigh_hi[r] /= Scalar(2);
+          b.at_lo[r] = v;
+          if (kept[r] == 2) b.at_hi[r] /= Scalar(2);
           kept[r] = 2;
         }
-        const Scalar next = root(r, weigh_lo[r], weigh_hi[r]);
+        const Scalar next = root(r);
         moved = std::max(moved, std::abs(next - way_[first + r]));
         way_[first + r] = next;
       }

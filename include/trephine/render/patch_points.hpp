@@ -6,13 +6,13 @@
 
 namespace trephine {
 
-/// A list of points of a tool, with the vertex and group each belongs to, and the field's gradients there, taken in one
+/// A list of points of a tool, with the vertex each belongs to, and the field's gradients there, taken in one
 /// batch. Capacity is fixed at construction.
 template <RealScalar Scalar>
 class PatchPoints {
  public:
   PatchPoints() = default;
-  explicit PatchPoints(int most) : vertex_(static_cast<std::size_t>(most)), group_(static_cast<std::size_t>(most)) {
+  explicit PatchPoints(int most) : vertex_(static_cast<std::size_t>(most)) {
     // A batch may begin anywhere and is padded to a lane.
     for (auto* v : {&x_, &y_, &z_, &gx_, &gy_, &gz_}) v->resize(static_cast<std::size_t>(most) + kLane);
   }
@@ -20,20 +20,18 @@ class PatchPoints {
   void clear() noexcept { count_ = 0; }
   [[nodiscard]] int count() const noexcept { return count_; }
   [[nodiscard]] int vertex(int j) const noexcept { return vertex_[static_cast<std::size_t>(j)]; }
-  [[nodiscard]] std::size_t group(int j) const noexcept { return group_[static_cast<std::size_t>(j)]; }
   [[nodiscard]] Vec3<Scalar> gradient(int j) const noexcept {
     const auto n = static_cast<std::size_t>(j);
     return {gx_[n], gy_[n], gz_[n]};
   }
 
   /// A point p in T.
-  void add(const Vec3<Scalar>& p, int vertex, std::size_t group) noexcept {
+  void add(const Vec3<Scalar>& p, int vertex) noexcept {
     const auto n = static_cast<std::size_t>(count_++);
     x_[n] = p.x();
     y_[n] = p.y();
     z_[n] = p.z();
     vertex_[n] = vertex;
-    group_[n] = group;
   }
 
   /// Gradients [field's unit per metre, G axes] of the points from … to.
@@ -50,7 +48,6 @@ class PatchPoints {
   int count_ = 0;
   std::vector<Scalar> x_, y_, z_, gx_, gy_, gz_;
   std::vector<int> vertex_;
-  std::vector<std::size_t> group_;
 };
 
 }  // namespace trephine

@@ -237,8 +237,7 @@ class SurfaceApproxRenderer {
   void spread_over_patches(const Field& field) noexcept {
     std::fill(patches_.done.begin(), patches_.done.end(), false);
     patches_.points.clear();
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      const auto& group = tool_.groups()[g];
+    for (const auto& group : tool_.groups()) {
       int nearest = group.first;
       bool touches = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
       if (touches) std::fill_n(patches_.done.begin() + group.first, group.count, true);
@@ -246,7 +245,7 @@ class SurfaceApproxRenderer {
         touches = touches || values_[static_cast<std::size_t>(i)] >= Scalar(0);
         if (values_[static_cast<std::size_t>(i)] > values_[static_cast<std::size_t>(nearest)]) nearest = i;
       }
-      if (!touches) want(nearest, g);
+      if (!touches) want(nearest);
     }
     const int alone = patches_.points.count();
     spread(field, 0, alone);
@@ -255,21 +254,21 @@ class SurfaceApproxRenderer {
         want_neighbours(patches_.points.vertex(j));
     for (int j = 0; j < ways_out_.count(); ++j) {
       const int i = hits_[static_cast<std::size_t>(j)];
-      want(i, tool_.group_of(i));
+      want(i);
       want_neighbours(i);
     }
     spread(field, alone, patches_.points.count());
   }
 
-  void want(int i, std::size_t g) noexcept {
+  void want(int i) noexcept {
     if (patches_.done[static_cast<std::size_t>(i)]) return;
     patches_.done[static_cast<std::size_t>(i)] = true;
     // Of a vertex in bone the surface is taken at the end of its way out.
     const Vec3<Scalar> p = tool_.points()[i] + way_[static_cast<std::size_t>(i)] * tool_.inward()[i];
-    patches_.points.add(p, i, g);
+    patches_.points.add(p, i);
   }
   void want_neighbours(int i) noexcept {
-    for (const int j : patches_.neighbours.of(i)) want(j, tool_.group_of(j));
+    for (const int j : patches_.neighbours.of(i)) want(j);
   }
 
   // The patches of points from … to: the bone's plane at each is told by the gradient there, and by the way out of a
@@ -286,7 +285,7 @@ class SurfaceApproxRenderer {
       const Scalar steepness = slope.norm();
       Scalar& way = way_[static_cast<std::size_t>(i)];
       const Scalar value = values_[static_cast<std::size_t>(i)];
-      const Patch<Scalar> patch = tool_.patch(points.group(j), i);
+      const Patch<Scalar> patch = tool_.patch(i);
       const bool inside = value >= Scalar(0);
       if (!inside && !(-value < patch.reach() * steepness)) continue;
       if (!(steepness > Scalar(0))) continue;

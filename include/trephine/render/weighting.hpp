@@ -108,7 +108,7 @@ template <Weighting W, class Tool>
     const double below = depth - radius * (1 - d.dot(n));  // of the vertex under the plane
     const double grazing = d.dot(n);
     double way = below > 0 && grazing > 0 ? below / grazing : 0;
-    if constexpr (kUsesPatches<W>) way = tool.patch(g, i).template cast<double>().mean_way(below, n, d, Vec3d::UnitZ());
+    if constexpr (kUsesPatches<W>) way = tool.patch(i).template cast<double>().mean_way(below, n, d, Vec3d::UnitZ());
     if (way > 0) sum.add(d, way, static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]), radius);
   }
   return sum.result(group.count);

@@ -185,8 +185,9 @@ class ToolDiscretization<SurfaceCounts, S> {
     const int ball = groups_[0].count;
     return i < ball ? 0 : 1 + static_cast<std::size_t>((i - ball) / groups_[1].count);
   }
-  /// The patch that vertex i, of group g, stands for.
-  [[nodiscard]] Patch<Scalar> patch(std::size_t g, int i) const noexcept {
+  /// The patch that vertex i of the periphery stands for.
+  [[nodiscard]] Patch<Scalar> patch(int i) const noexcept {
+    const std::size_t g = group_of(i);
     const Scalar area = areas_[static_cast<std::size_t>(i)];
     const Scalar radius = groups_[g].radius;
     if (g == 0) return {.radius = radius, .disc = std::sqrt(area / std::numbers::pi_v<Scalar>)};

@@ -34,7 +34,7 @@ class PatchNeighbours {
  private:
   template <class Tool>
   void add_on_ball(const Tool& tool, int i) {
-    const auto reach = static_cast<typename Tool::Scalar>(2.2) * tool.patch(0, i).disc;
+    const auto reach = static_cast<typename Tool::Scalar>(2.2) * tool.patch(i).disc;
     // Layouts go up along z, so that the search can stop.
     const auto near = [&](int j) {
       if (std::abs(tool.points()[j].z() - tool.points()[i].z()) > reach) return false;

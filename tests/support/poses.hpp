@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+
+/// Where tools stand, and the ways between.
+namespace trephine::test {
+
+/// A tool whose ball is at `tip` and whose shaft points along `direction`, turned about it by `spin` [rad].
+[[nodiscard]] inline Posed tool_at(const Vec3d& tip, const Vec3d& direction, double spin = 0) {
+  const Mat3d R = Quatd::FromTwoVectors(Vec3d::UnitZ(), direction).toRotationMatrix();
+  return make_pose<double>(R * rotation_from_vector(Vec3d(0, 0, spin)), tip);
+}
+
+/// The pose `share` of the way from a to b: translation and rotation at even speed.
+[[nodiscard]] inline Posed between(const Posed& a, const Posed& b, double share) {
+  const Vec3d w = rotation_vector(Mat3d(a.linear().transpose() * b.linear()));
+  return make_pose<double>(a.linear() * rotation_from_vector(Vec3d(share * w)),
+                           a.translation() + share * (b.translation() - a.translation()));
+}
+
+}  // namespace trephine::test
