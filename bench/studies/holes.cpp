@@ -71,7 +71,7 @@ void study_holes(const StudyOptions& options) {
     const double slot = share * drill.shaft_radius;
     const double sinks = drill.shaft_radius - std::sqrt(drill.shaft_radius * drill.shaft_radius - slot * slot);
     // The shaft lies along y over a slot along y; a short block, so that the ball hangs free beside it.
-    const Mat3d lying = Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY()).toRotationMatrix();
+    const Mat3d lying = rotation_between<double>(Vec3d::UnitZ(), Vec3d::UnitY());
     const Block block{top - Vec3d(0, 0, 0.006), Vec3d(0.006, 0.003, 0.006)};
     each("slot along the shaft", share, Both{block, Hollow{Plate{top, Vec3d::UnitX(), 2 * slot}}}, drill, lying, sinks,
          drill.shaft_radius);

@@ -175,7 +175,7 @@ void make_tips(Scenario& s, int bones, int per_bone, Random& random) {
       const Placed f{X};
       // The block's edge along y or its corner points along z.
       const Vec3d diagonal = corner ? Vec3d(1, 1, 1).normalized() : Vec3d(1, 0, 1).normalized();
-      const Mat3d R = f.X.linear() * Quatd::FromTwoVectors(diagonal, Vec3d::UnitZ()).toRotationMatrix();
+      const Mat3d R = f.X.linear() * rotation_between<double>(diagonal.normalized(), Vec3d::UnitZ());
       const Vec3d half(0.004, corner ? 0.004 : 0.02, 0.004);
       const Vec3d reach = corner ? half : Vec3d(half.x(), 0, half.z());
       const test::Moved block{Block{-reach, half}, make_pose<double>(R, f.p(0, 0, 0))};

@@ -63,7 +63,7 @@ TEST_CASE("shaft flush on a plane, and across a round bar, against sums over its
     Shape shape;
     Posed X;
   };
-  const Mat3d along_x = Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitX()).toRotationMatrix();
+  const Mat3d along_x = rotation_between<double>(Vec3d::UnitZ(), Vec3d::UnitX());
   for (const Place& p :
        {Place{HalfSpace{Vec3d::Zero(), Vec3d::UnitZ()}, make_pose<double>(along_x, Vec3d(0, 0, 0.6 * r))},
         Place{Rod{Vec3d(0.01, 0, -0.003), Vec3d(0.2, 1, 0).normalized(), 0.003},

@@ -8,7 +8,7 @@ namespace trephine::test {
 
 /// A tool whose ball is at `tip` and whose shaft points along `direction`, turned about it by `spin` [rad].
 [[nodiscard]] inline Posed tool_at(const Vec3d& tip, const Vec3d& direction, double spin = 0) {
-  const Mat3d R = Quatd::FromTwoVectors(Vec3d::UnitZ(), direction).toRotationMatrix();
+  const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), direction.normalized());
   return make_pose<double>(R * rotation_from_vector(Vec3d(0, 0, spin)), tip);
 }
 

@@ -165,7 +165,7 @@ class LineApproxRenderer {
     Pose<Scalar> X = X_GT_;
     X.translation() = tip;
     if (direction.norm() > Scalar(0))
-      X.linear() = Quat<Scalar>::FromTwoVectors(X_GT_.linear().col(2), direction).toRotationMatrix() * X_GT_.linear();
+      X.linear() = rotation_between<Scalar>(X_GT_.linear().col(2), direction.normalized()) * X_GT_.linear();
     return X;
   }
 
