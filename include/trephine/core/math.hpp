@@ -69,21 +69,18 @@ template <RealScalar Scalar>
   return Eigen::AngleAxis<Scalar>(angle, w / angle).toRotationMatrix();
 }
 
-/// The smallest rotation that takes the unit vector a to the unit vector b; for opposite ones about some axis square to
-/// them. In closed form (Rodrigues): Eigen's FromTwoVectors brings a singular value decomposition into every program.
+/// The smallest rotation that takes the unit vector a to the unit vector b; where they are opposite to within 6°, one
+/// about an axis nearly square to them. In closed form, as two half turns: Eigen's FromTwoVectors brings a singular
+/// value decomposition into every program.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> rotation_between(const Vec3<Scalar>& a, const Vec3<Scalar>& b) noexcept {
-  constexpr Scalar kOpposite = Scalar(1e-3);
-  const Scalar c = a.dot(b);
-  if (Scalar(1) + c < kOpposite) {
-    const Vec3<Scalar> axis = a.unitOrthogonal();
-    const Mat3<Scalar> half_turn = Scalar(2) * axis * axis.transpose() - Mat3<Scalar>::Identity();
-    return rotation_between<Scalar>(-a, b) * half_turn;
-  }
-  const Vec3<Scalar> v = a.cross(b);
-  Mat3<Scalar> V;
-  V << Scalar(0), -v.z(), v.y(), v.z(), Scalar(0), -v.x(), -v.y(), v.x(), Scalar(0);
-  return Mat3<Scalar>::Identity() + V + (V * V) / (Scalar(1) + c);
+  const auto half_turn = [](const Vec3<Scalar>& axis) -> Mat3<Scalar> {
+    return Scalar(2) * axis * axis.transpose() - Mat3<Scalar>::Identity();
+  };
+  const Vec3<Scalar> middle = a + b;
+  const Scalar length = middle.norm();
+  if (length < Scalar(0.1)) return rotation_between<Scalar>(-a, b) * half_turn(a.unitOrthogonal());
+  return half_turn(middle / length) * half_turn(a);
 }
 
 }  // namespace trephine

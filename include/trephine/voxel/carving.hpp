@@ -108,13 +108,14 @@ struct VoxelRun {
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
-  Cut(VoxelGrid<Density>& grid, double isovalue, double slope, const C& cutter, const Limit& limit) noexcept
+  Cut(VoxelGrid<Density>& grid, double isovalue, double slope, double reach, const C& cutter,
+      const Limit& limit) noexcept
       : grid_(grid),
         cutter_(cutter),
         limit_(limit),
         coverage_(isovalue, slope),
         origin_(cutter.origin()),
-        reach_(cut_reach(grid.spacing())),
+        reach_(reach),
         per_x_(1 / grid.spacing().x()),
         isovalue_(static_cast<float>(isovalue)),
         per_metre_(static_cast<float>(slope / grid.spacing().maxCoeff())) {}
@@ -210,7 +211,8 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
   if (!std::isfinite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
   const double s = slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
-  return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
+  const double reach = cut_reach(grid.spacing());
+  return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, reach, cutter, limit).run();
 }
 
 }  // namespace trephine

@@ -43,6 +43,15 @@ class DensityField {
   /// Shortest spacing [m]: the unit of step lengths.
   [[nodiscard]] Scalar voxel() const noexcept { return voxel_; }
   [[nodiscard]] const VoxelGrid<Density>& grid() const noexcept { return *grid_; }
+  /// A value as a depth in bone, for springs that act on it: [m] per density, such that half the range of densities is
+  /// as deep as a voxel. Only a DepthField's values are distances.
+  [[nodiscard]] Scalar metres() const noexcept {
+    const auto range = grid_->original_range();
+    const double contrast = static_cast<double>(range.max) - static_cast<double>(range.min);
+    return contrast > 0 ? Scalar(2) * voxel_ / static_cast<Scalar>(contrast) : Scalar(0);
+  }
+  /// No bone is nearer than this [m] to a point of this value: densities do not say.
+  [[nodiscard]] static Scalar clearance(Scalar) noexcept { return Scalar(0); }
 
   /// Density above the isovalue at p_G [m]; >= 0 is bone.
   [[nodiscard]] Scalar value(const Vec3<Scalar>& p_G) const noexcept {
@@ -52,6 +61,11 @@ class DensityField {
   /// ∇ρ at p_G in G axes [density per metre], by the gradient policy. Points into the bone at a surface.
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept {
     return GradientChoice::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
+  }
+
+  /// The same of the mean density over a ball of one voxel, whatever the policy.
+  [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
+    return BallGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
   /// Outward unit normal −∇ρ/|∇ρ| at p_G. Where the density is flat there (8-bit plateaus, deep in bone) it is the
