@@ -28,6 +28,25 @@ struct ForceOnly {};
 template <class P, class Grid>
 concept ScenePart = Stage<P> || Carver<P, Grid> || std::same_as<P, ForceOnly>;
 
+/// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
+template <class R, class Density>
+[[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {
+  if constexpr (requires { renderer.field(bone, isovalue); })
+    return renderer.field(bone, isovalue);
+  else
+    return DensityField<Density, typename R::Scalar, typename R::Gradient>(bone, isovalue);
+}
+
+class DepthMap;
+template <VoxelDensity Density>
+class BoneWithDepth;
+
+/// Whether a renderer reads a DepthMap, which cuts must keep.
+template <class R>
+concept ReadsDepthMap = requires(const R& r) {
+  { r.depth_map() } -> std::same_as<DepthMap&>;
+};
+
 /// How many of the parts are, or derive from, T.
 template <class T, class... Parts>
 inline constexpr std::size_t kPartCount = (std::size_t{0} + ... + (std::derived_from<Parts, T> ? 1U : 0U));
@@ -79,7 +98,7 @@ class HapticScene {
   using Grid = VoxelGrid<Density>;
   using Scalar = typename ContactRenderer::Scalar;
   using Gradient = typename ContactRenderer::Gradient;
-  using Field = DensityField<Density, Scalar, Gradient>;
+  using Field = decltype(contact_field(std::declval<const ContactRenderer&>(), std::declval<const Grid&>(), 0.0));
 
   static_assert(Renderer<ContactRenderer, Field>,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp)");
@@ -93,14 +112,20 @@ class HapticScene {
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
 
-  /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, or the renderer reads
-  /// stored gradients and the grid keeps none.
+  /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, the renderer reads
+  /// stored gradients and the grid keeps none, or it reads a DepthMap of another grid.
   HapticScene(VoxelGrid<Density>& bone, double isovalue, ContactRenderer renderer, Parts... parts)
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
     if (!std::isfinite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
+    if constexpr (ReadsDepthMap<ContactRenderer>) {
+      const auto& map = renderer_.depth_map().grid();
+      if (map.size() != bone.size() || map.spacing() != bone.spacing())
+        refuse("HapticScene", "the renderer's DepthMap must be made of this bone; its spacing is",
+               map.spacing().transpose());
+    }
     for_each_part([](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
     });
@@ -117,7 +142,7 @@ class HapticScene {
     }
     const Posed& X_WG = bone_->X_WG();
     const Posed X_GT = relative_pose(X_WG, input.X_WT);
-    const Field field(*bone_, isovalue_);
+    const Field field = contact_field(renderer_, *bone_, isovalue_);
     const Rendered<Scalar> found = renderer_.render(field, X_GT.template cast<Scalar>());
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
@@ -237,11 +262,31 @@ class HapticScene {
     for_each_part([&](auto& part) {
       if constexpr (Carver<std::remove_cvref_t<decltype(part)>, Grid>) {
         const bool probe = follows_probe(part);
-        removed_mm3 += part.carve(*bone_, isovalue_, probe ? step.X_GT_before : step.X_GC_before, probe ? X_GT : X_GC,
-                                  renderer_.shape(), context);
+        const Posed& before = probe ? step.X_GT_before : step.X_GC_before;
+        const Posed& now = probe ? X_GT : X_GC;
+        if constexpr (ReadsDepthMap<ContactRenderer>) {
+          BoneWithDepth<Density> bone(*bone_, renderer_.depth_map());
+          removed_mm3 += carve_with_depth(part, bone, before, now, context);
+        } else {
+          removed_mm3 += part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
+        }
       }
     });
     return removed_mm3;
+  }
+
+  /// A carver that knows of voxels alone is followed by the depths.
+  template <class Part>
+  [[nodiscard]] double carve_with_depth(Part& part, BoneWithDepth<Density>& bone, const Posed& before, const Posed& now,
+                                        const CarveContext& context) noexcept {
+    if constexpr (Carver<Part, BoneWithDepth<Density>>) {
+      return part.carve(bone, isovalue_, before, now, renderer_.shape(), context);
+    } else {
+      const std::uint64_t edits = bone_->edit_count();
+      const double removed = part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
+      if (bone_->edit_count() != edits) bone.follow(isovalue_);
+      return removed;
+    }
   }
 
   [[nodiscard]] Posed in_world(const Pose<Scalar>& X_G) const noexcept {

@@ -52,6 +52,7 @@ class DensityField {
   }
   /// No bone is nearer than this [m] to a point of this value: densities do not say.
   [[nodiscard]] static Scalar clearance(Scalar) noexcept { return Scalar(0); }
+  [[nodiscard]] static Scalar value_at_clearance(Scalar) noexcept { return std::numeric_limits<Scalar>::lowest(); }
 
   /// Density above the isovalue at p_G [m]; >= 0 is bone.
   [[nodiscard]] Scalar value(const Vec3<Scalar>& p_G) const noexcept {

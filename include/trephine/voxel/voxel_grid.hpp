@@ -147,6 +147,10 @@ class VoxelGrid {
   /// what it cut may rely on it while this stays.
   [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return rise_stamp_; }
 
+  /// Edits published so far, and the box of the voxels that the last of them changed.
+  [[nodiscard]] std::uint64_t edit_count() const noexcept { return edit_count_; }
+  [[nodiscard]] const VoxelBox& last_edit() const noexcept { return last_edit_; }
+
   // --- Bricks --------------------------------------------------------------------------------------------------------
   [[nodiscard]] const std::array<int, 3>& bricks() const noexcept { return bricks_; }
   [[nodiscard]] std::size_t brick_count() const noexcept { return versions_.size(); }
@@ -198,6 +202,8 @@ class VoxelGrid {
   std::vector<int> dirty_;                       // bricks with flags; reserved for all, so never allocates
   std::vector<std::uint8_t> edited_;             // own voxels differ from the original
   VoxelBox edit_box_;
+  VoxelBox last_edit_;
+  std::uint64_t edit_count_ = 0;
   std::uint64_t rise_stamp_ = next_rise_stamp();
 };
 

@@ -266,6 +266,10 @@ void VoxelGrid<Density>::commit() noexcept {
     store_release(versions_[b], versions_[b] + 1);
     dirt_[b] = 0;
   }
+  if (!dirty_.empty()) {
+    last_edit_ = edit_box_;
+    ++edit_count_;
+  }
   dirty_.clear();
   edit_box_ = {};
 }

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/tool/discretization.hpp>
+#include <trephine/voxel/density_field.hpp>
+
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace trephine {
+
+/// A contact field whose values say how deep a point is: `metres()` per unit of value; `clearance(value)` [m], below
+/// which no bone is near, and its inverse; and a gradient that does not show the cells. A DepthField tells distances; a
+/// DensityField depths of a kind and no clearance.
+// clang-format off
+template <class F>
+concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p) {
+  { f.metres() } noexcept -> std::same_as<typename F::Scalar>;
+  { f.clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
+  { f.value_at_clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
+  { f.smooth_gradient(p) } noexcept -> std::same_as<Vec3<typename F::Scalar>>;
+};
+// clang-format on
+
+/// A place where the tool is in bone. With φ its depth and X the tool's pose, its spring has the energy ½ k φ², and
+/// pushes with k φ along `out` = −∇φ there: the energy's gradient, in translation and in rotation.
+struct VertexContact {
+  int vertex = 0;
+  double depth = 0;             ///< φ > 0 [m]
+  Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
+  Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
+};
+
+/// Where a vertex looks for bone: at itself, with the interpolant's own gradient, so that forces are exactly those of
+/// an energy …
+struct FixedVertices {
+  static constexpr bool kGlide = false;
+};
+/// … or at the deepest place of the patch of tool that it stands for, found from the gradient at the vertex: a ball of
+/// few vertices touches as a ball does and not as their polyhedron, and each place's normal is that of its whole
+/// neighbourhood. By the envelope theorem the force at a deepest place is the energy's gradient there as well.
+struct GlidingVertices {
+  static constexpr bool kGlide = true;
+};
+
+/// What of a tool is in bone, a place per vertex at most, found by a sample or two a vertex without search or ray.
+/// Within a tick, poses near the first look only at vertices that can touch there. Allocates at construction alone.
+template <RealScalar Scalar, class Vertices = GlidingVertices>
+class VertexContacts {
+ public:
+  using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+
+  explicit VertexContacts(const Tool& tool)
+      : count_(tool.periphery()),
+        padded_(padded_to_lane(tool.periphery())),
+        ball_(tool.groups()[0].count),
+        values_(static_cast<std::size_t>(tool.padded())) {
+    for (int i = 0; i < count_; ++i) farthest_ = std::max(farthest_, static_cast<double>(tool.points()[i].norm()));
+    for (PointArrays<Scalar>* points : {&near_, &places_, &gradients_})
+      for (auto* v : {&points->x, &points->y, &points->z}) v->resize(static_cast<std::size_t>(padded_));
+    near_values_.resize(static_cast<std::size_t>(padded_));
+    near_vertices_.resize(static_cast<std::size_t>(padded_));
+    place_vertices_.resize(static_cast<std::size_t>(padded_));
+    found_.resize(static_cast<std::size_t>(count_));
+    if constexpr (Vertices::kGlide) {
+      // A quarter wider than a disc of the same area, so that patches leave no gaps.
+      ball_reach_ = std::min(Scalar(1), Scalar(1.25) * std::sqrt(Scalar(4) / static_cast<Scalar>(ball_)));
+      if (tool.groups().size() > 1)
+        ring_reach_ = std::numbers::pi_v<Scalar> / static_cast<Scalar>(tool.groups()[1].count);
+      ball_cosine_ = std::cos(ball_reach_);
+      ring_cosine_ = std::cos(ring_reach_);
+    }
+  }
+
+  /// Distance of the vertex farthest from T's origin [m].
+  [[nodiscard]] double farthest() const noexcept { return farthest_; }
+  /// Farthest that any vertex moves between two poses that are `step` [m] and `turn` [rad] apart.
+  [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * farthest_; }
+
+  [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), found_count_}; }
+  /// No vertex that does not touch can reach bone within this way [m].
+  [[nodiscard]] double clearance() const noexcept { return clearance_; }
+  [[nodiscard]] double deepest() const noexcept { return deepest_; }
+
+  /// All vertices at pose X_GT.
+  template <PenetrationField Field>
+  void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
+    const Pose<Scalar> X = X_GT.template cast<Scalar>();
+    const auto& p = tool.points();
+    field.values(X, p.x.data(), p.y.data(), p.z.data(), values_.data(), padded_);
+    margin_ = static_cast<double>(field.voxel());
+    near_count_ = 0;
+    far_clearance_ = std::numeric_limits<double>::infinity();
+    pick_near(field, tool, 0, ball_);
+    pick_near(field, tool, ball_, count_);
+    pad(near_, near_count_);
+    X_looked_ = X_GT;
+    touch(field, tool, X, 0);
+  }
+
+  /// The same; at a pose within a voxel of the last one of `look` only of the vertices that can touch there.
+  template <PenetrationField Field>
+  void look_near(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
+    const double moved = motion((X_GT.translation() - X_looked_.translation()).norm(),
+                                rotation_vector(Mat3d(X_GT.linear() * X_looked_.linear().transpose())).norm());
+    if (moved > margin_) return look(field, tool, X_GT);
+    const Pose<Scalar> X = X_GT.template cast<Scalar>();
+    if (near_count_ > 0)
+      field.values(X, near_.x.data(), near_.y.data(), near_.z.data(), near_values_.data(), padded_to_lane(near_count_));
+    touch(field, tool, X, moved);
+  }
+
+ private:
+  static void put(PointArrays<Scalar>& points, int at, const Vec3<Scalar>& p) noexcept {
+    const auto n = static_cast<std::size_t>(at);
+    points.x[n] = p.x();
+    points.y[n] = p.y();
+    points.z[n] = p.z();
+  }
+  static void pad(PointArrays<Scalar>& points, int count) noexcept {
+    if (count == 0) return;
+    for (int n = count; n < padded_to_lane(count); ++n) put(points, n, points[count - 1]);
+  }
+
+  /// Of vertices first … last − 1, of the ball or of the shaft, those that can touch within a voxel from here.
+  template <PenetrationField Field>
+  void pick_near(const Field& field, const Tool& tool, int first, int last) noexcept {
+    if (first == last) return;
+    const Scalar reach = reach_of(tool, first);
+    const Scalar far = field.value_at_clearance(field.voxel() + reach);
+    Scalar nearest_far = std::numeric_limits<Scalar>::lowest();
+    for (int i = first; i < last; ++i) {
+      const Scalar value = values_[static_cast<std::size_t>(i)];
+      if (value < far) {
+        nearest_far = std::max(nearest_far, value);
+        continue;
+      }
+      near_vertices_[static_cast<std::size_t>(near_count_)] = i;
+      near_values_[static_cast<std::size_t>(near_count_)] = value;
+      put(near_, near_count_++, tool.points()[i]);
+    }
+    if (nearest_far > std::numeric_limits<Scalar>::lowest())
+      far_clearance_ = std::min(far_clearance_, static_cast<double>(field.clearance(nearest_far) - reach));
+  }
+
+  template <PenetrationField Field>
+  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X, double moved) noexcept {
+    found_count_ = 0;
+    deepest_ = 0;
+    clearance_ = std::max(0.0, far_clearance_ - moved);
+    place_count_ = 0;
+    for (int j = 0; j < near_count_; ++j) {
+      const auto n = static_cast<std::size_t>(j);
+      const Scalar reach = reach_of(tool, near_vertices_[n]);
+      const Scalar clear = field.clearance(near_values_[n]);
+      if (near_values_[n] > Scalar(0) || (Vertices::kGlide && clear < reach)) {
+        place_vertices_[static_cast<std::size_t>(place_count_)] = near_vertices_[n];
+        put(places_, place_count_++, near_[j]);
+      } else {
+        clearance_ = std::min(clearance_, static_cast<double>(clear - reach));
+      }
+    }
+    if (place_count_ == 0) return;
+    pad(places_, place_count_);
+    gradients(field, X);
+    if constexpr (Vertices::kGlide) glide(field, tool, X);
+    collect(field, X);
+  }
+
+  [[nodiscard]] Scalar reach_of(const Tool& tool, int vertex) const noexcept {
+    if constexpr (!Vertices::kGlide) return Scalar(0);
+    return vertex < ball_ ? ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius)
+                          : ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius);
+  }
+
+  template <PenetrationField Field>
+  void gradients(const Field& field, const Pose<Scalar>& X) noexcept {
+    field.gradients(X, places_.x.data(), places_.y.data(), places_.z.data(), gradients_.x.data(), gradients_.y.data(),
+                    gradients_.z.data(), padded_to_lane(place_count_));
+  }
+
+  /// Moves each place to where its patch points along the gradient, into the bone; at most to the patch's edge.
+  template <PenetrationField Field>
+  void glide(const Field&, const Tool& tool, const Pose<Scalar>& X) noexcept {
+    const Mat3<Scalar> R_TG = X.linear().transpose();
+    for (int j = 0; j < place_count_; ++j) {
+      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
+      const bool ball = vertex < ball_;
+      const Vec3<Scalar> from = -tool.inward()[vertex];
+      Vec3<Scalar> to = R_TG * gradients_[j];
+      if (!ball) to.z() = Scalar(0);
+      const Scalar length = to.norm();
+      if (!(length > Scalar(0))) continue;
+      to /= length;
+      const Scalar cosine = from.dot(to);
+      const Scalar most = ball ? ball_cosine_ : ring_cosine_;
+      if (cosine < most) {
+        const Vec3<Scalar> beside = to - cosine * from;
+        const Scalar b = beside.norm();
+        if (!(b > Scalar(1e-6))) continue;
+        to = most * from + (std::sqrt(Scalar(1) - most * most) / b) * beside;
+      }
+      const Scalar radius = static_cast<Scalar>(ball ? tool.burr().tip_radius : tool.burr().shaft_radius);
+      Vec3<Scalar> p = radius * to;
+      if (!ball) p.z() = places_.z[static_cast<std::size_t>(j)];
+      put(places_, j, p);
+    }
+    pad(places_, place_count_);
+  }
+
+  /// The places that are in bone.
+  template <PenetrationField Field>
+  void collect(const Field& field, const Pose<Scalar>& X) noexcept {
+    field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
+    const Scalar metres = field.metres();
+    const Mat3<Scalar> R = X.linear();
+    const Vec3<Scalar> t = X.translation();
+    for (int j = 0; j < place_count_; ++j) {
+      const Scalar value = values_[static_cast<std::size_t>(j)];
+      if (!(value > Scalar(0))) {
+        clearance_ = std::min(clearance_, static_cast<double>(field.clearance(value)));
+        continue;
+      }
+      const Vec3<Scalar> lever = R * places_[j];
+      Vec3<Scalar> gradient = gradients_[j];
+      if constexpr (Vertices::kGlide) gradient = field.smooth_gradient(t + lever);
+      VertexContact& c = found_[found_count_++];
+      c.vertex = place_vertices_[static_cast<std::size_t>(j)];
+      c.depth = static_cast<double>(value * metres);
+      c.out = (-metres * gradient).template cast<double>();
+      c.lever = lever.template cast<double>();
+      deepest_ = std::max(deepest_, c.depth);
+    }
+  }
+
+  int count_;
+  int padded_;
+  int ball_;
+  Scalar ball_reach_ = Scalar(0);  // [rad] from a vertex to its patch's edge
+  Scalar ring_reach_ = Scalar(0);
+  Scalar ball_cosine_ = Scalar(1);
+  Scalar ring_cosine_ = Scalar(1);
+  double farthest_ = 0;
+  double margin_ = 0;
+  double far_clearance_ = 0;
+  double clearance_ = 0;
+  double deepest_ = 0;
+  std::size_t found_count_ = 0;
+  int near_count_ = 0;
+  int place_count_ = 0;
+  std::vector<Scalar> values_;
+  std::vector<int> near_vertices_;  // that can touch near X_looked_
+  std::vector<Scalar> near_values_;
+  std::vector<int> place_vertices_;  // whose patch may be in bone
+  PointArrays<Scalar> near_, places_, gradients_;
+  std::vector<VertexContact> found_;
+  Posed X_looked_ = Posed::Identity();
+};
+
+}  // namespace trephine

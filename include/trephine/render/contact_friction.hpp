@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/friction.hpp>
+#include <trephine/contact/vertex_contacts.hpp>
+
+#include <cstdint>
+#include <vector>
+
+namespace trephine {
+
+/// Friction of a tool's vertices: each in contact has a spring, as stiff as its contact, along the surface from where
+/// it stuck; Coulomb's law lets that point slip after it (Eriksson 2006; thesis 2.1.3, at every vertex instead of the
+/// tip). As both springs are equally stiff, the law's cone of forces is a cone of distances. A tool at rest does not
+/// creep: its points stay where they are.
+template <Friction Law>
+class FrictionContacts {
+ public:
+  static constexpr bool kActive = true;
+
+  FrictionContacts(const Law& law, std::size_t vertices) : law_(law), stretches_(vertices), states_(vertices) {}
+
+  void reset() noexcept { std::fill(states_.begin(), states_.end(), std::uint8_t{0}); }
+
+  /// A tick begins with the tool at X.
+  void begin(const Posed& X) noexcept { X_begin_ = X; }
+
+  /// Vertices that touch are unstretched where they are, unless they touched already.
+  void enter(std::span<const VertexContact> found, const Posed& X) noexcept {
+    for (const VertexContact& c : found) {
+      const auto v = static_cast<std::size_t>(c.vertex);
+      if ((states_[v] & kHeld) != 0) continue;
+      stretches_[v] = -way(c, X);
+      states_[v] = kHeld;
+    }
+  }
+
+  /// Adds the contact's friction at pose X to a Newton system: `k` [N/m], H its stiffness, `residual` its wrench.
+  template <class MatN, class VecN>
+  void add(const VertexContact& c, const Posed& X, double k, MatN& H, VecN& residual) const noexcept {
+    const Stretch s = stretch(c, X);
+    Mat3d K = k * (Mat3d::Identity() - s.normal * s.normal.transpose());
+    Vec3d f = -k * s.along;
+    if (s.slides) {
+      // The force keeps its magnitude and turns with the direction of the stretch.
+      const double share = s.length > 0 ? (s.length - s.slip) / s.length : 0.0;
+      const Vec3d t = s.length > 0 ? Vec3d(s.along / s.length) : Vec3d(Vec3d::Zero());
+      K = share * (K - k * t * t.transpose());
+      f *= share;
+    }
+    constexpr int kDof = VecN::RowsAtCompileTime;
+    Eigen::Matrix<double, 3, kDof> J;
+    J.template leftCols<3>().setIdentity();
+    if constexpr (kDof == 6)
+      J.template rightCols<3>() << 0, c.lever.z(), -c.lever.y(), -c.lever.z(), 0, c.lever.x(), c.lever.y(),
+          -c.lever.x(), 0;
+    H += J.transpose() * K * J;
+    residual += J.transpose() * f;
+  }
+
+  /// Lets the contact slip as far as its law says; returns its friction force / k [m].
+  Vec3d settle(const VertexContact& c, const Posed& X) noexcept {
+    const auto v = static_cast<std::size_t>(c.vertex);
+    const Stretch s = stretch(c, X);
+    const double slip = law_.slip(s.length, s.depth, (states_[v] & kSticks) != 0);
+    Vec3d along = s.along;
+    if (slip > 0) along *= (s.length - slip) / s.length;
+    stretches_[v] = along;
+    states_[v] = static_cast<std::uint8_t>(kHeld | kSettled | (slip > 0 ? 0 : kSticks));
+    return -along;
+  }
+
+  /// After every contact of a tick has settled: forgets the vertices that touch no more.
+  void end() noexcept {
+    for (auto& s : states_) s = (s & kSettled) != 0 ? static_cast<std::uint8_t>(s & ~kSettled) : std::uint8_t{0};
+  }
+
+ private:
+  static constexpr std::uint8_t kHeld = 1;
+  static constexpr std::uint8_t kSticks = 2;
+  static constexpr std::uint8_t kSettled = 4;
+
+  struct Stretch {
+    Vec3d normal;  // unit
+    Vec3d along;   // from where it stuck, along the surface [m]
+    double length;
+    double depth;  // of the normal spring [m]
+    double slip;
+    bool slides;
+  };
+
+  /// How far the tool's material at a contact has gone since the tick began: where on the tool it touches may glide,
+  /// which is no slip.
+  [[nodiscard]] Vec3d way(const VertexContact& c, const Posed& X) const noexcept {
+    const Vec3d before = X_begin_.linear() * (X.linear().transpose() * c.lever) + X_begin_.translation();
+    return X.translation() + c.lever - before;
+  }
+
+  [[nodiscard]] Stretch stretch(const VertexContact& c, const Posed& X) const noexcept {
+    const auto v = static_cast<std::size_t>(c.vertex);
+    Stretch s;
+    const double steepness = c.out.norm();
+    s.normal = steepness > 0 ? Vec3d(c.out / steepness) : Vec3d(Vec3d::Zero());
+    const Vec3d d = stretches_[v] + way(c, X);
+    s.along = d - d.dot(s.normal) * s.normal;
+    s.length = s.along.norm();
+    s.depth = c.depth * steepness;
+    const bool sticks = (states_[v] & kSticks) != 0;
+    s.slip = law_.slip(s.length, s.depth, sticks);
+    // A point that slipped at the last tick is on the edge of its cone: it goes on unless it is pulled back.
+    s.slides = s.slip > 0 || (!sticks && s.length > 0 && law_.slip(s.length * (1 + 1e-6), s.depth, false) > 0);
+    return s;
+  }
+
+  Law law_;
+  Posed X_begin_ = Posed::Identity();
+  std::vector<Vec3d> stretches_;  // of each vertex' spring when the tick began, in G
+  std::vector<std::uint8_t> states_;
+};
+
+template <>
+class FrictionContacts<Frictionless> {
+ public:
+  static constexpr bool kActive = false;
+  FrictionContacts(const Frictionless&, std::size_t) {}
+  void reset() noexcept {}
+  void begin(const Posed&) noexcept {}
+  void enter(std::span<const VertexContact>, const Posed&) noexcept {}
+  template <class MatN, class VecN>
+  void add(const VertexContact&, const Posed&, double, MatN&, VecN&) const noexcept {}
+  Vec3d settle(const VertexContact&, const Posed&) noexcept { return Vec3d::Zero(); }
+  void end() noexcept {}
+};
+
+}  // namespace trephine

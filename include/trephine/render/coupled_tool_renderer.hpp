@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/depth_field.hpp>
+#include <trephine/contact/friction.hpp>
+#include <trephine/contact/vertex_contacts.hpp>
+#include <trephine/render/contact_friction.hpp>
+#include <trephine/render/renderer.hpp>
+#include <trephine/render/virtual_coupling.hpp>
+
+#include <Eigen/Cholesky>
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+namespace trephine {
+
+struct CoupledOptions {
+  /// k_v [N/m]: what the hand feels at most. Contacts are at least 50 times as stiff, so what it feels on hard bone is
+  /// k_v k_c / (k_v + k_c), at most 2 % less. As high as the device allows at its rate.
+  double stiffness = 800;
+  /// k_θ [N·m/rad]
+  double rotational_stiffness = 0.3;
+  double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
+  double torque = 0.188;  ///< likewise [N·m]
+  /// The device's pose moved farther than this between two ticks [m]: it jumped. The virtual tool appears at the new
+  /// pose where that is free of bone, and follows step by step where it is not.
+  double jump = 0.005;
+  /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
+  /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
+  double bite = 0.5;
+
+  void validate() const {
+    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
+    if (!positive(rotational_stiffness))
+      refuse("CoupledOptions", "rotational_stiffness must be > 0 N·m/rad", rotational_stiffness);
+    if (!positive(force)) refuse("CoupledOptions", "force must be > 0 N", force);
+    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 N·m", torque);
+    if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
+    if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
+  }
+};
+
+/// Which of its motions the virtual tool finds by itself. A device without motors for torque needs no more than
+/// translation: the tool's rotation is then the device's, and the torque zero.
+struct SixDof {
+  static constexpr int kDof = 6;
+};
+struct TranslationOnly {
+  static constexpr int kDof = 3;
+};
+template <class M>
+concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOnly>;
+
+/// Where depth comes from: a DepthMap kept beside the densities …
+class FromDepthMap {
+ public:
+  static constexpr bool kUsesDepthMap = true;
+  explicit FromDepthMap(DepthMap& map) noexcept : map_(&map) {}
+  template <RealScalar Scalar, VoxelDensity Density>
+  [[nodiscard]] DepthField<Scalar> field(const VoxelGrid<Density>&, double) const noexcept {
+    return DepthField<Scalar>(*map_);
+  }
+  [[nodiscard]] DepthMap& map() const noexcept { return *map_; }
+
+ private:
+  DepthMap* map_;
+};
+/// … or the densities themselves, above the isovalue: no map to make and to cut; but stiffness varies with the bone's
+/// contrast, and below a plateau there is no way out.
+struct FromDensities {
+  static constexpr bool kUsesDepthMap = false;
+  template <RealScalar Scalar, VoxelDensity Density>
+  [[nodiscard]] DensityField<Density, Scalar> field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
+    return {grid, isovalue};
+  }
+};
+
+/// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008). The virtual
+/// tool's pose X minimises
+///
+///     E(X) = ½ k_c Σ φ_i(X)² + ½ k_v |p − p_dev|² + ½ k_θ |log(R_dev Rᵀ)|²
+///
+/// over the vertices in bone, φ_i their depth, and the hand feels the coupling alone: its stiffness is bounded whatever
+/// touches, force and torque come from one energy, deep pushing is allowed and the drawn tool does not sink in.
+///
+/// *Gains.* k_c of each vertex is such that one alone holds the coupling's greatest force a quarter of a voxel deep,
+/// and at least 50 k_v. A wall of one voxel, half a voxel deep in its middle, so holds twice what the coupling can
+/// pull.
+///
+/// *Work a tick*: Gauss–Newton steps from the last pose, at most kMostSteps, each with a batch of samples: of all
+/// vertices at the first and whenever the tool has moved by a voxel since, else of those within a voxel of bone. A step
+/// moves no vertex farther than a quarter of a voxel beyond what is known to be free, so none passes a wall unseen.
+/// What is left when the steps run out is carried on at the next tick (`kWorkBound`).
+///
+/// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
+/// there, a restore): it moves out step by step while a way out is known.
+///
+/// Friction: at each vertex a spring to where it stuck, within Coulomb's cone (`Coulomb`); `Frictionless` costs
+/// nothing.
+template <RealScalar S, class Depth = FromDepthMap, Friction FrictionLaw = Frictionless, CoupledMotion Motion = SixDof>
+class CoupledToolRenderer {
+ public:
+  using Scalar = S;
+  using Gradient = AnalyticGradient;
+  using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+  static constexpr int kMostSteps = 24;
+  static constexpr double kSmallestStep = 1e-3;  ///< [voxels]: motion below it ends a tick's search
+  static constexpr double kContactShare = 50;    ///< least k_c / k_v
+
+  /// Throws std::invalid_argument for options outside their range.
+  CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
+                      const FrictionLaw& friction = FrictionLaw{})
+      : tool_(std::move(tool)),
+        depth_(depth),
+        options_(options),
+        friction_(friction, static_cast<std::size_t>(tool_.periphery())),
+        vertices_(tool_) {
+    options.validate();
+    contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
+  }
+
+  /// The field that this renderer reads; a scene asks for it.
+  template <VoxelDensity Density>
+  [[nodiscard]] auto field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
+    return depth_.template field<Scalar>(grid, isovalue);
+  }
+  /// The map that carving must keep up with.
+  [[nodiscard]] DepthMap& depth_map() const noexcept requires Depth::kUsesDepthMap { return depth_.map(); }
+
+  template <PenetrationField Field>
+  Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    Rendered<Scalar> out;
+    voxel_ = static_cast<double>(field.voxel());
+    contact_stiffness_ = std::max(4 * options_.force / voxel_, kContactShare * options_.stiffness);
+    const Posed X_device = X_GT.template cast<double>();
+    out.status = begin(field, X_device);
+    if (!follow(field, X_device)) out.status = worse(out.status, Status::kWorkBound);
+    if (vertices_.deepest() > voxel_) out.status = worse(out.status, Status::kStartedInside);
+    report(X_device, out);
+    return out;
+  }
+
+  void reset() noexcept {
+    started_ = false;
+    met_ = false;
+    contact_count_ = 0;
+    friction_.reset();
+  }
+
+  [[nodiscard]] const CoupledOptions& options() const noexcept { return options_; }
+  [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
+  [[nodiscard]] double rotational_stiffness() const noexcept { return options_.rotational_stiffness; }
+  /// k_c of one vertex [N/m] in the last tick's field.
+  [[nodiscard]] double contact_stiffness() const noexcept { return contact_stiffness_; }
+  /// How deep the virtual tool's deepest vertex is [m].
+  [[nodiscard]] double penetration() const noexcept { return vertices_.deepest(); }
+  /// Steps that the last tick took.
+  [[nodiscard]] int steps() const noexcept { return steps_; }
+  [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
+    return {contacts_.data(), contact_count_};
+  }
+  /// The virtual tool.
+  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
+  /// The virtual tool and its bite.
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
+    const Vec3d pull = X_device_.translation() - X_.translation();
+    const double most = options_.bite * voxel_;
+    Posed X = X_;
+    if (met_) X.translation() += pull.norm() > most ? Vec3d(pull * (most / pull.norm())) : pull;
+    return X.template cast<Scalar>();
+  }
+
+ private:
+  static constexpr int kDof = Motion::kDof;
+  using VecN = Eigen::Matrix<double, kDof, 1>;
+  using Step = Eigen::Matrix<double, 6, 1>;
+  // Where a contact comes and goes the energy has a kink: to and fro across it there is no more to win.
+  static constexpr int kMostRises = 3;
+  static constexpr double kStall = 1e-5;
+  using MatN = Eigen::Matrix<double, kDof, kDof>;
+
+  [[nodiscard]] CouplingSpring coupling() const noexcept {
+    return {options_.stiffness, options_.rotational_stiffness, options_.force, options_.torque};
+  }
+
+  template <class Field>
+  Status begin(const Field& field, const Posed& X_device) noexcept {
+    const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump);
+    if (!started_) X_ = X_device;
+    X_device_ = X_device;
+    if (jumped) {
+      vertices_.look(field, tool_, X_device);
+      if (vertices_.found().empty()) X_ = X_device;
+    }
+    if (!started_ || jumped) friction_.reset();
+    started_ = true;
+    return jumped ? Status::kJump : Status::kOk;
+  }
+
+  /// Gauss–Newton toward the least energy. Returns whether it got there. Steps into contact overshoot by a quarter of a
+  /// voxel at most and the next one comes back; where contacts change to and fro, steps are damped.
+  template <class Field>
+  bool follow(const Field& field, const Posed& X_device) noexcept {
+    vertices_.look(field, tool_, X_);
+    friction_.begin(X_);
+    friction_.enter(vertices_.found(), X_);
+    met_ = !vertices_.found().empty();
+    double energy = energy_at(X_device);
+    double damping = 1;
+    int rises = 0;
+    for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
+      const Step step = next_step(X_device);
+      const double motion = damping * vertices_.motion(step.template head<3>().norm(), step.template tail<3>().norm());
+      if (motion <= kSmallestStep * voxel_) return true;
+      const double most = vertices_.clearance() + voxel_ / 4;
+      const bool limited = motion > most;
+      const bool touched = !vertices_.found().empty();
+      X_ = moved(X_, (limited ? damping * most / motion : damping) * step);
+      vertices_.look_near(field, tool_, X_);
+      friction_.enter(vertices_.found(), X_);
+      const double before = std::exchange(energy, energy_at(X_device));
+      met_ = met_ || !vertices_.found().empty();
+      if (!limited && !touched && vertices_.found().empty()) return true;
+      if (!limited && std::abs(energy - before) <= kStall * before) return true;
+      if (energy > before && ++rises > 1) damping /= 2;
+      if (rises == kMostRises) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] static Posed moved(const Posed& X, const Step& step) noexcept {
+    const Vec3d turn = step.tail<3>();
+    return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + step.head<3>());
+  }
+
+  [[nodiscard]] double energy_at(const Posed& X_device) const noexcept {
+    double sum = 0;
+    for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth;
+    const double turn = kDof == 6 ? rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose())).norm() : 0.0;
+    return 0.5 * contact_stiffness_ * sum + coupling().energy((X_device.translation() - X_.translation()).norm(), turn);
+  }
+
+  /// Translation and rotation [m, rad] of the virtual tool that a Gauss–Newton step asks for.
+  [[nodiscard]] Step next_step(const Posed& X_device) const noexcept {
+    const Vec3d pull = X_device.translation() - X_.translation();
+    const Vec3d turn = rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose()));
+    Step step;
+    step << pull, turn;
+    if (vertices_.found().empty()) return step;
+
+    const CouplingSpring spring = coupling();
+    const double k_linear = spring.linear(pull.norm());
+    MatN H = MatN::Zero();
+    VecN residual;
+    H.diagonal().template head<3>().setConstant(k_linear);
+    residual.template head<3>() = k_linear * pull;
+    if constexpr (kDof == 6) {
+      const double k_angular = spring.angular(turn.norm());
+      H.diagonal().template tail<3>().setConstant(k_angular);
+      residual.template tail<3>() = k_angular * turn;
+    }
+    for (const VertexContact& c : vertices_.found()) {
+      VecN J;
+      J.template head<3>() = c.out;
+      if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
+      H.template selfadjointView<Eigen::Lower>().rankUpdate(J, contact_stiffness_);
+      residual += (contact_stiffness_ * c.depth) * J;
+      friction_.add(c, X_, contact_stiffness_, H, residual);
+    }
+    const VecN solved = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
+    step.template head<kDof>() = solved;
+    return step;
+  }
+
+  void report(const Posed& X_device, Rendered<Scalar>& out) noexcept {
+    contact_count_ = 0;
+    for (const VertexContact& c : vertices_.found()) {
+      const Vec3d force = contact_stiffness_ * (c.depth * c.out + friction_.settle(c, X_));
+      const double length = c.out.norm();
+      contacts_[contact_count_++] = {
+          (X_.translation() + c.lever).template cast<Scalar>(),
+          (length > 0 ? Vec3d(c.out / length) : Vec3d(Vec3d::Zero())).template cast<Scalar>(),
+          force.template cast<Scalar>()};
+      const bool tip = c.vertex < tool_.groups()[0].count;
+      out.contact.tip = out.contact.tip || tip;
+      out.contact.shaft = out.contact.shaft || !tip;
+    }
+    friction_.end();
+    out.contact.count = static_cast<int>(contact_count_);
+    if (!met_) return;
+    const CouplingSpring spring = coupling();
+    const Vec3d pull = X_.translation() - X_device.translation();
+    out.contact.depth = pull.norm() + vertices_.deepest();
+    out.wrench.force = (spring.linear(pull.norm()) * pull).template cast<Scalar>();
+    if constexpr (kDof == 6) {
+      const Vec3d turn = rotation_vector(Mat3d(X_.linear() * X_device.linear().transpose()));
+      out.wrench.torque = (spring.angular(turn.norm()) * turn).template cast<Scalar>();
+    }
+  }
+
+  Tool tool_;
+  Depth depth_;
+  CoupledOptions options_;
+  [[no_unique_address]] FrictionContacts<FrictionLaw> friction_;
+  VertexContacts<Scalar> vertices_;
+  Posed X_ = Posed::Identity();
+  Posed X_device_ = Posed::Identity();
+  bool started_ = false;
+  bool met_ = false;  // bone, on this tick's way
+  double voxel_ = 0;
+  double contact_stiffness_ = 0;
+  int steps_ = 0;
+  std::size_t contact_count_ = 0;
+  std::vector<ContactPoint<Scalar>> contacts_;
+};
+
+}  // namespace trephine

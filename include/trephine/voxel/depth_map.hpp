@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/depth_build.hpp>
+
+#include <cstdint>
+#include <functional>
+
+namespace trephine {
+
+struct DepthOptions {
+  /// Distances are kept up to this many voxels (shortest spacing) to either side of the surface; farther ones say as
+  /// much and no more. Work of a cut goes with its cube.
+  double reach = 4;
+  bool keep_original = true;  ///< keep a copy for `restore()`: two bytes a voxel more
+
+  void validate() const {
+    if (!(reach >= 2 && reach <= 100)) refuse("DepthMap", "reach must be 2 to 100 voxels", reach);
+  }
+};
+
+/// Signed depth in bone on the voxels' own lattice: positive in bone, the distance to its surface, which is where the
+/// trilinear density meets the isovalue. 16 bit in steps of 1/256 voxel. One sample of it says how deep a point is and
+/// where the way out is, which takes a search in the densities; and outside it bounds how far bone is.
+///
+/// *Made* from a grid once, at load: the nearest point of the surface for each voxel beside it (on the interpolant,
+/// with normals as `BallGradient` gives them), then the nearest of those points for all voxels within reach. Its memory
+/// is 2 bytes a voxel (4 with `keep_original`); 12 bytes a voxel more while it is made.
+///
+/// *Cut* together with the bone: inside, the depth of A without B is min(depth in A, distance to B), which a cut does
+/// voxel by voxel and exactly, as far as the reach. Outside, depths stay what they were or fall: there they are bounds
+/// of the distance to bone, not distances. A cut by rate lowers the depth in `follow`.
+///
+/// Threads: as a VoxelGrid has it; the map is the haptic thread's.
+class DepthMap {
+ public:
+  using Grid = VoxelGrid<std::int16_t>;
+  static constexpr int kPerVoxel = 256;
+  /// Called while a map is made with the share done, 0 to 1.
+  using Progress = std::function<void(double)>;
+
+  /// Throws std::invalid_argument for an isovalue that is not finite or options out of range.
+  template <VoxelDensity Density>
+  DepthMap(const VoxelGrid<Density>& bone, double isovalue, const DepthOptions& options = {},
+           const Progress& progress = {})
+      : unit_(bone.spacing().minCoeff() / kPerVoxel),
+        reach_(options.reach * bone.spacing().minCoeff()),
+        grid_(make(bone, isovalue, options, unit_, progress)) {}
+
+  /// The depths as densities of a grid whose isovalue is 0, in G of the bone.
+  [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
+  /// Metres per step of depth.
+  [[nodiscard]] double unit() const noexcept { return unit_; }
+  /// Largest depth it tells [m].
+  [[nodiscard]] double reach() const noexcept { return reach_; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return grid_.bytes(); }
+
+  /// Takes the cutter's body out. Haptic thread; no allocation; work bounded by the voxels within reach of the cutter.
+  template <Cutter C>
+  void cut(const C& cutter) noexcept {
+    const auto limit = GeometricCut{}.limit<std::int16_t>({});
+    const double slope = kPerVoxel * grid_.spacing().maxCoeff() / grid_.spacing().minCoeff();
+    static_cast<void>(
+        detail::Cut<std::int16_t, C, std::remove_const_t<decltype(limit)>>(grid_, 0, slope, reach_, cutter, limit)
+            .run());
+  }
+
+  /// Lowers depths to what densities allow that were lowered by anything else than a whole cut: in `box` to at most
+  /// (ρ − iso) / slope voxels, the ramp that cuts leave; and there and beside it to at most a neighbour's depth and the
+  /// way to it. Haptic thread; no allocation; work bounded by the box.
+  template <VoxelDensity Density>
+  void follow(const VoxelGrid<Density>& bone, double isovalue, double slope, const VoxelBox& box) noexcept {
+    if (box.empty() || !(slope > 0)) return;
+    const double per_density = kPerVoxel * bone.spacing().maxCoeff() / bone.spacing().minCoeff() / slope;
+    const auto ramp = [&](int i, int j, int k) {
+      return per_density * (static_cast<double>(bone.at(i, j, k)) - isovalue);
+    };
+    lower(box, 0, ramp);
+    const Vec3d step = grid_.spacing() / unit_;
+    lower(box, 2, [&](int i, int j, int k) {
+      double least = std::numeric_limits<double>::infinity();
+      for (int dk = -1; dk <= 1; ++dk)
+        for (int dj = -1; dj <= 1; ++dj)
+          for (int di = -1; di <= 1; ++di) {
+            const double way = step.cwiseProduct(Vec3d(di, dj, dk)).norm();
+            least = std::min(least, way + static_cast<double>(grid_.at(i + di, j + dj, k + dk)));
+          }
+      return std::max(least, 0.0);  // outside, depths are bounds already
+    });
+  }
+
+  /// The depths as they were made; see VoxelGrid::restore. Throws std::invalid_argument without `keep_original`.
+  std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max()) {
+    return grid_.restore(max_bricks);
+  }
+
+ private:
+  template <VoxelDensity Density>
+  static Grid make(const VoxelGrid<Density>& bone, double isovalue, const DepthOptions& options, double unit,
+                   const Progress& progress) {
+    if (!std::isfinite(isovalue)) refuse("DepthMap", "isovalue must be finite", isovalue);
+    options.validate();
+    const double reach = options.reach * bone.spacing().minCoeff();
+    const auto depths = detail::DepthBuilder<Density>(bone, isovalue, reach, progress).run(unit);
+    // Bone that the volume's edge cuts off ends half a voxel beyond it.
+    return Grid({.size = bone.size(), .spacing = bone.spacing(), .X_WG = bone.X_WG(), .outside = -kPerVoxel / 2},
+                depths, {.keep_original = options.keep_original});
+  }
+
+  /// Lowers the voxels of `box`, `margin` voxels grown, to at most bound(i, j, k).
+  template <class Bound>
+  void lower(const VoxelBox& box, int margin, const Bound& bound) noexcept {
+    std::array<int, 3> lo;
+    std::array<int, 3> hi;
+    for (std::size_t a = 0; a < 3; ++a) {
+      lo[a] = std::max(box.lo[a] - margin, 0);
+      hi[a] = std::min(box.hi[a] + margin, grid_.size()[a] - 1);
+    }
+    for (int k = lo[2]; k <= hi[2]; ++k)
+      for (int j = lo[1]; j <= hi[1]; ++j)
+        grid_.lower_row(j, k, lo[0], hi[0], [&](int i, std::int16_t old) {
+          const double b = std::floor(bound(i, j, k));
+          return b < static_cast<double>(old) ? static_cast<std::int16_t>(std::max(b, -32768.0)) : old;
+        });
+    grid_.commit();
+  }
+
+  double unit_;
+  double reach_;
+  Grid grid_;
+};
+
+/// A bone and its depths, for cuts that keep both.
+template <VoxelDensity Density>
+class BoneWithDepth {
+ public:
+  BoneWithDepth(VoxelGrid<Density>& bone, DepthMap& depth) noexcept : bone_(&bone), depth_(&depth) {}
+
+  [[nodiscard]] VoxelGrid<Density>& bone() const noexcept { return *bone_; }
+  [[nodiscard]] DepthMap& depth() const noexcept { return *depth_; }
+  [[nodiscard]] const Vec3d& spacing() const noexcept { return bone_->spacing(); }
+  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return bone_->rise_stamp(); }
+
+  /// Lets the depths follow the bone's last edit, made by anything else than a whole cut.
+  void follow(double isovalue, double slope = 0) noexcept {
+    const double s = slope > 0 && std::isfinite(slope) ? slope : auto_slope(*bone_, isovalue);
+    depth_->follow(*bone_, isovalue, s, bone_->last_edit());
+  }
+
+  /// Puts the originals back, as VoxelGrid::restore does; returns how many bricks are left in the one that has more.
+  std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max()) {
+    return std::max(bone_->restore(max_bricks), depth_->restore(max_bricks));
+  }
+
+ private:
+  VoxelGrid<Density>* bone_;
+  DepthMap* depth_;
+};
+
+/// As for a bone alone; its depths follow. Returns the removed volume [mm³].
+template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
+double carve(BoneWithDepth<Density>& bone, double isovalue, const C& cutter, const Policy& policy = {},
+             const CutAllowance& allowance = {}, double slope = 0) noexcept {
+  const std::uint64_t edits = bone.bone().edit_count();
+  const double removed = carve(bone.bone(), isovalue, cutter, policy, allowance, slope);
+  // A body that changes no density lies in air, where no depth exceeds the distance to it.
+  if (bone.bone().edit_count() == edits) return removed;
+  if constexpr (std::is_same_v<Policy, GeometricCut>)
+    bone.depth().cut(cutter);
+  else
+    bone.follow(isovalue, slope);
+  return removed;
+}
+
+}  // namespace trephine
