@@ -16,13 +16,14 @@ struct SurfaceDisc {
   Vec3<float> point;
   Vec3<float> normal;
 
-  /// Distance [m] from q to the disc of radius `r`, which lies in the surface's tangent plane: the plane's distance
-  /// above it, so that discs that stand a voxel apart make one surface.
-  [[nodiscard]] float distance(const Vec3<float>& q, float r) const noexcept {
+  /// Distance [m] of q, whose nearest disc this is. Discs stand a voxel apart: above one it is the height over the
+  /// tangent plane. Farther beside it than two thirds of a voxel, up to one, it goes over to the distance of the point: the
+  /// surface has an edge there, and its normal says little.
+  [[nodiscard]] float distance(const Vec3<float>& q, float voxel) const noexcept {
     const Vec3<float> d = q - point;
     const float height = d.dot(normal);
     const float beside = std::sqrt(std::max(0.0F, d.squaredNorm() - height * height));
-    const float out = std::max(0.0F, beside - r);
+    const float out = beside * std::clamp((beside / voxel - 0.65F) / 0.3F, 0.0F, 1.0F);
     return std::sqrt(height * height + out * out);
   }
 };
@@ -191,7 +192,7 @@ class DepthBuilder {
 
   [[nodiscard]] std::vector<std::int16_t> depths(double unit) const {
     std::vector<std::int16_t> out(nearest_.size());
-    const float disc_radius = 0.7F * spacing_.maxCoeff();
+    const float voxel = spacing_.maxCoeff();
     const auto per_unit = static_cast<float>(1 / unit);
     for (int k = 0; k < bone_.size()[2]; ++k)
       for (int j = 0; j < bone_.size()[1]; ++j)
@@ -199,7 +200,7 @@ class DepthBuilder {
           const std::size_t v = index(i, j, k);
           float d = reach_;
           if (nearest_[v] != kNone)
-            d = std::min(d, discs_[static_cast<std::size_t>(nearest_[v])].distance(centre(i, j, k), disc_radius));
+            d = std::min(d, discs_[static_cast<std::size_t>(nearest_[v])].distance(centre(i, j, k), voxel));
           const auto whole = static_cast<int>(std::lround(d * per_unit));
           // Outside is below 0 even beside the surface: the depth's sign is the density's.
           out[v] = static_cast<std::int16_t>(in_bone(i, j, k) ? whole : -std::max(whole, 1));

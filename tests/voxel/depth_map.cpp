@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+#include "support/fields.hpp"
+
+#include <trephine/contact/depth_field.hpp>
+#include <trephine/voxel/drill_cutter.hpp>
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+struct Errors {
+  double rms = 0, most = 0;  ///< of the depth [voxels]
+  double angle = 0;          ///< mean, of the smooth normal [deg]
+};
+
+// Depths at points that lie `depth` voxels under the surface, against the shape's own distance.
+template <class Shape>
+Errors at_depth(const DepthMap& map, const Shape& shape, const RasterOptions& o, double depth) {
+  const DepthField<double> field(map);
+  const double h = o.spacing.minCoeff();
+  Random random(7);
+  Errors e;
+  int n = 0;
+  while (n < 1500) {
+    Vec3d p = o.middle() +
+              0.3 * o.spacing.cwiseProduct(Vec3d(o.size[0] * random.uniform(-1, 1), o.size[1] * random.uniform(-1, 1),
+                                                 o.size[2] * random.uniform(-1, 1)));
+    for (int i = 0; i < 4; ++i) p -= (shape(p) + depth * h) * outward_normal(shape, p);
+    const Vec3d voxel = p.cwiseQuotient(o.spacing);
+    const Vec3d last(o.size[0] - 1, o.size[1] - 1, o.size[2] - 1);
+    if (std::abs(shape(p) + depth * h) > 1e-3 * h || (voxel.array() < 8).any() || ((last - voxel).array() < 8).any())
+      continue;
+    const double error = field.value(p) / h - depth;
+    e.rms += error * error;
+    e.most = std::max(e.most, std::abs(error));
+    e.angle += angle_deg(-field.smooth_gradient(p), outward_normal(shape, p));
+    ++n;
+  }
+  e.rms = std::sqrt(e.rms / n);
+  e.angle /= n;
+  return e;
+}
+
+template <class Shape>
+void check_depths(const Shape& shape, const RasterOptions& o) {
+  const auto bone = rasterise<std::uint8_t>(shape, o);
+  const DepthMap map(bone, o.isovalue(), {.reach = 9});
+  const bool soft = o.image == Image::kCtBlur;
+  for (const double depth : {-7.5, -3.0, -1.0, 0.0, 0.5, 1.0, 3.0, 7.5}) {
+    CAPTURE(depth);
+    const Errors e = at_depth(map, shape, o, depth);
+    // The trilinear bias of a convex surface, h²/(6R), is in these.
+    CHECK(e.rms <= (std::abs(depth) <= 1 ? 0.05 : 0.2));
+    if (soft && std::abs(depth) <= 1) CHECK(e.angle <= 0.6);
+  }
+  MESSAGE("depth error at the surface ", at_depth(map, shape, o, 0).rms, " voxels rms, normals ",
+          at_depth(map, shape, o, 0.3).angle, " deg");
+}
+
+TEST_CASE("depths are the distances to the surface, to a small part of a voxel") {
+  RasterOptions o{.size = {72, 72, 72}};
+  const Vec3d off(1e-5, 3e-5, -7e-5);
+  for (const Image image : {Image::kCtBlur, Image::kPartialVolume, Image::kClampedDistance}) {
+    o.image = image;
+    CAPTURE(static_cast<int>(image));
+    check_depths(Ball{o.middle() + off, 20 * 3e-4}, o);
+    check_depths(HalfSpace{o.middle() + off, Vec3d(0.3, 0.5, 0.8).normalized()}, o);
+    check_depths(Hollow<Ball>{Ball{o.middle() + off, 18 * 3e-4}}, o);
+  }
+}
+
+TEST_CASE("voxels that are longer along one axis: depths are metric all the same") {
+  RasterOptions o{.size = {96, 96, 40}, .spacing = {3e-4, 3e-4, 9e-4}};
+  const HalfSpace plane{o.middle(), Vec3d(0.6, 0, 0.8)};
+  const auto bone = rasterise<std::int16_t>(plane, o);
+  const DepthMap map(bone, o.isovalue(), {.reach = 9});
+  for (const double depth : {-3.0, 0.0, 1.0, 4.0})
+    CHECK(at_depth(map, plane, o, depth).rms <= (depth == 0 ? 0.05 : 0.2));
+}
+
+TEST_CASE("a depth is above 0 where the density is in bone, and no distance is overstated") {
+  RasterOptions o{.size = {40, 44, 36}, .noise = 6};
+  const auto bone = rasterise<std::uint8_t>(Ball{o.middle(), 12 * 3e-4}, o);
+  const DepthMap map(bone, o.isovalue(), {.reach = 6});
+  int wrong = 0, steep = 0;
+  double most = 0;
+  for (int k = 0; k < o.size[2]; ++k)
+    for (int j = 0; j < o.size[1]; ++j)
+      for (int i = 0; i < o.size[0]; ++i) {
+        wrong += (map.grid().at(i, j, k) >= 0) != (bone.at(i, j, k) >= o.isovalue()) ? 1 : 0;
+        most = std::max(most, std::abs(static_cast<double>(map.grid().at(i, j, k))) / DepthMap::kPerVoxel);
+        if (i + 1 < o.size[0]) {
+          const double step = std::abs(map.grid().at(i + 1, j, k) - map.grid().at(i, j, k));
+          steep += step > 1.15 * DepthMap::kPerVoxel ? 1 : 0;
+        }
+      }
+  CHECK(wrong == 0);
+  CHECK(most <= 6);
+  CHECK(steep == 0);
+}
+
+// Inside, the depth of what is left after cuts is the least of the depth before and the distance to each cutter.
+TEST_CASE("a thousand cuts: inside, depths are exactly what distances say; against a map made anew") {
+  const unsigned seed = 17;
+  CAPTURE(seed);
+  Random random(seed);
+  RasterOptions o{.size = {56, 56, 56}};
+  auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle() + Vec3d(0, 0, 12 * 3e-4), Vec3d::UnitZ()}, o);
+  DepthMap map(bone, o.isovalue());
+  const double reach = map.reach(), unit = map.unit();
+  std::vector<double> expected;
+  const auto for_all = [&](auto&& f) {
+    for (int k = 0; k < o.size[2]; ++k)
+      for (int j = 0; j < o.size[1]; ++j)
+        for (int i = 0; i < o.size[0]; ++i) f(i, j, k);
+  };
+  for_all([&](int i, int j, int k) { expected.push_back(map.grid().at(i, j, k) * unit); });
+  BoneWithDepth both(bone, map);
+  for (int cut = 0; cut < 1000; ++cut) {
+    const Vec3d p = o.spacing.cwiseProduct(Vec3d(random.uniform(8, 48), random.uniform(8, 48), random.uniform(30, 46)));
+    const SphereCutter cutter(p, p + random.uniform(0, 1) * 3e-4 * random.unit(), random.uniform(2, 4) * 3e-4);
+    const std::uint64_t edits = bone.edit_count();
+    static_cast<void>(carve(both, o.isovalue(), cutter));
+    if (bone.edit_count() == edits) continue;  // in air: depths are not looked at
+    std::size_t v = 0;
+    for_all([&](int i, int j, int k) {
+      const double d = cutter.signed_distance(o.spacing.cwiseProduct(Vec3d(i, j, k)));
+      if (d < reach) expected[v] = std::min(expected[v], d);
+      ++v;
+    });
+  }
+  const DepthMap anew(bone, o.isovalue());
+  std::size_t v = 0;
+  double off = 0, off_anew = 0, overstated = 0;
+  int inside = 0;
+  for_all([&](int i, int j, int k) {
+    const double depth = map.grid().at(i, j, k) * unit;
+    if (expected[v] > 0) {
+      off = std::max(off, std::abs(depth - expected[v]));
+      const double difference = depth - anew.grid().at(i, j, k) * unit;
+      off_anew += difference * difference;
+      ++inside;
+    } else if (random.below(20) == 0) {
+      // Outside, bone is not nearer than the depth says: look at the voxels themselves.
+      double nearest = 6 * 3e-4;
+      for (int dk = -5; dk <= 5; ++dk)
+        for (int dj = -5; dj <= 5; ++dj)
+          for (int di = -5; di <= 5; ++di)
+            if (bone.contains(i + di, j + dj, k + dk) && bone.at(i + di, j + dj, k + dk) >= o.isovalue())
+              nearest = std::min(nearest, 3e-4 * Vec3d(di, dj, dk).norm());
+      overstated = std::max(overstated, -depth - nearest);
+    }
+    ++v;
+  });
+  CHECK(off <= 1.01 * unit);
+  CHECK(std::sqrt(off_anew / inside) <= 0.06 * 3e-4);
+  CHECK(overstated <= 0.05 * 3e-4);
+  MESSAGE("against a map made anew: ", std::sqrt(off_anew / inside) / 3e-4, " voxels rms over ", inside,
+          " voxels in bone");
+  CHECK(both.restore() == 0);
+  CHECK(map.grid().at(28, 28, 5) > 0);
+}
+
+TEST_CASE("depths follow bone that wears down: their surface is that of the densities") {
+  RasterOptions o{.size = {40, 40, 40}};
+  auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle() + Vec3d(0, 0, 3e-4), Vec3d::UnitZ()}, o);
+  DepthMap map(bone, o.isovalue());
+  BoneWithDepth both(bone, map);
+  const SphereCutter cutter(o.middle(), o.middle(), 5 * 3e-4);
+  const RateLimitedCut<> slow{.rate = 2000};
+  for (std::uint32_t tick = 0; tick < 400; ++tick)
+    static_cast<void>(carve(both, o.isovalue(), cutter, slow, CutAllowance{.dt = 1e-3, .tick = tick}));
+  // Along rays from the cutter's centre down: where densities fall below the isovalue and where depths fall below 0.
+  const DensityField<std::uint8_t, double> density(bone, o.isovalue());
+  const DepthField<double> depth(map);
+  Random random(4);
+  double off = 0;
+  for (int i = 0; i < 300; ++i) {
+    Vec3d d = random.unit();
+    d.z() = -std::abs(d.z()) - 0.3;
+    d.normalize();
+    const auto surface = [&](const auto& field) {
+      double s = 0;
+      while (s < 9 * 3e-4 && !(field.value(o.middle() + s * d) >= 0)) s += 3e-6;
+      return s;
+    };
+    off = std::max(off, std::abs(surface(density) - surface(depth)));
+  }
+  CHECK(off <= 0.15 * 3e-4);
+}
+
+TEST_CASE("depth maps that cannot be are refused") {
+  RasterOptions o{.size = {8, 8, 8}};
+  const auto bone = rasterise<std::uint8_t>(Ball{o.middle(), 3 * 3e-4}, o);
+  CHECK_THROWS_AS(DepthMap(bone, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+  CHECK_THROWS_AS(DepthMap(bone, 127.5, {.reach = 1}), std::invalid_argument);
+  CHECK_THROWS_AS(DepthMap(bone, 127.5, {.reach = 200}), std::invalid_argument);
+  // No bone, nothing but bone, a single voxel.
+  CHECK(DepthMap(bone, 300).grid().at(4, 4, 4) < 0);
+  CHECK(DepthMap(bone, -1).grid().at(4, 4, 4) > 0);
+  const std::vector<std::uint8_t> one{255};
+  const VoxelGrid<std::uint8_t> voxel({.size = {1, 1, 1}, .spacing = {1e-3, 1e-3, 1e-3}, .outside = 0}, one);
+  CHECK(DepthMap(voxel, 127.5).grid().at(0, 0, 0) > 0);
+}
+
+}  // namespace
