@@ -3,6 +3,7 @@
 
 #include "run.hpp"
 
+#include <trephine/render/coupled_tool_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/milling.hpp>
@@ -21,6 +22,9 @@ RateLimitedCut<> bite(const Bone& bone) {
   return {.rate = (bone.grid.original_range().max - bone.isovalue) * voxels / 1.5};
 }
 
+/// Of the simulated device [N, N·m].
+constexpr double kMostForce = 8.5, kMostTorque = 0.188;
+
 /// The scene of this program: only the renderer differs.
 template <class Renderer>
 auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer) {
@@ -30,7 +34,11 @@ auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer) {
                      Milling{bite(about)},
                      MillingVibration{{.frequency = 180, .per_force = 0.08}},
                      Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}},
-                     DeviceLimits{.force = 8.5, .torque = 0.188}};
+                     DeviceLimits{.force = kMostForce, .torque = kMostTorque}};
+}
+
+SurfaceCounts counts_of(const Options& options) {
+  return {.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice};
 }
 
 }  // namespace
@@ -42,11 +50,18 @@ RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Sur
 }
 
 RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
-  const ToolDiscretization tool{
-      about.burr,
-      SurfaceCounts{.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice}};
+  const ToolDiscretization tool{about.burr, counts_of(options)};
   auto scene = scene_of(bone, about, SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = kStiffness}});
   return perform("surface", scene, surgeon, pictured, options.real_time, "surface");
+}
+
+RunLog run_coupled(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
+  const ToolDiscretization tool{about.burr, counts_of(options)};
+  DepthMap depths(bone, about.isovalue);
+  const CoupledOptions gains{
+      .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};
+  auto scene = scene_of(bone, about, CoupledToolRenderer{tool, FromDepthMap(depths), gains});
+  return perform("coupled", scene, surgeon, pictured, options.real_time, "coupled");
 }
 
 }  // namespace drill

@@ -113,6 +113,7 @@ int perform(const Options& options, const Bone& bone, const Surgeon& surgeon) {
   };
   if (options.line) add(run_line);
   if (options.surface) add(run_surface);
+  if (options.coupled) add(run_coupled);
   std::vector<const RunLog*> logs;
   for (const Run& r : runs) logs.push_back(&r.log);
   print_table(logs);

@@ -53,12 +53,14 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.series = v[0]; }},
     Entry{"--isovalue", 1, "V", "bone is where the density is at least V (skull and CT: 300 HU)",
           [](Options& o, Values v) { o.isovalue = number(v[0], -1e9, 1e9, ""); }},
-    Entry{"--algorithm", 1, "line|surface|all", "what to run (all)",
+    Entry{"--algorithm", 1, "NAME", "line, surface, coupled or all (all)",
           [](Options& o, Values v) {
-            if (v[0] != "line" && v[0] != "surface" && v[0] != "all")
-              throw UsageError("'" + v[0] + "' is none of line, surface, all");
-            o.line = v[0] != "surface";
-            o.surface = v[0] != "line";
+            if (v[0] != "line" && v[0] != "surface" && v[0] != "coupled" && v[0] != "all")
+              throw UsageError("'" + v[0] + "' is none of line, surface, coupled, all");
+            const bool all = v[0] == "all";
+            o.line = all || v[0] == "line";
+            o.surface = all || v[0] == "surface";
+            o.coupled = all || v[0] == "coupled";
           }},
     Entry{"--at", 3, "X Y Z", "drill at the bone nearest to this place [mm, from the first voxel; CT: patient's space]",
           [](Options& o, Values v) {
@@ -74,11 +76,11 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.shaft_length = metres(v[0]); }},
     Entry{"--line-vertices", 1, "N", "Line: vertices along the shaft (50)",
           [](Options& o, Values v) { o.line_vertices = whole(v[0], 1, 100000); }},
-    Entry{"--sphere-vertices", 1, "N", "Surface: vertices on the burr (26)",
+    Entry{"--sphere-vertices", 1, "N", "Surface, Coupled: vertices on the burr (26)",
           [](Options& o, Values v) { o.sphere_vertices = whole(v[0], 4, 100000); }},
-    Entry{"--slices", 1, "N", "Surface: slices of the shaft (20)",
+    Entry{"--slices", 1, "N", "Surface, Coupled: slices of the shaft (20)",
           [](Options& o, Values v) { o.slices = whole(v[0], 1, 10000); }},
-    Entry{"--per-slice", 1, "N", "Surface: vertices on a slice (8)",
+    Entry{"--per-slice", 1, "N", "Surface, Coupled: vertices on a slice (8)",
           [](Options& o, Values v) { o.per_slice = whole(v[0], 3, 1000); }},
     Entry{"--seconds", 1, "S", "simulated length of an algorithm's run (8)",
           [](Options& o, Values v) { o.seconds = number(v[0], 2, 600, " s"); }},

@@ -24,6 +24,7 @@ struct Options {
   std::optional<double> isovalue;
   bool line = true;
   bool surface = true;
+  bool coupled = true;
   std::optional<trephine::Vec3d> at;                             ///< where to drill, in the volume's world [m]
   std::optional<double> tip_radius, shaft_radius, shaft_length;  // [m]
   int line_vertices = 50;

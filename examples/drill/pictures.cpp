@@ -121,7 +121,8 @@ std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, cons
                                const Surgeon& surgeon, const RunLog& log) {
   const Studio studio(bone, surgeon);
   const bool line = log.algorithm == "line";
-  const std::string name = line ? "Line" : "Surface";
+  const bool proxy = log.algorithm != "surface";
+  const std::string name = capitalised(log.algorithm);
   const LogRow& row = log.rows[std::min(log.pictured, log.rows.size() - 1)];
 
   Picture lean = studio.picture(after);
@@ -130,14 +131,16 @@ std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, cons
   lean.light = studio.raking_light();
   lean.tool = studio.in_G(row.drawn);
   lean.tool_label = "drill";
-  if (line) {
+  if (proxy) {
     lean.tool_label = "drill as drawn: its proxy, held on the surface";
     lean.ghost = studio.in_G(row.probe);
     lean.ghost_label = "probe: where the hand holds it";
+  }
+  if (line) {
     lean.points_label = "intersection point of the shaft";
     if (row.contact.shaft) lean.points.push_back(studio.in_G(row.intersection));
   } else {
-    lean.points_label = "vertices in contact";
+    lean.points_label = proxy ? "places in contact" : "vertices in contact";
     for (const Vec3d& p : log.touching) lean.points.push_back(studio.in_G(p));
   }
   std::array<char, 160> figures{};

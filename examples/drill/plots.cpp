@@ -128,7 +128,9 @@ std::string plot_run(const std::string& folder, const std::string& algorithm, co
                   p.x(), -n.x(), x + 1, p.y(), -n.y(), x + 2, p.z(), -n.z());
     return std::string(text.data());
   };
-  const std::string name = algorithm == "line" ? "Line approximation" : "Surface approximation";
+  const std::string name = algorithm == "line"      ? "Line approximation"
+                           : algorithm == "surface" ? "Surface approximation"
+                                                    : "Coupled tool";
   Script script(algorithm, name + ": drilling the " + bone, 4, surgeon);
   script.panel("force [N]", "[*:*]",
                curve(csv, "(sqrt($16**2+$17**2+$18**2))", "|F|", 5) + "," + curve(csv, "16", "F_x", 0) + "," +
@@ -138,7 +140,7 @@ std::string plot_run(const std::string& folder, const std::string& algorithm, co
                    "," + curve(csv, "(1e3*$20)", "T_y", 1) + "," + curve(csv, "(1e3*$21)", "T_z", 2));
   script.panel("depth of the burr [mm]", "[*:*]",
                curve(csv, depth(10), "probe", 0) +
-                   (algorithm == "line" ? "," + curve(csv, depth(13), "proxy", 3) : std::string()));
+                   (algorithm != "surface" ? "," + curve(csv, depth(13), "proxy", 3) : std::string()));
   script.panel("bone removed [mm^3]", "[0:*]",
                curve(csv, "23", "removed", 2) + "," + curve(csv, "22", "contacts", 4, kRight), "contacts");
   return script.run(folder);

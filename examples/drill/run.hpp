@@ -55,7 +55,7 @@ void add_details(const Renderer& renderer, const trephine::Posed& X_WG, RunLog& 
     row.reaction_N = static_cast<double>(r.reaction_N);
     row.shaft_torque_Nm = static_cast<double>(r.torque_Nm);
     row.intersection = X_WG * r.intersection.template cast<double>();
-  } else {
+  } else if constexpr (requires { renderer.slices(); }) {
     trephine::Vec3d total = trephine::Vec3d::Zero();
     int number = 0;
     for (const auto& slice : renderer.slices()) {
@@ -94,7 +94,7 @@ template <class Scene>
   constexpr double kRate = 1000;
   const auto ticks = static_cast<std::size_t>(kRate * surgeon.seconds()) + 16;
   log.rows.reserve(ticks);
-  if constexpr (!requires { scene.renderer().report(); })
+  if constexpr (requires { scene.renderer().slices(); })
     log.slices.reserve(ticks * std::max<std::size_t>(8, scene.renderer().slices().size() / 2));
   log.touching.resize(256);
   log.pictured = static_cast<std::size_t>(kRate * pictured);

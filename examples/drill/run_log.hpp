@@ -16,7 +16,7 @@ struct LogRow {
   std::int64_t tick_ns = 0;  ///< the scene's tick alone
   trephine::Posed hand;      ///< where the hand's drill really is
   trephine::Posed probe;     ///< where the encoders say it is, which is what the scene got
-  trephine::Posed proxy;     ///< the drill held on the surface (Line); the probe (Surface)
+  trephine::Posed proxy;     ///< the drill held on the surface (Line, Coupled); the probe (Surface)
   trephine::Posed drawn;     ///< the drill as a host would draw it
   trephine::Wrenchd wrench;  ///< the scene's answer
   trephine::ContactSummary contact;
@@ -36,7 +36,7 @@ struct SliceRow {
 
 /// All that a run leaves behind.
 struct RunLog {
-  std::string algorithm;  ///< "line" or "surface"
+  std::string algorithm;  ///< "line", "surface" or "coupled"
   std::vector<LogRow> rows;
   std::vector<SliceRow> slices;           ///< Surface only
   std::vector<trephine::Vec3d> touching;  ///< contact points at the tick asked for, in W

@@ -29,7 +29,7 @@ struct CoupledOptions {
   double jump = 0.005;
   /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
   /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
-  double bite = 0.5;
+  double bite = 1;
 
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
@@ -214,6 +214,8 @@ class CoupledToolRenderer {
     double energy = energy_at(X_device);
     double damping = 1;
     int rises = 0;
+    Posed X_best = X_;
+    double least = std::numeric_limits<double>::infinity();
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
       const Step step = next_step(X_device);
       const double motion = damping * vertices_.motion(step.template head<3>().norm(), step.template tail<3>().norm());
@@ -228,10 +230,24 @@ class CoupledToolRenderer {
       met_ = met_ || !vertices_.found().empty();
       if (!limited && !touched && vertices_.found().empty()) return true;
       if (!limited && std::abs(energy - before) <= kStall * before) return true;
+      if (energy < least) {
+        least = energy;
+        X_best = X_;
+      }
       if (energy > before && ++rises > 1) damping /= 2;
-      if (rises == kMostRises) return true;
+      if (rises == kMostRises) return rest_at(field, X_best);
     }
     return false;
+  }
+
+  /// Ends a search that goes to and fro at the best of its places: a tool at rest then stays there tick by tick.
+  template <class Field>
+  bool rest_at(const Field& field, const Posed& X) noexcept {
+    if constexpr (!FrictionContacts<FrictionLaw>::kActive) {
+      X_ = X;
+      vertices_.look_near(field, tool_, X_);
+    }
+    return true;
   }
 
   [[nodiscard]] static Posed moved(const Posed& X, const Step& step) noexcept {
@@ -319,5 +335,12 @@ class CoupledToolRenderer {
   std::size_t contact_count_ = 0;
   std::vector<ContactPoint<Scalar>> contacts_;
 };
+
+template <RealScalar S, class Depth>
+CoupledToolRenderer(ToolDiscretization<SurfaceCounts, S>, Depth, CoupledOptions = {})
+    -> CoupledToolRenderer<S, Depth, Frictionless, SixDof>;
+template <RealScalar S, class Depth, Friction FrictionLaw>
+CoupledToolRenderer(ToolDiscretization<SurfaceCounts, S>, Depth, CoupledOptions, FrictionLaw)
+    -> CoupledToolRenderer<S, Depth, FrictionLaw, SixDof>;
 
 }  // namespace trephine
