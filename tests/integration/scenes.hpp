@@ -59,6 +59,19 @@ template <class S>
       Tool(kDrill, SurfaceCounts{}));
 }
 
+/// The coupled tool on a bone's depths, with friction.
+template <class S>
+[[nodiscard]] auto make_coupled(DepthMap& depths) {
+  using Tool = ToolDiscretization<SurfaceCounts, S>;
+  return CoupledToolRenderer<S, FromDepthMap, Coulomb>(Tool(kDrill, SurfaceCounts{}), FromDepthMap(depths));
+}
+/// On densities alone.
+template <class S>
+[[nodiscard]] auto make_coupled_on_densities() {
+  using Tool = ToolDiscretization<SurfaceCounts, S>;
+  return CoupledToolRenderer<S, FromDensities>(Tool(kDrill, SurfaceCounts{}), FromDensities{});
+}
+
 inline constexpr double kForceLimit = 3.3;
 inline constexpr double kTorqueLimit = 0.1;
 

@@ -107,6 +107,9 @@ class CoupledToolRenderer {
   using Gradient = AnalyticGradient;
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
   static constexpr int kMostSteps = 24;
+  /// Farther behind than this [voxels] after a jump the virtual tool starts anew where the device is: it would take 50
+  /// ticks to follow.
+  static constexpr double kFarthestFollow = 300;
   static constexpr double kSmallestStep = 1e-3;  ///< [voxels]: motion below it ends a tick's search
   static constexpr double kContactShare = 50;    ///< least k_c / k_v
 
@@ -196,7 +199,8 @@ class CoupledToolRenderer {
     X_device_ = X_device;
     if (jumped) {
       vertices_.look(field, tool_, X_device);
-      if (vertices_.found().empty()) X_ = X_device;
+      const bool far = !((X_device.translation() - X_.translation()).norm() <= kFarthestFollow * voxel_);
+      if (vertices_.found().empty() || far) X_ = X_device;
     }
     if (!started_ || jumped) friction_.reset();
     started_ = true;

@@ -72,22 +72,20 @@ class DepthMap {
   template <VoxelDensity Density>
   void follow(const VoxelGrid<Density>& bone, double isovalue, double slope, const VoxelBox& box) noexcept {
     if (box.empty() || !(slope > 0)) return;
-    const double per_density = kPerVoxel * bone.spacing().maxCoeff() / bone.spacing().minCoeff() / slope;
-    const auto ramp = [&](int i, int j, int k) {
-      return per_density * (static_cast<double>(bone.at(i, j, k)) - isovalue);
-    };
-    lower(box, 0, ramp);
-    const Vec3d step = grid_.spacing() / unit_;
-    lower(box, 2, [&](int i, int j, int k) {
-      double least = std::numeric_limits<double>::infinity();
-      for (int dk = -1; dk <= 1; ++dk)
-        for (int dj = -1; dj <= 1; ++dj)
-          for (int di = -1; di <= 1; ++di) {
-            const double way = step.cwiseProduct(Vec3d(di, dj, dk)).norm();
-            least = std::min(least, way + static_cast<double>(grid_.at(i + di, j + dj, k + dk)));
-          }
-      return std::max(least, 0.0);  // outside, depths are bounds already
+    const auto per_density =
+        static_cast<float>(kPerVoxel * bone.spacing().maxCoeff() / bone.spacing().minCoeff() / slope);
+    const auto iso = static_cast<float>(isovalue);
+    lower(box, 0, [&](int i, int j, int k, const Lanes&, Lanes& value) {
+      const Density* density = bone.data() + bone.index(i, j, k);
+      for (std::size_t l = 0; l < value.size(); ++l)
+        value[l] = std::min(value[l], at_most(per_density * (static_cast<float>(density[l]) - iso)));
     });
+    Ways ways;
+    for (int n = 0; n < 8; ++n) {
+      const Vec3d step = grid_.spacing().cwiseProduct(Vec3d(n & 1, (n >> 1) & 1, n >> 2)) / unit_;
+      ways[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(std::min(std::ceil(step.norm()), 16000.0));
+    }
+    lower(box, 2, [&](int i, int j, int k, const Lanes& old, Lanes& value) { keep_slope(i, j, k, ways, old, value); });
   }
 
   /// The depths as they were made; see VoxelGrid::restore. Throws std::invalid_argument without `keep_original`.
@@ -108,9 +106,38 @@ class DepthMap {
                 depths, {.keep_original = options.keep_original});
   }
 
-  /// Lowers the voxels of `box`, `margin` voxels grown, to at most bound(i, j, k).
-  template <class Bound>
-  void lower(const VoxelBox& box, int margin, const Bound& bound) noexcept {
+  using Lanes = Grid::Lanes;
+  using Ways = std::array<std::int16_t, 8>;  // to a neighbour that differs along x (1), y (2), z (4)
+
+  /// A bound as a depth, rounded down; whole depths are far from the type's ends.
+  [[nodiscard]] static std::int16_t at_most(float bound) noexcept {
+    constexpr float kEnd = 30000;
+    const float b = bound < kEnd ? (bound > -kEnd ? bound : -kEnd) : kEnd;
+    const int whole = static_cast<int>(b);
+    return static_cast<std::int16_t>(static_cast<float>(whole) > b ? whole - 1 : whole);
+  }
+
+  /// Lowers depths in bone to at most a neighbour's and the way to it.
+  void keep_slope(int i, int j, int k, const Ways& ways, const Lanes& old, Lanes& value) const noexcept {
+    std::int16_t deepest = 0;
+    for (const std::int16_t v : old) deepest = std::max(deepest, v);
+    if (deepest == 0) return;  // outside, depths are bounds already
+    const std::int16_t* here = grid_.data() + grid_.index(i, j, k);
+    Lanes least = old;
+    for (int dk = -1; dk <= 1; ++dk)
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          const std::int16_t way = ways[static_cast<std::size_t>(di * di + 2 * dj * dj + 4 * dk * dk)];
+          const std::int16_t* there = here + (dk * grid_.plane_pitch() + dj * grid_.row_pitch() + di);
+          for (std::size_t l = 0; l < least.size(); ++l)
+            least[l] = std::min(least[l], static_cast<std::int16_t>(there[l] + way));
+        }
+    for (std::size_t l = 0; l < least.size(); ++l) value[l] = old[l] > 0 ? std::max(least[l], std::int16_t{0}) : old[l];
+  }
+
+  /// Lowers the voxels of `box`, `margin` voxels grown, by `edit(i, j, k, old, value)`, lanes of a row at a time.
+  template <class Edit>
+  void lower(const VoxelBox& box, int margin, const Edit& edit) noexcept {
     std::array<int, 3> lo;
     std::array<int, 3> hi;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -119,10 +146,8 @@ class DepthMap {
     }
     for (int k = lo[2]; k <= hi[2]; ++k)
       for (int j = lo[1]; j <= hi[1]; ++j)
-        grid_.lower_row(j, k, lo[0], hi[0], [&](int i, std::int16_t old) {
-          const double b = std::floor(bound(i, j, k));
-          return b < static_cast<double>(old) ? static_cast<std::int16_t>(std::max(b, -32768.0)) : old;
-        });
+        grid_.lower_lanes(j, k, lo[0], hi[0],
+                          [&](int i, int, const Lanes& old, Lanes& value) { edit(i, j, k, old, value); });
     grid_.commit();
   }
 
