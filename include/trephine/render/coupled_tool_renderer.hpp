@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/depth_field.hpp>
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/vertex_contacts.hpp>
 #include <trephine/render/contact_friction.hpp>
+#include <trephine/render/depth_source.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/virtual_coupling.hpp>
 
@@ -54,30 +54,6 @@ struct TranslationOnly {
 template <class M>
 concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOnly>;
 
-/// Where depth comes from: a DepthMap kept beside the densities …
-class FromDepthMap {
- public:
-  static constexpr bool kUsesDepthMap = true;
-  explicit FromDepthMap(DepthMap& map) noexcept : map_(&map) {}
-  template <RealScalar Scalar, VoxelDensity Density>
-  [[nodiscard]] DepthField<Scalar> field(const VoxelGrid<Density>&, double) const noexcept {
-    return DepthField<Scalar>(*map_);
-  }
-  [[nodiscard]] DepthMap& map() const noexcept { return *map_; }
-
- private:
-  DepthMap* map_;
-};
-/// … or the densities themselves, above the isovalue: no map to make and to cut; but stiffness varies with the bone's
-/// contrast, and below a plateau there is no way out.
-struct FromDensities {
-  static constexpr bool kUsesDepthMap = false;
-  template <RealScalar Scalar, VoxelDensity Density>
-  [[nodiscard]] DensityField<Density, Scalar> field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
-    return {grid, isovalue};
-  }
-};
-
 /// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008). The virtual
 /// tool's pose X minimises
 ///
@@ -100,7 +76,8 @@ struct FromDensities {
 ///
 /// Friction: at each vertex a spring to where it stuck, within Coulomb's cone (`Coulomb`); `Frictionless` costs
 /// nothing.
-template <RealScalar S, class Depth = FromDepthMap, Friction FrictionLaw = Frictionless, CoupledMotion Motion = SixDof>
+template <RealScalar S, DepthSource Depth = FromDepthMap, Friction FrictionLaw = Frictionless,
+          CoupledMotion Motion = SixDof>
 class CoupledToolRenderer {
  public:
   using Scalar = S;
@@ -340,10 +317,10 @@ class CoupledToolRenderer {
   std::vector<ContactPoint<Scalar>> contacts_;
 };
 
-template <RealScalar S, class Depth>
+template <RealScalar S, DepthSource Depth>
 CoupledToolRenderer(ToolDiscretization<SurfaceCounts, S>, Depth, CoupledOptions = {})
     -> CoupledToolRenderer<S, Depth, Frictionless, SixDof>;
-template <RealScalar S, class Depth, Friction FrictionLaw>
+template <RealScalar S, DepthSource Depth, Friction FrictionLaw>
 CoupledToolRenderer(ToolDiscretization<SurfaceCounts, S>, Depth, CoupledOptions, FrictionLaw)
     -> CoupledToolRenderer<S, Depth, FrictionLaw, SixDof>;
 

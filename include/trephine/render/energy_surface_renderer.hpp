@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/vertex_contacts.hpp>
+#include <trephine/render/depth_source.hpp>
+#include <trephine/render/renderer.hpp>
+
+#include <vector>
+
+namespace trephine {
+
+struct EnergySurfaceOptions {
+  /// Secant stiffness [N/m] of the tip pressed on a plane at δ = R/2, as everywhere.
+  double stiffness = 800;
+  /// A tip that moves farther than this between two ticks [m] has jumped.
+  double jump = 0.005;
+
+  void validate() const {
+    if (!(stiffness > 0) || !std::isfinite(stiffness))
+      refuse("EnergySurfaceOptions", "stiffness must be > 0 N/m", stiffness);
+    if (!(jump > 0)) refuse("EnergySurfaceOptions", "jump must be > 0 m", jump);
+  }
+};
+
+/// The Surface approximation's vertices with forces that come from an energy. With φ_i the depth of vertex i and w_i
+/// the area it stands for,
+///
+///     U = ½ k Σ w_i max(φ_i, 0)²,    f_i = k w_i φ_i (−∇φ_i) at the vertex,    T = Σ (x_i − p) × f_i
+///
+/// which is exactly −∂U/∂pose, so closed paths do no work; unlike springs toward a centre (Eq. 15), which are the
+/// gradient of no energy for any finite number of vertices. On a plane the direction is exact whatever the count.
+/// Inside the bone there is a direction as deep as the depths reach, so no force has to be held (Eq. 18). Penalty
+/// contact at the device's pose: the tool sinks in as far as its springs let it; no proxy, no friction.
+///
+/// Work a tick: one sample a vertex, one gradient for each in bone. kStartedInside: a vertex is deeper than the depths
+/// reach (its depth does not change there, nor does it push).
+template <RealScalar S, DepthSource Depth = FromDepthMap>
+class EnergySurfaceRenderer {
+ public:
+  using Scalar = S;
+  using Gradient = AnalyticGradient;
+  using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+
+  /// Throws std::invalid_argument for options outside their range.
+  EnergySurfaceRenderer(Tool tool, Depth depth, const EnergySurfaceOptions& options = {})
+      : tool_(std::move(tool)), depth_(depth), options_(options), vertices_(tool_) {
+    options.validate();
+    contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
+    // F = k π R δ² on a plane in the continuum: the secant at δ = R/2.
+    const double R = tool_.burr().tip_radius;
+    k_ = options.stiffness / (std::numbers::pi * R * R / 2);
+  }
+
+  /// The field that this renderer reads; a scene asks for it.
+  template <VoxelDensity Density>
+  [[nodiscard]] auto field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
+    return depth_.template field<Scalar>(grid, isovalue);
+  }
+  /// The map that carving must keep up with.
+  [[nodiscard]] DepthMap& depth_map() const noexcept requires Depth::kUsesDepthMap { return depth_.map(); }
+
+  template <PenetrationField Field>
+  Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    Rendered<Scalar> out;
+    const bool jumped = started_ && !((X_GT.translation() - X_GT_.translation()).norm() <= Scalar(options_.jump));
+    if (jumped) out.status = Status::kJump;
+    started_ = true;
+    X_GT_ = X_GT;
+    vertices_.look(field, tool_, X_GT.template cast<double>());
+    Wrenchd sum;
+    contact_count_ = 0;
+    energy_ = 0;
+    for (const VertexContact& c : vertices_.found()) {
+      const double k = k_ * static_cast<double>(tool_.areas()[static_cast<std::size_t>(c.vertex)]);
+      const Vec3d force = k * c.depth * c.out;
+      sum += Wrenchd::of_force_at(force, c.lever);
+      energy_ += 0.5 * k * c.depth * c.depth;
+      const double length = c.out.norm();
+      if (!(length > 0)) out.status = worse(out.status, Status::kStartedInside);
+      contacts_[contact_count_++] = {
+          X_GT.translation() + c.lever.template cast<Scalar>(),
+          (length > 0 ? Vec3d(c.out / length) : Vec3d(Vec3d::Zero())).template cast<Scalar>(),
+          force.template cast<Scalar>()};
+      const bool tip = c.vertex < tool_.groups()[0].count;
+      out.contact.tip = out.contact.tip || tip;
+      out.contact.shaft = out.contact.shaft || !tip;
+    }
+    out.wrench = {sum.force.template cast<Scalar>(), sum.torque.template cast<Scalar>()};
+    out.contact.count = static_cast<int>(contact_count_);
+    out.contact.depth = vertices_.deepest();
+    return out;
+  }
+
+  void reset() noexcept {
+    started_ = false;
+    contact_count_ = 0;
+    energy_ = 0;
+  }
+
+  [[nodiscard]] const EnergySurfaceOptions& options() const noexcept { return options_; }
+  [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
+  /// U of the last tick [J].
+  [[nodiscard]] double energy() const noexcept { return energy_; }
+  [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
+    return {contacts_.data(), contact_count_};
+  }
+  /// No proxy: all three are the device's pose.
+  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_GT_; }
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return X_GT_; }
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
+
+ private:
+  Tool tool_;
+  Depth depth_;
+  EnergySurfaceOptions options_;
+  VertexContacts<Scalar, FixedVertices> vertices_;
+  double k_ = 0;  // foundation stiffness [N/m³]
+  double energy_ = 0;
+  bool started_ = false;
+  Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
+  std::size_t contact_count_ = 0;
+  std::vector<ContactPoint<Scalar>> contacts_;
+};
+
+template <RealScalar S, DepthSource Depth>
+EnergySurfaceRenderer(ToolDiscretization<SurfaceCounts, S>, Depth, EnergySurfaceOptions = {})
+    -> EnergySurfaceRenderer<S, Depth>;
+
+}  // namespace trephine

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include "render/render_helpers.hpp"
+
+#include <trephine/render/energy_surface_renderer.hpp>
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.012};
+const RasterOptions kRoom{.size = {72, 72, 72}};
+
+/// Cells of all vertices in or near bone: where a stencil crosses a cell's face the interpolant has a kink.
+template <class Renderer, class Grid>
+std::vector<int> cells(const Renderer& renderer, const Grid& grid, const Posed& X) {
+  std::vector<int> all;
+  for (int i = 0; i < renderer.tool().periphery(); ++i) {
+    const Vec3d u = (X * renderer.tool().points()[i].template cast<double>()).cwiseQuotient(grid.spacing());
+    for (int a = 0; a < 3; ++a) all.push_back(static_cast<int>(std::floor(u[a])));
+  }
+  return all;
+}
+
+struct Compared {
+  int poses = 0, left_out = 0;
+  double force = 0, torque = 0;  ///< worst difference, of the force's and the torque's size
+};
+
+// Forces and torques against central differences of the energy.
+template <class Renderer, class Field, class Grid>
+Compared against_energy(Renderer& renderer, const Field& field, const Grid& grid, const Vec3d& middle, int poses) {
+  Random random(91);
+  Compared c;
+  while (c.poses < poses) {
+    const Posed X = tool_at(middle + 0.0025 * random.unit() * random.uniform(), random.unit(), random.uniform(0, 6.28));
+    const Wrenchd w = in_double(render_at(renderer, field, X).wrench);
+    if (!(w.force.norm() > 0.02)) continue;
+    ++c.poses;
+    const auto at = cells(renderer, grid, X);
+    const double h = 5e-9, angle = 5e-7;
+    Vec3d force, torque;
+    bool smooth = true;
+    const auto energy = [&](const Posed& Y) {
+      static_cast<void>(render_at(renderer, field, Y));
+      smooth = smooth && cells(renderer, grid, Y) == at;
+      return renderer.energy();
+    };
+    for (int a = 0; a < 3; ++a) {
+      const Vec3d e = Vec3d::Unit(a);
+      const auto moved = [&](double s) { return make_pose<double>(X.linear(), X.translation() + s * h * e); };
+      const auto turned = [&](double s) {
+        return make_pose<double>(rotation_from_vector(Vec3d(s * angle * e)) * X.linear(), X.translation());
+      };
+      force[a] = -(energy(moved(1)) - energy(moved(-1))) / (2 * h);
+      torque[a] = -(energy(turned(1)) - energy(turned(-1))) / (2 * angle);
+    }
+    if (!smooth) {
+      ++c.left_out;
+      continue;
+    }
+    c.force = std::max(c.force, (force - w.force).norm() / w.force.norm());
+    c.torque = std::max(c.torque, (torque - w.torque).norm() / std::max(w.torque.norm(), w.force.norm() * 1e-3));
+  }
+  return c;
+}
+
+template <class Shape>
+void check_energy(const std::string& name, const Shape& shape, Image image) {
+  CAPTURE(name);
+  RasterOptions o = kRoom;
+  o.image = image;
+  const auto bone = rasterise<std::uint8_t>(shape, o);
+  DepthMap map(bone, o.isovalue(), {.reach = 10});
+  const ToolDiscretization<SurfaceCounts, double> tool(kDrill, {.sphere = 60, .slices = 12, .per_slice = 8});
+  EnergySurfaceRenderer<double> on_depths(tool, FromDepthMap(map));
+  EnergySurfaceRenderer<double, FromDensities> on_densities(tool, FromDensities{});
+  for (const Compared& c :
+       {against_energy(on_depths, on_depths.field(bone, o.isovalue()), bone, o.middle(), 1000),
+        against_energy(on_densities, on_densities.field(bone, o.isovalue()), bone, o.middle(), 400)}) {
+    CHECK(c.left_out <= 0.05 * c.poses);
+    CHECK(c.force <= 1e-4);
+    CHECK(c.torque <= 1e-3);
+  }
+}
+
+TEST_CASE("force and torque are the energy's derivatives, on every shape, with depths and with densities") {
+  const Vec3d p = kRoom.middle();
+  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized();
+  const double h = kVoxel;
+  check_energy("plane", HalfSpace{p, n}, Image::kCtBlur);
+  check_energy("ball", Ball{p - 15 * h * n, 15 * h}, Image::kCtBlur);
+  check_energy("socket", Hollow{Ball{p + 12 * h * n, 12 * h}}, Image::kPartialVolume);
+  check_energy("rod", Rod{p, n, 6 * h}, Image::kPartialVolume);
+  check_energy("edge", Both{HalfSpace{p, n}, HalfSpace{p, n.unitOrthogonal()}}, Image::kCtBlur);
+  check_energy("corner", Block{p - 12 * h * Vec3d::Ones(), 12 * h * Vec3d::Ones()}, Image::kBinary);
+  check_energy("plate", Plate{p, n, 3 * h}, Image::kClampedDistance);
+}
+
+// Paths that begin and end out of contact; trapezoid rule, the step halved until the ratio stands.
+TEST_CASE("closed paths in and out of contact, with rotation: no net work, however few the vertices") {
+  const unsigned seed = 7;
+  CAPTURE(seed);
+  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized();
+  const Vec3d middle = kRoom.middle() - 14 * kVoxel * n;
+  const auto bone = rasterise<std::uint8_t>(Ball{middle, 20 * kVoxel}, kRoom);
+  DepthMap map(bone, kRoom.isovalue(), {.reach = 10});
+  for (const int sphere : {26, 100}) {
+    CAPTURE(sphere);
+    EnergySurfaceRenderer<double> renderer(ToolDiscretization<SurfaceCounts, double>(kDrill, {.sphere = sphere}),
+                                           FromDepthMap(map), {.stiffness = 800, .jump = 1});
+    const auto field = renderer.field(bone, kRoom.isovalue());
+    Random random(seed);
+    double net = 0, path = 0, worst = 0;
+    for (int loop = 0; loop < 20; ++loop) {
+      const Vec3d out = (n + 0.4 * random.unit()).normalized();
+      const Posed rest =
+          tool_at(middle + (20 * kVoxel + kDrill.tip_radius + 2e-4) * out, (out + 0.4 * random.unit()).normalized());
+      const Vec3d in = -random.uniform(0.0008, 0.003) * out, a = 0.001 * random.unit(), turn = 0.3 * random.unit();
+      const auto pose = [&](double phase) {
+        const double s = std::sin(phase), c = 0.5 * (1 - std::cos(phase));
+        return make_pose<double>(rotation_from_vector(Vec3d(s * turn)) * rest.linear(),
+                                 rest.translation() + c * in + s * c * a);
+      };
+      double ratio = 1, before = 2, work = 0, length = 0;
+      for (int steps = 2000; steps <= 64000 && std::abs(ratio - before) > 1e-5; steps *= 2) {
+        before = ratio;
+        work = length = 0;
+        Posed X0 = pose(0);
+        Wrenchd w0 = in_double(render_at(renderer, field, X0).wrench);
+        REQUIRE(w0.force.norm() == 0);
+        for (int i = 1; i <= steps; ++i) {
+          const Posed X = pose(2 * 3.14159265358979323846 * i / steps);
+          const Wrenchd w = in_double(render_at(renderer, field, X).wrench);
+          const Vec3d f = 0.5 * (w.force + w0.force), t = 0.5 * (w.torque + w0.torque);
+          const Vec3d dx = X.translation() - X0.translation();
+          const Vec3d dr = rotation_vector(Mat3d(X.linear() * X0.linear().transpose()));
+          work += f.dot(dx) + t.dot(dr);
+          length += f.norm() * dx.norm() + t.norm() * dr.norm();
+          X0 = X;
+          w0 = w;
+        }
+        ratio = work / length;
+      }
+      net += std::abs(work);
+      path += length;
+      worst = std::max(worst, std::abs(ratio));
+    }
+    MESSAGE(sphere, " vertices: net work ", net / path, " of the path's, worst ", worst);
+    CHECK(net / path <= 1e-4);
+  }
+}
+
+TEST_CASE("on a plane: the stated stiffness at half a radius, the plane's direction, deep as well") {
+  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized();
+  const RasterOptions o{.size = {96, 96, 96}};
+  const auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
+  DepthMap map(bone, o.isovalue(), {.reach = 12});
+  const double R = kDrill.tip_radius;
+  for (const int sphere : {26, 400}) {
+    EnergySurfaceRenderer<float> renderer(
+        ToolDiscretization<SurfaceCounts, float>({.tip_radius = R, .shaft_length = 0}, {.sphere = sphere}),
+        FromDepthMap(map));
+    const auto field = renderer.field(bone, o.isovalue());
+    const auto pressed = [&](double depth) {
+      return in_double(render_at(renderer, field, tool_at(o.middle() + (R - depth) * n, n)).wrench);
+    };
+    if (sphere == 400) CHECK(pressed(R / 2).force.norm() / (R / 2) == doctest::Approx(800).epsilon(0.035));
+    double before = 0;
+    for (const double depth : {0.3, 0.6, 1.0, 1.5, 2.0}) {
+      const Wrenchd w = pressed(depth * R);
+      CHECK(angle_deg(w.force, n) <= 2);
+      CHECK(w.force.norm() > before);
+      before = w.force.norm();
+    }
+  }
+  CHECK_THROWS_AS(EnergySurfaceRenderer(ToolDiscretization(kDrill, SurfaceCounts{}), FromDensities{}, {.stiffness = 0}),
+                  std::invalid_argument);
+}
+
+}  // namespace
