@@ -54,9 +54,9 @@ Site block() {
   Site s{.name = "block",
          .isovalue = kPlaceIsovalue,
          .burr = {.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 20e-3},
-         .rate = 600};
-  s.bone = make_bone([](const Vec3d& p) { return p.z() - 3e-3; });
-  s.p = Vec3d(0, 0, 3e-3);
+         .rate = 80};
+  s.bone = make_bone([](const Vec3d& p) { return p.z() - 8.5e-3; });
+  s.p = Vec3d(0, 0, 8.5e-3);
   return s;
 }
 
@@ -74,7 +74,7 @@ std::shared_ptr<Bone> with_gradients(const Bone& bone) {
 Site from(drill::Bone bone) {
   const drill::Spot spot = drill::find_spot(bone);
   Site s{
-      .name = bone.name, .isovalue = bone.isovalue, .p = spot.p_W, .n = spot.normal_W, .burr = bone.burr, .rate = 4000};
+      .name = bone.name, .isovalue = bone.isovalue, .p = spot.p_W, .n = spot.normal_W, .burr = bone.burr, .rate = 300};
   s.bone = std::make_shared<Bone>(std::move(bone.grid));
   return s;
 }

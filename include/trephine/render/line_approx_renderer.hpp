@@ -6,7 +6,9 @@
 #include <trephine/render/shaft_force.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 
 namespace trephine {
@@ -91,6 +93,9 @@ class LineApproxRenderer {
         scratch_(2 * static_cast<std::size_t>(std::max(tool_.padded(), kLane))) {
     options.validate();
     stepping.validate();
+    for (const double k : {options.stiffness, options.shaft_stiffness.value_or(options.stiffness)})
+      if (!(k <= static_cast<double>(std::numeric_limits<Scalar>::max())))
+        refuse("LineApproxRenderer", "stiffness must be finite in the renderer's precision", k);
   }
 
   template <ContactField Field>

@@ -11,7 +11,9 @@
 #include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <vector>
@@ -88,8 +90,14 @@ class SurfaceApproxRenderer {
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
     k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
     k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
+    // A law that overflows with nothing touching would answer nothing else than that it did.
+    const auto representable = [&](double v) {
+      if (v <= static_cast<double>(std::numeric_limits<Scalar>::max())) return static_cast<Scalar>(v);
+      refuse("SurfaceApproxRenderer", "stiffness must be finite in the renderer's precision", options.stiffness);
+    };
+    static_cast<void>(representable(k_));
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      edge_forces_.push_back(static_cast<Scalar>(k_ * mean_plane_force(g, 1.0)));
+      edge_forces_.push_back(representable(k_ * mean_plane_force(g, 1.0)));
     if (options.budget) plan_sharing(*options.budget);
   }
 
