@@ -11,12 +11,12 @@ int main(int argc, char** argv) {
   while (ticks < wanted) {
     // A seed of its own for each run, so that one that fails is found again alone.
     std::mt19937 random(seed + static_cast<unsigned>(runs));
-    std::vector<std::uint8_t> bytes(256 + random() % 4096);
+    std::vector<std::uint8_t> bytes(256 + random() % 65536);
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random() >> 11);
     std::fflush(stdout);
     ticks += trephine::fuzz::drive(bytes);
     ++runs;
-    if (runs % 5000 == 0) std::printf("random_ticks: %ld ticks in %ld scenes\n", ticks, runs);
+    if (runs % 500 == 0) std::printf("random_ticks: %ld ticks in %ld scenes\n", ticks, runs);
   }
   std::printf("random_ticks: %ld ticks in %ld scenes from seed %u: nothing found\n", ticks, runs, seed);
 }
