@@ -203,6 +203,7 @@ def thin_walls(folder, rows, stiffness):
                 "speed [m/s]", "thickness [voxels]")
     plot.line("set logscale x")
     plot.line("set format x '%g'")
+    plot.line("set xrange [0.008:1.3]")
     plot.line("set yrange [0.5:4.8]")
     kinds = list(dict.fromkeys((r["renderer"], r["options"]) for r in rows))
     for i, ((renderer, options), colour) in enumerate(zip(kinds, COLOURS)):

@@ -124,11 +124,11 @@ Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, Loo
     target.translation() -= (bias_for(K) / o.device.hand_linear.stiffness) * n;
     o.hand = [target](double) { return HandTarget(target); };
   }
-  o.seconds = 2;
+  o.seconds = 4;
   const LoopReport r = run_loop(along(law_of(*tool), n), o);
   if (out) *out = r;
   if (r.escaped) return Outcome::kUnstable;
-  const bool rests = r.amplitude <= 1e-4 + 2 * c.quantum || r.late < 0.95 * r.early;
+  const bool rests = comes_to_rest(r, 1e-4 + 2 * c.quantum);
   return rests ? Outcome::kStable : Outcome::kCycles;
 }
 

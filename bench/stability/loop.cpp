@@ -150,6 +150,10 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   return r;
 }
 
+bool comes_to_rest(const LoopReport& r, double amplitude) {
+  return !r.escaped && (r.amplitude <= amplitude || r.late < 0.5 * r.early);
+}
+
 SimulatedDeviceOptions device_of(double mass, double damping, const std::string& hand) {
   SimulatedDeviceOptions o;
   constexpr double kArm2 = 1e-3;  // [m²] rotation follows translation by the square of an arm of 3 cm
@@ -168,13 +172,20 @@ SimulatedDeviceOptions device_of(double mass, double damping, const std::string&
 }
 
 double largest_stable(double low, double high, double within, const std::function<bool(double)>& stable) {
+  // Upward first: beyond the border there are islands of rest that a bisection over all would take for it.
+  constexpr double kStride = 1.6;
   if (!stable(low)) return low;
-  if (stable(high)) return high;
-  while (high / low > within) {
-    const double x = std::sqrt(low * high);
-    (stable(x) ? low : high) = x;
+  double above = low;
+  do {
+    low = above;
+    if (low >= high) return high;
+    above = std::min(high, kStride * low);
+  } while (stable(above));
+  while (above / low > within) {
+    const double x = std::sqrt(low * above);
+    (stable(x) ? low : above) = x;
   }
-  return std::sqrt(low * high);
+  return std::sqrt(low * above);
 }
 
 }  // namespace trephine::bench

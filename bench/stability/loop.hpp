@@ -51,8 +51,11 @@ struct LoopReport {
 /// Devices and hands by name: "none", "light", "firm" (evaluation of haptic hands: 0, 100, 400 N/m).
 [[nodiscard]] SimulatedDeviceOptions device_of(double mass, double damping, const std::string& hand);
 
-/// Largest x in [low, high] for which `stable(x)` holds, by bisection of the logarithm to the ratio `within`; low where
-/// it never, high where it always does.
+/// Whether a motion has died down to `amplitude` [m], or halved between the start and the end of the run.
+[[nodiscard]] bool comes_to_rest(const LoopReport& report, double amplitude);
+
+/// Largest x in [low, high] up to which `stable` holds, to the ratio `within`; low where it never, high where it always
+/// does. Looks upward in strides, then bisects.
 [[nodiscard]] double largest_stable(double low, double high, double within, const std::function<bool(double)>& stable);
 
 }  // namespace trephine::bench
