@@ -223,3 +223,124 @@ def words(sweep, t):
         if falls:
             said.append(f"Line's point tip falls into every hole; Surface holds over narrow ones and falls into holes from {falls[0]:g} burr diameters on, where only a thin ring of its vertices touches.")
     return said
+
+
+def ranked_stability(rows):
+    """Limits by scenario, renderer and options: how many were met and how far the worst is off; failures first."""
+    groups = {}
+    for row in rows:
+        if row["pass"] in ("pass", "fail"):
+            groups.setdefault((row["scenario"], row["renderer"], row["options"]), []).append(row)
+    table = []
+    for (scenario, renderer, options), mine in groups.items():
+        worst = max(mine, key=lambda r: r["measured"])
+        failed = sum(r["pass"] == "fail" for r in mine)
+        table.append([scenario, renderer, options, f"{len(mine) - failed} of {len(mine)}", worst["measured"], worst["limit"],
+                      "" if isinstance(worst["unit"], float) else worst["unit"], worst["case"], failed])
+    table.sort(key=lambda row: (row[-1] == 0, str(row[0]), str(row[1]), str(row[2])))
+    return table
+
+
+def of(rows, scenario, **wanted):
+    return [r for r in rows if r["scenario"] == scenario and all(r[k] == v for k, v in wanted.items())]
+
+
+def stability_stages(rows):
+    """One line a stack: what it does to the greatest stable stiffness, what it costs."""
+    columns = [("greatest stable K", "b .5; hand none; delay 0"), ("greatest stable K", "b .5; hand none; delay 1"), ("greatest stable K", "b .5; hand firm; delay 0"),
+               ("amplitude left at 1500 N/m", None), ("amplitude left at 5000 N/m", None), ("stiffness felt at 1 Hz of 800 N/m", None),
+               ("stiffness felt at 20 Hz of 800 N/m", None), ("force error", None), ("greatest force step", None), ("ripple held with a quantum of .055 mm", None)]
+    header = ["stages"] + [f"{name}{', ' + case if case else ''}" for name, case in columns]
+    table = []
+    for stack in dict.fromkeys(r["options"] for r in rows if str(r["scenario"]).startswith("stages:")):
+        line = [stack]
+        for name, case in columns:
+            found = [r for r in of(rows, "stages: " + name, options=stack) if case is None or r["case"] == case]
+            line.append(found[0]["measured"] if found else math.nan)
+        table.append(line)
+    return header, table
+
+
+def stability_choices(rows):
+    """The thesis' choices one at a time: net work of closed paths, greatest stable stiffness by place."""
+    places = list(dict.fromkeys(r["case"] for r in rows if str(r["scenario"]).startswith("choices:")))
+    header = ["renderer", "choice", "closed paths: worst net work [%]", "mean [%]", "greatest force step [N]"] + [f"K: {p}" for p in places]
+    table = []
+    for renderer in ("line", "surface"):
+        names = list(dict.fromkeys(r["options"] for r in rows if r["renderer"] == renderer and str(r["scenario"]).startswith("choices:")))
+        for name in names:
+            pick = lambda s: next((r["measured"] for r in of(rows, s, renderer=renderer, options=name)), math.nan)
+            table.append([renderer, name, pick("21 closed paths: worst net work"), pick("21 closed paths: mean net work"), pick("21 closed paths: greatest force step")]
+                         + [next((r["measured"] for r in rows if str(r["scenario"]).startswith("choices:") and r["renderer"] == renderer and r["options"] == name and r["case"] == p), math.nan)
+                            for p in places])
+    return header, table
+
+
+def stability_words(rows):
+    """What the closed loops say, failures first."""
+    if not rows:
+        return []
+    said = []
+    judged = [r for r in rows if r["pass"] in ("pass", "fail")]
+    failed = [r for r in judged if r["pass"] == "fail"]
+    ours = [r for r in failed if r["options"] not in ("thesis", "Eq. 16", "held force", "torque without force", "projected tracking", "stored gradient", "thesis' trigger",
+                                                      "most active vertex", "renderer alone")]
+    said.append(f"{len(failed)} of {len(judged)} limits are not met, {len(ours)} of them by our options; the tables name each.")
+
+    def worst_of(scenario, renderer, options):
+        return tables.worst(of(rows, scenario, renderer=renderer, options=options), "measured")
+
+    for renderer in ("line", "surface"):
+        net, thesis = worst_of("21 closed paths: worst net work", renderer, "default"), worst_of("21 closed paths: worst net work", renderer, "thesis")
+        mean, mean_thesis = worst_of("21 closed paths: mean net work", renderer, "default"), worst_of("21 closed paths: mean net work", renderer, "thesis")
+        if not math.isnan(net):
+            said.append(f"NOT an energy: {renderer}'s forces do {net:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one (thesis: {thesis:.2g} %, {mean_thesis:.2g} %); "
+                        "the goal is 0.01 %. Springs toward a centre and a point that snaps between places are no gradient.")
+    through = of(rows, "17 falls through a thin wall (1: yes)")
+    for renderer, options in (("surface", "default"), ("surface", "thesis"), ("line", "thesis"), ("line", "default")):
+        mine = [r for r in through if (r["renderer"], r["options"]) == (renderer, options)]
+        fell = [r for r in mine if r["measured"] > 0]
+        if mine and fell:
+            hardest = max(fell, key=lambda r: r["case"])
+            said.append(f"{renderer}, {options}: falls through {len(fell)} of {len(mine)} thin walls, up to {hardest['case']} (held {hardest['reference']:.2g} N before).")
+        elif mine:
+            said.append(f"{renderer}, {options}: falls through no wall of 1 to 4 voxels at .01 to 1 m/s.")
+    for renderer in ("line", "surface"):
+        step = worst_of("15 force step beyond 1.5 K |Δx|; slid at 30 mm/s", renderer, "default")
+        if step > 0.02:
+            why = ("a proxy that slides off the end of a face lets go of its whole spring at once" if renderer == "line"
+                   else "vertices that turn from one face to another find another way out at once")
+            said.append(f"{renderer} slid over edges and into corners: the force steps by {step:.2g} N more than 1.5 K |Δx| in a tick; {why}. A rate limit makes it a slope.")
+    for renderer in ("line", "surface"):
+        without, thesis, budget = (worst_of("14 stiffness felt", renderer, o) for o in ("default", "thesis", "default + budget"))
+        turn, turn_budget = worst_of("14 rotational stiffness felt", renderer, "default"), worst_of("14 rotational stiffness felt", renderer, "default + budget")
+        if not math.isnan(budget):
+            said.append(f"Stiffness felt at the tip, {renderer}, from one contact to the whole shaft: up to {without:.0f} N/m and {turn:.2g} N·m/rad; with a budget of 800 N/m and 0.3 N·m/rad "
+                        f"{budget:.0f} N/m and {turn_budget:.2g} N·m/rad.")
+    off = of(rows, "13 K_crit off the analytic wall's")
+    for renderer in ("line", "surface"):
+        ours, thesis = ([r for r in off if r["renderer"] == renderer and r["options"] == o] for o in ("default", "thesis"))
+        if ours and thesis:
+            said.append(f"{renderer} on a flat wall: the greatest stable stiffness is within {tables.worst(ours, 'measured'):.2g} % of an analytic wall's of the same law in {len(ours)} cases (goal 2 %); "
+                        f"thesis: within {tables.worst(thesis, 'measured'):.2g} %" + (", where Eq. 16 jumps near 1 N." if tables.worst(thesis, "measured") > 5 else "."))
+    energy = [r for r in judged if "energy beyond Rule E" in r["scenario"]]
+    for options in ("thesis", "default"):
+        mine = [r for r in energy if r["options"] == options]
+        if mine:
+            bad = [r for r in mine if r["pass"] == "fail"]
+            most = max(mine, key=lambda r: r["measured"])
+            said.append(f"Energy in the hand beyond what a hold may leak, {options}: {len(bad)} of {len(mine)} runs, at most {most['measured']:.2g} mJ ({most['renderer']}, {most['case']}).")
+    generators = [("line", "torque without force"), ("line", "projected tracking"), ("line", "stored gradient"), ("surface", "torque without force"), ("surface", "Eq. 16"), ("surface", "held force")]
+    parts = [f"{renderer} {choice} {worst_of('21 closed paths: mean net work', renderer, choice):.2g} % (default {worst_of('21 closed paths: mean net work', renderer, 'default'):.2g} %)"
+             for renderer, choice in generators if of(rows, "21 closed paths: mean net work", renderer=renderer, options=choice)]
+    if parts:
+        said.append("Which of the thesis' choices make energy, one at a time, mean net work of closed paths: " + "; ".join(parts) + ".")
+    header, stages = stability_stages(rows)
+    by_name = {line[0]: line for line in stages}
+    if "none" in by_name:
+        parts = []
+        for name in ("Hunt-Crossley 5 s/m", "damping 5 N·s/m", "passivity controller; 20 N·s/m", "filter 200 Hz"):
+            if name in by_name:
+                parts.append(f"{name} {by_name[name][1]:.0f} N/m at {by_name[name][8]:.2g} % of force error")
+        said.append(f"Greatest stable stiffness of a free device with 0.5 N·s/m: {by_name['none'][1]:.0f} N/m alone; " + "; ".join(parts) + ".")
+    return said

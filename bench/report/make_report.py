@@ -92,6 +92,19 @@ def plain(rows, columns, caption):
     return table(columns, [[row[c] for c in columns] for row in rows], caption) if rows else ""
 
 
+def stability_section(rows, loops):
+    if not rows:
+        return ""
+    words = "".join(f"<li>{html.escape(w)}</li>" for w in findings.stability_words(rows))
+    ranked = [row[:-1] for row in findings.ranked_stability(rows)]
+    presets = [r for r in rows if str(r["scenario"]).startswith("presets:")]
+    return (f"<h2>Stability</h2><ul>{words}</ul>{''.join(loops)}"
+            + table(["what", "renderer", "options", "limits met", "worst", "limit", "unit", "worst case"], ranked, "Limits by scenario, failures first; every row is in stability.csv")
+            + table(*findings.stability_stages(rows), "What each stage does, Line on a flat wall (K in N/m, amplitudes in mm, forces in N, error in %)")
+            + table(*findings.stability_choices(rows), "The thesis' choices one at a time: energy, and greatest stable stiffness in a light hand [N/m]")
+            + plain(presets, ["scenario", "case", "renderer", "options", "measured", "unit", "limit", "pass"], "Presets on devices whose damping bears just the stated stiffness"))
+
+
 def main():
     if len(sys.argv) != 2 or not os.path.isdir(sys.argv[1]):
         print("usage: make_report.py FOLDER", file=sys.stderr)
@@ -99,7 +112,8 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
-                                                      "ripple", "holes", "force_depth")}
+                                                      "ripple", "holes", "force_depth", "stability", "stability_plane", "stability_energy",
+                                                      "stability_thin_walls")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
 
@@ -115,9 +129,15 @@ def main():
                   figure(plots.force_depth(folder, t["force_depth"]), "What the stated stiffness means: every law passes K R/2 at half its radius.")]
         ridges = [figure(plots.ridge_spacing(folder, t["ridge_spacing"], r), "Rings mark settings that did not see every ridge.")
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
+        loops = [figure(plots.stability_plane(folder, t["stability_plane"], r), "What a hit comes to, by the device's damping and the wall's stiffness; theory: b / (T/2 + dT).")
+                 for r in ("line", "surface")]
+        loops += [figure(plots.stability_energy(folder, t["stability_energy"], r), "A passive law stays below the dashed line, which is what a held spring leaks (Rule E).")
+                  for r in ("line", "surface")]
+        loops += [figure(plots.thin_walls(folder, t["stability_thin_walls"], k), "Walls of 0.3 mm voxels.")
+                  for k in sorted({row["stiffness"] for row in t["stability_thin_walls"]})]
     else:
         print("make_report: no gnuplot, so no plots", file=sys.stderr)
-        others, ridges = [], []
+        others, ridges, loops = [], [], []
 
     goals = findings.goals(sweep, t)
     goal_rows = "".join(f"<tr><td>{html.escape(g.what)}</td><td>{html.escape(g.goal)}</td><td>{html.escape(g.found)}</td>"
@@ -131,6 +151,7 @@ def main():
 Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is at least 0.05 N.</li>
 <li>times: the renderer alone, clock included (some 25 ns), over the second half of each path, bone in the cache.</li></ul>
 <h2>Findings</h2><ul>{words}</ul>
+{stability_section(t['stability'], loops)}
 <h2>Goals</h2><table><tr><th>what</th><th>goal</th><th>found</th><th></th></tr>{goal_rows}</table>
 <h2>Questions settled</h2>{settled}
 <h2>Ours beside the thesis'</h2>{sweep_tables(sweep)}
@@ -143,7 +164,7 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 <h2>First contacts</h2>{plain(t['first_contact'], ['shape', 'motion', 'search', 'trials', 'misses', 'place_error_voxel_p95', 'place_error_voxel_max', 'tick_ns_median'], 'First contacts at 0.01 to 1 m/s; place error: distance of the point found from the surface')}
 <h2>Ripple of a slide at 1 N</h2>{plain(t['ripple'], ['shape', 'renderer', 'contrast', 'noise', 'frequency_Hz', 'mean_N', 'ripple_N_rms_mean', 'ripple_N_rms_max'], 'rms of the force about its trend')}
 <h2>Holes and slots</h2>{plain(t['holes'], ['place', 'width_over_diameter', 'renderer', 'rest_depth_mm', 'ideal_mm', 'falls_in'], 'Pressed with 0.5 N; ideal: where a rigid tool would rest')}
-<h2>Not measured here</h2><ul><li>closed-loop stability, and energy of closed paths (the latter is a test: tests/render/energy.cpp)</li>
+<h2>Not measured here</h2><ul>
 <li>cold caches and other threads' traffic; a real device and a real hand</li>
 <li>magnitudes against rigid contact of laws that are not linear: a rigid bone has no force; see the force–depth curves</li>
 <li>deep contact is in the force–depth curves alone: the sweep's cases keep the ball's and slices' centres out of bone</li></ul>

@@ -162,3 +162,54 @@ def ridge_spacing(folder, rows, radius):
         missed = [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine if r["misses"] > 0]
         plot.add(f"{name}: some unseen" if missed else "", missed, f"points pt 6 ps 1.6 lw 2 lc rgb '{colour}'")
     return plot.draw()
+
+
+def stability_plane(folder, rows, renderer):
+    """Damping against stiffness, by what a hit of .1 m/s comes to."""
+    rows = [row for row in rows if row["renderer"] == renderer]
+    if not rows:
+        return None
+    plot = Plot(folder, f"stability_plane_{renderer}", f"{renderer} on a flat wall, hit at 0.1 m/s and pressed: 45 g, no delay, no friction, nobody holds it",
+                "damping of the device [N s/m]", "tangent stiffness where it is pressed [N/m]")
+    logarithmic(plot)
+    for outcome, style in (("stable", f"points pt 7 ps 0.8 lc rgb '{COLOURS[2]}'"), ("limit cycle", f"points pt 6 ps 0.9 lw 1.5 lc rgb '{COLOURS[4]}'"),
+                           ("unstable", f"points pt 2 ps 0.8 lc rgb '{COLOURS[1]}'")):
+        plot.add(outcome, [(r["damping"], r["stiffness"]) for r in rows if r["outcome"] == outcome], style)
+    dampings = sorted({r["damping"] for r in rows})
+    for delay, dash in ((0, 1), (1, 2), (2, 3)):
+        line = [(b, b / (1e-3 * (0.5 + delay))) for b in dampings]
+        plot.add(f"theory, {delay} ticks of delay", [p for p in line if p[1] >= 1], f"lines lw 1.5 dt {dash} lc rgb '#000000'")
+    return plot.draw()
+
+
+def stability_energy(folder, rows, renderer):
+    rows = [row for row in rows if row["renderer"] == renderer]
+    if not rows:
+        return None
+    plot = Plot(folder, f"stability_energy_{renderer}", f"{renderer}, the shaft pressed flush on bone and held: energy given to the hand", "time [s]", "energy [mJ]")
+    for options, colour in (("default", COLOURS[0]), ("thesis", COLOURS[1])):
+        mine = [r for r in rows if r["options"] == options]
+        plot.add(options, [(r["time"], r["energy_mJ"]) for r in mine], f"lines lw 2 lc rgb '{colour}'")
+        plot.add(f"{options}: a hold may leak", [(r["time"], r["allowed_mJ"]) for r in mine], f"lines lw 1 dt 2 lc rgb '{colour}'")
+    return plot.draw()
+
+
+def thin_walls(folder, rows, stiffness):
+    """Who falls through which wall at which speed; renderers stand beside each other."""
+    rows = [row for row in rows if row["stiffness"] == stiffness]
+    if not rows:
+        return None
+    plot = Plot(folder, f"stability_thin_walls_{stiffness:g}", f"Walls pushed until 3.3 N at {stiffness:g} N/m: held (disc) or fallen through (cross)",
+                "speed [m/s]", "thickness [voxels]")
+    plot.line("set logscale x")
+    plot.line("set format x '%g'")
+    plot.line("set xrange [0.008:1.3]")
+    plot.line("set yrange [0.5:4.8]")
+    kinds = list(dict.fromkeys((r["renderer"], r["options"]) for r in rows))
+    for i, ((renderer, options), colour) in enumerate(zip(kinds, COLOURS)):
+        mine = [r for r in rows if (r["renderer"], r["options"]) == (renderer, options)]
+        at = lambda r: (r["speed"], r["voxels"] + 0.12 * (i - 0.5 * (len(kinds) - 1)))
+        held = [at(r) for r in mine if r["through"] == 0]
+        plot.add(f"{renderer}, {options}", held, f"points pt 7 ps 0.7 lc rgb '{colour}'")
+        plot.add("" if held else f"{renderer}, {options}", [at(r) for r in mine if r["through"] != 0], f"points pt 2 ps 0.9 lw 1.5 lc rgb '{colour}'")
+    return plot.draw()

@@ -23,6 +23,8 @@
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/grid_reader.hpp>

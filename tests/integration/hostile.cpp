@@ -4,6 +4,8 @@
 #include "integration/scenes.hpp"
 
 #include <limits>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -105,4 +107,179 @@ void survive_all() {
 TEST_CASE("whatever the pose and the interval, wrenches are finite, limited, and good input recovers") {
   survive_all<float>();
   survive_all<double>();
+}
+
+namespace {
+
+/// A scene from what may be refused: how it ended, in words. Played at hostile poses it must stay finite and limited,
+/// and answer the second good pose well where there is a place free of bone.
+enum class Fate { kRefused, kPlayed };
+
+template <class Make>
+Fate fate(Make&& make, const Posed& away) {
+  try {
+    auto scene = make();
+    const auto inputs = hostile_inputs();
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const TickResult r = scene.tick(inputs[i], i % 5 == 0 ? kNan : 1e-3);
+      REQUIRE(is_finite(r.wrench));
+      REQUIRE(r.wrench.force.norm() <= kForceLimit);
+      REQUIRE(r.wrench.torque.norm() <= kTorqueLimit);
+      REQUIRE((r.removed_mm3 >= 0 && std::isfinite(r.removed_mm3)));
+      if (i % 4 != 3) continue;
+      static_cast<void>(scene.tick({.X_WT = away}, 1e-3));
+      const TickResult second = scene.tick({.X_WT = away}, 1e-3);
+      REQUIRE(second.status == Status::kOk);
+      REQUIRE(second.contact.count == 0);
+    }
+    return Fate::kPlayed;
+  } catch (const std::invalid_argument& refused) {
+    REQUIRE(std::string(refused.what()).rfind("trephine::", 0) == 0);
+    return Fate::kRefused;
+  }
+}
+
+template <class Density, class R>
+auto limited_scene(VoxelGrid<Density>& bone, double isovalue, R renderer) {
+  return HapticScene{bone, isovalue, std::move(renderer), Milling{{.rate = 2e4}},
+                     DeviceLimits{kForceLimit, kTorqueLimit}};
+}
+
+Posed at_place(const Vec3d& p) { return make_pose<double>(Mat3d::Identity(), p); }
+const Posed kFree = at_place(Vec3d(0.012, 0.012, 0.030));
+
+using LineTool = ToolDiscretization<LineCounts, float>;
+using SurfaceTool = ToolDiscretization<SurfaceCounts, float>;
+
+}  // namespace
+
+TEST_CASE("hostile stiffness: refused, or finite and limited") {
+  const auto line = [](double k) {
+    auto bone = make_block<std::uint8_t>();
+    return fate(
+        [&] {
+          return limited_scene(bone, kIsovalue, LineApproxRenderer<float>(LineTool(kDrill, {}), {.stiffness = k}));
+        },
+        kFree);
+  };
+  const auto surface = [](double k) {
+    auto bone = make_block<std::uint8_t>();
+    return fate(
+        [&] {
+          return limited_scene(bone, kIsovalue,
+                               SurfaceApproxRenderer<float>(SurfaceTool(kDrill, {}), {.stiffness = k}));
+        },
+        kFree);
+  };
+  for (const double k : {1e-9, 1.0, 800.0, 1e9, 1e20}) {
+    CAPTURE(k);
+    CHECK(line(k) == Fate::kPlayed);
+    CHECK(surface(k) == Fate::kPlayed);
+  }
+  // 1e39 is infinite in single precision: it would answer nothing else than that it overflowed.
+  for (const double k : {0.0, -1.0, kInf, kNan, 1e39, 1e300}) {
+    CAPTURE(k);
+    CHECK(line(k) == Fate::kRefused);
+    CHECK(surface(k) == Fate::kRefused);
+  }
+}
+
+TEST_CASE("hostile tools: of no size, larger than the grid, smaller than a voxel, one vertex, ten thousand") {
+  const auto both = [](const Burr& burr, const LineCounts& line, const SurfaceCounts& surface) {
+    auto bone = make_block<std::uint8_t>();
+    // Far enough to one side for whatever has a size, along x so that no shaft reaches back.
+    const Posed away = at_place(Vec3d(-2 - 2 * (std::isfinite(burr.tip_radius) ? std::abs(burr.tip_radius) : 0), 0, 0));
+    return std::pair(
+        fate([&] { return limited_scene(bone, kIsovalue, LineApproxRenderer<float>(LineTool(burr, line))); }, away),
+        fate([&] { return limited_scene(bone, kIsovalue, SurfaceApproxRenderer<float>(SurfaceTool(burr, surface))); },
+             away));
+  };
+  const auto played = std::pair(Fate::kPlayed, Fate::kPlayed), refused = std::pair(Fate::kRefused, Fate::kRefused);
+  CHECK(both({.tip_radius = 0.1, .shaft_radius = 0.05, .shaft_length = 0.2}, {}, {}) == played);
+  CHECK(both({.tip_radius = 1e-5, .shaft_radius = 1e-5, .shaft_length = 1e-3}, {}, {}) == played);
+  CHECK(both({.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0}, {}, {}) == played);
+  // A ball of one vertex has no inside; a shaft's row of two and slices of one are the least there is.
+  CHECK(both(kDrill, {.shaft = 2}, {.sphere = 1}) == std::pair(Fate::kPlayed, Fate::kRefused));
+  CHECK(both(kDrill, {.shaft = 10000}, {.sphere = 10000, .slices = 2, .per_slice = 8}) == played);
+  for (const double bad : {0.0, -1e-3, kNan, kInf})
+    CHECK(both({.tip_radius = bad, .shaft_radius = 0.8e-3, .shaft_length = 0.02}, {}, {}) == refused);
+  for (const double bad : {-1e-3, kNan, kInf}) {
+    CHECK(both({.tip_radius = 1.5e-3, .shaft_radius = bad, .shaft_length = 0.02}, {}, {}) == refused);
+    CHECK(both({.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = bad}, {}, {}) == refused);
+  }
+}
+
+TEST_CASE("hostile grids and isovalues: refused, or finite and limited") {
+  const auto played = [](const Vec3d& spacing, const std::array<int, 3>& size, double isovalue, auto&& density) {
+    std::vector<float> voxels;
+    for (int k = 0; k < size[2]; ++k)
+      for (int j = 0; j < size[1]; ++j)
+        for (int i = 0; i < size[0]; ++i) voxels.push_back(static_cast<float>(density(i, j, k)));
+    const Posed away = at_place(Vec3d(-10, -10, -10));
+    std::pair<Fate, Fate> fates;
+    fates.first = fate(
+        [&] {
+          static std::optional<VoxelGrid<float>> bone;
+          bone.emplace(GridGeometry{.size = size, .spacing = spacing, .outside = 0.0}, voxels);
+          return limited_scene(*bone, isovalue, LineApproxRenderer<float>(LineTool(kDrill, {})));
+        },
+        away);
+    fates.second = fate(
+        [&] {
+          static std::optional<VoxelGrid<float>> bone;
+          bone.emplace(GridGeometry{.size = size, .spacing = spacing, .outside = 0.0}, voxels);
+          return limited_scene(*bone, isovalue, SurfaceApproxRenderer<float>(SurfaceTool(kDrill, {})));
+        },
+        away);
+    return fates;
+  };
+  const auto fine = std::pair(Fate::kPlayed, Fate::kPlayed), refused = std::pair(Fate::kRefused, Fate::kRefused);
+  const auto full = [](int, int, int) { return 200.0; };
+  const auto checkers = [](int i, int j, int k) { return (i + j + k) % 2 != 0 ? 200.0 : 0.0; };
+  const std::array<int, 3> cube{12, 12, 12};
+  const Vec3d millimetre = Vec3d::Constant(1e-3);
+  for (const auto& size : {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{12, 12, 1}, cube}) {
+    CHECK(played(millimetre, size, 100, full) == fine);
+    CHECK(played(millimetre, size, 100, checkers) == fine);
+  }
+  for (const double isovalue : {1e-3, 199.9, 200.0, 200.1, 1e30})
+    CHECK(played(millimetre, cube, isovalue, full) == fine);
+  for (const double spacing : {1e-6, 1e-4, 1.0, 1e3}) CHECK(played(Vec3d::Constant(spacing), cube, 300, full) == fine);
+  CHECK(played(Vec3d(1e-6, 1e-3, 1e-3), cube, 100, checkers) == fine);  // 1 : 1000
+  CHECK(played(Vec3d(1e-3, 1e-3, 1.0), cube, 300, checkers) == fine);
+  for (const double bad : {0.0, -1e-3, kNan, kInf}) CHECK(played(Vec3d(1e-3, bad, 1e-3), cube, 100, full) == refused);
+  for (const double bad : {kNan, kInf, -kInf}) {
+    CHECK(played(millimetre, cube, bad, full) == refused);
+    CHECK(played(millimetre, cube, 100, [bad](int i, int, int) { return i == 3 ? bad : 0.0; }) == refused);
+  }
+  CHECK(played(millimetre, {0, 4, 4}, 100, full) == refused);
+}
+
+TEST_CASE("a fine grid far from the world's origin is felt as accurately as one at the origin, in single precision") {
+  const auto force = [](const Vec3d& far) {
+    std::vector<std::uint8_t> voxels;
+    for (int k = 0; k < 40; ++k)
+      for (int i = 0; i < 40 * 40; ++i)
+        voxels.push_back(static_cast<std::uint8_t>(std::min(std::max(127.5 + 60 * (20.3 - k), 0.0), 255.0)));
+    VoxelGrid<std::uint8_t> bone({.size = {40, 40, 40}, .spacing = Vec3d::Constant(1e-4), .X_WG = at_place(far)},
+                                 voxels);
+    const Burr burr{.tip_radius = 3e-4, .shaft_radius = 1e-4, .shaft_length = 0};
+    auto line = limited_scene(bone, kIsovalue, LineApproxRenderer<float>(LineTool(burr, {})));
+    auto surface = limited_scene(bone, kIsovalue, SurfaceApproxRenderer<float>(SurfaceTool(burr, {})));
+    double a = 0, b = 0;
+    for (int i = 0; i <= 40; ++i) {
+      a = line.tick({.X_WT = at_place(far + Vec3d(2e-3, 2e-3, 2.03e-3 + 1e-5 * (20 - i)))}, 1e-3).wrench.force.z();
+      b = surface.tick({.X_WT = at_place(far + Vec3d(2e-3, 2e-3, 2.33e-3 + 1e-5 * (20 - i)))}, 1e-3).wrench.force.z();
+    }
+    return std::pair(a, b);
+  };
+  const auto near = force(Vec3d::Zero());
+  CHECK(near.first == doctest::Approx(0.16).epsilon(0.02));  // .2 mm at 800 N/m
+  CHECK(near.second > 0.05);
+  // 800 m away a double resolves 1e-13 m; single precision alone would resolve .06 mm, half a voxel.
+  for (const double metres : {1.0, 30.0, 800.0}) {
+    const auto there = force(Vec3d(metres, -0.3 * metres, 0.1 * metres));
+    CHECK(there.first == doctest::Approx(near.first).epsilon(1e-4));
+    CHECK(there.second == doctest::Approx(near.second).epsilon(1e-4));
+  }
 }

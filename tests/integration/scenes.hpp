@@ -86,6 +86,8 @@ template <class Density, class R>
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),
                      FirstOrderFilter(FirstOrderFilter::Options{}),
+                     PassivityController(PassivityController::Options{}),
+                     WrenchRateLimit(WrenchRateLimit::Options{}),
                      DeviceLimits{kForceLimit, kTorqueLimit}};
 }
 

@@ -4,7 +4,9 @@
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
 #include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/remote.hpp>
+#include <trephine/stage/wrench_rate_limit.hpp>
 
 #include "fakes.hpp"
 
@@ -15,7 +17,8 @@ namespace {
 using Grid = VoxelGrid<std::int16_t>;
 
 static_assert(Stage<Damping> && Stage<HuntCrossley> && Stage<MillingVibration> && Stage<FirstOrderFilter> &&
-              Stage<DeviceLimits> && Stage<Remote<MillingVibration>>);
+              Stage<DeviceLimits> && Stage<Remote<MillingVibration>> && Stage<PassivityController> &&
+              Stage<WrenchRateLimit> && Stage<Remote<PassivityController>>);
 static_assert(Carver<Witness, Grid> && !Stage<Witness> && ScenePart<Witness, Grid>);
 static_assert(ScenePart<ForceOnly, Grid> && !Stage<ForceOnly>);
 static_assert(Renderer<Floor<float>, DensityField<std::int16_t, float, AnalyticGradient>>);

@@ -4,8 +4,11 @@
 #include <trephine/contact/shaft_tracking.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
+#include <trephine/render/stiffness_budget.hpp>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 
 namespace trephine {
@@ -27,6 +30,10 @@ struct LineOptions {
   /// deepest vertex too: a ridge between vertices is placed within a sixteenth of their spacing instead of at one of
   /// them. Costs a lane of samples on top of each look at all vertices.
   bool refine = true;
+  /// Keeps the tangent stiffness at T, of tip and shaft together, within a device's means: the shaft's spring at a
+  /// lever r has at most angular/r², and tip and shaft at most half of `linear` each (all of it, where the shaft gives
+  /// torque alone). No factor follows what touches, so that nothing jumps.
+  std::optional<StiffnessBudget> budget{};
 
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
@@ -35,6 +42,7 @@ struct LineOptions {
       refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
     if (!(moved >= 0) || !std::isfinite(moved)) refuse("LineOptions", "moved must be >= 0 m", moved);
     proxy.validate();
+    if (budget) budget->validate();
   }
 };
 
@@ -85,6 +93,9 @@ class LineApproxRenderer {
         scratch_(2 * static_cast<std::size_t>(std::max(tool_.padded(), kLane))) {
     options.validate();
     stepping.validate();
+    for (const double k : {options.stiffness, options.shaft_stiffness.value_or(options.stiffness)})
+      if (!(k <= static_cast<double>(std::numeric_limits<Scalar>::max())))
+        refuse("LineApproxRenderer", "stiffness must be finite in the renderer's precision", k);
   }
 
   template <ContactField Field>
@@ -97,7 +108,7 @@ class LineApproxRenderer {
 
     out.status = tip_.follow(field, p);
     const Vec3<Scalar> e = tip_.in_contact() ? Vec3<Scalar>(tip_.position() - p) : Vec3<Scalar>::Zero();  // Eq. 6
-    report_.tip_force = static_cast<Scalar>(options_.stiffness) * e;                                      // Eq. 7
+    report_.tip_force = static_cast<Scalar>(stiffness()) * e;                                             // Eq. 7
     out.wrench.force = report_.tip_force;
     if (tip_.in_contact()) {
       contacts_[contact_count_++] = {tip_.position(), tip_.normal(), report_.tip_force};
@@ -120,8 +131,17 @@ class LineApproxRenderer {
 
   [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
   [[nodiscard]] const LineOptions& options() const noexcept { return options_; }
-  /// Of the tip [N/m].
-  [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
+  /// Of the tip, as felt [N/m].
+  [[nodiscard]] double stiffness() const noexcept {
+    return options_.budget ? std::min(options_.stiffness, linear_share()) : options_.stiffness;
+  }
+  /// Of the shaft's spring at `lever` [m] from T, as felt [N/m]; the spring's own length counts as lever.
+  [[nodiscard]] double shaft_stiffness(double lever) const noexcept {
+    const double k = options_.shaft_stiffness.value_or(options_.stiffness);
+    if (!options_.budget) return k;
+    const double about_tip = options_.budget->angular / std::max(lever * lever, 1e-12);
+    return std::min({k, about_tip, Shaft::kForce ? linear_share() : k});
+  }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
@@ -180,10 +200,11 @@ class LineApproxRenderer {
 
     const Vec3<Scalar> r = c.point - scene.offset.tip;  // Eq. 8
     const Vec3<Scalar>& p = options_.torque_origin == TorqueOrigin::kProxy ? scene.offset.tip : probe.tip;
-    const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;                                           // Eq. 9
-    const Vec3<Scalar> g = c.point - on_probe;                                                              // Eq. 10
-    const Vec3<Scalar> f = static_cast<Scalar>(options_.shaft_stiffness.value_or(options_.stiffness)) * g;  // Eq. 11
-    const Vec3<Scalar> torque = r.cross(f);                                                                 // Eq. 12
+    const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;  // Eq. 9
+    const Vec3<Scalar> g = c.point - on_probe;                     // Eq. 10
+    const Scalar k = static_cast<Scalar>(shaft_stiffness(static_cast<double>(r.norm() + g.norm())));
+    const Vec3<Scalar> f = k * g;            // Eq. 11
+    const Vec3<Scalar> torque = r.cross(f);  // Eq. 12
     out.wrench.torque += torque;
     if constexpr (Shaft::kForce) out.wrench.force += f;
     out.contact.shaft = true;
@@ -198,6 +219,9 @@ class LineApproxRenderer {
     report_.reaction_N = f.norm();
     report_.torque_Nm = torque.norm();
   }
+
+  // Tip and shaft push side by side where the shaft gives force too.
+  [[nodiscard]] double linear_share() const noexcept { return options_.budget->linear / (Shaft::kForce ? 2 : 1); }
 
   // Step (c) of the thesis' tick: keep, search or track.
   template <ContactField Field>

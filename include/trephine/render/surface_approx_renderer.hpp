@@ -6,11 +6,14 @@
 #include <trephine/render/patch_points.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
+#include <trephine/render/stiffness_budget.hpp>
 #include <trephine/render/weighting.hpp>
 #include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <vector>
@@ -27,6 +30,8 @@ struct SurfaceOptions {
   double search_step = 0.5;
   /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
   double jump = 0.005;
+  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up.
+  std::optional<StiffnessBudget> budget{};
 
   void validate() const {
     if (!(stiffness > 0) || !std::isfinite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
@@ -35,6 +40,7 @@ struct SurfaceOptions {
     if (!(search_step > 0 && search_step <= 4))
       refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);
     if (!(jump > 0)) refuse("SurfaceOptions", "jump must be > 0 m", jump);
+    if (budget) budget->validate();
   }
 };
 
@@ -84,8 +90,15 @@ class SurfaceApproxRenderer {
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
     k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
     k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
+    // A law that overflows with nothing touching would answer nothing else than that it did.
+    const auto representable = [&](double v) {
+      if (v <= static_cast<double>(std::numeric_limits<Scalar>::max())) return static_cast<Scalar>(v);
+      refuse("SurfaceApproxRenderer", "stiffness must be finite in the renderer's precision", options.stiffness);
+    };
+    static_cast<void>(representable(k_));
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      edge_forces_.push_back(static_cast<Scalar>(k_ * mean_plane_force(g, 1.0)));
+      edge_forces_.push_back(representable(k_ * mean_plane_force(g, 1.0)));
+    if (options.budget) plan_sharing(*options.budget);
   }
 
   template <ContactField Field>
@@ -99,6 +112,10 @@ class SurfaceApproxRenderer {
       SliceReport<Scalar>& r = reports_[g];
       r = {};
       out.status = worse(out.status, touch(field, g, r, out.contact));
+    }
+    if (shared_) share_stiffness();
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      SliceReport<Scalar>& r = reports_[g];
       if (g == 0) {
         out.wrench.force += r.force;
         out.contact.tip = r.contacts > 0 || r.deep;
@@ -167,6 +184,58 @@ class SurfaceApproxRenderer {
       sum += plane_law<Weights>(tool_, g, depth * radius, n).dot(n);
     }
     return sum / kDirections;
+  }
+
+  // Largest tangent stiffness of each group: pressed into a plane as far as its centre, or with all its vertices in
+  // bone.
+  void plan_sharing(const StiffnessBudget& budget) {
+    constexpr int kDepths = 10;
+    std::vector<SpringGroup> springs;
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const auto& group = tool_.groups()[g];
+      const double radius = static_cast<double>(group.radius);
+      const bool same =
+          g > 1 && group.count == tool_.groups()[g - 1].count && group.radius == tool_.groups()[g - 1].radius;
+      double steepest = same ? springs.back().stiffness : 0, work = 0, below = 0;
+      for (int i = 1; i <= kDepths && !same; ++i) {
+        const double force = k_ * mean_plane_force(g, static_cast<double>(i) / kDepths);
+        steepest = std::max(steepest, (force - below) * kDepths / radius);
+        work += 0.5 * (force + below) * radius / kDepths;
+        below = force;
+      }
+      edge_energies_.push_back(same ? edge_energies_.back() : static_cast<Scalar>(work));
+      springs.push_back({steepest, static_cast<double>(group.height), g == 0 || Shaft::kForce});
+    }
+    shared_.emplace(budget, springs);
+  }
+
+  // Scales what the groups give so that they stay within the budget together.
+  void share_stiffness() noexcept {
+    std::size_t contact = 0;
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const SliceReport<Scalar>& r = reports_[g];
+      const auto& group = tool_.groups()[g];
+      Scalar energy = Scalar(0);
+      if (r.deep) {
+        ++contact;
+        const Scalar beyond = std::max(Scalar(0), r.force.norm() - edge_forces_[g]);  // of F = edge (1 + depth / R)
+        const Scalar depth = edge_forces_[g] > Scalar(0) ? group.radius * beyond / edge_forces_[g] : Scalar(0);
+        energy = edge_energies_[g] + (edge_forces_[g] + Scalar(0.5) * beyond) * depth;
+      } else if (r.contacts > 0) {
+        for (int i = group.first; i < group.first + group.count; ++i)
+          if (const Scalar a = way_[static_cast<std::size_t>(i)]; a > Scalar(0))
+            energy += Scalar(0.5) * contacts_[contact++].force.norm() * a;
+      }
+      shared_->set_energy(g, energy);
+    }
+    shared_->share();
+    contact = 0;
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      SliceReport<Scalar>& r = reports_[g];
+      const Scalar factor = shared_->factor(g);
+      r.force *= factor;
+      for (int i = r.deep ? 1 : r.contacts; i > 0; --i) contacts_[contact++].force *= factor;
+    }
   }
 
   // A pose out of a hand's reach within a tick starts deep contact anew and asks for a ramp.
@@ -315,6 +384,8 @@ class SurfaceApproxRenderer {
   double k_ = 0;
   double k_per_stiffness_ = 1;
   std::vector<Scalar> edge_forces_;
+  std::vector<Scalar> edge_energies_;  // of the same place; with a budget alone
+  std::optional<SharedStiffness<Scalar>> shared_;
   std::vector<Scalar> values_;
   WaysOut<Scalar> ways_out_;
   std::vector<int> hits_;    // vertex of each way out

@@ -23,6 +23,8 @@ struct TickContext {
 /// finite. It must not allocate, lock, wait or read a clock. Optional members:
 /// - `reset() noexcept`: forget all state (the scene calls it after a non-finite wrench and from its own `reset`);
 /// - `begin_tick() noexcept`: called first in every tick, even for bad input (see `Remote`);
+/// - `sent(const Wrenchd&) noexcept`: the wrench as it leaves the scene, after every stage and limit; called last in a
+///   tick, in every one that gets so far: one that answers `kBadInput` sends zero without a word;
 /// - `validate() const`: throws std::invalid_argument; the scene's constructor calls it;
 /// - `static constexpr bool kUsesTwist = false`: the twists need not be computed for this stage.
 template <class S>

@@ -72,7 +72,7 @@ template <class... Parts>
 /// Parts are stages, carvers and tags; what is not listed is not compiled into the loop and takes no bytes. A tick goes
 /// 1. every part's `begin_tick`; 2. input checked; 3. contact (renderer), in the grid's frame; 4. carvers, in listed
 /// order, so that a wrench belongs to the bone as the hand met it; 5. wrench turned into W; 6. stages, in listed order;
-/// 7. result checked.
+/// 7. result checked; 8. every part's `sent`, those that have it.
 ///
 /// Statuses of `tick`, beside the renderer's own:
 /// - `kBadInput`: a non-finite pose, one farther than kFarthestPosition, or no rotation within kRotationTolerance. Zero
@@ -176,7 +176,11 @@ class HapticScene {
       if constexpr (Stage<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
-    return is_finite(result.wrench) ? result : start_anew(result);
+    if (!is_finite(result.wrench)) return start_anew(result);
+    for_each_part([&](auto& part) {
+      if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
+    });
+    return result;
   }
 
   /// Forgets all contact, stage state and velocity; the bone and all options stay.

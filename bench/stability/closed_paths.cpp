@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// Scenario 21: net work on random closed paths, which start and end out of contact.
+#include "stability/places.hpp"
+#include "stability/rows.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace trephine::bench {
+namespace {
+
+using test::Random;
+
+struct Path {
+  Posed start;
+  Vec3d in;  // way into contact at the middle [m]
+  Vec3d move[3], turn[2];
+  /// t in [0, 1]: out of contact at both ends.
+  [[nodiscard]] Posed at(double t) const {
+    const double phase = 6.283185307179586 * t, s = std::sin(phase), c = 1 - std::cos(phase), s2 = std::sin(2 * phase);
+    const Vec3d w = s * turn[0] + 0.5 * s2 * turn[1];
+    return make_pose<double>(rotation_from_vector<double>(w) * start.linear(),
+                             start.translation() + 0.5 * c * in + s * move[0] + s2 * move[1] + 0.5 * c * move[2]);
+  }
+};
+
+struct Work21 {
+  double net = 0, path = 0, jump = 0;
+};
+Work21 round(AnyTool& tool, const Path& path, int steps) {
+  tool.reset();
+  Work21 w;
+  Posed before = path.at(0);
+  Wrenchd last = tool.tick({before, false}, 1e-3).wrench;
+  for (int i = 1; i <= steps; ++i) {
+    const Posed X = path.at(static_cast<double>(i) / steps);
+    const Wrenchd now = tool.tick({X, false}, 1e-3).wrench;
+    const Vec3d dx = X.translation() - before.translation();
+    const Vec3d dr = rotation_vector<double>(X.linear() * before.linear().transpose());
+    const Vec3d f = 0.5 * (last.force + now.force), t = 0.5 * (last.torque + now.torque);
+    w.net += f.dot(dx) + t.dot(dr);
+    w.path += f.norm() * dx.norm() + t.norm() * dr.norm();
+    w.jump = std::max(w.jump, (now.force - last.force).norm());
+    before = X;
+    last = now;
+  }
+  return w;
+}
+
+struct Total {
+  double mean = 0, worst = 0, gain = 0, gained = 0, jump = 0;
+  int paths = 0, converged = 0;
+};
+Total all(const Setup& s, int count, bool rough) {
+  // A ball of bone, no direction special; the tool comes from anywhere, tip or shaft first.
+  constexpr double kBone = 6e-3;
+  static const std::shared_ptr<Bone> bone = make_bone(test::Ball{Vec3d(5e-5, -3e-5, 8e-5), kBone}, 56);
+  auto tool = make_tool(s, *bone, kPlaceIsovalue);
+  Random random(21);
+  Total total;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d n = random.unit();
+    const bool shaft = i % 3 == 2;
+    const double reach = shaft ? s.burr.shaft_radius : s.burr.tip_radius;
+    const double own = s.renderer == "line" ? 0 : reach;
+    Path p;
+    const Vec3d axis = shaft ? n.unitOrthogonal() : (n + 0.6 * random.unit()).normalized();
+    const double depth = random.uniform(0.15, i % 3 == 1 ? 1.6 : 0.7) * reach;
+    p.start = tool_pose((kBone + own + 1.2e-3) * n - (shaft ? 6e-3 : 0.0) * axis, axis);
+    p.in = -(1.2e-3 + depth) * n;
+    for (auto& m : p.move) {
+      const Vec3d u = random.unit();
+      m = random.uniform(0.3, 1) * 5e-4 * (u - u.dot(n) * n);
+    }
+    for (auto& t : p.turn) t = random.uniform(0.2, 1) * 0.05 * random.unit();
+    // Halved until the work no longer changes by 1e-5 of the path's; laws that jump never get there.
+    int steps = 500;
+    Work21 w = round(*tool, p, steps);
+    bool converged = false;
+    const int most = rough ? 1000 : 4000;
+    while (steps < most && !converged) {
+      steps *= 2;
+      const Work21 finer = round(*tool, p, steps);
+      converged = std::abs(finer.net - w.net) <= 1e-5 * finer.path;
+      w = finer;
+      if (!converged && std::abs(finer.net) > 1e-3 * finer.path) break;  // plain enough
+    }
+    if (!(w.path > 1e-7)) continue;
+    const double ratio = w.net / w.path;
+    ++total.paths;
+    total.converged += converged;
+    total.mean += std::abs(ratio);
+    total.gain += ratio;
+    total.worst = std::max(total.worst, std::abs(ratio));
+    total.gained = std::max(total.gained, ratio);
+    total.jump = std::max(total.jump, w.jump);
+  }
+  total.mean /= std::max(1, total.paths);
+  total.gain /= std::max(1, total.paths);
+  return total;
+}
+
+}  // namespace
+
+void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
+  struct Kind {
+    std::string renderer, options;
+    double friction = 0;
+    bool budget = false;
+    int sphere = 26;
+    bool main = true;
+  };
+  std::vector<Kind> kinds = {{"line", "default"},
+                             {"line", "thesis"},
+                             {"line", "default", 0.3},
+                             {"line", "thesis", 0.3},
+                             {"surface", "default"},
+                             {"surface", "thesis"},
+                             {"surface", "default", 0, true},
+                             {"line", "default", 0, true},
+                             {"surface", "patches"},
+                             {"surface", "default", 0, false, 200}};
+  for (const std::string renderer : {"line", "surface"})
+    for (const auto& choice : thesis_choices(renderer)) kinds.push_back({renderer, choice, 0, false, 26, false});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Kind& kind : kinds)
+    plan.push_back(
+        {"closed paths", [=] {
+           Setup s{.renderer = kind.renderer, .options = kind.options};
+           s.burr.shaft_length = 12e-3;
+           s.friction = kind.friction;
+           s.sphere = kind.sphere;
+           if (kind.budget) s.budget = StiffnessBudget{800, 0.3};
+           const int count = options.quick ? 30 : kind.main ? 1000 : 200;
+           const Total t = all(s, count, !kind.main || options.quick);
+           std::string o = kind.options + (kind.budget ? " + budget" : "");
+           if (kind.friction > 0) o += ", friction .3";
+           if (kind.sphere != 26) o += ", " + std::to_string(kind.sphere) + " vertices";
+           const std::string c = std::to_string(t.paths) + " paths, " + std::to_string(t.converged) + " converged";
+           Measured m;
+           if (kind.friction > 0) {
+             m.rows.push_back(at_most("21 closed paths: most net work gained", c, kind.renderer, o, 100 * t.gained,
+                                      0.01, "%", 100 * t.gain));
+           } else {
+             m.rows.push_back(
+                 at_most("21 closed paths: worst net work", c, kind.renderer, o, 100 * t.worst, 0.01, "%", nan));
+             m.rows.push_back(
+                 told("21 closed paths: mean net work", c, kind.renderer, o, 100 * t.mean, "%", 100 * t.gain));
+           }
+           m.rows.push_back(told("21 closed paths: greatest force step", c, kind.renderer, o, t.jump, "N", nan));
+           return m;
+         }});
+}
+
+}  // namespace trephine::bench

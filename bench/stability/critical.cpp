@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// Scenario 13: the greatest stable stiffness on a flat wall, against an analytic wall of the same law and against
+// theory.
+#include "stability/loop.hpp"
+#include "stability/places.hpp"
+#include "stability/rows.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace trephine::bench {
+namespace {
+
+constexpr double kMass = 0.045;  // [kg] a desktop device
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Case {
+  double damping = 0.5;
+  int delay = 0;
+  std::string hand = "none";
+  double friction = 0, quantum = 0;
+
+  [[nodiscard]] std::string text() const {
+    std::ostringstream s;
+    s << "b " << damping << " delay " << delay << " hand " << hand;
+    if (friction > 0) s << " friction " << friction << " N";
+    if (quantum > 0) s << " quantum " << 1e3 * quantum << " mm";
+    return s.str();
+  }
+  [[nodiscard]] SimulatedDeviceOptions device() const {
+    SimulatedDeviceOptions o = device_of(kMass, damping, hand);
+    o.linear.friction = friction;
+    o.linear.quantum = quantum;
+    o.delay_ticks = delay;
+    o.substeps = friction > 0 ? 10 : 1;
+    return o;
+  }
+  /// (b + b_h) / (T/2 + dT).
+  [[nodiscard]] double theory() const {
+    const SimulatedDeviceOptions o = device();
+    return (o.linear.damping + o.hand_linear.damping) / (1e-3 * (0.5 + delay));
+  }
+};
+
+/// The force that presses: 1 N, less where the wall would be so soft that the ball sinks in beyond half its radius.
+double bias_for(double K) { return std::min(1.0, 0.7e-3 * K); }
+
+/// Only what acts along n: nothing slides away, as in one dimension.
+Law along(Law law, Vec3d n) {
+  return [law = std::move(law), n](const Posed& X, double dt) {
+    return Wrenchd{law(X, dt).force.dot(n) * n, Vec3d::Zero()};
+  };
+}
+
+LoopOptions pressed(const Case& c, const Vec3d& n, double K) {
+  LoopOptions o;
+  o.device = c.device();
+  o.bias = -bias_for(K) * n;
+  o.along = n;
+  return o;
+}
+
+/// Whether a small disturbance about the pressed rest dies down.
+bool settles(const Law& law, const Case& c, const Posed& rest, const Vec3d& n, double K, double depth) {
+  LoopOptions o = pressed(c, n, K);
+  o.device.X_DH = rest;
+  o.device.X_DH.translation() -= 0.03 * depth * n;
+  const double mass = o.device.linear.inertia + o.device.hand_linear.inertia;
+  const double omega = std::sqrt((K + o.device.hand_linear.stiffness) / mass);
+  o.seconds = std::max(2.0, 60 * 6.283 / omega);
+  o.escape = 0.9 * depth;
+  const LoopReport r = run_loop(law, o);
+  return !r.escaped && (r.late <= r.early || r.late < 1e-9);
+}
+
+double analytic_critical(Setup setup, const Case& c, const Vec3d& n) {
+  return largest_stable(0.4 * c.theory(), 1.6 * c.theory(), 1.001, [&](double K) {
+    const PlaneLaw law(with_tangent(setup, n, K, bias_for(K)), n);
+    const double depth = law.depth_at(bias_for(K));
+    const Law wall = [&](const Posed& X, double) {
+      return Wrenchd{law.force(-X.translation().dot(n)) * n, Vec3d::Zero()};
+    };
+    return settles(wall, c, tool_pose(-depth * n, Vec3d::UnitZ()), n, K, depth);
+  });
+}
+
+double voxel_critical(const Setup& setup, const Case& c, const Place& place) {
+  const Vec3d n = place.outward;
+  return largest_stable(0.4 * c.theory(), 1.6 * c.theory(), 1.001, [&](double K) {
+    const Setup s = with_tangent(setup, n, K, bias_for(K));
+    auto tool = make_tool(s, *place.bone, place.isovalue);
+    // Where it rests on this wall: the surface of an image is off by some microns.
+    const Posed& touch = place.start(s);
+    const double guess = PlaneLaw(s, n).depth_at(bias_for(K));
+    const auto at = [&](double depth) {
+      Posed X = touch;
+      X.translation() -= depth * n;
+      return X;
+    };
+    double low = guess - 1e-4, high = guess + 1e-4;
+    for (int i = 0; i < 20; ++i) {
+      const double depth = 0.5 * (low + high);
+      (lead_tool(*tool, at(-1e-3), at(depth), 10).force.dot(n) < bias_for(K) ? low : high) = depth;
+    }
+    const double rest = 0.5 * (low + high);
+    static_cast<void>(lead_tool(*tool, at(-1e-3), at(rest), 10));
+    return settles(along(law_of(*tool), n), c, at(rest), n, K, guess);
+  });
+}
+
+enum class Outcome { kStable, kCycles, kUnstable };
+
+/// From a hit at .1 m/s, pressed: comes to rest, trembles on, or goes off.
+Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, LoopReport* out = nullptr) {
+  const Vec3d n = place.outward;
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  LoopOptions o = pressed(c, n, K);
+  o.device.X_DH = place.start(s);
+  o.device.X_DH.translation() += 1e-3 * n;
+  if (c.hand != "none") {  // the spring's target lies where 1 N more is asked for
+    Posed target = place.start(s);
+    o.bias.setZero();
+    target.translation() -= (bias_for(K) / o.device.hand_linear.stiffness) * n;
+    o.hand = [target](double) { return HandTarget(target); };
+  }
+  o.seconds = 4;
+  const LoopReport r = run_loop(along(law_of(*tool), n), o);
+  if (out) *out = r;
+  if (r.escaped) return Outcome::kUnstable;
+  const bool rests = comes_to_rest(r, 1e-4 + 2 * c.quantum);
+  return rests ? Outcome::kStable : Outcome::kCycles;
+}
+
+double practical_critical(const Setup& setup, const Case& c, const Place& place, double within) {
+  return largest_stable(1e2, 1e6, within, [&](double K) {
+    return outcome(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K) == Outcome::kStable;
+  });
+}
+
+const std::vector<std::pair<std::string, std::string>> kTools = {
+    {"line", "default"}, {"line", "thesis"}, {"surface", "default"}, {"surface", "thesis"}};
+
+}  // namespace
+
+void plan_critical(const StabilityOptions& options, Plan& plan) {
+  const auto flat = std::make_shared<Place>(make_place("flat wall"));
+  const auto tilted = std::make_shared<Place>(make_place("tilted wall"));
+  std::vector<Case> cases;
+  for (const double b : options.quick ? std::vector{0.5} : std::vector{0.05, 0.5, 5.0})
+    for (const int d : {0, 1, 2}) cases.push_back({.damping = b, .delay = d});
+  cases.push_back({.delay = 0, .hand = "firm"});
+  if (!options.quick) cases.push_back({.delay = 1, .hand = "firm"});
+  for (const auto& [renderer, choice] : kTools)
+    for (const Case& c : cases)
+      for (const auto& place : {flat, tilted}) {
+        if (options.quick && place == tilted) continue;
+        plan.push_back({"flat wall, small signal", [renderer = renderer, choice = choice, c, place] {
+                          Setup s{.renderer = renderer, .options = choice};
+                          const double analytic = analytic_critical(s, c, place->outward);
+                          const double found = voxel_critical(s, c, *place);
+                          Measured m;
+                          const std::string name = place->name + ", " + c.text();
+                          m.rows.push_back(told("13 K_crit", name, renderer, choice, found, "N/m", c.theory()));
+                          m.rows.push_back(at_most("13 K_crit off the analytic wall's", name, renderer, choice,
+                                                   100 * std::abs(found / analytic - 1), 2, "%", analytic));
+                          return m;
+                        }});
+      }
+
+  for (const auto& [renderer, choice] : kTools)
+    for (const double b : options.quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
+      for (const std::string hand : {"none", "light", "firm"})
+        for (const int delay : options.quick ? std::vector{0, 1} : std::vector{0, 1, 2})
+          for (const double friction : {0.0, 0.05})
+            for (const double quantum : {0.0, 0.055e-3}) {
+              if (options.quick && (friction > 0) != (quantum > 0)) continue;
+              const Case c{b, delay, hand, friction, quantum};
+              plan.push_back({"flat wall, from a hit", [renderer = renderer, choice = choice, c, flat, options] {
+                                const Setup s{.renderer = renderer, .options = choice};
+                                const double K = practical_critical(s, c, *flat, options.quick ? 1.2 : 1.06);
+                                Measured m;
+                                m.rows.push_back(told("13 greatest stable K from a hit", c.text(), renderer, choice, K,
+                                                      "N/m", c.theory()));
+                                if (K < 4e5 && c.quantum == 0 && c.hand != "light") {
+                                  LoopReport r;
+                                  outcome(with_tangent(s, flat->outward, 2 * K, bias_for(2 * K)), c, *flat, 2 * K, &r);
+                                  m.rows.push_back(told("13 limit cycle at twice that: amplitude", c.text(), renderer,
+                                                        choice, 1e3 * r.amplitude, "mm", kNaN));
+                                  m.rows.push_back(told("13 limit cycle at twice that: frequency", c.text(), renderer,
+                                                        choice, r.frequency, "Hz", kNaN));
+                                }
+                                return m;
+                              }});
+            }
+
+  // The plane of damping and stiffness: stable, trembling, unstable.
+  const int dampings = options.quick ? 7 : 16, stiffnesses = options.quick ? 9 : 25;
+  for (const std::string renderer : {"line", "surface"})
+    for (int i = 0; i < dampings; ++i)
+      plan.push_back({"stability plane", [renderer, i, dampings, stiffnesses, flat] {
+                        Measured m;
+                        const Case c{.damping = 0.005 * std::pow(1000.0, static_cast<double>(i) / (dampings - 1))};
+                        for (int j = 0; j < stiffnesses; ++j) {
+                          const double K = 1e2 * std::pow(1e4, static_cast<double>(j) / (stiffnesses - 1));
+                          const Setup s = with_tangent({.renderer = renderer}, flat->outward, K, bias_for(K));
+                          const char* names[] = {"stable", "limit cycle", "unstable"};
+                          std::ostringstream line;
+                          line << renderer << ',' << c.damping << ',' << K << ','
+                               << names[static_cast<int>(outcome(s, c, *flat, K))];
+                          m.lines.emplace_back("stability_plane", line.str());
+                        }
+                        return m;
+                      }});
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include "stability/loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numeric>
+
+namespace trephine::bench {
+namespace {
+
+double rms(const std::vector<double>& x, std::size_t from, std::size_t to) {
+  if (to <= from) return 0;
+  double mean = 0, squares = 0;
+  for (std::size_t i = from; i < to; ++i) mean += x[i] / static_cast<double>(to - from);
+  for (std::size_t i = from; i < to; ++i) squares += (x[i] - mean) * (x[i] - mean) / static_cast<double>(to - from);
+  return std::sqrt(squares);
+}
+
+/// Beyond Rule E, for a stiffness known only at the end: E is kept with the two integrals that K and K_θ multiply.
+struct Leak {
+  double energy, linear, angular;
+};
+
+/// 95th percentile: what changes of force per motion are found, without the law's jumps.
+double found(std::vector<double>& ratios) {
+  if (ratios.empty()) return 0;
+  const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(ratios.size() - 1));
+  std::nth_element(ratios.begin(), at, ratios.end());
+  return *at;
+}
+
+}  // namespace
+
+Law law_of(AnyTool& tool, bool spindle) {
+  return [&tool, spindle](const Posed& X, double dt) { return tool.tick({X, spindle}, dt).wrench; };
+}
+
+LoopReport run_loop(const Law& law, const LoopOptions& o) {
+  using Hand = std::function<HandTarget(double)>;
+  const Posed start = o.device.X_DH;
+  SimulatedDevice<Hand> device(o.device, o.hand ? o.hand : Hand([start](double) { return HandTarget(start); }));
+  LoopReport r;
+  DeviceState state;
+  std::vector<double> height, force;
+  std::vector<Vec3d> forces, turns;
+  std::vector<Leak> leaks;
+  std::vector<double> linear_ratios, angular_ratios;
+  const auto ticks = static_cast<std::size_t>(std::llround(o.seconds / o.dt));
+  std::deque<Vec3d> biases(static_cast<std::size_t>(o.device.delay_ticks) + 1, Vec3d::Zero());
+  Posed before = device.X_DH();
+  Wrenchd last;
+  Vec3d last_read = start.translation();
+  Leak sum{0, 0, 0};
+  const double hold = o.dt * (0.5 + o.device.delay_ticks);
+  constexpr double kLever = 0.01;  // [m] what a turn counts as motion with
+  for (std::size_t i = 0; i < ticks; ++i) {
+    if (device.read(state) != DeviceStatus::kOk) {
+      r.escaped = true;
+      break;
+    }
+    const Posed& X = state.X_DH;
+    const Wrenchd wrench = law(X, o.dt);
+    const Vec3d df = wrench.force - last.force, dt = wrench.torque - last.torque;
+    const double read_move = (X.translation() - last_read).norm();
+    last_read = X.translation();
+    r.most_force = std::max(r.most_force, wrench.force.norm());
+    if (i > 0) {
+      r.force_step = std::max(r.force_step, df.norm());
+      r.torque_step = std::max(r.torque_step, dt.norm());
+      if (o.stiffness > 0) r.step_beyond = std::max(r.step_beyond, df.norm() - 1.5 * o.stiffness * read_move);
+    }
+    last = wrench;
+    if (device.write({wrench.force + o.bias, wrench.torque}) != DeviceStatus::kOk) {
+      r.escaped = true;
+      break;
+    }
+    biases.push_back(o.bias);
+    biases.pop_front();
+    // Held over the tick: the work of the scene's part, exact whatever the path.
+    const Wrenchd acting = device.applied();
+    device.advance(o.dt);
+    const Posed now = device.X_DH();
+    const Vec3d move = now.translation() - before.translation();
+    const Vec3d turn = rotation_vector<double>(now.linear() * before.linear().transpose());
+    before = now;
+    sum.energy += (acting.force - biases.front()).dot(move) + acting.torque.dot(turn);
+    const bool touches = wrench.force.squaredNorm() > 0 || wrench.torque.squaredNorm() > 0 ||
+                         acting.torque.squaredNorm() > 0 || (acting.force - biases.front()).squaredNorm() > 0;
+    if (touches) {
+      sum.linear += hold * move.squaredNorm() / o.dt + 0.5 * o.device.linear.quantum * move.norm();
+      sum.angular += hold * turn.squaredNorm() / o.dt + 0.5 * o.device.angular.quantum * turn.norm();
+      const double way = std::hypot(move.norm(), kLever * turn.norm());
+      if (way > 1e-6) {
+        linear_ratios.push_back(df.norm() / way);
+        angular_ratios.push_back(dt.norm() / (way / kLever));
+      }
+    }
+    leaks.push_back(sum);
+    height.push_back(now.translation().dot(o.along));
+    forces.push_back(wrench.force);
+    turns.push_back(rotation_vector<double>(now.linear() * start.linear().transpose()));
+    if (o.trace)
+      o.trace(static_cast<double>(i) * o.dt, now, wrench, sum.energy,
+              o.stiffness * sum.linear + o.angular_stiffness * sum.angular);
+    if (!now.translation().allFinite() || (now.translation() - start.translation()).norm() > o.escape) {
+      r.escaped = true;
+      break;
+    }
+  }
+  r.last = before;
+  const double K = o.stiffness > 0 ? o.stiffness : found(linear_ratios);
+  const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found(angular_ratios);
+  for (const Leak& leak : leaks) {
+    r.energy = std::max(r.energy, leak.energy);
+    r.beyond = std::max(r.beyond, leak.energy - K * leak.linear - K_turn * leak.angular);
+  }
+  if (r.escaped) {
+    r.amplitude = r.late = o.escape;
+    return r;
+  }
+  const auto tail = static_cast<std::size_t>(o.settle / o.dt);
+  const std::size_t from = height.size() > tail ? height.size() - tail : 0;
+  const auto ends = std::minmax_element(height.begin() + static_cast<std::ptrdiff_t>(from), height.end());
+  r.amplitude = *ends.second - *ends.first;
+  const double middle = 0.5 * (*ends.second + *ends.first);
+  int crossings = 0;
+  for (std::size_t i = from + 1; i < height.size(); ++i) crossings += (height[i] > middle) != (height[i - 1] > middle);
+  r.frequency = 0.5 * crossings / (static_cast<double>(height.size() - from) * o.dt);
+  r.early = rms(height, height.size() / 20, height.size() / 20 + height.size() / 8);
+  r.late = rms(height, height.size() - height.size() / 8, height.size());
+  Vec3d mean = Vec3d::Zero(), low = turns[from], high = turns[from];
+  for (std::size_t i = from; i < forces.size(); ++i) {
+    mean += forces[i] / static_cast<double>(forces.size() - from);
+    low = low.cwiseMin(turns[i]);
+    high = high.cwiseMax(turns[i]);
+  }
+  r.turn = (high - low).maxCoeff();
+  r.mean_force = mean;
+  double squares = 0;
+  Vec3d side = Vec3d::Zero();
+  for (std::size_t i = from; i < forces.size(); ++i) {
+    squares += (forces[i] - mean).squaredNorm() / static_cast<double>(forces.size() - from);
+    const Vec3d across = forces[i] - forces[i].dot(o.along) * o.along;
+    if (across.norm() < 0.05) continue;
+    if (side.norm() > 0 && across.dot(side) < 0) ++r.flips;
+    side = across;
+  }
+  r.ripple = std::sqrt(squares);
+  return r;
+}
+
+bool comes_to_rest(const LoopReport& r, double amplitude) {
+  return !r.escaped && (r.amplitude <= amplitude || r.late < 0.5 * r.early);
+}
+
+SimulatedDeviceOptions device_of(double mass, double damping, const std::string& hand) {
+  SimulatedDeviceOptions o;
+  constexpr double kArm2 = 1e-3;  // [m²] rotation follows translation by the square of an arm of 3 cm
+  o.linear = {.inertia = mass, .damping = damping};
+  o.angular = {.inertia = mass * kArm2, .damping = damping * kArm2};
+  o.hand_linear = o.hand_angular = {};
+  if (hand == "light") {
+    o.hand_linear = {.inertia = 0.02, .damping = 2, .stiffness = 100};
+    o.hand_angular = {.inertia = 2e-5, .damping = 2e-3, .stiffness = 0.1};
+  } else if (hand == "firm") {
+    o.hand_linear = {.inertia = 0.04, .damping = 8, .stiffness = 400};
+    o.hand_angular = {.inertia = 4e-5, .damping = 8e-3, .stiffness = 0.4};
+  }
+  o.substeps = 1;
+  return o;
+}
+
+double largest_stable(double low, double high, double within, const std::function<bool(double)>& stable) {
+  // Upward first: beyond the border there are islands of rest that a bisection over all would take for it.
+  constexpr double kStride = 1.6;
+  if (!stable(low)) return low;
+  double above = low;
+  do {
+    low = above;
+    if (low >= high) return high;
+    above = std::min(high, kStride * low);
+  } while (stable(above));
+  while (above / low > within) {
+    const double x = std::sqrt(low * above);
+    (stable(x) ? low : above) = x;
+  }
+  return std::sqrt(low * above);
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// Scenario 20: voxels vanish in contact, under 1 to 10 N, for a minute; on the phantom's block and on a real skull.
+#include "stability/loop.hpp"
+#include "stability/places.hpp"
+#include "stability/rows.hpp"
+
+#include "bone.hpp"
+#include "spot.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace trephine::bench {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Site {
+  std::string name;
+  std::shared_ptr<Bone> bone{};
+  double isovalue = 0;
+  Vec3d p = Vec3d::Zero(), n = Vec3d::UnitZ();
+  Burr burr{};
+  double rate = 0;  // of milling [densities/s]
+};
+
+LoopReport mill(const Site& site, const Setup& setup, double newton, double seconds, bool spindle) {
+  auto tool = make_tool(setup, *site.bone, site.isovalue);
+  LoopOptions o;
+  o.device = device_of(0.045, 0.5, "firm");
+  o.device.substeps = 5;
+  o.along = site.n;
+  const double radius = setup.renderer == "line" ? 0 : site.burr.tip_radius;
+  const Posed start = tool_pose(site.p + (radius + 1e-3) * site.n, site.n);
+  o.device.X_DH = start;
+  const double k = o.device.hand_linear.stiffness;
+  const Vec3d u = site.n.unitOrthogonal(), v = site.n.cross(u);
+  // Presses with `newton` on the surface and sweeps slowly over 3 mm.
+  o.hand = [=](double t) {
+    const double in = std::min(1.0, 2 * t) * (1e-3 + newton / k);
+    const double phase = 0.7 * t;
+    Posed X = start;
+    X.translation() += -in * site.n + 1.5e-3 * (std::sin(phase) * u + (std::cos(1.3 * phase) - 1) * v);
+    return HandTarget(X);
+  };
+  o.seconds = seconds;
+  o.escape = 0.06;
+  o.stiffness = setup.renderer == "line" ? setup.stiffness : 0;
+  return run_loop(law_of(*tool, spindle), o);
+}
+
+Site block() {
+  Site s{.name = "block",
+         .isovalue = kPlaceIsovalue,
+         .burr = {.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 20e-3},
+         .rate = 80};
+  s.bone = make_bone([](const Vec3d& p) { return p.z() - 8.5e-3; });
+  s.p = Vec3d(0, 0, 8.5e-3);
+  return s;
+}
+
+std::shared_ptr<Bone> with_gradients(const Bone& bone) {
+  const auto& n = bone.size();
+  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
+                                   static_cast<std::size_t>(n[2]));
+  bone.copy_voxels(voxels);
+  return std::make_shared<Bone>(
+      GridGeometry{
+          .size = n, .spacing = bone.spacing(), .X_WG = bone.X_WG(), .outside = static_cast<double>(bone.outside())},
+      std::span<const std::int16_t>(voxels), GridOptions{.stored_gradients = true});
+}
+
+Site from(drill::Bone bone) {
+  const drill::Spot spot = drill::find_spot(bone);
+  Site s{
+      .name = bone.name, .isovalue = bone.isovalue, .p = spot.p_W, .n = spot.normal_W, .burr = bone.burr, .rate = 300};
+  s.bone = std::make_shared<Bone>(std::move(bone.grid));
+  return s;
+}
+
+}  // namespace
+
+void plan_milling(const StabilityOptions& options, Plan& plan) {
+  const double seconds = options.quick ? 3 : 60;
+  for (const bool skull : {false, true}) {
+    if (skull && options.quick && options.skull.empty()) continue;
+    for (const std::string renderer : {"line", "surface"})
+      for (const std::string choice : {"default", "thesis"})
+        for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
+          for (const bool spindle : {false, true}) {
+            if (!skull && !spindle) continue;
+            plan.push_back({"milling", [=] {
+                              Site site = block();
+                              if (skull) {
+                                drill::Options o;
+                                o.skull = options.skull;
+                                site = from(drill::load_bone(o));
+                              }
+                              if (choice == "thesis" && renderer == "line") site.bone = with_gradients(*site.bone);
+                              const Setup s{.renderer = renderer,
+                                            .options = choice,
+                                            .burr = site.burr,
+                                            .stiffness = 800,
+                                            .mill_rate = spindle ? site.rate : 0};
+                              const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
+                              std::ostringstream name;
+                              name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
+                                   << (skull ? seconds / 3 : seconds) << " s";
+                              Measured m;
+                              m.rows.push_back(at_most("20 greatest force step a tick", name.str(), renderer, choice,
+                                                       r.force_step, 0.2, "N", r.most_force));
+                              m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), renderer, choice,
+                                                       1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy));
+                              m.rows.push_back(
+                                  told("20 ripple at the end", name.str(), renderer, choice, r.ripple, "N", kNaN));
+                              return m;
+                            }});
+          }
+  }
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "stability/tool.hpp"
+#include "support/raster.hpp"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// Bones of known shape, and how a tool comes to touch them.
+namespace trephine::bench {
+
+inline constexpr double kPlaceVoxel = 3e-4;
+
+struct Place {
+  std::string name;
+  Burr burr{};
+  std::shared_ptr<Bone> bone;  ///< only read
+  double isovalue = 0;
+  Posed touching = Posed::Identity();       ///< the ball (or the shaft) just touches, for Surface
+  Posed touching_line = Posed::Identity();  ///< the same for Line's point tip and centreline
+  Vec3d outward = Vec3d::UnitZ();           ///< the way out
+  Vec3d across = Vec3d::UnitX();            ///< a way to slide
+  [[nodiscard]] const Posed& start(const Setup& setup) const {
+    return setup.renderer == "line" ? touching_line : touching;
+  }
+};
+
+[[nodiscard]] Place make_place(const std::string& name);
+[[nodiscard]] std::vector<std::string> place_names();
+
+/// Any shape as a grid of `n` voxels a side whose middle is the world's origin.
+[[nodiscard]] std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n = 64);
+inline constexpr double kPlaceIsovalue = 127.5;
+
+/// T at p, shaft (handle) along `shaft`.
+[[nodiscard]] Posed tool_pose(const Vec3d& p, const Vec3d& shaft);
+
+}  // namespace trephine::bench

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// Scenarios 14 to 16: edges, corners, slots, holes, from one contact to the whole shaft, in the loop and sliding.
+#include "stability/loop.hpp"
+#include "stability/places.hpp"
+#include "stability/rows.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <limits>
+
+namespace trephine::bench {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr StiffnessBudget kPremium{.linear = 800, .angular = 0.3};
+// A search ends within a thousandth of a voxel of the surface, so that stiffness by differences is off by so much.
+constexpr double kByDifferences = 1.0075;
+constexpr double kRuleE = 1e-3;  // [mJ] what counts as nothing: rounding of a run's sums and the image's ripple
+
+struct Tool {
+  std::string renderer, options;
+  bool budget = false;
+};
+const std::vector<Tool> kTools = {{"line", "default"},    {"line", "thesis"},    {"line", "default", true},
+                                  {"surface", "default"}, {"surface", "thesis"}, {"surface", "default", true},
+                                  {"surface", "patches"}};
+
+Setup setup_for(const Tool& tool, const Place& place, double K) {
+  Setup s{.renderer = tool.renderer, .options = tool.options, .burr = place.burr, .stiffness = K};
+  if (tool.budget) s.budget = kPremium;
+  return s;
+}
+std::string label(const Tool& tool) { return tool.options + (tool.budget ? " + budget" : ""); }
+
+/// The hand presses the tool into a place with about 1 N.
+LoopOptions press(const Place& place, const Setup& setup, const std::string& hand, int delay, bool real) {
+  LoopOptions o;
+  o.device = device_of(0.045, 0.5, hand);
+  o.device.delay_ticks = delay;
+  if (real) {
+    o.device.linear.friction = 0.05;
+    o.device.linear.quantum = 0.055e-3;
+    o.device.angular.quantum = 1e-4;
+  }
+  o.device.substeps = 5;
+  o.along = place.outward;
+  const Posed touch = place.start(setup);
+  const bool inside = place.name == "slot" || place.name == "shaft in a hole";
+  o.device.X_DH = touch;
+  if (!inside) o.device.X_DH.translation() += 1e-3 * place.outward;
+  const double k = o.device.hand_linear.stiffness;
+  Posed target = touch;
+  if (place.name == "slot")
+    target.translation() += Vec3d(0.7 / k + 0.3e-3, 0, -0.7 / k);
+  else if (place.name == "shaft in a hole")
+    target.translation() += Vec3d(0.7 / k, 0.2 / k, 0);
+  else
+    target.translation() -= (1 / k) * place.outward;
+  const Posed from = o.device.X_DH;
+  o.hand = [from, target](double t) {  // in a quarter of a second
+    const double s = std::min(1.0, 4 * t);
+    return HandTarget(make_pose<double>(from.linear(), (1 - s) * from.translation() + s * target.translation()));
+  };
+  o.seconds = 2;
+  return o;
+}
+
+bool rests(const LoopReport& r, bool real) {
+  return !r.escaped && (r.amplitude <= (real ? 2.1e-4 : 1e-4)) && r.turn < 0.02;
+}
+
+struct Felt {
+  double linear = 0, angular = 0;
+};
+Felt felt(const Setup& s, const Place& place, double depth) {
+  constexpr double kMove = 2e-5, kTurn = 1e-3;
+  const Posed touch = place.start(s);
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
+    Posed from = touch, to = touch;
+    from.translation() += 1e-3 * place.outward;
+    to.translation() += dx - depth * place.outward;
+    to.linear() = rotation_from_vector<double>(dr) * touch.linear();
+    tool->reset();
+    return lead_tool(*tool, from, to, 30);
+  };
+  Mat3d K, T;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3d e = Vec3d::Unit(a), none = Vec3d::Zero();
+    K.col(a) = -(at(kMove * e, none).force - at(-kMove * e, none).force) / (2 * kMove);
+    T.col(a) = -(at(none, kTurn * e).torque - at(none, -kTurn * e).torque) / (2 * kTurn);
+  }
+  const auto largest = [](const Mat3d& m) {
+    return Eigen::SelfAdjointEigenSolver<Mat3d>(Mat3d(0.5 * (m + m.transpose()))).eigenvalues().maxCoeff();
+  };
+  return {largest(K), largest(T)};
+}
+
+/// Scenario 15: open loop, 30 mm/s over the place at a depth.
+double slide_step(const Setup& s, const Place& place, double depth, double* most = nullptr) {
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  const Posed touch = place.start(s);
+  const Vec3d n = place.outward;
+  const double K = s.renderer == "line" ? s.stiffness : PlaneLaw(s, Vec3d::UnitZ()).tangent_at(2);
+  Wrenchd last;
+  double beyond = -1, steps = 0;
+  for (int i = -20; i < 200; ++i) {
+    Posed X = touch;
+    const double along = 3e-5 * (std::max(i, 0) - 100);
+    X.translation() += along * place.across - (depth + std::min(i, 0) * 1e-4) * n;
+    const Wrenchd w = tool->tick({X, false}, 1e-3).wrench;
+    if (i > 0) {
+      beyond = std::max(beyond, (w.force - last.force).norm() - 1.5 * K * 3e-5);
+      steps = std::max(steps, (w.force - last.force).norm());
+    }
+    last = w;
+  }
+  if (most) *most = steps;
+  return beyond;
+}
+
+}  // namespace
+
+void plan_places(const StabilityOptions& options, Plan& plan) {
+  for (const std::string& name : place_names()) {
+    const auto place = std::make_shared<Place>(make_place(name));
+    const bool shaft = place->burr.shaft_length > 0;
+    for (const Tool& tool : kTools) {
+      if (tool.budget && !shaft) continue;
+      if (options.quick && tool.options == "patches") continue;
+      // In the hand at the nominal stiffness.
+      for (const std::string hand : {"light", "firm"})
+        for (const int delay : {0, 1})
+          for (const bool real : {false, true}) {
+            if (options.quick && (hand == "light" || delay == 1)) continue;
+            plan.push_back(
+                {name + " in the hand", [=] {
+                   const Setup s = setup_for(tool, *place, 800);
+                   auto any = make_tool(s, *place->bone, place->isovalue);
+                   const LoopReport r = run_loop(law_of(*any), press(*place, s, hand, delay, real));
+                   const std::string c = name + ", hand " + hand + ", delay " + std::to_string(delay) +
+                                         (real ? ", friction and quantum" : "");
+                   const std::string o = label(tool);
+                   const std::string group = shaft ? "14 " : name == "slot" ? "16 " : "15 ";
+                   Measured m;
+                   m.rows.push_back(at_most(group + "energy beyond Rule E at 800 N/m", c, tool.renderer, o,
+                                            1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy));
+                   m.rows.push_back(at_most(group + "amplitude left at 800 N/m", c, tool.renderer, o, 1e3 * r.amplitude,
+                                            real ? 0.21 : 0.1, "mm", kNaN));
+                   if (r.amplitude > 1e-4)
+                     m.rows.push_back(told(group + "its frequency", c, tool.renderer, o, r.frequency, "Hz", kNaN));
+                   m.rows.push_back(
+                       told(group + "greatest force step a tick", c, tool.renderer, o, r.force_step, "N", kNaN));
+                   m.rows.push_back(told(group + "greatest torque step a tick", c, tool.renderer, o,
+                                         1e3 * r.torque_step, "mN·m", kNaN));
+                   if (name == "slot" || name == "shaft in a hole") {
+                     m.rows.push_back(at_most("16 ripple at rest", c, tool.renderer, o, r.ripple, 0.02, "N", kNaN));
+                     m.rows.push_back(at_most("16 side flips at rest", c, tool.renderer, o, r.flips, 0, "", kNaN));
+                   }
+                   return m;
+                 }});
+            if (options.quick || tool.options == "patches") continue;
+            plan.push_back({name + ", greatest stable K", [=] {
+                              const double K = largest_stable(1e2, 1e6, 1.1, [&](double k) {
+                                const Setup s = setup_for(tool, *place, k);
+                                auto any = make_tool(s, *place->bone, place->isovalue);
+                                LoopOptions o = press(*place, s, hand, delay, real);
+                                o.seconds = 1.2;
+                                o.escape = 0.03;
+                                return rests(run_loop(law_of(*any), o), real);
+                              });
+                              Measured m;
+                              m.rows.push_back(told("14 greatest stable stiffness (as the option means it)",
+                                                    name + ", hand " + hand + ", delay " + std::to_string(delay) +
+                                                        (real ? ", friction and quantum" : ""),
+                                                    tool.renderer, label(tool), K, "N/m", kNaN));
+                              return m;
+                            }});
+          }
+      // What a device feels of it.
+      if (shaft || name == "flat wall")
+        plan.push_back({name + " felt", [=] {
+                          Measured m;
+                          double linear = 0, angular = 0;
+                          for (const double depth : {1e-4, 3e-4, 6e-4}) {
+                            if (name == "shaft in a hole" && depth < 3e-4) continue;
+                            const Felt f = felt(setup_for(tool, *place, 800), *place, depth);
+                            linear = std::max(linear, f.linear);
+                            angular = std::max(angular, f.angular);
+                          }
+                          m.rows.push_back(at_most("14 stiffness felt", name, tool.renderer, label(tool), linear,
+                                                   kByDifferences * kPremium.linear, "N/m", kPremium.linear));
+                          m.rows.push_back(at_most("14 rotational stiffness felt", name, tool.renderer, label(tool),
+                                                   angular, kByDifferences * kPremium.angular, "N·m/rad",
+                                                   kPremium.angular));
+                          return m;
+                        }});
+      if (!shaft && name != "slot")
+        plan.push_back({name + ", slide", [=] {
+                          Measured m;
+                          const Setup s = setup_for(tool, *place, 800);
+                          for (const double depth : {3e-4, 8e-4}) {
+                            double most = 0;
+                            const double beyond = slide_step(s, *place, depth, &most);
+                            m.rows.push_back(
+                                at_most("15 force step beyond 1.5 K |Δx|, slid at 30 mm/s",
+                                        name + ", depth " + std::to_string(1e3 * depth).substr(0, 3) + " mm",
+                                        tool.renderer, label(tool), beyond, 0.02, "N", most));
+                          }
+                          return m;
+                        }});
+    }
+  }
+}
+
+}  // namespace trephine::bench

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: MIT
+// What each stage does to the greatest stable stiffness, and what it costs in felt stiffness and force error.
+#include "stability/loop.hpp"
+#include "stability/places.hpp"
+#include "stability/rows.hpp"
+
+#include <trephine/device/presets.hpp>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace trephine::bench {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Named {
+  std::string name;
+  Stack stack;
+};
+std::vector<Named> stacks() {
+  std::vector<Named> s{{"none", {}}};
+  for (const double hz : {50.0, 100.0, 200.0, 400.0})
+    s.push_back({"filter " + std::to_string(static_cast<int>(hz)) + " Hz", {.filter = FirstOrderFilter::Options{hz}}});
+  for (const double b : {1.0, 5.0, 20.0})
+    s.push_back({"damping " + std::to_string(static_cast<int>(b)) + " N·s/m",
+                 {.damping = Damping::Options{.linear = b, .angular = b * 1e-3}}});
+  s.push_back({"damping 5 N·s/m in contact",
+               {.damping = Damping::Options{.linear = 5, .angular = 5e-3, .only_in_contact = true}}});
+  for (const double lambda : {1.0, 5.0})
+    s.push_back({"Hunt-Crossley " + std::to_string(static_cast<int>(lambda)) + " s/m",
+                 {.hunt_crossley = HuntCrossley::Options{.lambda = lambda}}});
+  for (const double rate : {200.0, 600.0, 2000.0})
+    s.push_back({"rate limit " + std::to_string(static_cast<int>(rate)) + " N/s",
+                 {.rate = WrenchRateLimit::Options{rate, 0.03 * rate}}});
+  PassivityController::Options watch{.stiffness = 700, .angular_stiffness = 0.7};
+  s.push_back({"passivity controller", {.passivity = watch}});
+  watch.contact_stiffness = 20000;
+  watch.reserve = 2e-3;
+  s.push_back({"passivity controller, stored energy known", {.passivity = watch}});
+  s.push_back({"Hunt-Crossley 1 s/m + passivity controller",
+               {.hunt_crossley = HuntCrossley::Options{.lambda = 1}, .passivity = watch}});
+  watch.damping = 20;
+  watch.force = 3;
+  watch.force_rate = 1000;
+  s.push_back({"passivity controller, 20 N·s/m", {.passivity = watch}});
+  s.push_back({"damping 5 + passivity controller",
+               {.damping = Damping::Options{.linear = 5, .angular = 5e-3}, .passivity = watch}});
+  return s;
+}
+
+/// The amplitude of force over that of motion, in phase, when pressed 1 ± .3 mm (Line, 800 N/m) at some hertz.
+double felt(const Setup& s, const Place& place, double hertz, double depth, double amplitude) {
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  const Posed touch = place.start(s);
+  const Vec3d n = place.outward;
+  Posed X = touch;
+  X.translation() += 1e-3 * n;
+  Posed in = touch;
+  in.translation() -= depth * n;
+  static_cast<void>(lead_tool(*tool, X, in, 100));
+  double force = 0, motion = 0;
+  const int ticks = static_cast<int>(2000 / hertz) * static_cast<int>(hertz);
+  for (int i = 0; i < 2 * ticks; ++i) {
+    const double phase = std::sin(2 * std::numbers::pi * hertz * i * 1e-3);
+    Posed P = in;
+    P.translation() -= amplitude * phase * n;
+    const double f = tool->tick({P, false}, 1e-3).wrench.force.dot(n);
+    if (i < ticks) continue;
+    force += f * phase;
+    motion += amplitude * phase * phase;
+  }
+  return force / motion;
+}
+
+/// rms of the force's difference from the one without stages, over the rms of that: pressed, slid, let go.
+double force_error(const Setup& s, const Place& place) {
+  Setup plain = s;
+  plain.stack = {};
+  auto with = make_tool(s, *place.bone, place.isovalue), without = make_tool(plain, *place.bone, place.isovalue);
+  const Posed touch = place.start(s);
+  double error = 0, all = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 1e-3 * i;
+    const double depth =
+        1e-3 * std::sin(2 * std::numbers::pi * 0.8 * t) + 2e-4 * std::sin(2 * std::numbers::pi * 3 * t);
+    Posed X = touch;
+    X.translation() += -depth * place.outward + 2e-3 * std::sin(2 * std::numbers::pi * 1.5 * t) * place.across;
+    const Vec3d a = with->tick({X, false}, 1e-3).wrench.force, b = without->tick({X, false}, 1e-3).wrench.force;
+    error += (a - b).squaredNorm();
+    all += b.squaredNorm();
+  }
+  return std::sqrt(error / all);
+}
+
+LoopReport hit(const Setup& s, const Place& place, const SimulatedDeviceOptions& device, double newton, double speed) {
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  LoopOptions o;
+  o.device = device;
+  const Vec3d n = place.outward;
+  o.along = n;
+  o.device.X_DH = place.start(s);
+  o.device.X_DH.translation() += 1e-3 * n;
+  const double k = device.hand_linear.stiffness;
+  if (k > 0) {
+    const Posed from = o.device.X_DH;
+    const double way = 1e-3 + newton / k;
+    o.hand = [=](double t) {
+      Posed X = from;
+      X.translation() -= std::min(way, speed * t) * n;
+      return HandTarget(X);
+    };
+  } else {
+    o.bias = -newton * n;
+  }
+  const Law law = law_of(*tool);
+  o.seconds = 4;
+  return run_loop(
+      [law, n](const Posed& X, double dt) {
+        return Wrenchd{law(X, dt).force.dot(n) * n, Vec3d::Zero()};
+      },
+      o);
+}
+
+double critical(Setup s, const Place& place, const SimulatedDeviceOptions& device, double within) {
+  return largest_stable(1e2, 1e6, within, [&](double K) {
+    s.stiffness = K;
+    const LoopReport r = hit(s, place, device, std::min(1.0, 0.7e-3 * K), 0.1);
+    return comes_to_rest(r, 1e-4);
+  });
+}
+
+Measured preset_rows(std::string_view name, const std::string& renderer, const std::string& hand, bool staged) {
+  const DevicePreset p = device_preset(name);
+  Setup s{.renderer = renderer, .stiffness = p.stiffness};
+  s.stack.limits = p.limits;
+  if (staged) {
+    s.budget = p.budget;
+    s.stack.hunt_crossley = p.hunt_crossley;
+    s.stack.passivity = p.passivity;
+    s.stack.rate = p.rate;
+  }
+  const auto device = [&](const std::string& held) {
+    SimulatedDeviceOptions d = device_of(0.06, p.stiffness * 1e-3 / 2, held);
+    d.linear.quantum = p.passivity.quantum;
+    d.linear.limit = p.limits.force;
+    d.output_dof = p.capabilities.output_dof;
+    return d;
+  };
+  const double rest = 0.1 + 2e3 * p.passivity.quantum;  // [mm]
+  const std::string stack = staged ? "preset" : "renderer alone", who = std::string(name);
+  Measured m;
+  const LoopReport r = hit(s, make_place("flat wall"), device(hand), std::min(3.0, 0.5 * p.limits.force), 0.2);
+  m.rows.push_back(at_most("presets: amplitude left at the stated stiffness", who + ", hand " + hand, renderer, stack,
+                           1e3 * r.amplitude, rest, "mm", kNaN));
+  m.rows.push_back(
+      told("presets: greatest force step", who + ", hand " + hand, renderer, stack, r.force_step, "N", kNaN));
+  // The shaft laid flush needs a hand that keeps it there.
+  const Place flush = make_place("shaft flush");
+  const std::string held = hand == "none" ? "light" : hand;
+  s.burr = flush.burr;
+  auto tool = make_tool(s, *flush.bone, flush.isovalue);
+  LoopOptions o;
+  o.device = device(held);
+  o.device.X_DH = flush.start(s);
+  o.device.X_DH.translation() += 1e-3 * flush.outward;
+  o.along = flush.outward;
+  Posed target = flush.start(s);
+  target.translation() -= 1 / o.device.hand_linear.stiffness * flush.outward;
+  o.hand = [target](double) { return HandTarget(target); };
+  m.rows.push_back(at_most("presets: amplitude left with the shaft laid flush", who + ", hand " + held, renderer, stack,
+                           1e3 * run_loop(law_of(*tool), o).amplitude, rest, "mm", kNaN));
+  return m;
+}
+
+}  // namespace
+
+void plan_stages(const StabilityOptions& options, Plan& plan) {
+  const auto flat = std::make_shared<Place>(make_place("flat wall"));
+  const double within = options.quick ? 1.2 : 1.06;
+  for (const Named& named : stacks()) {
+    plan.push_back(
+        {"stages", [=] {
+           Setup s{.renderer = "line", .stack = named.stack};
+           Measured m;
+           for (const auto& [hand, delay] : {std::pair<std::string, int>{"none", 0}, {"none", 1}, {"firm", 0}}) {
+             SimulatedDeviceOptions d = device_of(0.045, 0.5, hand);
+             d.delay_ticks = delay;
+             Setup told_of_delay = s;  // the controller is told what the device bears then
+             if (delay > 0 && told_of_delay.stack.passivity) {
+               told_of_delay.stack.passivity->delay = 1e-3 * delay;
+               told_of_delay.stack.passivity->stiffness /= 1 + 2 * delay;
+             }
+             m.rows.push_back(told("stages: greatest stable K",
+                                   "b .5, hand " + hand + ", delay " + std::to_string(delay), "line", named.name,
+                                   critical(told_of_delay, *flat, d, within), "N/m",
+                                   (0.5 + d.hand_linear.damping) / (1e-3 * (0.5 + delay))));
+           }
+           s.stiffness = 800;
+           SimulatedDeviceOptions d = device_of(0.045, 0.5, "none");
+           for (const double K : {1500.0, 5000.0}) {
+             Setup stiff = s;
+             stiff.stiffness = K;
+             const LoopReport r = hit(stiff, *flat, d, 1, 0.1);
+             m.rows.push_back(told("stages: amplitude left at " + std::to_string(static_cast<int>(K)) + " N/m",
+                                   "b .5, hand none, delay 0", "line", named.name, 1e3 * r.amplitude, "mm", kNaN));
+           }
+           m.rows.push_back(told("stages: stiffness felt at 1 Hz of 800 N/m", "pressed 1 ± .3 mm", "line", named.name,
+                                 felt(s, *flat, 1, 1e-3, 3e-4), "N/m", 800));
+           m.rows.push_back(told("stages: stiffness felt at 20 Hz of 800 N/m", "pressed 1 ± .3 mm", "line", named.name,
+                                 felt(s, *flat, 20, 1e-3, 3e-4), "N/m", 800));
+           m.rows.push_back(told("stages: force error", "pressed, slid, let go at 1 to 3 Hz", "line", named.name,
+                                 100 * force_error(s, *flat), "%", kNaN));
+           // Encoders of .055 mm: what they make of a hold.
+           SimulatedDeviceOptions coarse = device_of(0.045, 0.5, "firm");
+           coarse.linear.quantum = 0.055e-3;
+           m.rows.push_back(told("stages: ripple held with a quantum of .055 mm", "1 N, firm hand, 800 N/m", "line",
+                                 named.name, hit(s, *flat, coarse, 1, 0.1).ripple, "N", kNaN));
+           m.rows.push_back(told("stages: greatest force step", "hit at .1 m/s, firm hand, 800 N/m", "line", named.name,
+                                 hit(s, *flat, device_of(0.045, 0.5, "firm"), 1, 0.1).force_step, "N", kNaN));
+           return m;
+         }});
+  }
+
+  // Presets: a device whose own damping bears just what is stated of it, with its quantum.
+  for (const std::string_view name : device_preset_names())
+    for (const std::string renderer : {"line", "surface"})
+      for (const std::string hand : {"none", "firm"})
+        for (const bool staged : {false, true})
+          plan.push_back({"presets", [=] { return preset_rows(name, renderer, hand, staged); }});
+
+  // What the thesis' choices cost, one at a time.
+  for (const std::string renderer : {"line", "surface"}) {
+    std::vector<std::string> choices{"default", "thesis"};
+    for (const auto& c : thesis_choices(renderer)) choices.push_back(c);
+    for (const auto& choice : choices)
+      for (const std::string place :
+           {"flat wall", "edge 90", "concave corner", "one bar under the shaft", "shaft flush"})
+        plan.push_back({"choices", [=] {
+                          const Place p = make_place(place);
+                          Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
+                          const double K = largest_stable(1e2, 1e6, within, [&](double k) {
+                            s.stiffness = k;
+                            auto tool = make_tool(s, *p.bone, p.isovalue);
+                            LoopOptions o;
+                            o.device = device_of(0.045, 0.5, "light");
+                            o.device.X_DH = p.start(s);
+                            o.device.X_DH.translation() += 1e-3 * p.outward;
+                            o.along = p.outward;
+                            Posed target = p.start(s);
+                            target.translation() -= 1 / o.device.hand_linear.stiffness * p.outward;
+                            o.hand = [target](double) { return HandTarget(target); };
+                            o.seconds = 1.5;
+                            o.escape = 0.03;
+                            const LoopReport r = run_loop(law_of(*tool), o);
+                            return !r.escaped && r.amplitude <= 1e-4 && r.turn < 0.02;
+                          });
+                          Measured m;
+                          m.rows.push_back(told("choices: greatest stable stiffness (as the option means it)",
+                                                place + ", light hand", renderer, choice, K, "N/m", kNaN));
+                          return m;
+                        }});
+  }
+
+  // Energy over time: the thesis' choices and ours pressed into an edge, and what Rule E grants.
+  for (const std::string renderer : {"line", "surface"})
+    for (const std::string choice : {"default", "thesis"})
+      plan.push_back({"energy over time", [=] {
+                        const Place p = make_place("shaft flush");
+                        const Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
+                        auto tool = make_tool(s, *p.bone, p.isovalue);
+                        Measured m;
+                        LoopOptions o;
+                        o.device = device_of(0.045, 0.5, "light");
+                        o.device.X_DH = p.start(s);
+                        o.device.X_DH.translation() += 1e-3 * p.outward;
+                        o.along = p.outward;
+                        Posed target = p.start(s);
+                        target.translation() -= 0.01 * p.outward;
+                        const Posed from = o.device.X_DH;
+                        o.hand = [=](double t) {
+                          Posed X = from;
+                          X.translation() -= std::min(0.01, 0.05 * t) * p.outward;
+                          return HandTarget(X);
+                        };
+                        o.seconds = 1;
+                        o.stiffness = 1600;
+                        o.angular_stiffness = 0.3;
+                        int i = 0;
+                        o.trace = [&](double t, const Posed&, const Wrenchd& w, double energy, double allowed) {
+                          if (i++ % 4 != 0) return;
+                          m.lines.emplace_back("stability_energy", renderer + "," + choice + "," + std::to_string(t) +
+                                                                       "," + std::to_string(1e3 * energy) + "," +
+                                                                       std::to_string(1e3 * allowed) + "," +
+                                                                       std::to_string(w.force.norm()));
+                        };
+                        static_cast<void>(run_loop(law_of(*tool), o));
+                        return m;
+                      }});
+}
+
+}  // namespace trephine::bench
