@@ -58,7 +58,8 @@ def sweep_tables(sweep):
         for scenario in dict.fromkeys(row["scenario"] for row in sweep.rows):
             for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("default", tables.SURFACE_DEFAULT),
                                                  ("patch", tables.SURFACE_PATCH)]),
-                                    ("line", [("thesis", tables.LINE_THESIS), ("default", tables.LINE_DEFAULT)])):
+                                    ("line", [("thesis", tables.LINE_THESIS), ("default", tables.LINE_DEFAULT)]),
+                                    ("coupled", [("coupled", tables.COUPLED), ("energy", tables.ENERGY)])):
                 for name, variant in names:
                     row = sweep.at_defaults(scenario, variant, kind)
                     if row is None:
@@ -120,7 +121,7 @@ def main():
     drawn = []
     if plots.available():
         for scenario in dict.fromkeys(row["scenario"] for row in sweep.rows):
-            for renderer in ("surface", "line"):
+            for renderer in ("surface", "line", "coupled"):
                 path = plots.error_against_time(folder, sweep, scenario, renderer)
                 drawn.append(figure(path, f"{renderer} on {scenario}. Every point is a setting of the sweep; the step line joins those that "
                                           "no other beats in both error and time."))

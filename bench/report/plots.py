@@ -83,7 +83,7 @@ def error_against_time(folder, sweep, scenario, renderer):
     groups = {}
     for row in rows:
         parts = row["variant"].split("-")
-        group = parts[0] if renderer == "surface" else (
+        group = parts[0] if renderer != "line" else (
             "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
             + ("" if "ball" in parts else ", " + parts[3] + " normals"))
         groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
@@ -92,8 +92,8 @@ def error_against_time(folder, sweep, scenario, renderer):
         plot.add(group, members, f"points pt 7 ps 0.45 lc rgb '{colour}'")
     best = sorted(points[i] for i in tables.front(points))
     plot.add("front", best, "steps lw 1.5 lc rgb '#444444'")
-    thesis = sweep.at_defaults(scenario, tables.SURFACE_THESIS if renderer == "surface" else tables.LINE_THESIS)
-    ours = sweep.at_defaults(scenario, tables.SURFACE_DEFAULT if renderer == "surface" else tables.LINE_DEFAULT)
+    thesis = sweep.at_defaults(scenario, tables.LINE_THESIS if renderer == "line" else tables.SURFACE_THESIS)
+    ours = sweep.at_defaults(scenario, {"line": tables.LINE_DEFAULT, "surface": tables.SURFACE_DEFAULT}.get(renderer, tables.COUPLED))
     for name, row, mark in (("thesis, its counts", thesis, 8), ("default law, same counts", ours, 4)):
         if row is not None and row[key] > 0:
             plot.add(name, [(row["tick_ns_median"] / 1000, 100 * row[key])], f"points pt {mark} ps 1.5 lw 2 lc rgb '#000000'")

@@ -10,6 +10,8 @@ SURFACE_DEFAULT = "area-extend-full-analytic"
 SURFACE_PATCH = "patch-extend-full-analytic"
 LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-ball-refined"
+COUPLED = "coupled-depth_map"
+ENERGY = "energy-depth_map"
 DEFAULT_FIELD = "ct_blur_8bit"
 SMOOTH_TIPS = ["plane", "sphere", "socket", "cylinder", "ridge", "plate"]
 SMOOTH_SHAFTS = ["shaft_ridge", "shaft_cylinder"]
@@ -59,10 +61,11 @@ class Sweep:
 
     def at_defaults(self, scenario, variant, kind="discretisation", **more):
         """The row of a variant at the thesis' counts, half-voxel steps, single precision, the default image."""
-        renderer = "surface" if variant.split("-")[0] in ("ratio", "area", "mean", "patch") else "line"
+        law = variant.split("-")[0]
+        renderer = "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law in ("coupled", "energy") else "line"
         wanted = dict(scenario=scenario, variant=variant, error_kind=kind, field=DEFAULT_FIELD, voxel_mm=0.3,
                       scalar="float", steps="1/2vx", renderer=renderer)
-        wanted.update(dict(vertices=26.0, slices=20.0, per_slice=8.0) if renderer == "surface" else dict(vertices=50.0))
+        wanted.update(dict(vertices=26.0, slices=20.0, per_slice=8.0) if renderer != "line" else dict(vertices=50.0))
         wanted.update(more)
         rows = self.where(**wanted)
         return rows[0] if rows else None

@@ -22,6 +22,8 @@ using Runs = std::map<std::pair<std::string, std::string>,
 [[nodiscard]] const Runs<std::uint8_t>& surface_runs_8();
 [[nodiscard]] const Runs<std::int16_t>& surface_runs_16();
 [[nodiscard]] const Runs<std::uint8_t>& line_runs_8();
+[[nodiscard]] const Runs<std::uint8_t>& coupled_runs_8();
+[[nodiscard]] const Runs<std::int16_t>& coupled_runs_16();
 [[nodiscard]] const Runs<std::int16_t>& line_runs_16();
 
 }  // namespace trephine::bench

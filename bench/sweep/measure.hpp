@@ -8,8 +8,11 @@
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
 
+#include <trephine/voxel/depth_map.hpp>
+
 #include <chrono>
 #include <limits>
+#include <memory>
 
 /// Leads a renderer along a scenario's paths and compares what it gives at their ends with the truth.
 namespace trephine::bench {
@@ -26,6 +29,7 @@ struct Imaged {
   Image image;
   double isovalue;
   std::vector<VoxelGrid<D>> grids;
+  mutable std::vector<std::unique_ptr<DepthMap>> maps;  ///< of the grids, those that were asked for
 };
 
 [[nodiscard]] inline test::RasterOptions raster_options(const Image& image) {
@@ -52,8 +56,9 @@ struct Imaged {
 template <VoxelDensity Density>
 [[nodiscard]] Imaged<Density> make_image(const Scenario& scenario, const Image& image) {
   const test::RasterOptions o = raster_options(image);
-  Imaged<Density> made{&scenario, image, o.isovalue(), {}};
+  Imaged<Density> made{&scenario, image, o.isovalue(), {}, {}};
   for (const Shape& bone : scenario.bones) made.grids.push_back(test::rasterise<Density>(bone, o));
+  made.maps.resize(made.grids.size());
   return made;
 }
 
@@ -148,12 +153,12 @@ template <class Renderer>
   }
 }
 
-/// Both rows of a setting in an image. `truth(case, renderer)`: the continuum of its law.
-template <class Renderer, VoxelDensity Density, class TruthOf>
+/// Both rows of a setting in an image. `field_of(bone)`: what the renderer reads of a bone; `truth(case, renderer)`:
+/// the continuum of its law.
+template <class Renderer, VoxelDensity Density, class FieldOf, class TruthOf>
 std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, const Setting& setting, bool linear,
-                         const TruthOf& truth) {
+                         const FieldOf& field_of, const TruthOf& truth) {
   using Scalar = typename Renderer::Scalar;
-  using Field = DensityField<Density, Scalar, typename Renderer::Gradient>;
   constexpr bool kLine = requires { renderer.report(); };
   const Scenario& scenario = *imaged.scenario;
   const double voxel = 1e-3 * imaged.image.voxel_mm;
@@ -163,8 +168,8 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
   for (const Case& c : scenario.cases) {
     const auto& path = kLine ? c.line_path : c.surface_path;
     if (path.empty()) continue;
-    const Field base(imaged.grids[c.bone], imaged.isovalue);
-    const test::CountingField<Field> field(base);
+    const auto base = field_of(c.bone);
+    const test::CountingField field(base);
     renderer.reset();
     Rendered<Scalar> out;
     for (std::size_t i = 0; i < path.size(); ++i) {
@@ -193,6 +198,15 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
   errors.fill(rows[0], false);
   errors.fill(rows[1], true);
   return rows;
+}
+
+/// The same of a renderer that reads densities.
+template <class Renderer, VoxelDensity Density, class TruthOf>
+std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, const Setting& setting, bool linear,
+                         const TruthOf& truth) {
+  using Field = DensityField<Density, typename Renderer::Scalar, typename Renderer::Gradient>;
+  const auto field_of = [&](std::size_t bone) { return Field(imaged.grids[bone], imaged.isovalue); };
+  return measure(renderer, imaged, setting, linear, field_of, truth);
 }
 
 }  // namespace trephine::bench

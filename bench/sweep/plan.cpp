@@ -23,6 +23,10 @@ constexpr unsigned kSeed = 20080068;
   return {.renderer = "line", .variant = variant, .scalar = "float"};
 }
 
+[[nodiscard]] Setting coupled(const std::string& variant = kCoupledDefault) {
+  return {.renderer = "coupled", .variant = variant, .scalar = "float"};
+}
+
 template <class T>
 [[nodiscard]] std::vector<T> thinned(const std::vector<T>& all, bool quick) {
   if (!quick || all.size() <= 3) return all;
@@ -79,6 +83,26 @@ template <class T>
   return all;
 }
 
+// The coupled tool and contact that comes from an energy: their counts.
+[[nodiscard]] std::vector<Setting> coupled_factors(bool quick) {
+  std::vector<Setting> all;
+  for (const auto* v : {kCoupledDefault, kEnergySurface}) {
+    for (const int n : thinned<int>({14, 26, 50, 98, 200, 400, 1000}, quick)) {
+      all.push_back(coupled(v));
+      all.back().sphere = n;
+    }
+    for (const int n : thinned<int>({10, 20, 50, 100, 200}, quick)) {
+      all.push_back(coupled(v));
+      all.back().slices = n;
+    }
+    for (const int n : thinned<int>({4, 8, 16, 32}, quick)) {
+      all.push_back(coupled(v));
+      all.back().per_slice = n;
+    }
+  }
+  return all;
+}
+
 [[nodiscard]] std::vector<Image> images() {
   std::vector<Image> all;
   for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"})
@@ -115,7 +139,7 @@ std::string Job::name() const {
   const Setting& s = setting;
   text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/'
        << s.scalar << '/';
-  if (s.renderer == "surface")
+  if (s.renderer != "line")
     text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
   else
     text << s.vertices;
@@ -134,11 +158,12 @@ std::vector<Job> make_plan(bool quick) {
     if (quick && !representative && scenario != "shaft_ridge") continue;
     for (const bool is_surface : {true, false})
       for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
+    for (const auto& s : coupled_factors(quick)) jobs.push_back({scenario, Image(), s});
     for (const auto& image : images()) {
       const bool other_voxels = image.voxel_mm != 0.3;
       if ((quick || other_voxels) && !representative) continue;
       if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
-      for (const auto& s : {surface(), surface(kSurfacePatch), line()}) jobs.push_back({scenario, image, s});
+      for (const auto& s : {surface(), surface(kSurfacePatch), line(), coupled()}) jobs.push_back({scenario, image, s});
     }
   }
   Random random(kSeed);

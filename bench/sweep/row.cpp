@@ -29,7 +29,7 @@ void write(std::ostream& out, const Row& r) {
     out << ',';
   };
   const Setting& s = r.setting;
-  const bool surface = s.renderer == "surface";
+  const bool surface = s.renderer != "line";
   out << r.scenario << ',' << r.image.name() << ',' << r.image.voxel_mm << ',' << s.renderer << ',' << s.variant << ','
       << s.scalar << ',' << (surface ? s.sphere : s.vertices) << ',' << (surface ? s.slices : 0) << ','
       << (surface ? s.per_slice : 0) << ',';

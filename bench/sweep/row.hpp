@@ -10,7 +10,7 @@ namespace trephine::bench {
 
 /// How fine a renderer is, and what of. Counts that a renderer does not have are 0.
 struct Setting {
-  std::string renderer;  ///< "line" or "surface"
+  std::string renderer;  ///< "line", "surface" or "coupled"
   std::string variant;   ///< policies by name; the default is "default"
   std::string scalar = "float";
   int vertices = 50;                            ///< Line: along the shaft

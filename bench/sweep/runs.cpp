@@ -41,13 +41,14 @@ std::vector<Row> run(const Setting& setting, const Bones& bones) {
     return found->second(imaged, setting);
   };
   const bool surface = setting.renderer == "surface";
+  const bool line = setting.renderer == "line";
   return std::visit(
       [&](const auto& imaged) {
         using Density = typename std::remove_cvref_t<decltype(imaged)>::Density;
         if constexpr (std::is_same_v<Density, std::uint8_t>)
-          return with(surface ? surface_runs_8() : line_runs_8(), imaged);
+          return with(surface ? surface_runs_8() : line ? line_runs_8() : coupled_runs_8(), imaged);
         else
-          return with(surface ? surface_runs_16() : line_runs_16(), imaged);
+          return with(surface ? surface_runs_16() : line ? line_runs_16() : coupled_runs_16(), imaged);
       },
       bones.data().imaged);
 }

@@ -23,14 +23,17 @@ class Bones {
   std::unique_ptr<Data> data_;
 };
 
-/// Names of the renderers' variants that `run` knows: policies in the order of the template's parameters, then options
-/// that differ from the default. Those of 16-bit images and of `double` are fewer.
+/// Names of Surface's and Line's variants that `run` knows; Coupled's are the two constants below: policies in the
+/// order of the template's parameters, then options that differ from the default. Those of 16-bit images and of
+/// `double` are fewer.
 [[nodiscard]] std::vector<std::string> surface_variants(const std::string& scalar, int bits);
 [[nodiscard]] std::vector<std::string> line_variants(const std::string& scalar, int bits);
 /// The thesis' own and this library's default.
 inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
 inline constexpr const char* kSurfaceDefault = "area-extend-full-analytic";
 inline constexpr const char* kSurfacePatch = "patch-extend-full-analytic";
+inline constexpr const char* kCoupledDefault = "coupled-depth_map";
+inline constexpr const char* kEnergySurface = "energy-depth_map";
 inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";
 inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-ball-refined";
 
