@@ -343,6 +343,12 @@ def stability_words(rows):
             bad = [r for r in mine if r["pass"] == "fail"]
             most = max(mine, key=lambda r: r["measured"])
             said.append(f"Energy in the hand beyond what a hold may leak, {options}: {len(bad)} of {len(mine)} runs, at most {most['measured']:.2g} mJ ({most['renderer']}, {most['case']}).")
+    steps = [r for r in of(rows, "20 greatest force step a tick") if r["options"] == "default"]
+    if steps:
+        bad = [r for r in steps if r["pass"] == "fail"]
+        most = max(steps, key=lambda r: r["measured"])
+        said.append(f"Milling and sliding under 1 to 10 N, defaults: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
+                    f"({most['renderer']}, {most['case']}): bone that falls below the isovalue lets long springs go at once.")
     generators = [("line", "torque without force"), ("line", "projected tracking"), ("line", "stored gradient"), ("surface", "torque without force"), ("surface", "Eq. 16"), ("surface", "held force")]
     parts = [f"{renderer} {choice} {worst_of('21 closed paths: mean net work', renderer, choice):.2g} % (default {worst_of('21 closed paths: mean net work', renderer, 'default'):.2g} %)"
              for renderer, choice in generators if of(rows, "21 closed paths: mean net work", renderer=renderer, options=choice)]
