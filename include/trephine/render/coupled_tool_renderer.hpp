@@ -248,7 +248,8 @@ class CoupledToolRenderer {
     const Vec3d pull = X_device.translation() - X_.translation();
     const Vec3d turn = rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose()));
     Step step;
-    step << pull, turn;
+    step.template head<3>() = pull;
+    step.template tail<3>() = turn;
     if (vertices_.found().empty()) return step;
 
     const CouplingSpring spring = coupling();
