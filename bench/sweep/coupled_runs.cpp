@@ -27,7 +27,7 @@ std::vector<Row> run_coupled(const Imaged<Density>& imaged, const Setting& s) {
   const Scenario& scenario = *imaged.scenario;
   CoupledToolRenderer renderer(ToolDiscretization<SurfaceCounts, float>(scenario.burr, counts(s, imaged)),
                                FromDepthMap(map_of(imaged, 0)),
-                               CoupledOptions{.stiffness = kStiffness, .force = 100, .torque = 10, .jump = 1});
+                               CoupledOptions{.stiffness = kStiffness, .force = 8.5, .torque = 0.188, .jump = 1});
   const auto field = [&](std::size_t bone) { return DepthField<float>(map_of(imaged, bone)); };
   return measure(renderer, imaged, s, !scenario.shaft, field, [&](const Case& c, const auto&) {
     Truth truth;

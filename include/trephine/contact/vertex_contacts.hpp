@@ -27,7 +27,7 @@ concept PenetrationField = ContactField<F> && requires(const F& f, typename F::S
 /// pushes with k φ along `out` = −∇φ there: the energy's gradient, in translation and in rotation.
 struct VertexContact {
   int vertex = 0;
-  double depth = 0;             ///< φ > 0 [m]
+  double depth = 0;             ///< φ [m]; > 0 where it touches
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
 };
@@ -78,7 +78,10 @@ class VertexContacts {
   /// Farthest that any vertex moves between two poses that are `step` [m] and `turn` [rad] apart.
   [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * farthest_; }
 
-  [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), found_count_}; }
+  [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
+  /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
+  /// may touch. Their `out` is the interpolant's own.
+  [[nodiscard]] std::span<const VertexContact> near() const noexcept { return {found_.data(), found_count_}; }
   /// No vertex that does not touch can reach bone within this way [m].
   [[nodiscard]] double clearance() const noexcept { return clearance_; }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
@@ -147,6 +150,7 @@ class VertexContacts {
   template <PenetrationField Field>
   void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X, double moved) noexcept {
     found_count_ = 0;
+    touching_ = 0;
     deepest_ = 0;
     clearance_ = std::max(0.0, far_clearance_ - moved);
     place_count_ = 0;
@@ -225,13 +229,24 @@ class VertexContacts {
       const Vec3<Scalar> lever = R * places_[j];
       Vec3<Scalar> gradient = gradients_[j];
       if constexpr (Vertices::kGlide) gradient = field.smooth_gradient(t + lever);
-      VertexContact& c = found_[found_count_++];
-      c.vertex = place_vertices_[static_cast<std::size_t>(j)];
-      c.depth = static_cast<double>(value * metres);
-      c.out = (-metres * gradient).template cast<double>();
-      c.lever = lever.template cast<double>();
-      deepest_ = std::max(deepest_, c.depth);
+      keep(j, value * metres, Vec3<Scalar>(-metres * gradient), lever);
     }
+    touching_ = found_count_;
+    if constexpr (Vertices::kGlide)
+      for (int j = 0; j < place_count_; ++j) {
+        const Scalar depth = metres * values_[static_cast<std::size_t>(j)];
+        if (depth > Scalar(0) || depth < Scalar(-0.5) * field.voxel()) continue;
+        keep(j, depth, Vec3<Scalar>(-metres * gradients_[j]), Vec3<Scalar>(R * places_[j]));
+      }
+  }
+
+  void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever) noexcept {
+    VertexContact& c = found_[found_count_++];
+    c.vertex = place_vertices_[static_cast<std::size_t>(place)];
+    c.depth = static_cast<double>(depth);
+    c.out = out.template cast<double>();
+    c.lever = lever.template cast<double>();
+    deepest_ = std::max(deepest_, c.depth);
   }
 
   int count_;
@@ -246,6 +261,7 @@ class VertexContacts {
   double far_clearance_ = 0;
   double clearance_ = 0;
   double deepest_ = 0;
+  std::size_t touching_ = 0;
   std::size_t found_count_ = 0;
   int near_count_ = 0;
   int place_count_ = 0;

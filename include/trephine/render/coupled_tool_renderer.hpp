@@ -100,6 +100,7 @@ class CoupledToolRenderer {
         vertices_(tool_) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
+    pressed_.resize(static_cast<std::size_t>(tool_.periphery()));
   }
 
   /// The field that this renderer reads; a scene asks for it.
@@ -162,6 +163,7 @@ class CoupledToolRenderer {
   using Step = Eigen::Matrix<double, 6, 1>;
   // Where a contact comes and goes the energy has a kink: to and fro across it there is no more to win.
   static constexpr int kMostRises = 3;
+  static constexpr int kMostRounds = 8;
   static constexpr double kStall = 1e-5;
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
@@ -192,6 +194,7 @@ class CoupledToolRenderer {
     friction_.begin(X_);
     friction_.enter(vertices_.found(), X_);
     met_ = !vertices_.found().empty();
+    held_ = false;
     double energy = energy_at(X_device);
     double damping = 1;
     int rises = 0;
@@ -200,7 +203,11 @@ class CoupledToolRenderer {
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
       const Step step = next_step(X_device);
       const double motion = damping * vertices_.motion(step.template head<3>().norm(), step.template tail<3>().norm());
-      if (motion <= kSmallestStep * voxel_) return true;
+      met_ = met_ || pressing_;
+      if (motion <= kSmallestStep * voxel_) {
+        held_ = pressing_;
+        return true;
+      }
       const double most = vertices_.clearance() + voxel_ / 4;
       const bool limited = motion > most;
       const bool touched = !vertices_.found().empty();
@@ -244,42 +251,66 @@ class CoupledToolRenderer {
   }
 
   /// Translation and rotation [m, rad] of the virtual tool that a Gauss–Newton step asks for.
-  [[nodiscard]] Step next_step(const Posed& X_device) const noexcept {
+  [[nodiscard]] Step next_step(const Posed& X_device) noexcept {
     const Vec3d pull = X_device.translation() - X_.translation();
     const Vec3d turn = rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose()));
     Step step;
     step.template head<3>() = pull;
     step.template tail<3>() = turn;
-    if (vertices_.found().empty()) return step;
+    pressing_ = false;
+    if (vertices_.near().empty()) return step;
 
+    // One-sided springs of the places in bone and of those near it, linear in the step: which of them the step presses
+    // is found by solving again while that changes.
     const CouplingSpring spring = coupling();
     const double k_linear = spring.linear(pull.norm());
-    MatN H = MatN::Zero();
-    VecN residual;
-    H.diagonal().template head<3>().setConstant(k_linear);
-    residual.template head<3>() = k_linear * pull;
-    if constexpr (kDof == 6) {
-      const double k_angular = spring.angular(turn.norm());
-      H.diagonal().template tail<3>().setConstant(k_angular);
-      residual.template tail<3>() = k_angular * turn;
+    const double k_angular = spring.angular(turn.norm());
+    std::size_t changes = 0;
+    for (int round = 0; round < kMostRounds; ++round) {
+      MatN H = MatN::Zero();
+      VecN residual;
+      H.diagonal().template head<3>().setConstant(k_linear);
+      residual.template head<3>() = k_linear * pull;
+      if constexpr (kDof == 6) {
+        H.diagonal().template tail<3>().setConstant(k_angular);
+        residual.template tail<3>() = k_angular * turn;
+      }
+      changes = 0;
+      std::size_t n = 0;
+      for (const VertexContact& c : vertices_.near()) {
+        VecN J;
+        J.template head<3>() = c.out;
+        if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
+        const double depth = round == 0 ? c.depth : c.depth - J.dot(step.template head<kDof>());
+        // Later rounds only add: they come to an end.
+        const std::uint8_t pressed = depth > 0 || (round > 2 && pressed_[n] != 0) ? 1 : 0;
+        if (pressed != pressed_[n]) ++changes;
+        pressed_[n++] = pressed;
+        if (pressed == 0) continue;
+        pressing_ = true;
+        H.template selfadjointView<Eigen::Lower>().rankUpdate(J, contact_stiffness_);
+        residual += (contact_stiffness_ * c.depth) * J;
+        if (c.depth > 0) friction_.add(c, X_, contact_stiffness_, H, residual);
+      }
+      if (round > 0 && changes == 0) break;
+      step.template head<kDof>() = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
     }
-    for (const VertexContact& c : vertices_.found()) {
-      VecN J;
-      J.template head<3>() = c.out;
-      if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
-      H.template selfadjointView<Eigen::Lower>().rankUpdate(J, contact_stiffness_);
-      residual += (contact_stiffness_ * c.depth) * J;
-      friction_.add(c, X_, contact_stiffness_, H, residual);
-    }
-    const VecN solved = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
-    step.template head<kDof>() = solved;
     return step;
   }
 
   void report(const Posed& X_device, Rendered<Scalar>& out) noexcept {
     contact_count_ = 0;
-    for (const VertexContact& c : vertices_.found()) {
-      const Vec3d force = contact_stiffness_ * (c.depth * c.out + friction_.settle(c, X_));
+    std::size_t n = 0;
+    for (const VertexContact& c : vertices_.near()) {
+      // What holds the tool may be a hair's breadth outside.
+      const bool touches = c.depth > 0;
+      if (!touches && !(held_ && pressed_[n] != 0)) {
+        ++n;
+        continue;
+      }
+      ++n;
+      const Vec3d force =
+          touches ? Vec3d(contact_stiffness_ * (c.depth * c.out + friction_.settle(c, X_))) : Vec3d(Vec3d::Zero());
       const double length = c.out.norm();
       contacts_[contact_count_++] = {
           (X_.translation() + c.lever).template cast<Scalar>(),
@@ -310,12 +341,15 @@ class CoupledToolRenderer {
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
   bool started_ = false;
-  bool met_ = false;  // bone, on this tick's way
+  bool met_ = false;       // bone, on this tick's way
+  bool pressing_ = false;  // the step in the making presses a place into bone
+  bool held_ = false;      // so does the step that ended the search
   double voxel_ = 0;
   double contact_stiffness_ = 0;
   int steps_ = 0;
   std::size_t contact_count_ = 0;
   std::vector<ContactPoint<Scalar>> contacts_;
+  std::vector<std::uint8_t> pressed_;  // by the step in the making, of the places near bone
 };
 
 template <RealScalar S, DepthSource Depth>
