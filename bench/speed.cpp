@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+#include "../examples/drill/phantom.hpp"
+#include "speed/kernels.hpp"
+#include "speed/run.hpp"
+#include "studies/table.hpp"
+#include "support/fields.hpp"
+#include "sweep/row.hpp"
+
+#include <trephine/trephine.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+/// What the library costs, each figure beside its reference in one interleaved run.
+///   bench_speed --out DIR [--march NAME] [--append] [--quick]
+/// writes DIR/speed.csv, speed_spread.csv (worst cases), speed_servo.csv and speed_memory.csv.
+namespace {
+
+using namespace trephine;
+using Clock = std::chrono::steady_clock;
+using Grid = VoxelGrid<std::uint8_t>;
+using Field = DensityField<std::uint8_t, float>;
+using Surface = SurfaceApproxRenderer<float>;
+using Line = LineApproxRenderer<float>;
+using bench::SpeedRun;
+
+constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
+#if defined(__clang__)
+constexpr const char* kCompiler = "clang++";
+#else
+constexpr const char* kCompiler = "g++";
+#endif
+
+struct Options {
+  std::string folder = "build/report";
+  std::string march = "native";
+  bool append = false;
+  bool quick = false;
+};
+
+/// A tooth and poses of a tool that leans on its crown.
+struct Scene {
+  Grid tooth = drill::tooth_phantom<std::uint8_t>();
+  Vec3d top;
+
+  Scene() {
+    const Field field(tooth, kIsovalue);
+    top = 0.5e-4 * Vec3d(255, 255, 175);
+    top.z() = 0.0175;
+    while (top.z() > 0 && field.value(top.cast<float>()) < 0) top.z() -= 5e-5;
+  }
+  /// The ball's centre `height` above the crown.
+  [[nodiscard]] Pose<float> pose(double height, double lean = 0.3) const {
+    return make_pose<double>(rotation_from_vector(Vec3d(lean, 0.1, 0)), top + Vec3d(0, 0, height)).cast<float>();
+  }
+};
+
+[[nodiscard]] Surface surface(int slices = 20, int per_slice = 8, int sphere = 26, double length = 0.04) {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
+  return Surface(ToolDiscretization{burr, SurfaceCounts{.sphere = sphere, .slices = slices, .per_slice = per_slice}});
+}
+
+[[nodiscard]] Line line() {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
+  return Line(ToolDiscretization{burr, LineCounts{}});
+}
+
+/// A pose at which about `hits` of the tool's vertices are in bone.
+[[nodiscard]] Pose<float> pose_of_hits(const Scene& scene, const Surface& like, int hits) {
+  const Field field(scene.tooth, kIsovalue);
+  const auto& tool = like.tool();
+  std::vector<float> values(static_cast<std::size_t>(tool.padded()));
+  for (double height = 0.002; height > -0.015; height -= 2e-5) {
+    const Pose<float> X = scene.pose(height);
+    field.values(X, tool.points().x.data(), tool.points().y.data(), tool.points().z.data(), values.data(),
+                 tool.padded());
+    if (std::count_if(values.begin(), values.begin() + tool.periphery(), [](float v) { return v >= 0; }) >= hits)
+      return X;
+  }
+  return scene.pose(-0.015);
+}
+
+/// As many samples as a tick takes, of the tool's own points.
+class Samples {
+ public:
+  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count)
+      : field_(&field), tool_(&like.tool()), X_(X), count_(count), out_(static_cast<std::size_t>(tool_->padded())) {}
+  void operator()() {
+    const auto& p = tool_->points();
+    for (std::int64_t left = count_; left > 0; left -= tool_->padded()) {
+      const int n = static_cast<int>(std::min<std::int64_t>(padded_to_lane(static_cast<int>(left)), tool_->padded()));
+      field_->values(X_, p.x.data(), p.y.data(), p.z.data(), out_.data(), n);
+      benchmark::DoNotOptimize(out_.data());
+      benchmark::ClobberMemory();
+    }
+  }
+
+ private:
+  const Field* field_;
+  const ToolDiscretization<SurfaceCounts, float>* tool_;
+  Pose<float> X_;
+  std::int64_t count_;
+  std::vector<float> out_;
+};
+
+template <class Renderer>
+[[nodiscard]] std::int64_t samples_of(const Field& field, Renderer renderer, const Pose<float>& X) {
+  const test::CountingField<Field> counting(field);
+  for (int i = 0; i < 3; ++i) {
+    counting.samples = 0;
+    benchmark::DoNotOptimize(renderer.render(counting, X));
+  }
+  return counting.samples;
+}
+
+class Report {
+ public:
+  Report(const SpeedRun& run, const Options& options)
+      : run_(run),
+        march_(options.march),
+        table_(options.folder + "/speed.csv", "measure,compiler,march,ns,reference_ns,ratio,target,met",
+               options.append) {}
+
+  /// ns / reference at most `target`; no target where it is 0.
+  void at_most(const std::string& measure, const std::string& name, const std::string& reference, double target) {
+    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r <= t; });
+  }
+  void at_least(const std::string& measure, const std::string& name, const std::string& reference, double target) {
+    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r >= t; });
+  }
+  void figure(const std::string& measure, const std::string& name) {
+    table_.row(measure, kCompiler, march_, run_.ns(name), "", "", "", "");
+  }
+
+ private:
+  template <class Met>
+  void row(const std::string& measure, double ns, double reference, double target, Met&& met) {
+    const double ratio = ns / reference;
+    if (target > 0)
+      table_.row(measure, kCompiler, march_, ns, reference, ratio, target, met(ratio, target) ? "yes" : "no");
+    else
+      table_.row(measure, kCompiler, march_, ns, reference, ratio, "", "");
+    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
+  }
+
+  const SpeedRun& run_;
+  std::string march_;
+  bench::Table table_;
+};
+
+/// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
+class Carving {
+ public:
+  explicit Carving(double reach) : block_(make()) {
+    if (reach > 0) depth_.emplace(block_, 127.0, DepthOptions{.reach = reach});
+    restart();
+  }
+  void operator()() {
+    if (++tick_ == kTicks) restart();
+    const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
+    const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
+    if (depth_)
+      depth_->cut(cutter);
+    else
+      benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
+    p_ = q;
+  }
+
+ private:
+  static constexpr double kVoxel = 3e-4;
+  static constexpr int kTicks = 600;
+  static Grid make() {
+    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
+    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
+  }
+  void restart() {
+    block_.restore();
+    if (depth_) depth_->restore();
+    p_ = Vec3d::Constant(20 * kVoxel);
+    tick_ = 0;
+  }
+
+  Grid block_;
+  std::optional<DepthMap> depth_;
+  Vec3d p_;
+  int tick_ = 0;
+};
+
+void measure_speed(const Options& options, const Scene& scene) {
+  SpeedRun run;
+  const Field field(scene.tooth, kIsovalue);
+  const Surface thesis = surface();
+  const auto& tool = thesis.tool();
+  const Pose<float> light = pose_of_hits(scene, thesis, 20);
+  const Pose<float> deep = pose_of_hits(scene, thesis, 84);
+  const Pose<float> near_air = scene.pose(0.003);
+  const Pose<float> far_air = make_pose<double>(Mat3d::Identity(), 1e-4 * Vec3d(20, 20, 160)).cast<float>();
+  const Pose<float> outside = scene.pose(0.05);
+
+  // Sampling: all of the tool's points, in light contact.
+  const SampleView<std::uint8_t, float> view(scene.tooth);
+  const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
+  const Mat3<float> A = per_metre.asDiagonal() * light.linear();
+  const Vec3<float> t = light.translation().cwiseProduct(per_metre) + Vec3<float>::Ones();
+  const auto& p = tool.points();
+  auto bare = std::make_shared<bench::BareLoads>(view, A, t, p.x.data(), p.y.data(), p.z.data(), tool.padded());
+  run.add("bare loads", [bare] {
+    benchmark::DoNotOptimize((*bare)());
+    benchmark::ClobberMemory();
+  });
+  auto out = std::make_shared<std::vector<float>>(static_cast<std::size_t>(tool.padded()));
+  run.add("sampling", [&, out] {
+    sample_points(view, A, t, p.x.data(), p.y.data(), p.z.data(), out->data(), tool.padded());
+    benchmark::DoNotOptimize(out->data());
+    benchmark::ClobberMemory();
+  });
+  auto checked = std::make_shared<bench::CheckedSampling>(scene.tooth);
+  run.add("checked sampling", [&, checked] {
+    double sum = 0;
+    for (int i = 0; i < tool.count(); ++i) sum += (*checked)((light * p[i]).cast<double>());
+    benchmark::DoNotOptimize(sum);
+  });
+
+  // Ticks of both renderers, beside as many samples.
+  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
+                                        double per = 1) {
+    const std::int64_t samples = samples_of(field, renderer, X);
+    auto r = std::make_shared<Renderer>(std::move(renderer));
+    run.add(
+        name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
+    run.add(name + ", bare", Samples(field, thesis, light, samples));
+  };
+  tick("surface, near air", surface(), near_air);
+  tick("surface, far air", surface(), far_air);
+  tick("surface, outside", surface(), outside);
+  tick("surface, 20 hits", surface(), light);
+  tick("surface, 84 hits", surface(), deep);
+  tick("line, near air", line(), near_air);
+  tick("line, far air", line(), far_air);
+  tick("line, outside", line(), outside);
+  // The whole tick of a scene, what is not the renderer's included.
+  auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
+  auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
+  run.add("scene, near air",
+          [grid, whole, X = near_air.cast<double>()] { benchmark::DoNotOptimize(whole->tick({.X_WT = X}, 1e-3)); });
+
+  // N scaling: all of a tool in air and in contact.
+  for (const auto& [name, slices] : {std::pair("207", 20), std::pair("1008", 109)}) {
+    const Surface many = surface(slices);
+    const double count = many.tool().count();
+    tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
+    tick("N " + std::string(name) + ", deep", surface(slices),
+         pose_of_hits(scene, many, many.tool().periphery() * 2 / 5), count);
+  }
+
+  // The same tool in metres on finer voxels.
+  std::vector<std::shared_ptr<Grid>> grids;
+  for (const double voxel : {4e-4, 2e-4, 1e-4}) {
+    const double shrink = 1e-4 / voxel;
+    const drill::PhantomOptions o{
+        .size = {static_cast<int>(256 * shrink), static_cast<int>(256 * shrink), static_cast<int>(176 * shrink)},
+        .spacing = voxel};
+    grids.push_back(std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>(o)));
+    const std::string name = std::to_string(static_cast<int>(voxel * 1e4 + 0.5));
+    for (const auto& [what, X] : {std::pair("air", near_air), std::pair("light", light)}) {
+      auto r = std::make_shared<Surface>(surface());
+      run.add("voxel 0." + name + " mm, " + what,
+              [g = grids.back(), r, X = X] { benchmark::DoNotOptimize(r->render(Field(*g, kIsovalue), X)); });
+    }
+  }
+
+  run.add("carving", [c = std::make_shared<Carving>(0)] { (*c)(); });
+  run.add("carving depths", [c = std::make_shared<Carving>(4)] { (*c)(); });
+
+  run.run(options.quick ? 5 : 11, options.quick ? 0.002 : 0.01);
+
+  const bool v2 = options.march == "x86-64-v2";
+  Report report(run, options);
+  report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+  report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+  report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
+  report.at_most("culled far air / bare samples, Surface", "surface, far air", "surface, far air, bare", 0.25);
+  report.at_most("culled near air / bare samples, Surface", "surface, near air", "surface, near air, bare", 0.65);
+  report.at_most("outside the grid's box / bare samples, Surface", "surface, outside", "surface, outside, bare", 0.1);
+  const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
+  report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
+  report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
+  for (const char* what : {"air", "deep"}) {
+    const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
+    report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
+  }
+  for (const char* what : {"air", "light"})
+    report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
+                   "voxel 0.4 mm, " + std::string(what), 1.3);
+  for (const char* name :
+       {"line, near air", "line, far air", "line, outside", "scene, near air", "carving", "carving depths"})
+    report.figure(name, name);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    if (a == "--quick")
+      options.quick = true;
+    else if (a == "--append")
+      options.append = true;
+    else if (a == "--out" && i + 1 < argc)
+      options.folder = argv[++i];
+    else if (a == "--march" && i + 1 < argc)
+      options.march = argv[++i];
+    else {
+      std::cerr << "bench_speed: unknown argument " << a << '\n';
+      return 2;
+    }
+  }
+  std::filesystem::create_directories(options.folder);
+  const Scene scene;
+  measure_speed(options, scene);
+}
