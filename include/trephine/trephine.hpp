@@ -24,5 +24,6 @@
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>
+#include <trephine/voxel/air_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/voxel_grid.hpp>

@@ -195,14 +195,26 @@ void find_difference(const std::array<T, kLanes>& a, const std::array<T, kLanes>
 template <VoxelDensity Density>
 template <class DensityOf>
 int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept {
+  const BrickRows bricks = brick_rows(j, k);
   int changed = 0;
-  lower_lanes(j, k, x0, x1, [&](int x, int count, const auto& old, auto& value) {
-    for (int l = 0; l < count; ++l) {
-      const auto lane = static_cast<std::size_t>(l);
-      value[lane] = density_of(x + l, old[lane]);
-      changed += value[lane] < old[lane] ? 1 : 0;
+  int first = x1 + 1;
+  int last = x0 - 1;
+  for (int x = x0; x <= x1; ++x) {
+    Density& voxel = voxels_[index(x, j, k)];
+    const Density old = voxel;
+    const Density value = density_of(x, old);
+    if (!(value < old)) continue;
+    store_relaxed(voxel, value);
+    for (std::size_t r = 0; r < bricks.count; ++r) {
+      const std::size_t at_x = profile_index(bricks.row[r], x);
+      new_min_[at_x] = std::min(new_min_[at_x], value);
+      old_max_[at_x] = std::max(old_max_[at_x], old);
     }
-  });
+    ++changed;
+    first = std::min(first, x);
+    last = x;
+  }
+  if (changed > 0) mark(j, k, first, last, bricks);
   return changed;
 }
 
