@@ -42,6 +42,14 @@ struct Options {
   bool quick = false;
 };
 
+/// The thesis' tooth in voxels of another size [m].
+[[nodiscard]] Grid tooth_of(double voxel) {
+  const double shrink = 1e-4 / voxel;
+  const int across = static_cast<int>(256 * shrink);
+  return drill::tooth_phantom<std::uint8_t>(
+      {.size = {across, across, static_cast<int>(176 * shrink)}, .spacing = voxel});
+}
+
 /// A tooth and poses of a tool that leans on its crown.
 struct Scene {
   Grid tooth = drill::tooth_phantom<std::uint8_t>();
@@ -275,11 +283,7 @@ void measure_speed(const Options& options, const Scene& scene) {
   // The same tool in metres on finer voxels.
   std::vector<std::shared_ptr<Grid>> grids;
   for (const double voxel : {4e-4, 2e-4, 1e-4}) {
-    const double shrink = 1e-4 / voxel;
-    const drill::PhantomOptions o{
-        .size = {static_cast<int>(256 * shrink), static_cast<int>(256 * shrink), static_cast<int>(176 * shrink)},
-        .spacing = voxel};
-    grids.push_back(std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>(o)));
+    grids.push_back(std::make_shared<Grid>(tooth_of(voxel)));
     const std::string name = std::to_string(static_cast<int>(voxel * 1e4 + 0.5));
     for (const auto& [what, X] : {std::pair("air", near_air), std::pair("light", light)}) {
       auto r = std::make_shared<Surface>(surface());
@@ -437,10 +441,11 @@ void measure_spread(const Options& options, const Scene& scene) {
 /// A loop on a clock of its own: the share of ticks whose own work fits the period, lateness of the system apart.
 void measure_servo(const Options& options, const Scene& scene) {
   bench::Table table(options.folder + "/speed_servo.csv",
-                     "renderer,rate_Hz,compiler,march,ticks,share_within_period,p999_ns", options.append);
+                     "renderer,rate_Hz,voxel_mm,compiler,march,ticks,share_within_period,p50_ns,p999_ns",
+                     options.append);
   const Vec3d top = scene.top;
-  const auto run = [&](const char* name, auto renderer, double rate) {
-    Grid tooth = drill::tooth_phantom<std::uint8_t>();
+  const auto run = [&](const char* name, auto renderer, double rate, double voxel) {
+    Grid tooth = tooth_of(voxel);
     HapticScene loop{tooth, kIsovalue, std::move(renderer), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
     const int ticks = static_cast<int>(rate * (options.quick ? 0.2 : 1.0));
     std::vector<double> times;
@@ -453,15 +458,17 @@ void measure_servo(const Options& options, const Scene& scene) {
       times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
     }
     const auto within = std::count_if(times.begin(), times.end(), [&](double ns) { return ns <= 1e9 / rate; });
-    table.row(name, rate, kCompiler, options.march, ticks, static_cast<double>(within) / ticks,
+    const double share = static_cast<double>(within) / ticks;
+    table.row(name, rate, 1e3 * voxel, kCompiler, options.march, ticks, share, bench::percentile(times, 0.5),
               bench::percentile(times, 0.999));
-    std::fprintf(stderr, "speed: %s at %.0f Hz: %.5f of ticks within the period\n", name, rate,
-                 static_cast<double>(within) / ticks);
+    std::fprintf(stderr, "speed: %s at %.0f Hz, %.1f mm: %.5f of ticks within the period\n", name, rate, 1e3 * voxel,
+                 share);
   };
-  for (const double rate : {10e3, 40e3}) {
-    run("surface", surface(), rate);
-    run("line", line(), rate);
-  }
+  for (const double voxel : {4e-4, 1e-4})
+    for (const double rate : {10e3, 40e3}) {
+      run("surface", surface(), rate, voxel);
+      run("line", line(), rate, voxel);
+    }
 }
 
 /// Bytes of a grid and what goes with it.

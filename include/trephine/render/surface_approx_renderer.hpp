@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -204,16 +205,26 @@ class SurfaceApproxRenderer {
     if constexpr (kUsesPatches<Weights> || !KnowsAir<Field>) {
       sample(field, 0, tool_.padded());
     } else {
-      const auto clear = [&](const typename Tool::Group& g) {
-        return field.is_clear(Vec3<Scalar>(X_GT_ * tool_.points()[g.centre]), g.radius);
-      };
-      if (field.is_clear(middle, around_middle_)) return false;
-      // Groups stand in a row: from the first that is near to the last.
+      // Groups stand in a row: from the first that is near to the last. What one's air reaches beyond it, it clears
+      // too.
       const auto& groups = tool_.groups();
       std::size_t first = 0;
       std::size_t last = groups.size();
-      while (first < last && clear(groups[first])) ++first;
-      while (last > first && clear(groups[last - 1])) --last;
+      const auto clears = [&](Scalar air, Scalar from, const typename Tool::Group& g) {
+        return air > std::abs(g.height - from) + g.radius * Scalar(1.0001);
+      };
+      while (first < last) {
+        const Scalar from = groups[first].height;
+        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
+        if (!clears(air, from, groups[first])) break;
+        while (first < last && clears(air, from, groups[first])) ++first;
+      }
+      while (last > first) {
+        const Scalar from = groups[last - 1].height;
+        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
+        if (!clears(air, from, groups[last - 1])) break;
+        while (last > first && clears(air, from, groups[last - 1])) --last;
+      }
       if (first == last) return false;
       std::fill(values_.begin(), values_.end(), std::numeric_limits<Scalar>::lowest());
       sample(field, groups[first].first, groups[last - 1].first + groups[last - 1].count);

@@ -30,7 +30,9 @@ class AirMap {
         isovalue_(isovalue),
         bricks_(grid.bricks()),
         last_(grid.size()[0], grid.size()[1], grid.size()[2]),
+        spacing_(grid.spacing()),
         per_metre_(grid.spacing().cwiseInverse()),
+        brick_(kBrick * grid.spacing().minCoeff()),
         air_outside_(static_cast<double>(grid.outside()) < isovalue),
         stamp_(grid.rise_stamp()) {
     if (!std::isfinite(isovalue)) refuse("AirMap", "isovalue must be finite", isovalue);
@@ -65,26 +67,28 @@ class AirMap {
 
   /// No bone is nearer than this [m] to p_G; 0 where that is not known.
   [[nodiscard]] double clearance(const Vec3d& p_G) const noexcept {
-    const Vec3d u = p_G.cwiseProduct(per_metre_);
-    if (!usable_ || !is_finite(u)) return 0;
-    // Bone lies between the border's voxels: of a point beyond them the way there counts in addition.
-    const Vec3d inside = u.cwiseMax(-1.0).cwiseMin(last_);
-    std::array<int, 3> at;
-    for (int a = 0; a < 3; ++a)
-      at[static_cast<std::size_t>(a)] =
-          std::min(std::max(static_cast<int>(inside[a]), 0) / kBrick, bricks_[static_cast<std::size_t>(a)] - 1);
-    const int bricks = maps_[static_cast<std::size_t>(front_)].distance[grid_->brick_index(at[0], at[1], at[2])];
-    double clear = 0;
-    if (bricks > 0) {
-      clear = std::numeric_limits<double>::max();
-      for (int a = 0; a < 3; ++a) {
-        const double in_brick = std::max(inside[a] - kBrick * at[static_cast<std::size_t>(a)], 0.0);
-        const double to_side = std::max(std::min(in_brick, kBrick - in_brick) - kMargin, 0.0);
-        clear = std::min(clear, (kBrick * (bricks - 1) + to_side) / per_metre_[a]);
-      }
+    if (!usable_) return 0;
+    std::array<int, 3> at{};
+    double to_side = std::numeric_limits<double>::max();
+    double beyond = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double u = p_G[axis] * per_metre_[axis];
+      // Bone lies between the border's voxels: of a point beyond them the way there counts in addition. NaN is nowhere.
+      double inside = u > -1.0 ? u : -1.0;
+      inside = inside < last_[axis] ? inside : last_[axis];
+      const double way = (u - inside) * spacing_[axis];
+      beyond += way * way;
+      at[a] = std::min(static_cast<int>(inside > 0 ? inside : 0.0) / kBrick, bricks_[a] - 1);
+      const double low = inside - kBrick * at[a];
+      const double high = kBrick - low;
+      const double side = (low > 0 ? (low < high ? low : high) : 0.0) - kMargin;
+      to_side = std::min(to_side, side * spacing_[axis]);
     }
-    const double beyond = (u - inside).cwiseQuotient(per_metre_).norm();
-    return beyond > 0 ? std::sqrt(clear * clear + beyond * beyond) : clear;
+    if (!(beyond < 1e12)) return 0;
+    const int bricks = maps_[static_cast<std::size_t>(front_)].distance[grid_->brick_index(at[0], at[1], at[2])];
+    const double clear = bricks > 0 ? std::max((bricks - 1) * brick_ + to_side, 0.0) : 0.0;
+    return beyond > 0 ? std::sqrt(clear * clear + beyond) : clear;
   }
 
   [[nodiscard]] bool is_of(const VoxelGrid<Density>& grid) const noexcept { return grid_ == &grid; }
@@ -122,7 +126,9 @@ class AirMap {
   double isovalue_;
   std::array<int, 3> bricks_;
   Vec3d last_;
+  Vec3d spacing_;
   Vec3d per_metre_;
+  double brick_;  // shortest edge
   bool air_outside_;
   std::uint64_t stamp_;
   std::array<Map, 3> maps_;
@@ -138,10 +144,10 @@ template <class Field, VoxelDensity Density>
 class FieldWithAir : public Field {
  public:
   FieldWithAir(const Field& field, const AirMap<Density>& map) noexcept : Field(field), map_(&map) {}
-  /// No bone within `radius` [m] of p_G.
+  /// No bone is nearer than this [m] to p_G.
   template <class S>
-  [[nodiscard]] bool is_clear(const Vec3<S>& p_G, S radius) const noexcept {
-    return map_->clearance(p_G.template cast<double>()) > static_cast<double>(radius);
+  [[nodiscard]] S air_around(const Vec3<S>& p_G) const noexcept {
+    return static_cast<S>(map_->clearance(p_G.template cast<double>()));
   }
 
  private:
