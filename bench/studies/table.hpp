@@ -10,8 +10,10 @@ namespace trephine::bench {
 /// A CSV file in the making: `Table t(path, "a,b"); t.row(1, "x");`
 class Table {
  public:
-  Table(const std::string& path, const std::string& header) : out_(path), path_(path) {
-    out_ << header << '\n';
+  /// `append`: after the rows of a file that has the header already.
+  Table(const std::string& path, const std::string& header, bool append = false)
+      : out_(path, append ? std::ios::app : std::ios::out), path_(path) {
+    if (!append) out_ << header << '\n';
     if (!out_) throw std::runtime_error("cannot write " + path);
   }
   template <class First, class... Rest>

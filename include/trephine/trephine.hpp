@@ -27,5 +27,6 @@
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>
+#include <trephine/voxel/air_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/voxel_grid.hpp>

@@ -24,14 +24,17 @@ void check_contract(const C& cutter, std::mt19937& rng) {
   const Eigen::AlignedBox3d box = cutter.bounds();
   const double reach = 0.5_mm;
   const Vec3d pad = Vec3d::Constant(1.5_mm);
-  for (int n = 0; n < 4000; ++n) {
+  for (std::size_t n = 0; n < 4000; ++n) {
     const Vec3d p = random_point(rng, box.min() - pad, box.max() + pad);
     const double d = cutter.signed_distance(p);
     if (d < 0) CHECK(box.contains(p));
     CHECK(std::max(d, 0.0) >= box.exteriorDistance(p) - 1e-12);
     const Vec3d r = p - cutter.origin();
-    const RowSpan span = cutter.row(r.y(), r.z(), reach);
-    if (d < reach) CHECK((span.lo <= r.x() && r.x() <= span.hi));
+    RowLanes y;
+    y.fill(r.y());
+    RowSpans spans;
+    cutter.rows(y, r.z(), reach, spans);
+    if (d < reach) CHECK((spans.lo[n % kCutRows] <= r.x() && r.x() <= spans.hi[n % kCutRows]));
     CutLanes lanes;
     const double step = 0.21_mm;
     cutter.distances(static_cast<float>(r.x()), static_cast<float>(step), static_cast<float>(r.y()),

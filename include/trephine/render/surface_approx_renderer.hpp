@@ -10,8 +10,11 @@
 #include <trephine/render/weighting.hpp>
 #include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
+#include <trephine/voxel/known_air.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -60,9 +63,9 @@ struct SliceReport {
 /// 21). Vertices are at the device's pose: there is no proxy, no friction, and the tool sinks in as far as its springs
 /// let it.
 ///
-/// Work a tick: `padded` samples, and for each vertex in bone what `WaysOut` says; a group whose centre is in bone
-/// costs what `Deep` costs instead. With `PatchWeights` one gradient more for each vertex in bone and for those next to
-/// them.
+/// Work a tick: `padded` samples where a vertex may touch, none where the field says that all is clear, and for each
+/// vertex in bone what `WaysOut` says; a group whose centre is in bone costs what `Deep` costs instead. With
+/// `PatchWeights` one gradient more for each vertex in bone and for those next to them.
 template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer {
@@ -96,6 +99,12 @@ class SurfaceApproxRenderer {
       refuse("SurfaceApproxRenderer", "stiffness must be finite in the renderer's precision", options.stiffness);
     };
     static_cast<void>(representable(k_));
+    const auto& last = tool_.groups().back();
+    middle_ = (last.height - static_cast<Scalar>(burr().tip_radius)) / Scalar(2);
+    for (int i = 0; i < tool_.count(); ++i)
+      around_middle_ =
+          std::max(around_middle_, (tool_.points()[i] - Vec3<Scalar>(Scalar(0), Scalar(0), middle_)).norm());
+    around_middle_ *= Scalar(1.0001);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
       edge_forces_.push_back(representable(k_ * mean_plane_force(g, 1.0)));
     if (options.budget) plan_sharing(*options.budget);
@@ -105,8 +114,12 @@ class SurfaceApproxRenderer {
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> out;
     out.status = begin(X_GT);
-    const auto& p = tool_.points();
-    field.values(X_GT, p.x.data(), p.y.data(), p.z.data(), values_.data(), tool_.padded());
+    if (!look(field)) {
+      if (!idle_) go_idle();
+      X_idle_ = X_GT;
+      return out;
+    }
+    if (idle_) catch_up();
     find_ways_out(field);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
@@ -136,6 +149,7 @@ class SurfaceApproxRenderer {
     for (auto& r : reports_) r = {};
     contact_count_ = 0;
     has_previous_ = false;
+    idle_ = false;
   }
 
   /// All groups: the ball first, then the slices from the tip up.
@@ -247,6 +261,71 @@ class SurfaceApproxRenderer {
     has_previous_ = true;
     contact_count_ = 0;
     return jumped ? Status::kJump : Status::kOk;
+  }
+
+  // Samples the vertices that may touch; whether any does. With patches a vertex outside may stand for some inside.
+  template <ContactField Field>
+  [[nodiscard]] bool look(const Field& field) noexcept {
+    const Vec3<Scalar> middle = X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), middle_);
+    if constexpr (requires { field.is_beyond(middle, around_middle_); })
+      if (!kUsesPatches<Weights> && field.is_beyond(middle, around_middle_)) return false;
+    if constexpr (kUsesPatches<Weights> || !KnowsAir<Field>) {
+      sample(field, 0, tool_.padded());
+    } else {
+      // Groups stand in a row: from the first that is near to the last. What one's air reaches beyond it, it clears
+      // too.
+      const auto& groups = tool_.groups();
+      std::size_t first = 0;
+      std::size_t last = groups.size();
+      const auto clears = [&](Scalar air, Scalar from, const typename Tool::Group& g) {
+        return air > std::abs(g.height - from) + g.radius * Scalar(1.0001);
+      };
+      while (first < last) {
+        const Scalar from = groups[first].height;
+        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
+        if (!clears(air, from, groups[first])) break;
+        while (first < last && clears(air, from, groups[first])) ++first;
+      }
+      while (last > first) {
+        const Scalar from = groups[last - 1].height;
+        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
+        if (!clears(air, from, groups[last - 1])) break;
+        while (last > first && clears(air, from, groups[last - 1])) --last;
+      }
+      if (first == last) return false;
+      std::fill(values_.begin(), values_.end(), std::numeric_limits<Scalar>::lowest());
+      sample(field, groups[first].first, groups[last - 1].first + groups[last - 1].count);
+      sample(field, groups[first].centre, groups[last - 1].centre + 1);
+    }
+    if constexpr (kUsesPatches<Weights>) return true;
+    std::array<Scalar, kLane> most;
+    most.fill(std::numeric_limits<Scalar>::lowest());
+    for (std::size_t i = 0; i < values_.size(); i += kLane)
+      for (std::size_t l = 0; l < kLane; ++l) most[l] = values_[i + l] > most[l] ? values_[i + l] : most[l];
+    return *std::max_element(most.begin(), most.end()) >= Scalar(0);
+  }
+
+  // Vertices first … last − 1, and others where a lane has room for them.
+  template <ContactField Field>
+  void sample(const Field& field, int first, int last) noexcept {
+    const auto& p = tool_.points();
+    const int count = padded_to_lane(last - first);
+    const int from = std::min(first, tool_.padded() - count);
+    field.values(X_GT_, p.x.data() + from, p.y.data() + from, p.z.data() + from, values_.data() + from, count);
+  }
+
+  // Nothing touches: what groups found is cleared once, and where their centres stand is told them when they need it.
+  void go_idle() noexcept {
+    idle_ = true;
+    for (std::size_t g = 0; g < reports_.size(); ++g) {
+      reports_[g] = {};
+      if (g > 0) reports_[g].lever_m = tool_.groups()[g].height;
+    }
+  }
+  void catch_up() noexcept {
+    idle_ = false;
+    for (std::size_t g = 0; g < deep_.size(); ++g)
+      deep_[g].outside(X_idle_ * tool_.points()[tool_.groups()[g].centre], Vec3<Scalar>::Zero());
   }
 
   template <ContactField Field>
@@ -395,6 +474,12 @@ class SurfaceApproxRenderer {
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;
   std::size_t contact_count_ = 0;
+  // Since when nothing touches, and where the tool was last.
+  bool idle_ = false;
+  Pose<Scalar> X_idle_ = Pose<Scalar>::Identity();
+  // A ball round all vertices, its centre on the shaft's axis.
+  Scalar middle_ = Scalar(0);
+  Scalar around_middle_ = Scalar(0);
   bool has_previous_ = false;
   Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
 };

@@ -24,9 +24,16 @@ namespace trephine {
 /// A scene that lists it answers with forces only: the torque is zero.
 struct ForceOnly {};
 
+/// A part that tells the renderer what it may pass over: see `SkipFar`.
+template <class P>
+concept Skipper = requires(const P& p) {
+  p.map();
+  requires P::kSkips;
+};
+
 /// What a scene may list after its renderer.
 template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || std::same_as<P, ForceOnly>;
+concept ScenePart = Stage<P> || Carver<P, Grid> || Skipper<P> || std::same_as<P, ForceOnly>;
 
 /// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
 template <class R, class Density>
@@ -102,15 +109,17 @@ class HapticScene {
 
   static_assert(Renderer<ContactRenderer, Field>,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp)");
-  static_assert((ScenePart<Parts, Grid> && ...),
-                "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), or "
-                "ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(
+      (ScenePart<Parts, Grid> && ...),
+      "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), SkipFar or "
+      "ForceOnly, its functions noexcept; a scene has one renderer");
   static_assert(kPartCount<DeviceLimits, Parts...> <= 1, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(limits_come_last<Parts...>(), "trephine::HapticScene: DeviceLimits must be the last stage");
   static_assert(kPartCount<ForceOnly, Parts...> <= 1, "trephine::HapticScene: more than one ForceOnly");
 
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
+  static constexpr bool kSkips = (Skipper<Parts> || ...);
 
   /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, the renderer reads
   /// stored gradients and the grid keeps none, or it reads a DepthMap of another grid.
@@ -126,8 +135,9 @@ class HapticScene {
         refuse("HapticScene", "the renderer's DepthMap must be made of this bone; its spacing is",
                map.spacing().transpose());
     }
-    for_each_part([](const auto& part) {
+    for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
+      if constexpr (requires { part.validate_for(bone, isovalue); }) part.validate_for(bone, isovalue);
     });
   }
 
@@ -143,7 +153,7 @@ class HapticScene {
     const Posed& X_WG = bone_->X_WG();
     const Posed X_GT = relative_pose(X_WG, input.X_WT);
     const Field field = contact_field(renderer_, *bone_, isovalue_);
-    const Rendered<Scalar> found = renderer_.render(field, X_GT.template cast<Scalar>());
+    const Rendered<Scalar> found = render(field, X_GT.template cast<Scalar>());
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
     if (found.status >= Status::kBadInput || !is_finite(wrench_G) || !std::isfinite(found.contact.depth))
@@ -243,6 +253,16 @@ class HapticScene {
   template <class Function>
   void for_each_part(Function&& function) {
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
+  }
+
+  [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    if constexpr (kSkips) {
+      constexpr std::array<bool, sizeof...(Parts)> is{Skipper<Parts>...};
+      constexpr auto at = static_cast<std::size_t>(std::find(is.begin(), is.end(), true) - is.begin());
+      return renderer_.render(std::get<at>(parts_).look_with(field), X_GT);
+    } else {
+      return renderer_.render(field, X_GT);
+    }
   }
 
   void begin_tick() noexcept {

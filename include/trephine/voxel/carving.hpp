@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 
 /// Removing bone. Haptic thread only; no allocation; work bounded by the voxels in the cutter's box.
 ///
@@ -83,11 +82,11 @@ struct NearestDensity {
   float zero = 0;
   float most = static_cast<float>(static_cast<int>(std::numeric_limits<Density>::max()) - kLowest);
 
-  [[nodiscard]] Density operator()(float v) const noexcept {
+  [[nodiscard]] int operator()(float v) const noexcept {
     float up = v - static_cast<float>(kLowest) + 0.5F;
     up = up > zero ? up : zero;
     up = up < most ? up : most;
-    return static_cast<Density>(static_cast<int>(up) + kLowest);
+    return static_cast<int>(up) + kLowest;
   }
 };
 template <>
@@ -95,14 +94,18 @@ struct NearestDensity<float> {
   [[nodiscard]] float operator()(float v) const noexcept { return v; }
 };
 
-/// The voxels of an axis strictly between two places [voxels], inside the grid; empty where there are none.
-struct VoxelRun {
-  int lo;
-  int hi;
-  VoxelRun(double from, double to, int size) noexcept
-      : lo(from < 0 ? 0 : static_cast<int>(std::min(from, static_cast<double>(size))) + 1),
-        hi(to < 0 ? -1 : static_cast<int>(std::min(to, static_cast<double>(size - 1)))) {}
-};
+/// The first voxel of an axis after a place [voxels] and the last one before it, inside the grid; one beyond it where
+/// there is none.
+[[nodiscard]] inline int voxel_after(double place, int size) noexcept {
+  const double most = size;
+  const double at = place < 0 ? -1 : place;
+  return static_cast<int>(at < most ? at : most) + 1;
+}
+[[nodiscard]] inline int voxel_before(double place, int size) noexcept {
+  const double most = size - 1;
+  const double at = place < 0 ? -1 : place;
+  return static_cast<int>(at < most ? at : most);
+}
 
 /// A cut in progress: lowers rows and adds up what that removes.
 template <VoxelDensity Density, Cutter C, class Limit>
@@ -130,18 +133,12 @@ class Cut {
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
     lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
-    const VoxelRun planes(lo.z(), hi.z(), size[2]);
-    const VoxelRun rows(lo.y(), hi.y(), size[1]);
+    const int last_k = voxel_before(hi.z(), size[2]);
+    const int last_j = voxel_before(hi.y(), size[1]);
     bool any = false;
-    for (int k = planes.lo; k <= planes.hi; ++k)
-      for (int j = rows.lo; j <= rows.hi; ++j) {
-        const double y = j * h.y() - origin_.y();
-        const double z = k * h.z() - origin_.z();
-        const RowSpan span = cutter_.row(y, z, reach_);
-        if (!(span.lo <= span.hi)) continue;
-        const VoxelRun run((span.lo + origin_.x()) * per_x_, (span.hi + origin_.x()) * per_x_, size[0]);
-        if (run.lo <= run.hi) any |= lower(j, k, run, static_cast<float>(y), static_cast<float>(z));
-      }
+    for (int k = voxel_after(lo.z(), size[2]); k <= last_k; ++k)
+      for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
+        any |= lower_rows(j, std::min(last_j - j + 1, kCutRows), k);
     if (!any) return 0;
     grid_.commit();
     double cells = 0;
@@ -150,40 +147,70 @@ class Cut {
   }
 
  private:
-  using Lanes = typename VoxelGrid<Density>::Lanes;
+  using Wide = WideDensity<Density>;
 
-  bool lower(int j, int k, const VoxelRun& run, float y, float z) noexcept {
+  bool lower_rows(int first, int count, int k) noexcept {
+    const Vec3d& h = grid_.spacing();
+    const double z = k * h.z() - origin_.z();
+    RowLanes y;
+    for (std::size_t l = 0; l < kCutRows; ++l) y[l] = (first + static_cast<int>(l)) * h.y() - origin_.y();
+    RowSpans span;
+    cutter_.rows(y, z, reach_, span);
+    const double x0 = origin_.x(), per_x = per_x_;
+    const int size = grid_.size()[0];
+    std::array<int, kCutRows> lo, hi;
+    for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
+    for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
+    for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = span.lo[l] <= span.hi[l] ? hi[l] : -1;
+    bool any = false;
+    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l)
+      if (lo[l] <= hi[l])
+        any |= lower(first + static_cast<int>(l), k, lo[l], hi[l], static_cast<float>(y[l]), static_cast<float>(z));
+    return any;
+  }
+
+  bool lower(int j, int k, int first, int last, float y, float z) noexcept {
     const float step = static_cast<float>(grid_.spacing().x());
-    const int changed = grid_.lower_lanes(j, k, run.lo, run.hi, [&](int i, int count, const Lanes& old, Lanes& value) {
+    return grid_.lower_lanes(j, k, first, last, [&](int i, int count, const auto& old, auto& value) {
       if (is_low(old)) return;
-      CutLanes d;
+      std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
       cutter_.distances(static_cast<float>(i * grid_.spacing().x() - origin_.x()), step, y, z, d);
       lower_lanes(static_cast<std::uint32_t>(grid_.index(i, j, k)), count, d, old, value);
     });
-    return changed != 0;
   }
 
   /// Whether no target can be lower than what is there: air, mostly.
-  [[nodiscard]] bool is_low(const Lanes& old) const noexcept {
-    Density most = lowest_target_;
-    for (std::size_t l = 0; l < kCutLanes; ++l) most = old[l] > most ? old[l] : most;
-    return most == lowest_target_;
+  template <std::size_t kLanes>
+  [[nodiscard]] bool is_low(const std::array<Density, kLanes>& old) const noexcept {
+    Density most = std::numeric_limits<Density>::lowest();
+    for (std::size_t l = 0; l < kLanes; ++l) most = old[l] > most ? old[l] : most;
+    return !(static_cast<Wide>(most) > lowest_target_);
   }
 
-  void lower_lanes(std::uint32_t voxel, int count, const CutLanes& d, const Lanes& old, Lanes& value) noexcept {
+  // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
+  template <std::size_t kLanes>
+  void lower_lanes(std::uint32_t voxel, int count, const std::array<float, kLanes>& d,
+                   const std::array<Density, kLanes>& old, std::array<Density, kLanes>& value) noexcept {
     const float reach = static_cast<float>(reach_);
     const float per_share = -0.5F / reach;
-    for (std::size_t l = 0; l < kCutLanes; ++l) {
+    const float isovalue = isovalue_;
+    const float per_metre = per_metre_;
+    const Limit limit = limit_;
+    const NearestDensity<Density> nearest = nearest_;
+    std::array<Wide, kLanes> from, to;
+    for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
+    for (std::size_t l = 0; l < kLanes; ++l) {
       const float share = 0.5F + d[l] * per_share;
-      const Density target = nearest_(isovalue_ + d[l] * per_metre_);
-      const Density cut = limit_(old[l], target, share < 1.0F ? share : 1.0F, voxel + static_cast<std::uint32_t>(l));
-      const Density within = d[l] < reach ? cut : old[l];
-      const Density mine = static_cast<int>(l) < count ? within : old[l];
-      value[l] = mine < old[l] ? mine : old[l];
+      const Wide target = nearest(isovalue + d[l] * per_metre);
+      const Wide cut = limit(from[l], target, share < 1.0F ? share : 1.0F, voxel + static_cast<std::uint32_t>(l));
+      const Wide within = d[l] < reach ? cut : from[l];
+      const Wide mine = static_cast<int>(l) < count ? within : from[l];
+      to[l] = mine < from[l] ? mine : from[l];
     }
-    if (std::memcmp(value.data(), old.data(), sizeof(old)) == 0) return;
-    for (std::size_t l = 0; l < kCutLanes; ++l)
-      removed_[l] += coverage_(static_cast<float>(old[l])) - coverage_(static_cast<float>(value[l]));
+    for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
+    const Coverage coverage = coverage_;
+    for (std::size_t l = 0; l < kLanes; ++l)
+      removed_[l] += coverage(static_cast<float>(from[l])) - coverage(static_cast<float>(to[l]));
   }
 
   VoxelGrid<Density>& grid_;
@@ -196,7 +223,7 @@ class Cut {
   double per_x_;
   float isovalue_;
   float per_metre_;
-  Density lowest_target_{};
+  Wide lowest_target_{};
   std::array<float, kCutLanes> removed_{};
 };
 

@@ -19,13 +19,18 @@ struct CutAllowance {
   std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
 };
 
+/// A density as limits compute with it: as wide as the distances, so that loops over both vectorise.
+template <VoxelDensity Density>
+using WideDensity = std::conditional_t<std::is_floating_point_v<Density>, float, int>;
+
 /// Cuts at once what the body covers. Independent of the tick rate.
 struct GeometricCut {
   void validate() const {}
 
   template <VoxelDensity Density>
   struct Limit {
-    [[nodiscard]] Density operator()(Density /*old*/, Density target, float /*share*/, std::uint32_t /*voxel*/) const {
+    using Wide = WideDensity<Density>;
+    [[nodiscard]] Wide operator()(Wide /*old*/, Wide target, float /*share*/, std::uint32_t /*voxel*/) const {
       return target;
     }
   };
@@ -78,7 +83,8 @@ struct RateLimitedCut {
     std::uint32_t seed;
     const H* hardness;
 
-    [[nodiscard]] Density operator()(Density old, Density target, float share, std::uint32_t voxel) const {
+    using Wide = WideDensity<Density>;
+    [[nodiscard]] Wide operator()(Wide old, Wide target, float share, std::uint32_t voxel) const {
       const float from = static_cast<float>(old);
       const float drop = fall * share / static_cast<float>((*hardness)(from));
       if constexpr (std::is_floating_point_v<Density>) {
@@ -88,8 +94,8 @@ struct RateLimitedCut {
         // NaN falls by nothing. A whole range is enough for any fall.
         constexpr float kRange = 65536.0F;
         const float most = drop > 0 ? (drop < kRange ? drop : kRange) : 0.0F;
-        const int value = static_cast<int>(old) - static_cast<int>(most + unit_hash(voxel ^ seed));
-        return value > static_cast<int>(target) ? static_cast<Density>(value) : target;
+        const int value = old - static_cast<int>(most + unit_hash(voxel ^ seed));
+        return value > target ? value : target;
       }
     }
   };

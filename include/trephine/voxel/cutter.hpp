@@ -12,40 +12,50 @@
 /// Bodies that remove bone. Each is the space that a cutting tool sweeps in one tick, in G, in metres.
 namespace trephine {
 
-/// Voxels are cut this many at a time, so that plain loops vectorise.
+/// Voxels are cut this many at a time, or half as many where that is enough, so that plain loops vectorise.
 inline constexpr int kCutLanes = 16;
 using CutLanes = std::array<float, kCutLanes>;
+using HalfCutLanes = std::array<float, kCutLanes / 2>;
 
-/// Part of a row along x; empty where hi < lo.
-struct RowSpan {
-  double lo = 0;
-  double hi = -1;
+/// Rows are looked at this many at a time, too.
+inline constexpr int kCutRows = 16;
+using RowLanes = std::array<double, kCutRows>;
+
+/// Parts of rows along x; empty where hi < lo.
+struct RowSpans {
+  RowLanes lo;
+  RowLanes hi;
 };
 
 /// A body given by its signed distance [m] (negative inside, exact outside). Rows are in coordinates relative to
 /// `origin()`, so that single precision serves wherever the grid lies:
 /// - `bounds()`: a box in G that holds the body;
-/// - `row(y, z, reach)`: holds every x of the row that is nearer than `reach` to the body (more is allowed);
-/// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z).
+/// - `rows(y, z, reach, spans)`: span l holds every x of row (y[l], z) that is nearer than `reach` to the body (more is
+///   allowed);
+/// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes.
 template <class C>
-concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out) {
+concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
+                          const RowLanes& y, RowSpans& spans) {
   { c.signed_distance(p_G) }
   noexcept->std::same_as<double>;
   { c.bounds() }
   noexcept->std::same_as<Eigen::AlignedBox3d>;
   { c.origin() }
   noexcept->std::same_as<Vec3d>;
-  { c.row(d, d, d) }
-  noexcept->std::same_as<RowSpan>;
+  { c.rows(y, d, d, spans) }
+  noexcept;
   { c.distances(f, f, f, f, out) }
+  noexcept;
+  { c.distances(f, f, f, f, half) }
   noexcept;
 };
 
 namespace detail {
 
 /// Square roots of all lanes. By Eigen, because std::sqrt may set errno, which keeps loops from being vectorised.
-inline void take_roots(CutLanes& x) noexcept {
-  Eigen::Map<Eigen::Array<float, kCutLanes, 1>> lanes(x.data());
+template <class Scalar, std::size_t kLanes>
+void take_roots(std::array<Scalar, kLanes>& x) noexcept {
+  Eigen::Map<Eigen::Array<Scalar, static_cast<int>(kLanes), 1>> lanes(x.data());
   lanes = lanes.sqrt();
 }
 
@@ -67,35 +77,62 @@ class Rod {
   [[nodiscard]] const Vec3d& along() const noexcept { return along_; }
   [[nodiscard]] double length() const noexcept { return length_; }
 
-  /// The x of row (y, z) that lie within radius + reach of the segment's line and, along it, of its ends; with
-  /// `beyond_start` none before the start.
-  [[nodiscard]] RowSpan row(double y, double z, double reach, bool beyond_start = false) const noexcept {
-    constexpr double kAll = std::numeric_limits<double>::max();
+  /// The x of rows (y[l], z) that lie within radius + reach of the segment's line and, along it, of its ends; with
+  /// `beyond_start` none before the start. In plain loops, as all that is done for each row or voxel.
+  void rows(const RowLanes& y, double z, double reach, RowSpans& out, bool beyond_start = false) const noexcept {
+    const double ax = along_.x(), ay = along_.y(), az = along_.z();
+    const double y0 = start_.y(), dz = z - start_.z();
     const double r = radius_ + reach;
-    const double first = beyond_start ? 0 : -r;
-    const double dy = y - start_.y();
-    const double dz = z - start_.z();
-    const double q = dy * along_.y() + dz * along_.z();
-    const double b = along_.x() * q;
-    const double c = dy * dy + dz * dz - q * q - r * r;
-    RowSpan span{-kAll, kAll};
-    if (per_across_ > 0) {
-      const double root = b * b - across_ * c;
-      if (!(root >= 0)) return {};
-      const double half = std::sqrt(root) * per_across_;
-      span = {b * per_across_ - half, b * per_across_ + half};
-    } else if (c > r * r * kParallel) {
-      return {};
+    const double first = beyond_start ? 0 : -r, last = length_ + r;
+    const double across = across_, per_across = per_across_, per_along_x = per_along_x_;
+    RowLanes q, c, root;
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      const double dy = y[l] - y0;
+      q[l] = dy * ay + dz * az;
+      c[l] = dy * dy + dz * dz - q[l] * q[l] - r * r;
     }
-    if (per_along_x_ != 0) {
-      const double s0 = (first - q) * per_along_x_;
-      const double s1 = (length_ + r - q) * per_along_x_;
-      span.lo = std::max(span.lo, std::min(s0, s1));
-      span.hi = std::min(span.hi, std::max(s0, s1));
-    } else if (q < first || q > length_ + r) {
-      return {};
+    // How far inside the line's reach a row comes, below 0 where it does not; then, which rows are beside the ends.
+    RowLanes in;
+    if (per_across > 0) {
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const double b = ax * q[l];
+        in[l] = b * b - across * c[l];
+        root[l] = in[l] > 0 ? in[l] : 0;
+      }
+      take_roots(root);
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const double b = ax * q[l];
+        const double half = root[l] * per_across;
+        out.lo[l] = b * per_across - half;
+        out.hi[l] = b * per_across + half;
+      }
+    } else {
+      out.lo.fill(-std::numeric_limits<double>::max());
+      out.hi.fill(std::numeric_limits<double>::max());
+      for (std::size_t l = 0; l < kCutRows; ++l) in[l] = r * r * kParallel - c[l];
     }
-    return {span.lo + start_.x(), span.hi + start_.x()};
+    if (per_along_x != 0) {
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const double s0 = (first - q[l]) * per_along_x;
+        const double s1 = (last - q[l]) * per_along_x;
+        const double lo = s0 < s1 ? s0 : s1;
+        const double hi = s0 < s1 ? s1 : s0;
+        out.lo[l] = out.lo[l] > lo ? out.lo[l] : lo;
+        out.hi[l] = out.hi[l] < hi ? out.hi[l] : hi;
+      }
+    } else {
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const double before = q[l] - first;
+        const double beyond = last - q[l];
+        const double along = before < beyond ? before : beyond;
+        in[l] = in[l] < along ? in[l] : along;
+      }
+    }
+    const double x0 = start_.x();
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      out.lo[l] = in[l] >= 0 ? out.lo[l] + x0 : 1.0;
+      out.hi[l] = in[l] >= 0 ? out.hi[l] + x0 : -1.0;
+    }
   }
 
  private:
@@ -141,16 +178,17 @@ class SphereCutter {
   }
 
   [[nodiscard]] Vec3d origin() const noexcept { return start_; }
-  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept {
-    return rod_.row(y, z, reach, start_is_cut_);
+  void rows(const RowLanes& y, double z, double reach, RowSpans& out) const noexcept {
+    rod_.rows(y, z, reach, out, start_is_cut_);
   }
 
-  void distances(float x, float step, float y, float z, CutLanes& out) const noexcept {
+  template <std::size_t kLanes>
+  void distances(float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
     const float ax = along_.x(), ay = along_.y(), az = along_.z();
     // Bounds in variables: known ones make compilers turn the clamp into jumps, and the loop stays scalar.
     const float start = start_at_, length = length_;
     const float t0 = y * ay + z * az;
-    for (std::size_t l = 0; l < kCutLanes; ++l) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
       const float px = x + step * static_cast<float>(static_cast<int>(l));
       float t = t0 + px * ax;
       t = t < length ? t : length;
@@ -162,7 +200,7 @@ class SphereCutter {
     }
     detail::take_roots(out);
     const auto radius = static_cast<float>(radius_);
-    for (std::size_t l = 0; l < kCutLanes; ++l) out[l] -= radius;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
 
  private:

@@ -54,6 +54,15 @@ class DensityField {
   [[nodiscard]] static Scalar clearance(Scalar) noexcept { return Scalar(0); }
   [[nodiscard]] static Scalar value_at_clearance(Scalar) noexcept { return std::numeric_limits<Scalar>::lowest(); }
 
+  /// Whether all within `radius` [m] of p_G lies beyond the grid, and air is there.
+  [[nodiscard]] bool is_beyond(const Vec3<Scalar>& p_G, Scalar radius) const noexcept {
+    const Vec3<Scalar> u = coordinates(p_G);
+    const Vec3<Scalar> reach = radius * per_metre_;
+    const bool below = ((u + reach).array() <= Scalar(0)).any();
+    const bool above = ((u - reach - view_.last).array() >= Scalar(0)).any();
+    return (below || above) && static_cast<Scalar>(grid_->outside()) < isovalue_;
+  }
+
   /// Density above the isovalue at p_G [m]; >= 0 is bone.
   [[nodiscard]] Scalar value(const Vec3<Scalar>& p_G) const noexcept {
     return sample(view_, coordinates(p_G)) - isovalue_;

@@ -17,8 +17,8 @@ struct SurfaceDisc {
   Vec3<float> normal;
 
   /// Distance [m] of q, whose nearest disc this is. Discs stand a voxel apart: above one it is the height over the
-  /// tangent plane. Farther beside it than two thirds of a voxel, up to one, it goes over to the distance of the point: the
-  /// surface has an edge there, and its normal says little.
+  /// tangent plane. Farther beside it than two thirds of a voxel, up to one, it goes over to the distance of the point:
+  /// the surface has an edge there, and its normal says little.
   [[nodiscard]] float distance(const Vec3<float>& q, float voxel) const noexcept {
     const Vec3<float> d = q - point;
     const float height = d.dot(normal);

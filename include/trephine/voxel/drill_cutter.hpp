@@ -79,35 +79,43 @@ class DrillCutter {
   [[nodiscard]] Eigen::AlignedBox3d bounds() const noexcept { return box_; }
   [[nodiscard]] Vec3d origin() const noexcept { return origin_; }
 
-  [[nodiscard]] RowSpan row(double y, double z, double reach) const noexcept {
-    RowSpan all;
+  void rows(const RowLanes& y, double z, double reach, RowSpans& out) const noexcept {
+    constexpr double kFar = std::numeric_limits<double>::max();
+    out.lo.fill(kFar);
+    out.hi.fill(-kFar);
     for (int i = 0; i < count_; ++i) {
-      const RowSpan one = poses_[static_cast<std::size_t>(i)].rod.row(y, z, reach);
-      if (one.hi < one.lo) continue;
-      all = all.hi < all.lo ? one : RowSpan{std::min(all.lo, one.lo), std::max(all.hi, one.hi)};
+      RowSpans one;
+      poses_[static_cast<std::size_t>(i)].rod.rows(y, z, reach, one);
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const bool some = one.lo[l] <= one.hi[l];
+        const double lo = some ? one.lo[l] : kFar;
+        const double hi = some ? one.hi[l] : -kFar;
+        out.lo[l] = out.lo[l] < lo ? out.lo[l] : lo;
+        out.hi[l] = out.hi[l] > hi ? out.hi[l] : hi;
+      }
     }
-    return all;
   }
 
-  void distances(float x, float step, float y, float z, CutLanes& out) const noexcept {
+  template <std::size_t kLanes>
+  void distances(float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
     out.fill(std::numeric_limits<float>::max());
     for (int i = 0; i < count_; ++i) {
       const auto& at = poses_[static_cast<std::size_t>(i)];
       const float ax = at.axis_f.x(), ay = at.axis_f.y(), az = at.axis_f.z();
       const float px = x - at.origin_f.x(), py = y - at.origin_f.y(), pz = z - at.origin_f.z();
-      CutLanes r, w;
-      for (std::size_t l = 0; l < kCutLanes; ++l) {
+      std::array<float, kLanes> r, w;
+      for (std::size_t l = 0; l < kLanes; ++l) {
         const float qx = px + step * static_cast<float>(static_cast<int>(l));
         w[l] = qx * ax + py * ay + pz * az;
         const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
         r[l] = rx * rx + ry * ry + rz * rz;
       }
       detail::take_roots(r);
-      for (std::size_t l = 0; l < kCutLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
-      for (std::size_t l = 0; l < kCutLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
+      for (std::size_t l = 0; l < kLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
+      for (std::size_t l = 0; l < kLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
       detail::take_roots(r);
       const auto inflate = static_cast<float>(profile_.inflate);
-      for (std::size_t l = 0; l < kCutLanes; ++l) {
+      for (std::size_t l = 0; l < kLanes; ++l) {
         const float d = (w[l] < 0.0F ? -r[l] : r[l]) - inflate;
         out[l] = d < out[l] ? d : out[l];
       }

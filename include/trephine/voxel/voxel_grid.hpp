@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -56,7 +57,7 @@ struct DensityRange {
 ///
 /// Memory: one linear array, x fastest, with a border of one voxel of `outside` density all round, so that sampling
 /// needs no branch at the edges; with `keep_original` the same again, with `stored_gradients` three numbers a voxel
-/// more.
+/// more. Bricks add 3 % to 8-bit voxels and what is kept of them between edit and commit as much again (`bytes`).
 ///
 /// Threads: one thread writes, the haptic one, and only it may call the members below. Others read through
 /// `GridReader` (grid_reader.hpp). Bricks of 8³ voxels carry a version and a density range, both over the brick and the
@@ -118,7 +119,9 @@ class VoxelGrid {
   /// Bytes this grid holds.
   [[nodiscard]] std::size_t bytes() const noexcept {
     return (voxels_.size() + original_.size()) * sizeof(Density) + differences_.size() * sizeof(Difference) +
-           versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>) + sizeof(int) + 2);
+           versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>)) +
+           (edited_.size() + touched_.size()) * sizeof(std::uint64_t) + touched_.size() * sizeof(std::size_t) +
+           (new_min_.size() + old_max_.size()) * sizeof(Density);
   }
 
   // --- Editing, haptic thread ----------------------------------------------------------------------------------------
@@ -128,13 +131,13 @@ class VoxelGrid {
   template <class DensityOf>
   int lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept;
 
-  /// The same, `kLowerLanes` voxels at a time, so that the compiler can vectorise: `edit(x, count, old, value)` gets
-  /// the densities from voxel x on in `old` and `value` and lowers the first `count` of `value`; the lanes after them
-  /// may be written too (they are ignored) but belong to other voxels.
+  /// The same, `kLowerLanes` voxels at a time, so that the compiler can vectorise, and half as many where no more are
+  /// left: `edit(x, count, old, value)` gets the densities from voxel x on in the arrays `old` and `value` and lowers
+  /// the first `count` of `value`; the lanes after them belong to other voxels and must stay. Returns whether any
+  /// changed.
   template <class Edit>
-  int lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept;
+  bool lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept;
   static constexpr int kLowerLanes = 16;
-  using Lanes = std::array<Density, kLowerLanes>;
 
   /// Publishes the rows edited since the last commit: gradients, ranges, then versions. Bounded by the edited bricks.
   void commit() noexcept;
@@ -173,10 +176,35 @@ class VoxelGrid {
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
   [[nodiscard]] DensityRange<Density> scan_range(std::size_t b) const noexcept;
-  [[nodiscard]] Density scan_max(std::size_t b, Density at_most) const noexcept;
-  void mark(int j, int k, int x0, int x1, Density new_min, Density old_max) noexcept;
-  void touch(std::size_t b, std::uint8_t flags) noexcept;
+  [[nodiscard]] DensityRange<Density> scan(const VoxelBox& box, const Density* enough) const noexcept;
+  /// The rows of bricks that hold a row of voxels in them or in their halo.
+  struct BrickRows {
+    std::size_t count;
+    std::array<std::size_t, 4> row;
+  };
+  [[nodiscard]] BrickRows brick_rows(int j, int k) const noexcept;
+  [[nodiscard]] std::size_t brick_row(int by, int bz) const noexcept {
+    return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(bz) * bricks_[1] + by);
+  }
+  template <std::size_t kLanes, class Edit>
+  void lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last, Edit& edit) noexcept;
+  void mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept;
+  void touch_row(std::size_t row, int bx0, int bx1) noexcept;
+  template <class Visit>
+  static void for_each_word(int first, int last, Visit&& visit) noexcept;
+  [[nodiscard]] std::size_t brick_of_bit(std::size_t word, int bit) const noexcept;
+  [[nodiscard]] static std::uint64_t word_bits(int first, int last) noexcept {
+    return (~std::uint64_t{0} >> (kWord - 1 - (last - first))) << first;
+  }
+  [[nodiscard]] std::size_t profile_index(std::size_t row, int x) const noexcept {
+    return row * profile_ + static_cast<std::size_t>(x + 1);
+  }
+  template <class Visit>
+  void for_each_touched(Visit&& visit) noexcept;
   void grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept;
+  [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density most) const noexcept;
+  void update_range(std::size_t b) noexcept;
+  void forget_edit() noexcept;
   void update_differences(std::size_t b) noexcept;
   void update_differences(const VoxelBox& box) noexcept;
   void restore_brick(std::size_t b) noexcept;
@@ -195,13 +223,23 @@ class VoxelGrid {
   std::array<int, 3> bricks_{};
   std::vector<std::uint32_t> versions_;
   std::vector<DensityRange<Density>> ranges_;
-  static constexpr std::uint8_t kTouched = 1;    // version to raise
-  static constexpr std::uint8_t kMaxStale = 2;   // the voxel that held the maximum may have been lowered
-  static constexpr std::uint8_t kBothStale = 4;  // densities may have risen
-  std::vector<std::uint8_t> dirt_;               // flags of this edit, a brick
-  std::vector<int> dirty_;                       // bricks with flags; reserved for all, so never allocates
-  std::vector<std::uint8_t> edited_;             // own voxels differ from the original
-  VoxelBox edit_box_;
+  static constexpr int kWord = 64;     // bricks of a row of bricks in a word
+  std::size_t words_ = 0;              // of a row of bricks
+  std::vector<std::uint64_t> edited_;  // a bit a brick: own voxels differ from the original
+
+  // Of the edit that no commit has published yet.
+  static constexpr VoxelBox kNothing{
+      {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()},
+      {-1, -1, -1}};
+  std::vector<std::uint64_t> touched_;      // a bit a brick: version to raise
+  std::vector<std::size_t> touched_words_;  // that are not zero; reserved for all, so never allocates
+  // Of a row of bricks with its halo, per x: the least that was written to voxels that fell, and the most they held.
+  // Exact ranges need no scan of bricks then.
+  std::size_t profile_ = 0;  // length
+  std::vector<Density> new_min_;
+  std::vector<Density> old_max_;
+  bool risen_ = false;  // densities may have
+  VoxelBox edit_box_ = kNothing;
   VoxelBox last_edit_;
   std::uint64_t edit_count_ = 0;
   std::uint64_t rise_stamp_ = next_rise_stamp();

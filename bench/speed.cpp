@@ -1,0 +1,525 @@
+// SPDX-License-Identifier: MIT
+#include "../examples/drill/phantom.hpp"
+#include "speed/kernels.hpp"
+#include "speed/run.hpp"
+#include "studies/table.hpp"
+#include "support/fields.hpp"
+#include "sweep/row.hpp"
+
+#include <trephine/trephine.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+/// What the library costs, each figure beside its reference in one interleaved run.
+///   bench_speed --out DIR [--march NAME] [--append] [--quick]
+/// writes DIR/speed.csv, speed_spread.csv (worst cases), speed_servo.csv and speed_memory.csv.
+namespace {
+
+using namespace trephine;
+using Clock = std::chrono::steady_clock;
+using Grid = VoxelGrid<std::uint8_t>;
+using Field = DensityField<std::uint8_t, float>;
+using Surface = SurfaceApproxRenderer<float>;
+using Line = LineApproxRenderer<float>;
+using bench::SpeedRun;
+
+constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
+#if defined(__clang__)
+constexpr const char* kCompiler = "clang++";
+#else
+constexpr const char* kCompiler = "g++";
+#endif
+
+struct Options {
+  std::string folder = "build/report";
+  std::string march = "native";
+  bool append = false;
+  bool quick = false;
+};
+
+/// The thesis' tooth in voxels of another size [m].
+[[nodiscard]] Grid tooth_of(double voxel) {
+  const double shrink = 1e-4 / voxel;
+  const int across = static_cast<int>(256 * shrink);
+  return drill::tooth_phantom<std::uint8_t>(
+      {.size = {across, across, static_cast<int>(176 * shrink)}, .spacing = voxel});
+}
+
+/// A tooth and poses of a tool that leans on its crown.
+struct Scene {
+  Grid tooth = drill::tooth_phantom<std::uint8_t>();
+  Vec3d top;
+
+  Scene() {
+    const Field field(tooth, kIsovalue);
+    top = 0.5e-4 * Vec3d(255, 255, 175);
+    top.z() = 0.0175;
+    while (top.z() > 0 && field.value(top.cast<float>()) < 0) top.z() -= 5e-5;
+  }
+  /// The ball's centre `height` above the crown.
+  [[nodiscard]] Pose<float> pose(double height, double lean = 0.3) const {
+    return make_pose<double>(rotation_from_vector(Vec3d(lean, 0.1, 0)), top + Vec3d(0, 0, height)).cast<float>();
+  }
+};
+
+[[nodiscard]] Surface surface(int slices = 20, int per_slice = 8, int sphere = 26, double length = 0.04) {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
+  return Surface(ToolDiscretization{burr, SurfaceCounts{.sphere = sphere, .slices = slices, .per_slice = per_slice}});
+}
+
+[[nodiscard]] Line line() {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
+  return Line(ToolDiscretization{burr, LineCounts{}});
+}
+
+/// A pose at which about `hits` of the tool's vertices are in bone.
+[[nodiscard]] Pose<float> pose_of_hits(const Scene& scene, const Surface& like, int hits) {
+  const Field field(scene.tooth, kIsovalue);
+  const auto& tool = like.tool();
+  std::vector<float> values(static_cast<std::size_t>(tool.padded()));
+  for (double height = 0.002; height > -0.015; height -= 2e-5) {
+    const Pose<float> X = scene.pose(height);
+    field.values(X, tool.points().x.data(), tool.points().y.data(), tool.points().z.data(), values.data(),
+                 tool.padded());
+    if (std::count_if(values.begin(), values.begin() + tool.periphery(), [](float v) { return v >= 0; }) >= hits)
+      return X;
+  }
+  return scene.pose(-0.015);
+}
+
+/// As many samples as a tick takes, of the tool's own points.
+class Samples {
+ public:
+  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count)
+      : field_(&field), tool_(&like.tool()), X_(X), count_(count), out_(static_cast<std::size_t>(tool_->padded())) {}
+  void operator()() {
+    const auto& p = tool_->points();
+    for (std::int64_t left = count_; left > 0; left -= tool_->padded()) {
+      const int n = static_cast<int>(std::min<std::int64_t>(padded_to_lane(static_cast<int>(left)), tool_->padded()));
+      field_->values(X_, p.x.data(), p.y.data(), p.z.data(), out_.data(), n);
+      benchmark::DoNotOptimize(out_.data());
+      benchmark::ClobberMemory();
+    }
+  }
+
+ private:
+  const Field* field_;
+  const ToolDiscretization<SurfaceCounts, float>* tool_;
+  Pose<float> X_;
+  std::int64_t count_;
+  std::vector<float> out_;
+};
+
+template <class Renderer>
+[[nodiscard]] std::int64_t samples_of(const Field& field, Renderer renderer, const Pose<float>& X) {
+  const test::CountingField<Field> counting(field);
+  for (int i = 0; i < 3; ++i) {
+    counting.samples = 0;
+    benchmark::DoNotOptimize(renderer.render(counting, X));
+  }
+  return counting.samples;
+}
+
+class Report {
+ public:
+  Report(const SpeedRun& run, const Options& options)
+      : run_(run),
+        march_(options.march),
+        table_(options.folder + "/speed.csv", "measure,compiler,march,ns,reference_ns,ratio,target,met",
+               options.append) {}
+
+  /// ns / reference at most `target`; no target where it is 0.
+  void at_most(const std::string& measure, const std::string& name, const std::string& reference, double target) {
+    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r <= t; });
+  }
+  void at_least(const std::string& measure, const std::string& name, const std::string& reference, double target) {
+    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r >= t; });
+  }
+  void figure(const std::string& measure, const std::string& name) {
+    table_.row(measure, kCompiler, march_, run_.ns(name), "", "", "", "");
+  }
+
+ private:
+  template <class Met>
+  void row(const std::string& measure, double ns, double reference, double target, Met&& met) {
+    const double ratio = ns / reference;
+    if (target > 0)
+      table_.row(measure, kCompiler, march_, ns, reference, ratio, target, met(ratio, target) ? "yes" : "no");
+    else
+      table_.row(measure, kCompiler, march_, ns, reference, ratio, "", "");
+    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
+  }
+
+  const SpeedRun& run_;
+  std::string march_;
+  bench::Table table_;
+};
+
+/// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
+class Carving {
+ public:
+  explicit Carving(double reach) : block_(make()) {
+    if (reach > 0) depth_.emplace(block_, 127.0, DepthOptions{.reach = reach});
+    restart();
+  }
+  void operator()() {
+    ++tick_;
+    const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
+    const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
+    if (depth_)
+      depth_->cut(cutter);
+    else
+      benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
+    p_ = q;
+  }
+
+  /// Before a tick, and not part of it.
+  void prepare() {
+    if (tick_ == kTicks) restart();
+  }
+  [[nodiscard]] const Grid& block() const { return block_; }
+
+ private:
+  static constexpr double kVoxel = 3e-4;
+  static constexpr int kTicks = 600;
+  static Grid make() {
+    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
+    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
+  }
+  void restart() {
+    block_.restore();
+    if (depth_) depth_->restore();
+    p_ = Vec3d::Constant(20 * kVoxel);
+    tick_ = 0;
+  }
+
+  Grid block_;
+  std::optional<DepthMap> depth_;
+  Vec3d p_;
+  int tick_ = 0;
+};
+
+void measure_speed(const Options& options, const Scene& scene) {
+  SpeedRun run;
+  const Field field(scene.tooth, kIsovalue);
+  const Surface thesis = surface();
+  const auto& tool = thesis.tool();
+  const Pose<float> light = pose_of_hits(scene, thesis, 20);
+  const Pose<float> deep = pose_of_hits(scene, thesis, 84);
+  const Pose<float> near_air = scene.pose(0.003);
+  const Pose<float> far_air = make_pose<double>(Mat3d::Identity(), 1e-4 * Vec3d(20, 20, 160)).cast<float>();
+  const Pose<float> outside = scene.pose(0.05);
+
+  // Sampling: all of the tool's points, in light contact.
+  const SampleView<std::uint8_t, float> view(scene.tooth);
+  const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
+  const Mat3<float> A = per_metre.asDiagonal() * light.linear();
+  const Vec3<float> t = light.translation().cwiseProduct(per_metre) + Vec3<float>::Ones();
+  const auto& p = tool.points();
+  auto bare = std::make_shared<bench::BareLoads>(view, A, t, p.x.data(), p.y.data(), p.z.data(), tool.padded());
+  run.add("bare loads", [bare] {
+    benchmark::DoNotOptimize((*bare)());
+    benchmark::ClobberMemory();
+  });
+  auto out = std::make_shared<std::vector<float>>(static_cast<std::size_t>(tool.padded()));
+  run.add("sampling", [&, out] {
+    sample_points(view, A, t, p.x.data(), p.y.data(), p.z.data(), out->data(), tool.padded());
+    benchmark::DoNotOptimize(out->data());
+    benchmark::ClobberMemory();
+  });
+  auto checked = std::make_shared<bench::CheckedSampling>(scene.tooth);
+  run.add("checked sampling", [&, checked] {
+    double sum = 0;
+    for (int i = 0; i < tool.count(); ++i) sum += (*checked)((light * p[i]).cast<double>());
+    benchmark::DoNotOptimize(sum);
+  });
+
+  // Ticks of both renderers, beside as many samples.
+  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
+                                        double per = 1) {
+    const std::int64_t samples = samples_of(field, renderer, X);
+    auto r = std::make_shared<Renderer>(std::move(renderer));
+    run.add(
+        name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
+    run.add(name + ", bare", Samples(field, thesis, light, samples));
+  };
+  tick("surface, near air", surface(), near_air);
+  tick("surface, far air", surface(), far_air);
+  tick("surface, outside", surface(), outside);
+  tick("surface, 20 hits", surface(), light);
+  tick("surface, 84 hits", surface(), deep);
+  // The same with a map of air; bare samples are those of a tick that looks at all.
+  auto air = std::make_shared<AirMap<std::uint8_t>>(scene.tooth, kIsovalue);
+  const FieldWithAir<Field, std::uint8_t> known(field, *air);
+  for (const auto& [name, X] :
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("20 hits", light)}) {
+    auto r = std::make_shared<Surface>(surface());
+    run.add("surface, culled, " + std::string(name),
+            [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
+  }
+  tick("line, near air", line(), near_air);
+  tick("line, far air", line(), far_air);
+  tick("line, outside", line(), outside);
+  // The whole tick of a scene, what is not the renderer's included.
+  auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
+  auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
+  run.add("scene, near air",
+          [grid, whole, X = near_air.cast<double>()] { benchmark::DoNotOptimize(whole->tick({.X_WT = X}, 1e-3)); });
+
+  // N scaling: all of a tool in air and in contact.
+  for (const auto& [name, slices] : {std::pair("207", 20), std::pair("1008", 109)}) {
+    const Surface many = surface(slices);
+    const double count = many.tool().count();
+    tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
+    tick("N " + std::string(name) + ", deep", surface(slices),
+         pose_of_hits(scene, many, many.tool().periphery() * 2 / 5), count);
+  }
+
+  // The same tool in metres on finer voxels.
+  std::vector<std::shared_ptr<Grid>> grids;
+  for (const double voxel : {4e-4, 2e-4, 1e-4}) {
+    grids.push_back(std::make_shared<Grid>(tooth_of(voxel)));
+    const std::string name = std::to_string(static_cast<int>(voxel * 1e4 + 0.5));
+    for (const auto& [what, X] : {std::pair("air", near_air), std::pair("light", light)}) {
+      auto r = std::make_shared<Surface>(surface());
+      run.add("voxel 0." + name + " mm, " + what,
+              [g = grids.back(), r, X = X] { benchmark::DoNotOptimize(r->render(Field(*g, kIsovalue), X)); });
+    }
+  }
+
+  run.add("carving", [c = std::make_shared<Carving>(0)] { c->prepare(), (*c)(); });
+  run.add("carving depths", [c = std::make_shared<Carving>(4)] { c->prepare(), (*c)(); });
+
+  run.run(options.quick ? 5 : 11, options.quick ? 0.002 : 0.01);
+
+  const bool v2 = options.march == "x86-64-v2";
+  Report report(run, options);
+  report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+  report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+  report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
+  report.at_most("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
+  report.at_most("culled near air / bare samples, Surface", "surface, culled, near air", "surface, near air, bare",
+                 0.65);
+  report.at_most("outside the grid's box / bare samples, Surface", "surface, outside", "surface, near air, bare", 0.1);
+  const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
+  report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
+  report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
+  for (const char* what : {"air", "deep"}) {
+    const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
+    report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
+  }
+  for (const char* what : {"air", "light"})
+    report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
+                   "voxel 0.4 mm, " + std::string(what), 1.3);
+  for (const char* name :
+       {"line, near air", "line, far air", "line, outside", "scene, near air", "carving", "carving depths"})
+    report.figure(name, name);
+}
+
+/// Times one by one, where the worst counts: p50, p99, p99.9 and the longest [ns].
+class Spread {
+ public:
+  explicit Spread(const Options& options)
+      : march_(options.march),
+        table_(options.folder + "/speed_spread.csv",
+               "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns,samples_bound", options.append) {}
+
+  /// `prepare` is not timed.
+  template <class Prepare, class Work>
+  void measure(const std::string& name, int ticks, std::int64_t bound, Prepare&& prepare, Work&& work) {
+    std::vector<double> times;
+    for (int i = 0; i < ticks; ++i) {
+      prepare(i);
+      const auto begin = Clock::now();
+      work(i);
+      times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
+    }
+    table_.row(name, kCompiler, march_, ticks, bench::percentile(times, 0.5), bench::percentile(times, 0.99),
+               bench::percentile(times, 0.999), bench::percentile(times, 1), bound);
+    std::fprintf(stderr, "speed: %-44s p50 %.0f ns, p99.9 %.0f ns\n", name.c_str(), bench::percentile(times, 0.5),
+                 bench::percentile(times, 0.999));
+  }
+
+ private:
+  std::string march_;
+  bench::Table table_;
+};
+
+void measure_spread(const Options& options, const Scene& scene) {
+  Spread spread(options);
+  const int ticks = options.quick ? 2000 : 20000;
+  const Field field(scene.tooth, kIsovalue);
+  const auto nothing = [](int) {};
+  const auto wiggled = [](Pose<float> X, int i) {
+    X.translation() +=
+        5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
+    return X;
+  };
+  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X, std::int64_t bound) {
+    spread.measure(name, ticks, bound, nothing,
+                   [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
+  };
+  const Surface thesis = surface();
+  const auto& tool = thesis.tool();
+  // Samples at most: all vertices, and of each in bone a march of a lane for every 8 voxels of its way and 8 closing
+  // steps, padded.
+  const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
+  const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
+  const Pose<float> buried = scene.pose(-0.006, 0.0);
+  renders("Surface, light contact", surface(), pose_of_hits(scene, thesis, 20), bound);
+  renders("Surface, 84 hits", surface(), pose_of_hits(scene, thesis, 84), bound);
+  renders("Surface, as deep as it goes", surface(), buried, bound);
+  renders("Line, as deep as it goes", line(), buried, 0);
+  {
+    // From air to contact within a tick, as far as no jump is: both renderers' longest way.
+    Surface s = surface();
+    const Pose<float> X = pose_of_hits(scene, thesis, 20);
+    Pose<float> above = X;
+    above.translation().z() += 0.0045F;
+    spread.measure(
+        "Surface, first contact after a way of 4.5 mm", ticks, bound,
+        [&](int) { benchmark::DoNotOptimize(s.render(field, above)); },
+        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
+    Line l = line();
+    spread.measure(
+        "Line, first contact after a way of 4.5 mm", ticks, 0,
+        [&](int) {
+          l.reset();
+          benchmark::DoNotOptimize(l.render(field, above));
+        },
+        [&](int) { benchmark::DoNotOptimize(l.render(field, X)); });
+  }
+  {
+    // What else runs on the machine between ticks leaves nothing in the caches.
+    std::vector<char> other(std::size_t{48} << 20);
+    Surface s = surface();
+    const Pose<float> X = pose_of_hits(scene, thesis, 20);
+    spread.measure(
+        "Surface, light contact, cold caches", options.quick ? 50 : 300, bound,
+        [&](int i) {
+          for (std::size_t at = 0; at < other.size(); at += 64) other[at] = static_cast<char>(i);
+        },
+        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
+  }
+  {
+    Carving carving(0);
+    spread.measure(
+        "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
+    Carving depths(4);
+    spread.measure(
+        "carving its depths", ticks, 0, [&](int) { depths.prepare(); }, [&](int) { depths(); });
+  }
+  {
+    // A host reads every changed brick, as fast as it can, while the drill goes on.
+    Carving carving(0);
+    std::atomic<bool> stop{false};
+    GridReader<std::uint8_t> reader(carving.block());
+    std::thread host([&] {
+      std::array<std::uint8_t, 1000> copy;
+      while (!stop) {
+        reader.poll([&](std::size_t b) { reader.copy_brick(b, copy); });
+        std::this_thread::yield();
+      }
+    });
+    spread.measure(
+        "carving beside a host that reads changed bricks", ticks, 0, [&](int) { carving.prepare(); },
+        [&](int) { carving(); });
+    stop = true;
+    host.join();
+  }
+  {
+    AirMap<std::uint8_t> map(scene.tooth, kIsovalue);
+    spread.measure("map of air made anew, off the haptic thread", 20, 0, nothing, [&](int) { map.refresh(); });
+  }
+}
+
+/// A loop on a clock of its own: the share of ticks whose own work fits the period, lateness of the system apart.
+void measure_servo(const Options& options, const Scene& scene) {
+  bench::Table table(options.folder + "/speed_servo.csv",
+                     "renderer,rate_Hz,voxel_mm,compiler,march,ticks,share_within_period,p50_ns,p999_ns",
+                     options.append);
+  const Vec3d top = scene.top;
+  const auto run = [&](const char* name, auto renderer, double rate, double voxel) {
+    Grid tooth = tooth_of(voxel);
+    HapticScene loop{tooth, kIsovalue, std::move(renderer), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
+    const int ticks = static_cast<int>(rate * (options.quick ? 0.2 : 1.0));
+    std::vector<double> times;
+    for (int i = 0; i < ticks; ++i) {
+      const double t = i / rate;
+      const Vec3d at = top + Vec3d(0.002 * std::sin(3 * t), 0.002 * std::cos(2 * t), 0.001 * std::sin(12.566 * t));
+      const Posed X = make_pose<double>(rotation_from_vector(Vec3d(0.3, 0.1 * std::sin(5 * t), 0)), at);
+      const auto begin = Clock::now();
+      benchmark::DoNotOptimize(loop.tick({.X_WT = X, .spindle_on = true}, 1 / rate));
+      times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
+    }
+    const auto within = std::count_if(times.begin(), times.end(), [&](double ns) { return ns <= 1e9 / rate; });
+    const double share = static_cast<double>(within) / ticks;
+    table.row(name, rate, 1e3 * voxel, kCompiler, options.march, ticks, share, bench::percentile(times, 0.5),
+              bench::percentile(times, 0.999));
+    std::fprintf(stderr, "speed: %s at %.0f Hz, %.1f mm: %.5f of ticks within the period\n", name, rate, 1e3 * voxel,
+                 share);
+  };
+  for (const double voxel : {4e-4, 1e-4})
+    for (const double rate : {10e3, 40e3}) {
+      run("surface", surface(), rate, voxel);
+      run("line", line(), rate, voxel);
+    }
+}
+
+/// Bytes of a grid and what goes with it.
+void measure_memory(const Options& options) {
+  bench::Table table(options.folder + "/speed_memory.csv",
+                     "voxels,density,grid_MB,bytes_per_voxel,without_original_MB,air_map_MB");
+  const auto row = [&]<class Density>(int side, Density) {
+    const double count = std::pow(side, 3);
+    const std::vector<Density> none(static_cast<std::size_t>(count));
+    const std::array<int, 3> size{side, side, side};
+    const GridGeometry geometry{.size = size, .spacing = Vec3d::Constant(1e-4)};
+    double bare = 0;
+    double air = 0;
+    {
+      const VoxelGrid<Density> grid(geometry, none, {.keep_original = false});
+      bare = static_cast<double>(grid.bytes());
+      air = static_cast<double>(AirMap<Density>(grid, 1).bytes());
+    }
+    const double all = bare + std::pow(side + 2, 3) * sizeof(Density);
+    table.row(side, sizeof(Density) == 1 ? "8 bit" : "16 bit", all / 1e6, all / count, bare / 1e6, air / 1e6);
+  };
+  for (const int side : {256, 512}) {
+    row(side, std::uint8_t{});
+    row(side, std::int16_t{});
+  }
+  if (!options.quick) row(1024, std::uint8_t{});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    if (a == "--quick")
+      options.quick = true;
+    else if (a == "--append")
+      options.append = true;
+    else if (a == "--out" && i + 1 < argc)
+      options.folder = argv[++i];
+    else if (a == "--march" && i + 1 < argc)
+      options.march = argv[++i];
+    else {
+      std::cerr << "bench_speed: unknown argument " << a << '\n';
+      return 2;
+    }
+  }
+  std::filesystem::create_directories(options.folder);
+  const Scene scene;
+  measure_speed(options, scene);
+  measure_spread(options, scene);
+  measure_servo(options, scene);
+  if (!options.append) measure_memory(options);
+}
