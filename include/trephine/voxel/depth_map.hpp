@@ -75,7 +75,7 @@ class DepthMap {
     const auto per_density =
         static_cast<float>(kPerVoxel * bone.spacing().maxCoeff() / bone.spacing().minCoeff() / slope);
     const auto iso = static_cast<float>(isovalue);
-    lower(box, 0, [&](int i, int j, int k, const Lanes&, Lanes& value) {
+    lower(box, 0, [&](int i, int j, int k, const auto&, auto& value) {
       const Density* density = bone.data() + bone.index(i, j, k);
       for (std::size_t l = 0; l < value.size(); ++l)
         value[l] = std::min(value[l], at_most(per_density * (static_cast<float>(density[l]) - iso)));
@@ -85,7 +85,7 @@ class DepthMap {
       const Vec3d step = grid_.spacing().cwiseProduct(Vec3d(n & 1, (n >> 1) & 1, n >> 2)) / unit_;
       ways[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(std::min(std::ceil(step.norm()), 16000.0));
     }
-    lower(box, 2, [&](int i, int j, int k, const Lanes& old, Lanes& value) { keep_slope(i, j, k, ways, old, value); });
+    lower(box, 2, [&](int i, int j, int k, const auto& old, auto& value) { keep_slope(i, j, k, ways, old, value); });
   }
 
   /// The depths as they were made; see VoxelGrid::restore. Throws std::invalid_argument without `keep_original`.
@@ -106,7 +106,6 @@ class DepthMap {
                 depths, {.keep_original = options.keep_original});
   }
 
-  using Lanes = Grid::Lanes;
   using Ways = std::array<std::int16_t, 8>;  // to a neighbour that differs along x (1), y (2), z (4)
 
   /// A bound as a depth, rounded down; whole depths are far from the type's ends.
@@ -118,6 +117,7 @@ class DepthMap {
   }
 
   /// Lowers depths in bone to at most a neighbour's and the way to it.
+  template <class Lanes>
   void keep_slope(int i, int j, int k, const Ways& ways, const Lanes& old, Lanes& value) const noexcept {
     std::int16_t deepest = 0;
     for (const std::int16_t v : old) deepest = std::max(deepest, v);
@@ -146,8 +146,10 @@ class DepthMap {
     }
     for (int k = lo[2]; k <= hi[2]; ++k)
       for (int j = lo[1]; j <= hi[1]; ++j)
-        grid_.lower_lanes(j, k, lo[0], hi[0],
-                          [&](int i, int, const Lanes& old, Lanes& value) { edit(i, j, k, old, value); });
+        grid_.lower_lanes(j, k, lo[0], hi[0], [&](int i, int count, const auto& old, auto& value) {
+          edit(i, j, k, old, value);
+          for (auto l = static_cast<std::size_t>(count); l < value.size(); ++l) value[l] = old[l];
+        });
     grid_.commit();
   }
 
