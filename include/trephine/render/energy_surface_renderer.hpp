@@ -57,7 +57,7 @@ class EnergySurfaceRenderer {
     return depth_.template field<Scalar>(grid, isovalue);
   }
   /// The map that carving must keep up with.
-  [[nodiscard]] DepthMap& depth_map() const noexcept requires Depth::kUsesDepthMap { return depth_.map(); }
+  [[nodiscard]] DepthMap& depth_map() const noexcept requires(Depth::kUsesDepthMap) { return depth_.map(); }
 
   template <PenetrationField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
