@@ -295,7 +295,7 @@ void measure_speed(const Options& options, const Scene& scene) {
   run.add("carving", [c = std::make_shared<Carving>(0)] { c->prepare(), (*c)(); });
   run.add("carving depths", [c = std::make_shared<Carving>(4)] { c->prepare(), (*c)(); });
 
-  run.run(options.quick ? 5 : 11, options.quick ? 0.002 : 0.01);
+  run.run(options.quick ? 9 : 41, 0.002);
 
   const bool v2 = options.march == "x86-64-v2";
   Report report(run, options);
@@ -316,6 +316,12 @@ void measure_speed(const Options& options, const Scene& scene) {
   for (const char* what : {"air", "light"})
     report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
                    "voxel 0.4 mm, " + std::string(what), 1.3);
+  report.at_most("a map of air in light contact / none", "surface, culled, 20 hits", "surface, 20 hits", 0);
+  for (const char* what : {"air", "light"})
+    for (const char* voxel : {"0.4", "0.2", "0.1"}) {
+      const std::string name = std::string("voxel ") + voxel + " mm, " + what;
+      report.figure(name, name);
+    }
   for (const char* name :
        {"line, near air", "line, far air", "line, outside", "scene, near air", "carving", "carving depths"})
     report.figure(name, name);
