@@ -143,7 +143,7 @@ def speed_by_voxel(folder, rows):
         for what in ("air", "light"):
             points = sorted((float(row["measure"].split()[1]), row["ns"]) for row in rows
                             if row["compiler"] == compiler and row["march"] == march and row["measure"].startswith("voxel")
-                            and row["measure"].endswith("mm, " + what) and "/" not in row["measure"])
+                            and row["measure"].endswith("mm: " + what) and "/" not in row["measure"])
             if points:
                 plot.add(f"{what}, {compiler} {march}", points, "linespoints")
     return plot.draw()
