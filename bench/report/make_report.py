@@ -114,7 +114,7 @@ def main():
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
                                                       "ripple", "holes", "force_depth", "stability", "stability_plane", "stability_energy",
-                                                      "stability_thin_walls")}
+                                                      "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
 
@@ -127,6 +127,7 @@ def main():
                                           "no other beats in both error and time."))
         others = [figure(plots.convergence(folder, t["convergence"], t["orders"]), "Orders of convergence; every one expected to be at least 1."),
                   figure(plots.thesis_rates(folder, t["thesis_rates"]), "The thesis' Figures 26 and 29, its rates beside ours."),
+                  figure(plots.speed_by_voxel(folder, t["speed"]), "A tick's cost on finer voxels, the tool the same in metres."),
                   figure(plots.force_depth(folder, t["force_depth"]), "What the stated stiffness means: every law passes K R/2 at half its radius.")]
         ridges = [figure(plots.ridge_spacing(folder, t["ridge_spacing"], r), "Rings mark settings that did not see every ridge.")
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
@@ -160,6 +161,11 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 <h2>Convergence, rates, laws</h2>{''.join(others)}
 {plain(t['orders'], ['what', 'law', 'fitted_order', 'expected_order', 'holds'], 'Orders of convergence')}
 {plain(t['thesis_rates'], ['renderer', 'stepping', 'vertices', 'slices', 'tick_ns_median', 'rate_kHz', 'servo_rate_Hz', 'thesis_rate_Hz'], 'Rates')}
+<h2>Speed</h2>
+{plain(t['speed'], ['measure', 'compiler', 'march', 'ns', 'reference_ns', 'ratio', 'target', 'met'], 'Each beside its reference in one interleaved run; medians')}
+{plain(t['speed_spread'], ['case', 'compiler', 'march', 'p50_ns', 'p99_ns', 'p999_ns', 'max_ns', 'samples_bound'], 'Worst cases, tick by tick; the longest are the operating system')}
+{plain(t['speed_servo'], ['renderer', 'rate_Hz', 'voxel_mm', 'compiler', 'march', 'share_within_period', 'p50_ns', 'p999_ns'], 'Share of ticks, carving included, whose own work fits the period')}
+{plain(t['speed_memory'], ['voxels', 'density', 'grid_MB', 'bytes_per_voxel', 'without_original_MB', 'air_map_MB'], 'Memory of a cube of so many voxels a side')}
 <h2>Ridges between vertices</h2>{''.join(ridges)}
 <h2>Images</h2>{image_table(sweep)}
 <h2>First contacts</h2>{plain(t['first_contact'], ['shape', 'motion', 'search', 'trials', 'misses', 'place_error_voxel_p95', 'place_error_voxel_max', 'tick_ns_median'], 'First contacts at 0.01 to 1 m/s; place error: distance of the point found from the surface')}

@@ -133,6 +133,22 @@ def thesis_rates(folder, rows):
     return plot.draw()
 
 
+def speed_by_voxel(folder, rows):
+    """Ticks on 0.4, 0.2 and 0.1 mm voxels; flat is what one wants."""
+    plot = Plot(folder, "speed_by_voxel", "The same tool on finer voxels", "voxel [mm]", "tick [ns]")
+    plot.line("set logscale y")
+    plot.line("set key top right")
+    kinds = dict.fromkeys((row["compiler"], row["march"]) for row in rows)
+    for compiler, march in kinds:
+        for what in ("air", "light"):
+            points = sorted((float(row["measure"].split()[1]), row["ns"]) for row in rows
+                            if row["compiler"] == compiler and row["march"] == march and row["measure"].startswith("voxel")
+                            and row["measure"].endswith("mm: " + what) and "/" not in row["measure"])
+            if points:
+                plot.add(f"{what}, {compiler} {march}", points, "linespoints")
+    return plot.draw()
+
+
 def force_depth(folder, rows):
     if not rows:
         return None

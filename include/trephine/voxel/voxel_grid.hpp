@@ -57,7 +57,7 @@ struct DensityRange {
 ///
 /// Memory: one linear array, x fastest, with a border of one voxel of `outside` density all round, so that sampling
 /// needs no branch at the edges; with `keep_original` the same again, with `stored_gradients` three numbers a voxel
-/// more. Bricks add 3 % to 8-bit voxels and what is kept of them between edit and commit as much again (`bytes`).
+/// more. Bricks, and what an edit keeps of them until its commit, add 4 % to 8-bit voxels (`bytes`).
 ///
 /// Threads: one thread writes, the haptic one, and only it may call the members below. Others read through
 /// `GridReader` (grid_reader.hpp). Bricks of 8³ voxels carry a version and a density range, both over the brick and the
