@@ -14,7 +14,6 @@ class DepthField {
 
   explicit DepthField(const DepthMap& map) noexcept
       : field_(map.grid(), 0),
-        smooth_(map.grid(), 0),
         unit_(static_cast<Scalar>(map.unit())),
         half_diagonal_(static_cast<Scalar>(map.grid().spacing().norm() / 2)) {}
 
@@ -37,7 +36,7 @@ class DepthField {
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept { return unit_ * field_.gradient(p_G); }
   /// Gradient of the mean depth over a ball of one voxel.
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
-    return unit_ * smooth_.gradient(p_G);
+    return unit_ * field_.smooth_gradient(p_G);
   }
   [[nodiscard]] bool normal(const Vec3<Scalar>& p_G, Vec3<Scalar>& n) const noexcept { return field_.normal(p_G, n); }
 
@@ -56,7 +55,6 @@ class DepthField {
 
  private:
   DensityField<std::int16_t, Scalar> field_;
-  DensityField<std::int16_t, Scalar, BallGradient> smooth_;
   Scalar unit_;
   Scalar half_diagonal_;
 };

@@ -50,6 +50,12 @@ template <VoxelDensity Density>
   }
 }
 
+/// A slope as it was asked for, or the automatic one where that was not a slope.
+template <VoxelDensity Density>
+[[nodiscard]] double slope_or_auto(double slope, const VoxelGrid<Density>& grid, double isovalue) noexcept {
+  return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
+}
+
 /// Share of a voxel's cell that is bone: 1/2 at the isovalue, 0 and 1 half a voxel to either side of a cut's surface.
 /// On the ramp that a cut leaves this is the cell's exact volume share for a plane along the grid, and sums of it are
 /// the volume inside the isosurface up to h²/(4R²) for a ball of radius R.
@@ -237,7 +243,7 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
              const CutAllowance& allowance = {}, double slope = 0) noexcept {
   if (!std::isfinite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
-  const double s = slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
+  const double s = slope_or_auto(slope, grid, isovalue);
   const double reach = cut_reach(grid.spacing());
   return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, reach, cutter, limit).run();
 }

@@ -37,7 +37,6 @@ class DepthBuilder {
   DepthBuilder(const VoxelGrid<Density>& bone, double isovalue, double reach, const Progress& progress)
       : bone_(bone),
         field_(bone, isovalue),
-        smooth_(bone, isovalue),
         progress_(progress),
         isovalue_(isovalue),
         reach_(static_cast<float>(reach)),
@@ -155,7 +154,7 @@ class DepthBuilder {
   }
 
   [[nodiscard]] Vec3<float> normal_at(const Vec3<float>& p, const Vec3<float>& q) const noexcept {
-    const Vec3<float> g = smooth_.gradient(p);
+    const Vec3<float> g = field_.smooth_gradient(p);
     const float length = g.norm();
     if (length > 0) return -g / length;
     const Vec3<float> d = q - p;
@@ -210,7 +209,6 @@ class DepthBuilder {
 
   const VoxelGrid<Density>& bone_;
   DensityField<Density, float> field_;
-  DensityField<Density, float, BallGradient> smooth_;
   const Progress& progress_;
   double isovalue_;
   float reach_;

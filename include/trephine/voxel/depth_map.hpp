@@ -171,8 +171,7 @@ class BoneWithDepth {
 
   /// Lets the depths follow the bone's last edit, made by anything else than a whole cut.
   void follow(double isovalue, double slope = 0) noexcept {
-    const double s = slope > 0 && std::isfinite(slope) ? slope : auto_slope(*bone_, isovalue);
-    depth_->follow(*bone_, isovalue, s, bone_->last_edit());
+    depth_->follow(*bone_, isovalue, slope_or_auto(slope, *bone_, isovalue), bone_->last_edit());
   }
 
   /// Puts the originals back, as VoxelGrid::restore does; returns how many bricks are left in the one that has more.
