@@ -94,14 +94,29 @@ double force_error(const Setup& s, const Place& place) {
   return std::sqrt(error / all);
 }
 
-LoopReport hit(const Setup& s, const Place& place, const SimulatedDeviceOptions& device, double newton, double speed) {
-  auto tool = make_tool(s, *place.bone, place.isovalue);
+/// A device that starts a millimetre off the bone.
+LoopOptions off_bone(const Place& place, const Setup& s, const SimulatedDeviceOptions& device) {
   LoopOptions o;
   o.device = device;
-  const Vec3d n = place.outward;
-  o.along = n;
   o.device.X_DH = place.start(s);
-  o.device.X_DH.translation() += 1e-3 * n;
+  o.device.X_DH.translation() += 1e-3 * place.outward;
+  o.along = place.outward;
+  return o;
+}
+
+/// From there a hand pushes it on with 1 N.
+LoopOptions pressed_by_hand(const Place& place, const Setup& s, const SimulatedDeviceOptions& device) {
+  LoopOptions o = off_bone(place, s, device);
+  Posed target = place.start(s);
+  target.translation() -= 1 / device.hand_linear.stiffness * place.outward;
+  o.hand = [target](double) { return HandTarget(target); };
+  return o;
+}
+
+LoopReport hit(const Setup& s, const Place& place, const SimulatedDeviceOptions& device, double newton, double speed) {
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  LoopOptions o = off_bone(place, s, device);
+  const Vec3d n = place.outward;
   const double k = device.hand_linear.stiffness;
   if (k > 0) {
     const Posed from = o.device.X_DH;
@@ -161,14 +176,7 @@ Measured preset_rows(std::string_view name, const std::string& renderer, const s
   const std::string held = hand == "none" ? "light" : hand;
   s.burr = flush.burr;
   auto tool = make_tool(s, *flush.bone, flush.isovalue);
-  LoopOptions o;
-  o.device = device(held);
-  o.device.X_DH = flush.start(s);
-  o.device.X_DH.translation() += 1e-3 * flush.outward;
-  o.along = flush.outward;
-  Posed target = flush.start(s);
-  target.translation() -= 1 / o.device.hand_linear.stiffness * flush.outward;
-  o.hand = [target](double) { return HandTarget(target); };
+  const LoopOptions o = pressed_by_hand(flush, s, device(held));
   m.rows.push_back(at_most("presets: amplitude left with the shaft laid flush", who + ", hand " + held, renderer, stack,
                            1e3 * run_loop(law_of(*tool), o).amplitude, rest, "mm", kNaN));
   return m;
@@ -243,14 +251,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
                           const double K = largest_stable(1e2, 1e6, within, [&](double k) {
                             s.stiffness = k;
                             auto tool = make_tool(s, *p.bone, p.isovalue);
-                            LoopOptions o;
-                            o.device = device_of(0.045, 0.5, "light");
-                            o.device.X_DH = p.start(s);
-                            o.device.X_DH.translation() += 1e-3 * p.outward;
-                            o.along = p.outward;
-                            Posed target = p.start(s);
-                            target.translation() -= 1 / o.device.hand_linear.stiffness * p.outward;
-                            o.hand = [target](double) { return HandTarget(target); };
+                            LoopOptions o = pressed_by_hand(p, s, device_of(0.045, 0.5, "light"));
                             o.seconds = 1.5;
                             o.escape = 0.03;
                             const LoopReport r = run_loop(law_of(*tool), o);
@@ -271,13 +272,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
                         const Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
                         auto tool = make_tool(s, *p.bone, p.isovalue);
                         Measured m;
-                        LoopOptions o;
-                        o.device = device_of(0.045, 0.5, "light");
-                        o.device.X_DH = p.start(s);
-                        o.device.X_DH.translation() += 1e-3 * p.outward;
-                        o.along = p.outward;
-                        Posed target = p.start(s);
-                        target.translation() -= 0.01 * p.outward;
+                        LoopOptions o = off_bone(p, s, device_of(0.045, 0.5, "light"));
                         const Posed from = o.device.X_DH;
                         o.hand = [=](double t) {
                           Posed X = from;
