@@ -2,6 +2,7 @@
 // Scenario 21: net work on random closed paths, which start and end out of contact.
 #include "stability/places.hpp"
 #include "stability/rows.hpp"
+#include "support/path_work.hpp"
 
 #include <cmath>
 #include <limits>
@@ -24,27 +25,14 @@ struct Path {
   }
 };
 
-struct Work21 {
-  double net = 0, path = 0, jump = 0;
-};
-Work21 round(AnyTool& tool, const Path& path, int steps) {
+test::PathWork round(AnyTool& tool, const Path& path, int steps) {
   tool.reset();
-  Work21 w;
-  Posed before = path.at(0);
-  Wrenchd last = tool.tick({before, false}, 1e-3).wrench;
+  test::PathWork work(path.at(0), tool.tick({path.at(0), false}, 1e-3).wrench);
   for (int i = 1; i <= steps; ++i) {
     const Posed X = path.at(static_cast<double>(i) / steps);
-    const Wrenchd now = tool.tick({X, false}, 1e-3).wrench;
-    const Vec3d dx = X.translation() - before.translation();
-    const Vec3d dr = rotation_vector<double>(X.linear() * before.linear().transpose());
-    const Vec3d f = 0.5 * (last.force + now.force), t = 0.5 * (last.torque + now.torque);
-    w.net += f.dot(dx) + t.dot(dr);
-    w.path += f.norm() * dx.norm() + t.norm() * dr.norm();
-    w.jump = std::max(w.jump, (now.force - last.force).norm());
-    before = X;
-    last = now;
+    work.go(X, tool.tick({X, false}, 1e-3).wrench);
   }
-  return w;
+  return work;
 }
 
 struct Total {
@@ -75,18 +63,18 @@ Total all(const Setup& s, int count, bool rough) {
     for (auto& t : p.turn) t = random.uniform(0.2, 1) * 0.05 * random.unit();
     // Halved until the work no longer changes by 1e-5 of the path's; laws that jump never get there.
     int steps = 500;
-    Work21 w = round(*tool, p, steps);
+    test::PathWork w = round(*tool, p, steps);
     bool converged = false;
     const int most = rough ? 1000 : 4000;
     while (steps < most && !converged) {
       steps *= 2;
-      const Work21 finer = round(*tool, p, steps);
-      converged = std::abs(finer.net - w.net) <= 1e-5 * finer.path;
+      const test::PathWork finer = round(*tool, p, steps);
+      converged = std::abs(finer.net - w.net) <= 1e-5 * finer.length;
       w = finer;
-      if (!converged && std::abs(finer.net) > 1e-3 * finer.path) break;  // plain enough
+      if (!converged && std::abs(finer.net) > 1e-3 * finer.length) break;  // plain enough
     }
-    if (!(w.path > 1e-7)) continue;
-    const double ratio = w.net / w.path;
+    if (!(w.length > 1e-7)) continue;
+    const double ratio = w.net / w.length;
     ++total.paths;
     total.converged += converged;
     total.mean += std::abs(ratio);

@@ -82,7 +82,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     device.advance(o.dt);
     const Posed now = device.X_DH();
     const Vec3d move = now.translation() - before.translation();
-    const Vec3d turn = rotation_vector<double>(now.linear() * before.linear().transpose());
+    const Vec3d turn = turn_between(before, now);
     before = now;
     sum.energy += (acting.force - biases.front()).dot(move) + acting.torque.dot(turn);
     const bool touches = wrench.force.squaredNorm() > 0 || wrench.torque.squaredNorm() > 0 ||
@@ -99,7 +99,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     leaks.push_back(sum);
     height.push_back(now.translation().dot(o.along));
     forces.push_back(wrench.force);
-    turns.push_back(rotation_vector<double>(now.linear() * start.linear().transpose()));
+    turns.push_back(turn_between(start, now));
     if (o.trace)
       o.trace(static_cast<double>(i) * o.dt, now, wrench, sum.energy,
               o.stiffness * sum.linear + o.angular_stiffness * sum.angular);

@@ -87,7 +87,7 @@ Setup with_tangent(Setup setup, const Vec3d& n, double K, double newton) {
 
 Wrenchd lead_tool(AnyTool& tool, const Posed& from, const Posed& to, int ticks) {
   Wrenchd w;
-  const Vec3d turn = rotation_vector<double>(to.linear() * from.linear().transpose());
+  const Vec3d turn = turn_between(from, to);
   for (int i = 0; i <= ticks; ++i) {
     const double t = static_cast<double>(i) / ticks;
     const Vec3d part = t * turn;

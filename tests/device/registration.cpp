@@ -84,7 +84,7 @@ TEST_CASE("registration: virtual work at the hand is that in the world, divided 
       };
       const Posed before = moved(-h), after = moved(h);
       const Vec3d dx_W = (after.translation() - before.translation()) / (2 * h);
-      const Vec3d dr_W = rotation_vector<double>(after.linear() * before.linear().transpose()) / (2 * h);
+      const Vec3d dr_W = turn_between(before, after) / (2 * h);
       const double at_hand = hand.force.dot(dx) + hand.torque.dot(dr);
       const double in_world = world.force.dot(dx_W) + world.torque.dot(dr_W);
       CAPTURE(scale);
@@ -118,7 +118,7 @@ TEST_CASE("registration: a law with a potential makes no energy around a closed 
       const Posed X0 = handle(s * i), X1 = handle(s * (i + 1)), X = handle(s * (i + 0.5));
       const Wrenchd w = registration.device_wrench(coupled_law(registration.tool_pose(X)), X);
       const Vec3d dx = X1.translation() - X0.translation();
-      const Vec3d dr = rotation_vector<double>(X1.linear() * X0.linear().transpose());
+      const Vec3d dr = turn_between(X0, X1);
       work += w.force.dot(dx) + w.torque.dot(dr);
       travelled += std::abs(w.force.dot(dx)) + std::abs(w.torque.dot(dr));
     }

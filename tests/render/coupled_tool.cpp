@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/path_work.hpp"
 
 #include <trephine/device/simulated_device.hpp>
 #include <trephine/render/coupled_tool_renderer.hpp>
@@ -167,26 +168,20 @@ TEST_CASE("closed paths with rotation, tip and shaft in contact: no net work") {
     bench.tool.reset();
     const Posed start = pose(0);
     bench.lead_to(make_pose<double>(start.linear(), start.translation() + 0.004 * n), start, 100);
-    double work = 0, length = 0;
-    Posed X0 = start;
-    Wrenchd w0 = in_double(bench.at(start).wrench);
+    PathWork work(start, in_double(bench.at(start).wrench));
     constexpr int kSteps = 1200;
     for (int i = 1; i <= 2 * kSteps; ++i) {
       const Posed X = pose(2 * 3.14159265358979323846 * i / kSteps);
       const Wrenchd w = in_double(bench.at(X).wrench);
-      if (i > kSteps) {
-        const Vec3d dx = X.translation() - X0.translation();
-        const Vec3d dr = rotation_vector(Mat3d(X.linear() * X0.linear().transpose()));
-        work += 0.5 * (w.force + w0.force).dot(dx) + 0.5 * (w.torque + w0.torque).dot(dr);
-        length += 0.5 * (w.force + w0.force).norm() * dx.norm() + 0.5 * (w.torque + w0.torque).norm() * dr.norm();
-      }
-      X0 = X;
-      w0 = w;
+      if (i > kSteps)
+        work.go(X, w);
+      else
+        work = PathWork(X, w);
     }
-    CHECK(length > 1e-6);
-    net += std::abs(work);
-    path += length;
-    worst = std::max(worst, std::abs(work) / length);
+    CHECK(work.length > 1e-6);
+    net += std::abs(work.net);
+    path += work.length;
+    worst = std::max(worst, std::abs(work.net) / work.length);
   }
   MESSAGE("net work over ", net / path, " of the path's, worst ", worst);
   CHECK(net / path <= 2e-3);
@@ -330,23 +325,15 @@ TEST_CASE("friction takes energy on closed paths, never gives") {
     const Vec3d a = 0.001 * random.unit(), b = 0.001 * random.unit(), turn = 0.2 * random.unit();
     const Posed out =
         tool_at(kRoom.middle() + (kDrill.tip_radius + 0.0025) * kTilted, (kTilted + 0.3 * random.unit()).normalized());
-    double work = 0, length = 0;
-    Posed X0 = out;
-    Wrenchd w0 = in_double(bench.at(X0).wrench);
+    PathWork work(out, in_double(bench.at(out).wrench));
     for (int i = 1; i <= 3000; ++i) {
       const double phase = 2 * 3.14159265358979323846 * i / 3000;
       const double in = 0.5 * (1 - std::cos(phase)), s = std::sin(phase), s2 = std::sin(2 * phase);
       const Posed X = make_pose<double>(rotation_from_vector(Vec3d(s * turn)) * out.linear(),
                                         out.translation() - 0.0045 * in * kTilted + s * a + s2 * b);
-      const Wrenchd w = in_double(bench.at(X).wrench);
-      const Vec3d dx = X.translation() - X0.translation();
-      const Vec3d dr = rotation_vector(Mat3d(X.linear() * X0.linear().transpose()));
-      work += 0.5 * (w.force + w0.force).dot(dx) + 0.5 * (w.torque + w0.torque).dot(dr);
-      length += 0.5 * (w.force + w0.force).norm() * dx.norm() + 0.5 * (w.torque + w0.torque).norm() * dr.norm();
-      X0 = X;
-      w0 = w;
+      work.go(X, in_double(bench.at(X).wrench));
     }
-    most = std::max(most, work / length);
+    most = std::max(most, work.net / work.length);
   }
   MESSAGE("most work done on the hand: ", most, " of the path's");
   CHECK(most < 0);

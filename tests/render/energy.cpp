@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/path_work.hpp"
 
 #include <doctest/doctest.h>
 
@@ -64,26 +65,17 @@ Energy closed_loops(Renderer& renderer, const Field& field, const Vec3d& bone, d
     // Once round to forget the start, then once round for the measure.
     for (int s = 0; s < kSteps; s += 3)
       static_cast<void>(render_at(renderer, field, loop.at(6.283185307179586 * s / kSteps)));
-    double work = 0, path = 0;
-    Posed before = loop.at(0);
-    Wrenchd w = in_double(render_at(renderer, field, before).wrench);
+    PathWork work(loop.at(0), in_double(render_at(renderer, field, loop.at(0)).wrench));
     for (int s = 1; s <= kSteps; ++s) {
       const Posed X = loop.at(6.283185307179586 * s / kSteps);
-      const Wrenchd now = in_double(render_at(renderer, field, X).wrench);
-      const Vec3d dx = X.translation() - before.translation();
-      const Vec3d dr = rotation_vector(Mat3d(X.linear() * before.linear().transpose()));
-      const Vec3d f = 0.5 * (w.force + now.force), t = 0.5 * (w.torque + now.torque);
-      work += f.dot(dx) + t.dot(dr);
-      path += f.norm() * dx.norm() + t.norm() * dr.norm();
-      e.jump = std::max(e.jump, (now.force - w.force).norm());
-      before = X;
-      w = now;
+      work.go(X, in_double(render_at(renderer, field, X).wrench));
     }
-    if (!(path > 1e-7)) continue;
+    e.jump = std::max(e.jump, work.jump);
+    if (!(work.length > 1e-7)) continue;
     ++e.loops;
-    e.mean += std::abs(work) / path;
-    e.gained += work / path;
-    e.worst = std::max(e.worst, std::abs(work) / path);
+    e.mean += std::abs(work.net) / work.length;
+    e.gained += work.net / work.length;
+    e.worst = std::max(e.worst, std::abs(work.net) / work.length);
   }
   e.mean /= std::max(1, e.loops);
   e.gained /= std::max(1, e.loops);

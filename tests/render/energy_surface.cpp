@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/path_work.hpp"
 
 #include <trephine/render/energy_surface_renderer.hpp>
 
@@ -129,21 +130,15 @@ TEST_CASE("closed paths in and out of contact, with rotation: no net work, howev
       double ratio = 1, before = 2, work = 0, length = 0;
       for (int steps = 2000; steps <= 64000 && std::abs(ratio - before) > 1e-5; steps *= 2) {
         before = ratio;
-        work = length = 0;
-        Posed X0 = pose(0);
-        Wrenchd w0 = in_double(render_at(renderer, field, X0).wrench);
-        REQUIRE(w0.force.norm() == 0);
+        const Wrenchd free = in_double(render_at(renderer, field, pose(0)).wrench);
+        REQUIRE(free.force.norm() == 0);
+        PathWork round(pose(0), free);
         for (int i = 1; i <= steps; ++i) {
           const Posed X = pose(2 * 3.14159265358979323846 * i / steps);
-          const Wrenchd w = in_double(render_at(renderer, field, X).wrench);
-          const Vec3d f = 0.5 * (w.force + w0.force), t = 0.5 * (w.torque + w0.torque);
-          const Vec3d dx = X.translation() - X0.translation();
-          const Vec3d dr = rotation_vector(Mat3d(X.linear() * X0.linear().transpose()));
-          work += f.dot(dx) + t.dot(dr);
-          length += f.norm() * dx.norm() + t.norm() * dr.norm();
-          X0 = X;
-          w0 = w;
+          round.go(X, in_double(render_at(renderer, field, X).wrench));
         }
+        work = round.net;
+        length = round.length;
         ratio = work / length;
       }
       net += std::abs(work);

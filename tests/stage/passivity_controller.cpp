@@ -47,7 +47,7 @@ TEST_CASE("passivity: what is observed is the work of the wrench that was sent, 
     const TickResult r = scene.tick({.X_WT = X}, kTick);
     if (k > 0) {
       work += sent.force.dot(X.translation() - before.translation());
-      work += sent.torque.dot(rotation_vector<double>(X.linear() * before.linear().transpose()));
+      work += sent.torque.dot(turn_between(before, X));
     }
     sent = r.wrench;
     before = X;

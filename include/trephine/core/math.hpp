@@ -61,6 +61,12 @@ template <RealScalar Scalar>
   return (Scalar(2) * std::atan2(s, q.w()) / s) * q.vec();
 }
 
+/// The rotation from pose a to pose b as a rotation vector, in the axes of the frame that both map to [rad].
+template <RealScalar Scalar>
+[[nodiscard]] Vec3<Scalar> turn_between(const Pose<Scalar>& a, const Pose<Scalar>& b) noexcept {
+  return rotation_vector(Mat3<Scalar>(b.linear() * a.linear().transpose()));
+}
+
 /// exp: the rotation by |w| radians about w.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> rotation_from_vector(const Vec3<Scalar>& w) noexcept {

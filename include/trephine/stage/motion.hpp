@@ -47,8 +47,7 @@ inline constexpr double kFastestTurn = 100;  // [rad/s]
 /// and as coarse as the encoders: a quantum of 0.055 mm reads as 55 mm/s at 1 kHz.
 [[nodiscard]] inline Twist twist_between(const Posed& before, const Posed& now, double dt) noexcept {
   const Vec3d step = now.translation() - before.translation();
-  const Mat3d turn = now.linear() * before.linear().transpose();
-  return {step / dt, rotation_vector(turn) / dt};
+  return {step / dt, turn_between(before, now) / dt};
 }
 
 [[nodiscard]] inline bool is_plausible(const Twist& v) noexcept {
