@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/tick.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
@@ -31,6 +32,15 @@ struct VertexContact {
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
 };
+
+/// A contact of a tool whose origin is at p_GT, with the force on the tool there, for logs and drawings.
+template <RealScalar Scalar>
+[[nodiscard]] ContactPoint<Scalar> contact_point(const VertexContact& c, const Vec3d& p_GT,
+                                                 const Vec3d& force) noexcept {
+  const double length = c.out.norm();
+  const Vec3d normal = length > 0 ? Vec3d(c.out / length) : Vec3d(Vec3d::Zero());
+  return {(p_GT + c.lever).template cast<Scalar>(), normal.template cast<Scalar>(), force.template cast<Scalar>()};
+}
 
 /// Where a vertex looks for bone: at itself, with the interpolant's own gradient, so that forces are exactly those of
 /// an energy …
@@ -73,8 +83,6 @@ class VertexContacts {
     }
   }
 
-  /// Distance of the vertex farthest from T's origin [m].
-  [[nodiscard]] double farthest() const noexcept { return farthest_; }
   /// Farthest that any vertex moves between two poses that are `step` [m] and `turn` [rad] apart.
   [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * farthest_; }
 
@@ -82,6 +90,13 @@ class VertexContacts {
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
   /// may touch. Their `out` is the interpolant's own.
   [[nodiscard]] std::span<const VertexContact> near() const noexcept { return {found_.data(), found_count_}; }
+  /// Adds a contact to a tick's summary.
+  void tell(const VertexContact& c, ContactSummary& summary) const noexcept {
+    ++summary.count;
+    const bool tip = c.vertex < ball_;
+    summary.tip = summary.tip || tip;
+    summary.shaft = summary.shaft || !tip;
+  }
   /// No vertex that does not touch can reach bone within this way [m].
   [[nodiscard]] double clearance() const noexcept { return clearance_; }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
@@ -105,8 +120,8 @@ class VertexContacts {
   /// The same; at a pose within a voxel of the last one of `look` only of the vertices that can touch there.
   template <PenetrationField Field>
   void look_near(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
-    const double moved = motion((X_GT.translation() - X_looked_.translation()).norm(),
-                                rotation_vector(Mat3d(X_GT.linear() * X_looked_.linear().transpose())).norm());
+    const double moved =
+        motion((X_GT.translation() - X_looked_.translation()).norm(), turn_between(X_looked_, X_GT).norm());
     if (moved > margin_) return look(field, tool, X_GT);
     const Pose<Scalar> X = X_GT.template cast<Scalar>();
     if (near_count_ > 0)
@@ -168,7 +183,7 @@ class VertexContacts {
     if (place_count_ == 0) return;
     pad(places_, place_count_);
     gradients(field, X);
-    if constexpr (Vertices::kGlide) glide(field, tool, X);
+    if constexpr (Vertices::kGlide) glide(tool, X);
     collect(field, X);
   }
 
@@ -185,8 +200,7 @@ class VertexContacts {
   }
 
   /// Moves each place to where its patch points along the gradient, into the bone; at most to the patch's edge.
-  template <PenetrationField Field>
-  void glide(const Field&, const Tool& tool, const Pose<Scalar>& X) noexcept {
+  void glide(const Tool& tool, const Pose<Scalar>& X) noexcept {
     const Mat3<Scalar> R_TG = X.linear().transpose();
     for (int j = 0; j < place_count_; ++j) {
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];

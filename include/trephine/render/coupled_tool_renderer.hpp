@@ -78,7 +78,7 @@ concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOn
 /// nothing.
 template <RealScalar S, DepthSource Depth = FromDepthMap, Friction FrictionLaw = Frictionless,
           CoupledMotion Motion = SixDof>
-class CoupledToolRenderer {
+class CoupledToolRenderer : public DepthReader<S, Depth> {
  public:
   using Scalar = S;
   using Gradient = AnalyticGradient;
@@ -93,8 +93,8 @@ class CoupledToolRenderer {
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
                       const FrictionLaw& friction = FrictionLaw{})
-      : tool_(std::move(tool)),
-        depth_(depth),
+      : DepthReader<S, Depth>(depth),
+        tool_(std::move(tool)),
         options_(options),
         friction_(friction, static_cast<std::size_t>(tool_.periphery())),
         vertices_(tool_) {
@@ -102,14 +102,6 @@ class CoupledToolRenderer {
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
     pressed_.resize(static_cast<std::size_t>(tool_.periphery()));
   }
-
-  /// The field that this renderer reads; a scene asks for it.
-  template <VoxelDensity Density>
-  [[nodiscard]] auto field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
-    return depth_.template field<Scalar>(grid, isovalue);
-  }
-  /// The map that carving must keep up with.
-  [[nodiscard]] DepthMap& depth_map() const noexcept requires(Depth::kUsesDepthMap) { return depth_.map(); }
 
   template <PenetrationField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
@@ -120,7 +112,7 @@ class CoupledToolRenderer {
     out.status = begin(field, X_device);
     if (!follow(field, X_device)) out.status = worse(out.status, Status::kWorkBound);
     if (vertices_.deepest() > voxel_) out.status = worse(out.status, Status::kStartedInside);
-    report(X_device, out);
+    report(out);
     return out;
   }
 
@@ -150,7 +142,7 @@ class CoupledToolRenderer {
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
   /// The virtual tool and its bite.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
-    const Vec3d pull = X_device_.translation() - X_.translation();
+    const Vec3d& pull = lag_.way;
     const double most = options_.bite * voxel_;
     Posed X = X_;
     if (met_) X.translation() += pull.norm() > most ? Vec3d(pull * (most / pull.norm())) : pull;
@@ -191,17 +183,18 @@ class CoupledToolRenderer {
   template <class Field>
   bool follow(const Field& field, const Posed& X_device) noexcept {
     vertices_.look(field, tool_, X_);
+    lag_ = lag_behind(X_device);
     friction_.begin(X_);
     friction_.enter(vertices_.found(), X_);
     met_ = !vertices_.found().empty();
     held_ = false;
-    double energy = energy_at(X_device);
+    double now = energy();
     double damping = 1;
     int rises = 0;
     Posed X_best = X_;
     double least = std::numeric_limits<double>::infinity();
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
-      const Step step = next_step(X_device);
+      const Step step = next_step();
       const double motion = damping * vertices_.motion(step.template head<3>().norm(), step.template tail<3>().norm());
       met_ = met_ || pressing_;
       if (motion <= kSmallestStep * voxel_) {
@@ -214,28 +207,39 @@ class CoupledToolRenderer {
       X_ = moved(X_, (limited ? damping * most / motion : damping) * step);
       vertices_.look_near(field, tool_, X_);
       friction_.enter(vertices_.found(), X_);
-      const double before = std::exchange(energy, energy_at(X_device));
+      lag_ = lag_behind(X_device);
+      const double before = std::exchange(now, energy());
       met_ = met_ || !vertices_.found().empty();
       if (!limited && !touched && vertices_.found().empty()) return true;
-      if (!limited && std::abs(energy - before) <= kStall * before) return true;
-      if (energy < least) {
-        least = energy;
+      if (!limited && std::abs(now - before) <= kStall * before) return true;
+      if (now < least) {
+        least = now;
         X_best = X_;
       }
-      if (energy > before && ++rises > 1) damping /= 2;
-      if (rises == kMostRises) return rest_at(field, X_best);
+      if (now > before && ++rises > 1) damping /= 2;
+      if (rises == kMostRises) return rest_at(field, X_best, X_device);
     }
     return false;
   }
 
   /// Ends a search that goes to and fro at the best of its places: a tool at rest then stays there tick by tick.
   template <class Field>
-  bool rest_at(const Field& field, const Posed& X) noexcept {
+  bool rest_at(const Field& field, const Posed& X, const Posed& X_device) noexcept {
     if constexpr (!FrictionContacts<FrictionLaw>::kActive) {
       X_ = X;
       vertices_.look_near(field, tool_, X_);
+      lag_ = lag_behind(X_device);
     }
     return true;
+  }
+
+  /// What is left from the virtual tool to the device [m, rad].
+  struct Lag {
+    Vec3d way = Vec3d::Zero();
+    Vec3d turn = Vec3d::Zero();
+  };
+  [[nodiscard]] Lag lag_behind(const Posed& X_device) const noexcept {
+    return {X_device.translation() - X_.translation(), turn_between(X_, X_device)};
   }
 
   [[nodiscard]] static Posed moved(const Posed& X, const Step& step) noexcept {
@@ -243,17 +247,17 @@ class CoupledToolRenderer {
     return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + step.head<3>());
   }
 
-  [[nodiscard]] double energy_at(const Posed& X_device) const noexcept {
+  /// E at the virtual tool's pose, whose contacts and lag are known.
+  [[nodiscard]] double energy() const noexcept {
     double sum = 0;
     for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth;
-    const double turn = kDof == 6 ? rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose())).norm() : 0.0;
-    return 0.5 * contact_stiffness_ * sum + coupling().energy((X_device.translation() - X_.translation()).norm(), turn);
+    return 0.5 * contact_stiffness_ * sum + coupling().energy(lag_.way.norm(), kDof == 6 ? lag_.turn.norm() : 0.0);
   }
 
   /// Translation and rotation [m, rad] of the virtual tool that a Gauss–Newton step asks for.
-  [[nodiscard]] Step next_step(const Posed& X_device) noexcept {
-    const Vec3d pull = X_device.translation() - X_.translation();
-    const Vec3d turn = rotation_vector(Mat3d(X_device.linear() * X_.linear().transpose()));
+  [[nodiscard]] Step next_step() noexcept {
+    const Vec3d& pull = lag_.way;
+    const Vec3d& turn = lag_.turn;
     Step step;
     step.template head<3>() = pull;
     step.template tail<3>() = turn;
@@ -265,7 +269,6 @@ class CoupledToolRenderer {
     const CouplingSpring spring = coupling();
     const double k_linear = spring.linear(pull.norm());
     const double k_angular = spring.angular(turn.norm());
-    std::size_t changes = 0;
     for (int round = 0; round < kMostRounds; ++round) {
       MatN H = MatN::Zero();
       VecN residual;
@@ -275,7 +278,7 @@ class CoupledToolRenderer {
         H.diagonal().template tail<3>().setConstant(k_angular);
         residual.template tail<3>() = k_angular * turn;
       }
-      changes = 0;
+      std::size_t changes = 0;
       std::size_t n = 0;
       for (const VertexContact& c : vertices_.near()) {
         VecN J;
@@ -298,48 +301,36 @@ class CoupledToolRenderer {
     return step;
   }
 
-  void report(const Posed& X_device, Rendered<Scalar>& out) noexcept {
+  void report(Rendered<Scalar>& out) noexcept {
     contact_count_ = 0;
     std::size_t n = 0;
     for (const VertexContact& c : vertices_.near()) {
       // What holds the tool may be a hair's breadth outside.
       const bool touches = c.depth > 0;
-      if (!touches && !(held_ && pressed_[n] != 0)) {
-        ++n;
-        continue;
-      }
+      const bool holds = held_ && pressed_[n] != 0;
       ++n;
+      if (!touches && !holds) continue;
       const Vec3d force =
           touches ? Vec3d(contact_stiffness_ * (c.depth * c.out + friction_.settle(c, X_))) : Vec3d(Vec3d::Zero());
-      const double length = c.out.norm();
-      contacts_[contact_count_++] = {
-          (X_.translation() + c.lever).template cast<Scalar>(),
-          (length > 0 ? Vec3d(c.out / length) : Vec3d(Vec3d::Zero())).template cast<Scalar>(),
-          force.template cast<Scalar>()};
-      const bool tip = c.vertex < tool_.groups()[0].count;
-      out.contact.tip = out.contact.tip || tip;
-      out.contact.shaft = out.contact.shaft || !tip;
+      contacts_[contact_count_++] = contact_point<Scalar>(c, X_.translation(), force);
+      vertices_.tell(c, out.contact);
     }
     friction_.end();
-    out.contact.count = static_cast<int>(contact_count_);
     if (!met_) return;
     const CouplingSpring spring = coupling();
-    const Vec3d pull = X_.translation() - X_device.translation();
-    out.contact.depth = pull.norm() + vertices_.deepest();
-    out.wrench.force = (spring.linear(pull.norm()) * pull).template cast<Scalar>();
-    if constexpr (kDof == 6) {
-      const Vec3d turn = rotation_vector(Mat3d(X_.linear() * X_device.linear().transpose()));
-      out.wrench.torque = (spring.angular(turn.norm()) * turn).template cast<Scalar>();
-    }
+    out.contact.depth = lag_.way.norm() + vertices_.deepest();
+    out.wrench.force = (-spring.linear(lag_.way.norm()) * lag_.way).template cast<Scalar>();
+    if constexpr (kDof == 6)
+      out.wrench.torque = (-spring.angular(lag_.turn.norm()) * lag_.turn).template cast<Scalar>();
   }
 
   Tool tool_;
-  Depth depth_;
   CoupledOptions options_;
   [[no_unique_address]] FrictionContacts<FrictionLaw> friction_;
   VertexContacts<Scalar> vertices_;
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
+  Lag lag_;
   bool started_ = false;
   bool met_ = false;       // bone, on this tick's way
   bool pressing_ = false;  // the step in the making presses a place into bone

@@ -33,4 +33,22 @@ struct FromDensities {
 template <class D>
 concept DepthSource = std::same_as<D, FromDepthMap> || std::same_as<D, FromDensities>;
 
+/// What a scene asks of a renderer that reads depths: the base of those.
+template <RealScalar Scalar, DepthSource Depth>
+class DepthReader {
+ public:
+  explicit DepthReader(const Depth& depth) noexcept : depth_(depth) {}
+
+  /// The field that this renderer reads.
+  template <VoxelDensity Density>
+  [[nodiscard]] auto field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
+    return depth_.template field<Scalar>(grid, isovalue);
+  }
+  /// The map that carving must keep up with.
+  [[nodiscard]] DepthMap& depth_map() const noexcept requires(Depth::kUsesDepthMap) { return depth_.map(); }
+
+ private:
+  [[no_unique_address]] Depth depth_;
+};
+
 }  // namespace trephine

@@ -35,7 +35,7 @@ struct EnergySurfaceOptions {
 /// Work a tick: one sample a vertex, one gradient for each in bone. kStartedInside: a vertex is deeper than the depths
 /// reach (its depth does not change there, nor does it push).
 template <RealScalar S, DepthSource Depth = FromDepthMap>
-class EnergySurfaceRenderer {
+class EnergySurfaceRenderer : public DepthReader<S, Depth> {
  public:
   using Scalar = S;
   using Gradient = AnalyticGradient;
@@ -43,21 +43,13 @@ class EnergySurfaceRenderer {
 
   /// Throws std::invalid_argument for options outside their range.
   EnergySurfaceRenderer(Tool tool, Depth depth, const EnergySurfaceOptions& options = {})
-      : tool_(std::move(tool)), depth_(depth), options_(options), vertices_(tool_) {
+      : DepthReader<S, Depth>(depth), tool_(std::move(tool)), options_(options), vertices_(tool_) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
     // F = k π R δ² on a plane in the continuum: the secant at δ = R/2.
     const double R = tool_.burr().tip_radius;
     k_ = options.stiffness / (std::numbers::pi * R * R / 2);
   }
-
-  /// The field that this renderer reads; a scene asks for it.
-  template <VoxelDensity Density>
-  [[nodiscard]] auto field(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
-    return depth_.template field<Scalar>(grid, isovalue);
-  }
-  /// The map that carving must keep up with.
-  [[nodiscard]] DepthMap& depth_map() const noexcept requires(Depth::kUsesDepthMap) { return depth_.map(); }
 
   template <PenetrationField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
@@ -75,18 +67,11 @@ class EnergySurfaceRenderer {
       const Vec3d force = k * c.depth * c.out;
       sum += Wrenchd::of_force_at(force, c.lever);
       energy_ += 0.5 * k * c.depth * c.depth;
-      const double length = c.out.norm();
-      if (!(length > 0)) out.status = worse(out.status, Status::kStartedInside);
-      contacts_[contact_count_++] = {
-          X_GT.translation() + c.lever.template cast<Scalar>(),
-          (length > 0 ? Vec3d(c.out / length) : Vec3d(Vec3d::Zero())).template cast<Scalar>(),
-          force.template cast<Scalar>()};
-      const bool tip = c.vertex < tool_.groups()[0].count;
-      out.contact.tip = out.contact.tip || tip;
-      out.contact.shaft = out.contact.shaft || !tip;
+      if (!(c.out.squaredNorm() > 0)) out.status = worse(out.status, Status::kStartedInside);
+      contacts_[contact_count_++] = contact_point<Scalar>(c, X_GT.translation().template cast<double>(), force);
+      vertices_.tell(c, out.contact);
     }
     out.wrench = {sum.force.template cast<Scalar>(), sum.torque.template cast<Scalar>()};
-    out.contact.count = static_cast<int>(contact_count_);
     out.contact.depth = vertices_.deepest();
     return out;
   }
@@ -113,7 +98,6 @@ class EnergySurfaceRenderer {
 
  private:
   Tool tool_;
-  Depth depth_;
   EnergySurfaceOptions options_;
   VertexContacts<Scalar, FixedVertices> vertices_;
   double k_ = 0;  // foundation stiffness [N/m³]
