@@ -22,7 +22,7 @@ const Scene kScene{.burr = {.tip_radius = 0.003, .shaft_radius = 0.0016, .shaft_
                    .max_torque = 0.1};
 
 std::string content(const std::string& name) {
-  std::ifstream file(std::string(TREPHINE_PICK_TESTS) + "/" + name);
+  std::ifstream file(std::string(TREPHINE_PICK_TESTS "/") + name);
   std::ostringstream all;
   all << file.rdbuf();
   return all.str();

@@ -38,7 +38,7 @@ double plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, d
   const double reach = cut_reach(h);
   const auto reach_f = static_cast<float>(reach);
   const Coverage coverage(iso, slope);
-  const detail::NearestDensity<Density> nearest;
+  const trephine::detail::NearestDensity<Density> nearest;
   std::array<float, kCutLanes> removed{};
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j) {

@@ -5,6 +5,7 @@
 #include <trephine/device/registration.hpp>
 #include <trephine/device/tickable_scene.hpp>
 
+#include <cmath>
 #include <concepts>
 #include <sstream>
 #include <string>
@@ -54,7 +55,7 @@ inline bool limit_to(const DeviceCapabilities& device, Wrenchd& wrench_H_D) noex
   if (device.output_dof < 6) wrench_H_D.torque.setZero();
   if (device.output_dof < 3) wrench_H_D.force.setZero();
   const auto shorten = [](Vec3d& v, double limit) noexcept {
-    const double norm = v.stableNorm();
+    const double norm = std::hypot(v.x(), v.y(), v.z());
     if (!(limit > 0) || !(norm > limit)) return false;
     v *= limit / norm;
     return true;

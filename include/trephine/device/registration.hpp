@@ -38,17 +38,17 @@ class Registration {
 
   /// X_WT for a handle at X_DH.
   [[nodiscard]] Posed tool_pose(const Posed& X_DH) const noexcept {
-    const Posed X_DT = X_DH * X_HT_;
-    const Mat3d R_WT = X_WD_.linear() * X_DT.linear();
-    const Vec3d p_WT = X_WD_ * Vec3d(scale_ * X_DT.translation());
-    return make_pose(R_WT, p_WT);
+    const Mat3d R_DH = X_DH.linear(), R_WD = X_WD_.linear();
+    const Vec3d p_DT = R_DH * X_HT_.translation() + X_DH.translation();
+    return make_pose(Mat3d(R_WD * Mat3d(R_DH * X_HT_.linear())), Vec3d(R_WD * Vec3d(scale_ * p_DT) + X_WD_.translation()));
   }
 
   /// The inverse: where the handle must be for the tool to be at X_WT. For scripting a hand along a path of the world.
   [[nodiscard]] Posed handle_pose(const Posed& X_WT) const noexcept {
-    const Mat3d R_DT = X_WD_.linear().transpose() * X_WT.linear();
-    const Vec3d p_DT = X_WD_.linear().transpose() * (X_WT.translation() - X_WD_.translation()) / scale_;
-    return make_pose(R_DT, p_DT) * X_HT_.inverse();
+    const Mat3d R_DW = inverse_rotation(X_WD_), R_DT = R_DW * X_WT.linear();
+    const Vec3d p_DT = R_DW * Vec3d((X_WT.translation() - X_WD_.translation()) / scale_);
+    const Mat3d R_DH = R_DT * inverse_rotation(X_HT_);
+    return make_pose(R_DH, Vec3d(p_DT - R_DH * X_HT_.translation()));
   }
 
   /// The wrench about H in D axes that the hand must feel for `wrench_T_W` (about T, W axes) with the handle at X_DH.

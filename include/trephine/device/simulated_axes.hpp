@@ -80,7 +80,7 @@ class HeldStep {
 
 /// `x` shortened to length `limit`, direction kept; 0: no limit.
 [[nodiscard]] inline Vec3d saturated(const Vec3d& x, double limit) noexcept {
-  const double norm = x.stableNorm();
+  const double norm = std::hypot(x.x(), x.y(), x.z());
   return limit > 0 && norm > limit ? Vec3d(x * (limit / norm)) : x;
 }
 
