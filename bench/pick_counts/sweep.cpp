@@ -10,7 +10,7 @@ namespace pick {
 namespace {
 
 /// A setting in the run.
-struct Entry {
+struct Runner {
   std::size_t trial;
   std::size_t place;  ///< in the trial's measurements
   std::unique_ptr<Player> player;
@@ -73,7 +73,7 @@ Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case
 
 void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Bones& bones,
              const Scene& scene, const SweepOptions& options, const Progress& progress) {
-  std::vector<Entry> entries;
+  std::vector<Runner> entries;
   for (std::size_t t = 0; t < trials.size(); ++t) {
     trials[t].measured.clear();
     for (const Setting& s : settings[t]) {
@@ -87,12 +87,12 @@ void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
     random.shuffle(entries);
     double round = 0;
-    for (const Entry& e : entries) round += e.work;
+    for (const Runner& e : entries) round += e.work;
     // How many settings stay is not known before they have all been looked at.
     const int looks = std::max(0, std::min(kLooks, options.repetitions) - 1 - repetition);
     const int later = options.repetitions - 1 - repetition - looks;
     const double end = done + round * (1 + looks + (repetition < kLooks ? kStay : 1.0) * later);
-    for (Entry& e : entries) {
+    for (Runner& e : entries) {
       Trial& trial = trials[e.trial];
       Measured& m = trial.measured[e.place];
       std::vector<Wrenchd> wrenches;
@@ -107,7 +107,7 @@ void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>
       progress("measuring settings", done / end);
     }
     if (repetition + 1 == kLooks)
-      std::erase_if(entries, [&](const Entry& e) {
+      std::erase_if(entries, [&](const Runner& e) {
         return is_beaten(trials[e.trial].measured[e.place], trials[e.trial].measured, options.clearly);
       });
   }
