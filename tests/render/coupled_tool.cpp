@@ -263,6 +263,32 @@ TEST_CASE("a start inside bone comes out, or says that it cannot") {
 // --- Work
 // -----------------------------------------------------------------------------------------------------------------
 
+// What is beyond the volume is air: in a volume that ends just above the bone, with all of the shaft outside, the tool
+// feels what it feels in one that holds the shaft too. It turns as it slides, so that the shaft's end goes 3 voxels a
+// tick.
+TEST_CASE("a shaft outside the volume is in nobody's way") {
+  const RasterOptions large{.size = {72, 72, 140}};
+  RasterOptions small = large;
+  small.size[2] = 40;
+  const Vec3d centre(large.middle().x(), large.middle().y(), 12 * kVoxel);
+  const Ball ball{centre, 18 * kVoxel};
+  Bench<> in_large(ball, large), in_small(ball, small);
+  const double R = 18 * kVoxel + kDrill.tip_radius;
+  for (int i = 0; i < 2000; ++i) {
+    const double angle = 0.5 * std::sin(2 * 3.14159265358979 * i / 500.0) * std::min(1.0, i / 100.0);
+    const Vec3d n = Vec3d(std::sin(angle), 0.1, std::cos(angle)).normalized();
+    const Posed X = tool_at(centre + (R - std::min(0.001, i * 1e-5)) * n, n);
+    const auto a = in_large.at(X);
+    const auto b = in_small.at(X);
+    CAPTURE(i);
+    CHECK(a.status == Status::kOk);
+    CHECK(b.status == Status::kOk);
+    CHECK((a.wrench.force - b.wrench.force).norm() <= 0.01F * std::max(0.05F, a.wrench.force.norm()));
+    CHECK((a.wrench.torque - b.wrench.torque).norm() <= 2e-5F);
+    if (i > 100) CHECK(static_cast<double>(b.wrench.force.norm()) == doctest::Approx(0.7).epsilon(0.03));
+  }
+}
+
 TEST_CASE("samples a tick are bounded, and few while the tool slides") {
   Bench<> bench(HalfSpace{kRoom.middle(), kTilted}, kRoom);
   const auto field = bench.tool.field(bench.bone, kRoom.isovalue());

@@ -103,6 +103,71 @@ TEST_CASE("a depth is above 0 where the density is in bone, and no distance is o
 }
 
 // Inside, the depth of what is left after cuts is the least of the depth before and the distance to each cutter.
+// A tool's shaft mostly stands outside the volume. The ball is cut off by the volume's edge, half a voxel beyond the
+// last voxels; nowhere may its depth there be above the distance to what is left of it.
+TEST_CASE("beyond the volume depths go on without a jump, and are bounds of the distance to bone in it") {
+  const RasterOptions o{.size = {48, 40, 32}, .spacing = Vec3d(3e-4, 3e-4, 4e-4)};
+  const double h = 3e-4;
+  const Vec3d last(47 * 3e-4, 39 * 3e-4, 31 * 4e-4);
+  const Ball ball{Vec3d(last.x() - 4 * h, 20 * h, 16 * 4e-4), 10 * h};
+  const auto bone = rasterise<std::uint8_t>(ball, o);
+  const DepthMap map(bone, o.isovalue(), {.reach = 9});
+  const DepthField<double> field(map);
+  // To the ball up to the plane that cuts it off.
+  const double end = last.x() + h / 2;
+  const auto distance = [&](const Vec3d& p) {
+    const Vec3d from = p - ball.centre;
+    if (from.x() * ball.radius / from.norm() <= end - ball.centre.x()) return std::max(0.0, ball(p));
+    const double disc = std::sqrt(ball.radius * ball.radius - (end - ball.centre.x()) * (end - ball.centre.x()));
+    return std::hypot(p.x() - end, std::max(0.0, std::hypot(from.y(), from.z()) - disc));
+  };
+  Random random(11);
+  double farthest_in_gap = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec3d p = o.middle() +
+                    1.6 * last.cwiseProduct(Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)));
+    const Vec3d edge = p.cwiseMax(Vec3d::Zero()).cwiseMin(last);
+    const double d = (p - edge).norm();
+    if (d == 0) continue;
+    const double value = field.value(p);
+    CAPTURE(p.transpose() / h);
+    // From the nearest point of the volume, whose own depth is tested elsewhere; and never deeper than half a voxel.
+    const double at_edge = field.value(edge);
+    CHECK(value == doctest::Approx(at_edge > 0 ? at_edge - d : -std::hypot(at_edge, d)).epsilon(1e-9));
+    CHECK(value <= h);
+    CHECK(field.clearance(value) <= distance(p) + 0.2 * h);
+    // Steps across the edge are as small as the way.
+    const Vec3d out = (p - edge) / d;
+    CHECK(std::abs(field.value(edge + 1e-9 * out) - field.value(edge - 1e-9 * out)) <= 1e-8);
+    farthest_in_gap = std::max(farthest_in_gap, d);
+
+    const Vec3d g = field.gradient(p);
+    if (d < 1e-6 || std::abs(at_edge) < 1e-6) continue;
+    const double e = 1e-9;
+    Vec3d numeric;
+    for (int axis = 0; axis < 3; ++axis)
+      numeric[axis] = (field.value(p + e * Vec3d::Unit(axis)) - field.value(p - e * Vec3d::Unit(axis))) / (2 * e);
+    // Where the stencil crosses a face of a cell there are two slopes.
+    if ((field.gradient(p + e * Vec3d::Ones()) - field.gradient(p - e * Vec3d::Ones())).norm() < 1e-3)
+      CHECK((g - numeric).norm() <= 1e-3);
+
+    // Batches say the same, each point for itself.
+    std::array<double, kLane> x, y, z, values, gx, gy, gz;
+    x.fill(o.middle().x());
+    y.fill(o.middle().y());
+    z.fill(o.middle().z());
+    x[3] = p.x();
+    y[3] = p.y();
+    z[3] = p.z();
+    field.values(Posed::Identity(), x.data(), y.data(), z.data(), values.data(), kLane);
+    field.gradients(Posed::Identity(), x.data(), y.data(), z.data(), gx.data(), gy.data(), gz.data(), kLane);
+    CHECK(values[3] == doctest::Approx(value).epsilon(1e-12));
+    CHECK(values[0] == doctest::Approx(field.value(o.middle())).epsilon(1e-12));
+    CHECK((Vec3d(gx[3], gy[3], gz[3]) - g).norm() <= 1e-12);
+  }
+  CHECK(farthest_in_gap > 10 * h);
+}
+
 TEST_CASE("a thousand cuts: inside, depths are exactly what distances say; against a map made anew") {
   const unsigned seed = 17;
   CAPTURE(seed);
