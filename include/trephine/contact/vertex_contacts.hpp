@@ -66,7 +66,16 @@ class VertexContacts {
         padded_(padded_to_lane(tool.periphery())),
         ball_(tool.groups()[0].count),
         values_(static_cast<std::size_t>(tool.padded())) {
-    for (int i = 0; i < count_; ++i) farthest_ = std::max(farthest_, static_cast<double>(tool.points()[i].norm()));
+    groups_.resize(tool.groups().size());
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      groups_[g].first = tool.groups()[g].first;
+      groups_[g].last = tool.groups()[g].first + tool.groups()[g].count;
+      for (int i = groups_[g].first; i < groups_[g].last; ++i) {
+        groups_[g].farthest = std::max(groups_[g].farthest, static_cast<double>(tool.points()[i].norm()));
+        group_of_.push_back(g);
+      }
+      farthest_ = std::max(farthest_, groups_[g].farthest);
+    }
     for (PointArrays<Scalar>* points : {&near_, &places_, &gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(static_cast<std::size_t>(padded_));
     near_values_.resize(static_cast<std::size_t>(padded_));
@@ -97,8 +106,13 @@ class VertexContacts {
     summary.tip = summary.tip || tip;
     summary.shaft = summary.shaft || !tip;
   }
-  /// No vertex that does not touch can reach bone within this way [m].
-  [[nodiscard]] double clearance() const noexcept { return clearance_; }
+  /// The share of a motion by `step` [m] and `turn` [rad] that takes no vertex that does not touch farther than `more`
+  /// [m] beyond what is known to be free; at most 1.
+  [[nodiscard]] double free_share(double step, double turn, double more) const noexcept {
+    double share = 1;
+    for (const Group& g : groups_) share = std::min(share, (g.clearance + more) / (step + turn * g.farthest));
+    return share;
+  }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
 
   /// All vertices at pose X_GT.
@@ -107,26 +121,24 @@ class VertexContacts {
     const Pose<Scalar> X = X_GT.template cast<Scalar>();
     const auto& p = tool.points();
     field.values(X, p.x.data(), p.y.data(), p.z.data(), values_.data(), padded_);
-    margin_ = static_cast<double>(field.voxel());
     near_count_ = 0;
-    far_clearance_ = std::numeric_limits<double>::infinity();
-    pick_near(field, tool, 0, ball_);
-    pick_near(field, tool, ball_, count_);
+    for (Group& g : groups_) pick_near(field, tool, g);
     pad(near_, near_count_);
     X_looked_ = X_GT;
-    touch(field, tool, X, 0);
+    touch(field, tool, X, 0, 0);
   }
 
-  /// The same; at a pose within a voxel of the last one of `look` only of the vertices that can touch there.
+  /// The same; at a pose so near the last one of `look` that no other vertex can touch, only of those that can.
   template <PenetrationField Field>
   void look_near(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
-    const double moved =
-        motion((X_GT.translation() - X_looked_.translation()).norm(), turn_between(X_looked_, X_GT).norm());
-    if (moved > margin_) return look(field, tool, X_GT);
+    const double step = (X_GT.translation() - X_looked_.translation()).norm();
+    const double turn = turn_between(X_looked_, X_GT).norm();
+    for (const Group& g : groups_)
+      if (step + turn * g.farthest > g.far_clearance) return look(field, tool, X_GT);
     const Pose<Scalar> X = X_GT.template cast<Scalar>();
     if (near_count_ > 0)
       field.values(X, near_.x.data(), near_.y.data(), near_.z.data(), near_values_.data(), padded_to_lane(near_count_));
-    touch(field, tool, X, moved);
+    touch(field, tool, X, step, turn);
   }
 
  private:
@@ -141,14 +153,24 @@ class VertexContacts {
     for (int n = count; n < padded_to_lane(count); ++n) put(points, n, points[count - 1]);
   }
 
-  /// Of vertices first … last − 1, of the ball or of the shaft, those that can touch within a voxel from here.
+  /// Vertices first … last − 1: of the ball or of a slice.
+  struct Group {
+    int first = 0;
+    int last = 0;
+    double farthest = 0;       // from T's origin [m]
+    double far_clearance = 0;  // of those that are not near, at X_looked_ [m]
+    double clearance = 0;      // of all that do not touch [m]
+  };
+
+  /// Of a group's vertices those that can touch within a voxel from here.
   template <PenetrationField Field>
-  void pick_near(const Field& field, const Tool& tool, int first, int last) noexcept {
-    if (first == last) return;
-    const Scalar reach = reach_of(tool, first);
+  void pick_near(const Field& field, const Tool& tool, Group& group) noexcept {
+    group.far_clearance = std::numeric_limits<double>::infinity();
+    if (group.first == group.last) return;
+    const Scalar reach = reach_of(tool, group.first);
     const Scalar far = field.value_at_clearance(field.voxel() + reach);
     Scalar nearest_far = std::numeric_limits<Scalar>::lowest();
-    for (int i = first; i < last; ++i) {
+    for (int i = group.first; i < group.last; ++i) {
       const Scalar value = values_[static_cast<std::size_t>(i)];
       if (value < far) {
         nearest_far = std::max(nearest_far, value);
@@ -159,15 +181,18 @@ class VertexContacts {
       put(near_, near_count_++, tool.points()[i]);
     }
     if (nearest_far > std::numeric_limits<Scalar>::lowest())
-      far_clearance_ = std::min(far_clearance_, static_cast<double>(field.clearance(nearest_far) - reach));
+      group.far_clearance = static_cast<double>(field.clearance(nearest_far) - reach);
   }
 
+  /// The group of the place's vertex.
+  [[nodiscard]] Group& group_of(int vertex) noexcept { return groups_[group_of_[static_cast<std::size_t>(vertex)]]; }
+
   template <PenetrationField Field>
-  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X, double moved) noexcept {
+  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X, double step, double turn) noexcept {
     found_count_ = 0;
     touching_ = 0;
     deepest_ = 0;
-    clearance_ = std::max(0.0, far_clearance_ - moved);
+    for (Group& g : groups_) g.clearance = std::max(0.0, g.far_clearance - (step + turn * g.farthest));
     place_count_ = 0;
     for (int j = 0; j < near_count_; ++j) {
       const auto n = static_cast<std::size_t>(j);
@@ -177,7 +202,8 @@ class VertexContacts {
         place_vertices_[static_cast<std::size_t>(place_count_)] = near_vertices_[n];
         put(places_, place_count_++, near_[j]);
       } else {
-        clearance_ = std::min(clearance_, static_cast<double>(clear - reach));
+        Group& group = group_of(near_vertices_[n]);
+        group.clearance = std::min(group.clearance, static_cast<double>(clear - reach));
       }
     }
     if (place_count_ == 0) return;
@@ -237,7 +263,8 @@ class VertexContacts {
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (!(value > Scalar(0))) {
-        clearance_ = std::min(clearance_, static_cast<double>(field.clearance(value)));
+        Group& group = group_of(place_vertices_[static_cast<std::size_t>(j)]);
+        group.clearance = std::min(group.clearance, static_cast<double>(field.clearance(value)));
         continue;
       }
       const Vec3<Scalar> lever = R * places_[j];
@@ -271,9 +298,8 @@ class VertexContacts {
   Scalar ball_cosine_ = Scalar(1);
   Scalar ring_cosine_ = Scalar(1);
   double farthest_ = 0;
-  double margin_ = 0;
-  double far_clearance_ = 0;
-  double clearance_ = 0;
+  std::vector<Group> groups_;
+  std::vector<std::size_t> group_of_;  // each vertex
   double deepest_ = 0;
   std::size_t touching_ = 0;
   std::size_t found_count_ = 0;

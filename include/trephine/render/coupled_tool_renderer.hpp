@@ -101,6 +101,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
     pressed_.resize(static_cast<std::size_t>(tool_.periphery()));
+    ways_.resize(static_cast<std::size_t>(tool_.periphery()));
   }
 
   template <PenetrationField Field>
@@ -195,22 +196,22 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     double least = std::numeric_limits<double>::infinity();
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
       const Step step = next_step();
-      const double motion = damping * vertices_.motion(step.template head<3>().norm(), step.template tail<3>().norm());
+      const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
-      if (motion <= kSmallestStep * voxel_) {
+      if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
         held_ = pressing_;
         return true;
       }
-      const double most = vertices_.clearance() + voxel_ / 4;
-      const bool limited = motion > most;
+      const double share = vertices_.free_share(way, turn, voxel_ / 4);
+      const bool limited = share < 1;
       const bool touched = !vertices_.found().empty();
-      X_ = moved(X_, (limited ? damping * most / motion : damping) * step);
+      X_ = moved(X_, damping * share * step);
       vertices_.look_near(field, tool_, X_);
       friction_.enter(vertices_.found(), X_);
       lag_ = lag_behind(X_device);
       const double before = std::exchange(now, energy());
       met_ = met_ || !vertices_.found().empty();
-      if (!limited && !touched && vertices_.found().empty()) return true;
+      if (!limited && !touched && !pressing_ && vertices_.found().empty()) return true;
       if (!limited && std::abs(now - before) <= kStall * before) return true;
       if (now < least) {
         least = now;
@@ -266,6 +267,12 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
 
     // One-sided springs of the places in bone and of those near it, linear in the step: which of them the step presses
     // is found by solving again while that changes.
+    std::size_t count = 0;
+    for (const VertexContact& c : vertices_.near()) {
+      VecN& J = ways_[count++];
+      J.template head<3>() = c.out;
+      if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
+    }
     const CouplingSpring spring = coupling();
     const double k_linear = spring.linear(pull.norm());
     const double k_angular = spring.angular(turn.norm());
@@ -281,9 +288,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       std::size_t changes = 0;
       std::size_t n = 0;
       for (const VertexContact& c : vertices_.near()) {
-        VecN J;
-        J.template head<3>() = c.out;
-        if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
+        const VecN& J = ways_[n];
         const double depth = round == 0 ? c.depth : c.depth - J.dot(step.template head<kDof>());
         // Later rounds only add: they come to an end.
         const std::uint8_t pressed = depth > 0 || (round > 2 && pressed_[n] != 0) ? 1 : 0;
@@ -291,7 +296,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         pressed_[n++] = pressed;
         if (pressed == 0) continue;
         pressing_ = true;
-        H.template selfadjointView<Eigen::Lower>().rankUpdate(J, contact_stiffness_);
+        H.noalias() += (contact_stiffness_ * J) * J.transpose();
         residual += (contact_stiffness_ * c.depth) * J;
         if (c.depth > 0) friction_.add(c, X_, contact_stiffness_, H, residual);
       }
@@ -340,6 +345,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   int steps_ = 0;
   std::size_t contact_count_ = 0;
   std::vector<ContactPoint<Scalar>> contacts_;
+  std::vector<VecN> ways_;             // −∂φ/∂pose of the places near bone
   std::vector<std::uint8_t> pressed_;  // by the step in the making, of the places near bone
 };
 
