@@ -6,18 +6,24 @@
 #include <trephine/tool/discretization.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 namespace pick {
 
-/// Where an algorithm feels: Line with the ball's centre and the shaft's centreline, Surface with the skins of both.
-/// The same hand pose is a different contact for each, so each is tried at contacts of its own.
-enum class Algorithm { kLine, kSurface };
+/// Where an algorithm feels: Line with the ball's centre and the shaft's centreline, Surface and Coupled with the skins
+/// of both. The same hand pose is a different contact for each, so each is tried at contacts of its own.
+enum class Algorithm { kLine, kSurface, kCoupled };
+inline constexpr std::array kAlgorithms{Algorithm::kLine, Algorithm::kSurface, Algorithm::kCoupled};
 
-[[nodiscard]] inline const char* name_of(Algorithm a) { return a == Algorithm::kLine ? "line" : "surface"; }
+[[nodiscard]] inline const char* name_of(Algorithm a) {
+  return std::array{"line", "surface", "coupled"}[static_cast<std::size_t>(a)];
+}
 
-[[nodiscard]] inline const char* title_of(Algorithm a) { return a == Algorithm::kLine ? "Line" : "Surface"; }
+[[nodiscard]] inline const char* title_of(Algorithm a) {
+  return std::array{"Line", "Surface", "Coupled"}[static_cast<std::size_t>(a)];
+}
 
 /// Points that stand closely over what an algorithm feels with: says whether it touches the bone.
 class Feeler {

@@ -4,6 +4,7 @@
 #include "text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -46,26 +47,35 @@ Choice choose(const std::vector<Measured>& measured, double budget_us) {
 }
 
 Verdict decide(const std::vector<Choice>& choices, double budget_us) {
-  std::optional<std::size_t> line, surface;
-  for (std::size_t i = 0; i < choices.size(); ++i) {
-    if (!choices[i].recommended) continue;
-    (algorithm_of(choices[i].recommended->setting) == Algorithm::kLine ? line : surface) = i;
+  // In the order of preference.
+  constexpr std::array kOrder{Algorithm::kCoupled, Algorithm::kLine, Algorithm::kSurface};
+  constexpr std::array kWhy{
+      "the coupled tool stays on the surface, what it feels is bounded by the coupling whatever touches, and it can "
+      "have "
+      "friction; it needs a map of depths, 2 bytes a voxel",
+      "Line holds the tool on the surface, can have friction, and its springs do not add up where the shaft lies flush "
+      "on bone; take Surface where a smooth torque, or a ball that feels the bone it mills, matters more",
+      ""};
+  std::vector<std::size_t> fit;
+  std::size_t why = 0;
+  for (std::size_t k = 0; k < kOrder.size(); ++k)
+    for (std::size_t i = 0; i < choices.size(); ++i) {
+      if (!choices[i].recommended || algorithm_of(choices[i].recommended->setting) != kOrder[k]) continue;
+      if (fit.empty()) why = k;
+      fit.push_back(i);
+    }
+  const auto title = [&](std::size_t i) { return title_of(algorithm_of(choices[i].recommended->setting)); };
+  if (fit.size() == 1)
+    return {fit[0], choices.size() > 1 ? text("only %s keeps to the limits within %.4g us", title(fit[0]), budget_us)
+                                       : text("only %s was asked for", title(fit[0]))};
+  if (fit.size() > 1) {
+    std::string times;
+    for (std::size_t n = 1; n < fit.size(); ++n)
+      times += text("%s%s takes %.2g times its time", n == 1 ? "" : ", ", title(fit[n]),
+                    choices[fit[n]].recommended->p999_us / choices[fit[0]].recommended->p999_us);
+    return {fit[0], text("%s keep to limits and budget (%s). ", fit.size() == 2 ? "two" : "all three", times.c_str()) +
+                        kWhy[why]};
   }
-  if (line && surface) {
-    const double ratio = choices[*surface].recommended->p999_us / choices[*line].recommended->p999_us;
-    return {line,
-            text("both keep to limits and budget (Surface takes %.2g times Line's time). Line holds the tool on the "
-                 "surface, can have friction, and its springs do not add up where the shaft lies flush on bone; "
-                 "take Surface where a smooth torque, or a ball that feels the bone it mills, matters more",
-                 ratio)};
-  }
-  const bool both_tried = choices.size() > 1;
-  if (line)
-    return {line, both_tried ? text("only Line keeps to the limits within %.4g us", budget_us)
-                             : std::string("only Line was asked for")};
-  if (surface)
-    return {surface, both_tried ? text("only Surface keeps to the limits within %.4g us", budget_us)
-                                : std::string("only Surface was asked for")};
   const Measured* best = nullptr;
   for (const Choice& c : choices)
     if (c.within_limits && (!best || c.within_limits->p999_us < best->p999_us)) best = &*c.within_limits;

@@ -30,7 +30,7 @@ struct Choice {
 /// `budget_us`: of a tick's p99.9. Throws std::invalid_argument for no measurements.
 [[nodiscard]] Choice choose(const std::vector<Measured>& measured, double budget_us);
 
-/// Which of the two, and why, in a sentence. Indices into `choices`; none where nothing is recommended.
+/// Which of them, and why, in a sentence. Indices into `choices`; none where nothing is recommended.
 struct Verdict {
   std::optional<std::size_t> winner;
   std::string reason;

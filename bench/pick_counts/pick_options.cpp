@@ -61,13 +61,13 @@ constexpr std::array kEntries{
           [](Options& o, const std::string& v) { o.limits.direction_deg = number(v, 0.001, 180, " degrees"); }},
     Entry{"--torque-error", "PERCENT", "the same for torque, 95 % (6)",
           [](Options& o, const std::string& v) { o.limits.torque = 0.01 * number(v, 0.001, 100, " %"); }},
-    Entry{"--algorithm", "line|surface|all", "what to choose from (all)",
+    Entry{"--algorithm", "line|surface|coupled|all", "what to choose from (all)",
           [](Options& o, const std::string& v) {
-            if (v != "line" && v != "surface" && v != "all")
-              throw UsageError("'" + v + "' is none of line, surface, all");
-            if (v == "line") o.algorithms = {Algorithm::kLine};
-            if (v == "surface") o.algorithms = {Algorithm::kSurface};
-            if (v == "all") o.algorithms = {Algorithm::kLine, Algorithm::kSurface};
+            std::vector<Algorithm> chosen;
+            for (const Algorithm a : kAlgorithms)
+              if (v == name_of(a) || v == "all") chosen.push_back(a);
+            if (chosen.empty()) throw UsageError("'" + v + "' is none of line, surface, coupled, all");
+            o.algorithms = chosen;
           }},
     Entry{"--seed", "N", "another seed tries other places on the bone (1)",
           [](Options& o, const std::string& v) { o.seed = static_cast<std::uint64_t>(number(v, 0, 1e9, "")); }},

@@ -29,7 +29,7 @@ struct Options {
   std::optional<double> budget_us;
   std::optional<double> rate_Hz;
   Limits limits{};
-  std::vector<Algorithm> algorithms{Algorithm::kLine, Algorithm::kSurface};
+  std::vector<Algorithm> algorithms{kAlgorithms.begin(), kAlgorithms.end()};
   bool quick = false;
   bool json = false;
   std::uint64_t seed = 1;

@@ -36,7 +36,7 @@ std::string harmless(std::string s) {
 
 std::string panel(Algorithm algorithm, const Trial& trial, const Choice& choice, std::size_t i, std::size_t panels) {
   const char* name = name_of(algorithm);
-  const char* colour = algorithm == Algorithm::kLine ? "#0b6fb8" : "#d1495b";
+  const char* colour = std::array{"#0b6fb8", "#d1495b", "#2a9d5c"}[static_cast<std::size_t>(algorithm)];
   const double width = 1.0 / static_cast<double>(panels);
   std::string out =
       text("\nset origin %.4g,0\nset size %.4g,0.93\nunset label\n", width * static_cast<double>(i), width);
@@ -79,7 +79,7 @@ std::string as_gnuplot(const Subject& subject, const Study& study, const std::st
     }
   const double budget = subject.options.budget_us;
   const std::size_t panels = study.trials.size();
-  const int width = panels > 1 ? 1500 : 900;
+  const int width = panels > 1 ? 300 + 600 * static_cast<int>(panels) : 900;
   std::string out = text("# gnuplot %s.gp\n", name.c_str()) +
                     text(
                         "if (strstrt(GPVAL_TERMINALS, 'pngcairo') > 0) {\n"

@@ -17,23 +17,34 @@ std::string burr_code(const trephine::Burr& b) {
               b.tip_radius, b.shaft_radius, b.shaft_length);
 }
 
-std::string renderer_code(const LineSetting& s, double stiffness) {
+std::string renderer_code(const LineSetting& s, const Scene& scene) {
   const char* stepping = s.ray_cast ? "RayCast" : "TranslateRotate";
   return text("const trephine::ToolDiscretization tool{burr, trephine::LineCounts{.shaft = %d}};\n", s.vertices) +
          text("const trephine::LineOptions options{.stiffness = %.6g, .proxy = {.step = %.6g, .iterations = %d}};\n",
-              stiffness, s.step, s.iterations()) +
+              scene.stiffness, s.step, s.iterations()) +
          text("const trephine::%s stepping{.stepping = {.step = %.6g}};\n", stepping, s.step) +
          "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
 }
 
-std::string renderer_code(const SurfaceSetting& s, double stiffness) {
-  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", s.sphere,
-              s.slices, s.per_slice) +
-         "const trephine::ToolDiscretization tool{burr, counts};\n" +
-         text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", stiffness,
+std::string tool_code(int sphere, int slices, int per_slice) {
+  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", sphere, slices,
+              per_slice) +
+         "const trephine::ToolDiscretization tool{burr, counts};\n";
+}
+
+std::string renderer_code(const SurfaceSetting& s, const Scene& scene) {
+  return tool_code(s.sphere, s.slices, s.per_slice) +
+         text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", scene.stiffness,
               s.search_step) +
          (s.patches ? "trephine::SurfaceApproxRenderer<float, trephine::PatchWeights> renderer{tool, options};\n"
                     : "trephine::SurfaceApproxRenderer renderer{tool, options};\n");
+}
+
+std::string renderer_code(const CoupledSetting& s, const Scene& scene) {
+  return tool_code(s.sphere, s.slices, s.per_slice) + text("trephine::DepthMap depth(bone, %.6g);\n", scene.isovalue) +
+         text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
+              scene.stiffness, scene.max_force, scene.max_torque) +
+         "trephine::CoupledToolRenderer renderer{tool, trephine::FromDepthMap(depth), options};\n";
 }
 
 }  // namespace
@@ -42,21 +53,21 @@ int LineSetting::iterations() const {
   return std::clamp(static_cast<int>(std::ceil(kReach / step)), kDefaultIterations, 1000);
 }
 
-Algorithm algorithm_of(const Setting& setting) {
-  return std::holds_alternative<LineSetting>(setting) ? Algorithm::kLine : Algorithm::kSurface;
-}
+Algorithm algorithm_of(const Setting& setting) { return kAlgorithms[setting.index()]; }
 
 std::string describe(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting))
     return text("%d vertices, %s in steps of %.4g voxel", l->vertices, l->ray_cast ? "ray cast" : "translate-rotate",
                 l->step);
+  if (const auto* c = std::get_if<CoupledSetting>(&setting))
+    return text("sphere %d, %d slices of %d", c->sphere, c->slices, c->per_slice);
   const auto& s = std::get<SurfaceSetting>(setting);
   return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
               s.patches ? ", patches" : "", s.search_step);
 }
 
 std::string as_code(const Setting& setting, const Scene& scene) {
-  return burr_code(scene.burr) + std::visit([&](const auto& s) { return renderer_code(s, scene.stiffness); }, setting) +
+  return burr_code(scene.burr) + std::visit([&](const auto& s) { return renderer_code(s, scene); }, setting) +
          text("const trephine::DeviceLimits limits{.force = %.6g, .torque = %.6g};\n", scene.max_force,
               scene.max_torque) +
          text("trephine::HapticScene scene{bone, %.6g, renderer, trephine::Milling{}, limits};\n", scene.isovalue);
@@ -73,6 +84,12 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
     for (const int n : vertices)
       for (const double step : steps)
         for (const bool ray_cast : {false, true}) all.emplace_back(LineSetting{n, step, ray_cast});
+    return all;
+  }
+  if (algorithm == Algorithm::kCoupled) {
+    for (const int a : quick ? Ints{26, 100, 200} : Ints{26, 50, 100, 200, 400})
+      for (const int b : quick ? Ints{20, 40, 80} : Ints{10, 20, 40, 80, 160})
+        for (const int c : {4, 8, 16}) all.emplace_back(CoupledSetting{a, b, c});
     return all;
   }
   const Ints sphere = quick ? Ints{26, 100, 400} : Ints{26, 50, 100, 200, 400, 800};
@@ -92,11 +109,13 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
 
 Setting truth_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125, false};
+  if (algorithm == Algorithm::kCoupled) return quick ? CoupledSetting{800, 160, 32} : CoupledSetting{1600, 320, 32};
   return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
 }
 
 Setting check_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625, false};
+  if (algorithm == Algorithm::kCoupled) return quick ? CoupledSetting{400, 80, 32} : CoupledSetting{800, 160, 32};
   return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
 }
 

@@ -31,7 +31,17 @@ struct SurfaceSetting {
   friend bool operator==(const SurfaceSetting&, const SurfaceSetting&) = default;
 };
 
-using Setting = std::variant<LineSetting, SurfaceSetting>;
+/// What is chosen for the coupled tool.
+struct CoupledSetting {
+  int sphere = 26;
+  int slices = 20;
+  int per_slice = 8;
+
+  friend bool operator==(const CoupledSetting&, const CoupledSetting&) = default;
+};
+
+/// In the order of Algorithm.
+using Setting = std::variant<LineSetting, SurfaceSetting, CoupledSetting>;
 
 [[nodiscard]] Algorithm algorithm_of(const Setting& setting);
 

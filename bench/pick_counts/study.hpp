@@ -13,7 +13,7 @@ struct StudyOptions {
   CaseOptions cases{};
   SweepOptions sweep{};
   double budget_us = 50;
-  std::vector<Algorithm> algorithms{Algorithm::kLine, Algorithm::kSurface};
+  std::vector<Algorithm> algorithms{kAlgorithms.begin(), kAlgorithms.end()};
 };
 
 struct Study {

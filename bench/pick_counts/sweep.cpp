@@ -31,6 +31,7 @@ void take_times(const std::vector<float>& ns, Measured& m) {
 /// Of a tick, for the estimate of the time left: a constant part and one for each vertex.
 double work_of(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting)) return 100 + 1.2 * l->vertices;
+  if (const auto* c = std::get_if<CoupledSetting>(&setting)) return 300 + c->sphere + c->slices * c->per_slice;
   const auto& s = std::get<SurfaceSetting>(setting);
   return (s.patches ? 2.0 : 1.0) * (100 + s.sphere + s.slices * (1 + s.per_slice));
 }
@@ -54,7 +55,7 @@ Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case
   const std::string part = std::string("the truth, ") + name_of(algorithm);
   const auto answers = [&](const Setting& setting, double from, double to) {
     std::vector<Wrenchd> wrenches;
-    const auto player = make_player(setting, scene);
+    const auto player = make_player(setting, scene, bones);
     // Case by case: it takes seconds, and somebody may be watching.
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const std::vector<Case> one{cases[i]};
@@ -77,7 +78,7 @@ void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>
   for (std::size_t t = 0; t < trials.size(); ++t) {
     trials[t].measured.clear();
     for (const Setting& s : settings[t]) {
-      entries.push_back({t, trials[t].measured.size(), make_player(s, scene), no_times(trials[t].cases),
+      entries.push_back({t, trials[t].measured.size(), make_player(s, scene, bones), no_times(trials[t].cases),
                          work_of(s) * static_cast<double>(tick_count(trials[t].cases))});
       trials[t].measured.push_back({.setting = s});
     }

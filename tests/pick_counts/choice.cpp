@@ -67,6 +67,12 @@ TEST_CASE("one of the two, and why") {
   CHECK(decide({line, slow}, 50).winner == 0U);
   CHECK(decide({choose({point(80, 0.5)}, 50), surface}, 50).winner == 1U);
   CHECK(decide({surface}, 50).winner == 0U);
+  const Choice coupled = choose({point(45, 0.5, CoupledSetting{})}, 50);
+  const Verdict three = decide({line, surface, coupled}, 50);
+  CHECK(three.winner == 2U);
+  CHECK(three.reason.find("all three keep to limits and budget (Line takes") == 0);
+  CHECK(decide({line, slow, coupled}, 50).reason.find("two keep") == 0);
+  CHECK(decide({choose({point(80, 2)}, 50), slow, coupled}, 50).reason.find("only Coupled keeps") == 0);
   const Verdict none = decide({choose({point(80, 2)}, 50), slow}, 50);
   CHECK_FALSE(none.winner);
   CHECK(none.reason.find("takes 80 us: Surface") != std::string::npos);
@@ -80,6 +86,8 @@ TEST_CASE("arguments") {
   CHECK(parse({"--tip-radius", "1.5"}).tip_radius == doctest::Approx(0.0015));
   CHECK(parse({"--isovalue", "-200"}).isovalue == -200);
   CHECK(parse({"--algorithm", "surface"}).algorithms == std::vector{Algorithm::kSurface});
+  CHECK(parse({"--algorithm", "coupled"}).algorithms == std::vector{Algorithm::kCoupled});
+  CHECK(parse({"--algorithm", "all"}).algorithms.size() == 3);
   CHECK(parse({"--force-error", "2"}).limits.force == doctest::Approx(0.02));
   for (const auto& wrong : std::vector<std::vector<const char*>>{{"--budget"},
                                                                  {"--budget", "x"},

@@ -47,6 +47,20 @@ TEST_CASE("Line's code compiles, runs and is what is printed") {
   CHECK(as_code(LineSetting{150, 0.25, false}, kScene).find("TranslateRotate") != std::string::npos);
 }
 
+TEST_CASE("Coupled's code compiles, runs and is what is printed") {
+  Grid bone = plane(0.010);
+#include "pasted_coupled.inc"
+  trephine::TickInput above;
+  above.X_WT.translation() = trephine::Vec3d(0.015, 0.015, 0.0135);
+  CHECK(scene.tick(above, 1e-3).wrench.force.norm() == 0);
+  for (int i = 0; i < 40; ++i) {
+    above.X_WT.translation().z() -= 5e-5;
+    CHECK(scene.tick(above, 1e-3).wrench.force.allFinite());
+  }
+  CHECK(scene.tick(above, 1e-3).wrench.force.z() > 0.5);
+  CHECK(as_code(CoupledSetting{100, 40, 8}, kScene) == content("pasted_coupled.inc"));
+}
+
 TEST_CASE("Surface's code compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "pasted_surface.inc"

@@ -32,7 +32,8 @@ TEST_SUITE("timed") {
     Grid milled = copy_of(whole);
     const StudyOptions options{.cases = {.per_kind = 15, .holes = 6},
                                .sweep = {.quick = true, .limits = kLimits, .repetitions = 3},
-                               .budget_us = kBudget};
+                               .budget_us = kBudget,
+                               .algorithms = {Algorithm::kLine, Algorithm::kSurface}};
     const Study first = carry_out(whole, milled, kScene, options, kSilent);
     REQUIRE(first.verdict.winner);
 
@@ -85,6 +86,25 @@ TEST_SUITE("timed") {
       CHECK(swept.errors.direction_p99 <= kLimits.direction_deg);
       CHECK(swept.errors.torque_p95 <= kLimits.torque);
     }
+  }
+
+  TEST_CASE("the coupled tool is led through contacts of its own: more vertices, nearer to the truth") {
+    const Grid whole = knuckle();
+    Grid milled = copy_of(whole);
+    const StudyOptions options{.cases = {.per_kind = 8, .holes = 4},
+                               .sweep = {.quick = true, .limits = kLimits, .repetitions = 1},
+                               .budget_us = kBudget,
+                               .algorithms = {Algorithm::kCoupled}};
+    const Study study = carry_out(whole, milled, kScene, options, kSilent);
+    const Measured& coarse = measured(study.trials[0], CoupledSetting{26, 20, 4});
+    const Measured& fine = measured(study.trials[0], CoupledSetting{200, 80, 16});
+    MESSAGE("share of the limits: " << coarse.worst_share << " with " << describe(coarse.setting) << ", "
+                                    << fine.worst_share << " with " << describe(fine.setting));
+    CHECK(fine.worst_share < 0.7 * coarse.worst_share);
+    CHECK(fine.errors.force_p95 < coarse.errors.force_p95);
+    // Without depths there is no coupled tool.
+    CHECK_THROWS_AS((void)make_player(CoupledSetting{}, kScene, Bones{&whole, &milled, kIsovalue}),
+                    std::invalid_argument);
   }
 
   TEST_CASE("a bone that offers nothing is refused in words") {
