@@ -40,7 +40,8 @@ class Registration {
   [[nodiscard]] Posed tool_pose(const Posed& X_DH) const noexcept {
     const Mat3d R_DH = X_DH.linear(), R_WD = X_WD_.linear();
     const Vec3d p_DT = R_DH * X_HT_.translation() + X_DH.translation();
-    return make_pose(Mat3d(R_WD * Mat3d(R_DH * X_HT_.linear())), Vec3d(R_WD * Vec3d(scale_ * p_DT) + X_WD_.translation()));
+    return make_pose(Mat3d(R_WD * Mat3d(R_DH * X_HT_.linear())),
+                     Vec3d(R_WD * Vec3d(scale_ * p_DT) + X_WD_.translation()));
   }
 
   /// The inverse: where the handle must be for the tool to be at X_WT. For scripting a hand along a path of the world.
