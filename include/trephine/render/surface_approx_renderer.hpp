@@ -33,7 +33,8 @@ struct SurfaceOptions {
   double search_step = 0.5;
   /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
   double jump = 0.005;
-  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up.
+  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up. One
+  /// that the tool cannot exceed changes nothing.
   std::optional<StiffnessBudget> budget{};
 
   void validate() const {
@@ -220,7 +221,7 @@ class SurfaceApproxRenderer {
       edge_energies_.push_back(same ? edge_energies_.back() : static_cast<Scalar>(work));
       springs.push_back({steepest, static_cast<double>(group.height), g == 0 || Shaft::kForce});
     }
-    shared_.emplace(budget, springs);
+    if (!fits(budget, springs)) shared_.emplace(budget, springs);
   }
 
   // Scales what the groups give so that they stay within the budget together.
