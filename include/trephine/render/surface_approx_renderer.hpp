@@ -153,6 +153,12 @@ class SurfaceApproxRenderer {
     idle_ = false;
   }
 
+  /// A scene whose answers are forces alone asks for this before its first tick: a shaft that gives none has no
+  /// vertices then and is not looked at. (With a budget it stays: the shaft's energy is part of what the ball gets.)
+  void forces_alone() requires(!Shaft::kForce) {
+    if (!options_.budget) *this = SurfaceApproxRenderer(tool_.without_shaft(), options_);
+  }
+
   /// All groups: the ball first, then the slices from the tip up.
   [[nodiscard]] std::span<const SliceReport<Scalar>> groups() const noexcept { return reports_; }
   /// The slices alone.
