@@ -114,7 +114,8 @@ def main():
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
                                                       "ripple", "holes", "force_depth", "stability", "stability_plane", "stability_energy",
-                                                      "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory")}
+                                                      "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory",
+                                                      "features", "features_spread", "compile_cost")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
 
@@ -128,6 +129,8 @@ def main():
         others = [figure(plots.convergence(folder, t["convergence"], t["orders"]), "Orders of convergence; every one expected to be at least 1."),
                   figure(plots.thesis_rates(folder, t["thesis_rates"]), "The thesis' Figures 26 and 29, its rates beside ours."),
                   figure(plots.speed_by_voxel(folder, t["speed"]), "A tick's cost on finer voxels, the tool the same in metres."),
+                  figure(plots.feature_cost(folder, t["features"], t["features_spread"]),
+                         "A bar from 1: what listing a neutral feature costs. Between the dashed lines a scene differs from itself."),
                   figure(plots.force_depth(folder, t["force_depth"]), "What the stated stiffness means: every law passes K R/2 at half its radius.")]
         ridges = [figure(plots.ridge_spacing(folder, t["ridge_spacing"], r), "Rings mark settings that did not see every ridge.")
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
@@ -166,6 +169,10 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 {plain(t['speed_spread'], ['case', 'compiler', 'march', 'p50_ns', 'p99_ns', 'p999_ns', 'max_ns', 'samples_bound'], 'Worst cases, tick by tick; the longest are the operating system')}
 {plain(t['speed_servo'], ['renderer', 'rate_Hz', 'voxel_mm', 'compiler', 'march', 'share_within_period', 'p50_ns', 'p999_ns'], 'Share of ticks, carving included, whose own work fits the period')}
 {plain(t['speed_memory'], ['voxels', 'density', 'grid_MB', 'bytes_per_voxel', 'without_original_MB', 'air_map_MB'], 'Memory of a cube of so many voxels a side')}
+<h2>Leaving out</h2>
+{plain(t['features'], ['renderer', 'feature', 'tick_ns_without', 'tick_ns_with', 'ratio', 'bytes_without', 'bytes_with', 'text_bytes_without', 'text_bytes_with', 'outputs_identical'], 'Scenes without a feature, and with it listed and neutral; the ratio is the median over pairs that ran one after the other')}
+{plain(t['features_spread'], ['renderer', 'pairs', 'tick_ns', 'least_ratio', 'greatest_ratio'], 'The same scene twice')}
+{plain(t['compile_cost'], ['compiler', 'what', 'header', 'cpu_s', 'peak_MB'], 'Compiling: minimal programs (-O2 -c), headers alone (-fsyntax-only)')}
 <h2>Ridges between vertices</h2>{''.join(ridges)}
 <h2>Images</h2>{image_table(sweep)}
 <h2>First contacts</h2>{plain(t['first_contact'], ['shape', 'motion', 'search', 'trials', 'misses', 'place_error_voxel_p95', 'place_error_voxel_max', 'tick_ns_median'], 'First contacts at 0.01 to 1 m/s; place error: distance of the point found from the surface')}

@@ -51,7 +51,8 @@ class Plot:
         plots, data = [], []
         for title, points, style in self.series:
             name = quoted(title) if title else '""'
-            plots.append(f"'-' using 1:2 {'title ' + name if title else 'notitle'} with {style}")
+            columns = ":".join(str(i + 1) for i in range(len(points[0])))
+            plots.append(f"'-' using {columns} {'title ' + name if title else 'notitle'} with {style}")
             data.append("\n".join(" ".join(str(v) for v in p) for p in points) + "\ne")
         script = "\n".join(self.setup) + "\nplot " + ", ".join(plots) + "\n" + "\n".join(data) + "\n"
         run = subprocess.run(["gnuplot"], input=script, text=True, capture_output=True, check=False)
@@ -146,6 +147,36 @@ def speed_by_voxel(folder, rows):
                             and row["measure"].endswith("mm: " + what) and "/" not in row["measure"])
             if points:
                 plot.add(f"{what}, {compiler} {march}", points, "linespoints")
+    return plot.draw()
+
+
+def feature_cost(folder, rows, spread):
+    """What each feature adds to a tick where it does nothing, and by how much the same scene differs from itself."""
+    rows = [row for row in rows if row["feature"] != "none (A/A)"]
+    if not rows:
+        return None
+    names = list(dict.fromkeys(row["feature"] for row in rows))
+    plot = Plot(folder, "feature_cost", "What a scene pays for a feature that it lists and that does nothing", "",
+                "time of a tick, with / without", 1180, 620)
+    ticks = ", ".join(f"{quoted(name)} {i}" for i, name in enumerate(names))
+    plot.line(f"set xtics ({ticks}) rotate by -50 noenhanced")
+    plot.line("set bmargin 10")
+    plot.line("set logscale y")
+    plot.line("set format y '%g'")
+    plot.line("set ytics (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.7, 2, 3, 5, 10, 20)")
+    plot.line(f"set yrange [{0.95 * min(row['ratio'] for row in rows)}:{1.1 * max(row['ratio'] for row in rows)}]")
+    plot.line(f"set xrange [-0.6:{len(names) - 0.4}]")
+    for i, (renderer, colour) in enumerate(zip(("line", "surface", "coupled"), COLOURS)):
+        mine = {row["feature"]: row["ratio"] for row in rows if row["renderer"] == renderer}
+        at = {k: k + 0.27 * (i - 1) for k in range(len(names))}
+        plot.add(renderer, [(at[k], mine[name], at[k] - 0.12, at[k] + 0.12, min(1, mine[name]), max(1, mine[name]))
+                            for k, name in enumerate(names) if name in mine],
+                 f"boxxyerror fs solid 0.8 noborder lc rgb '{colour}'")
+        for own in spread:
+            if own["renderer"] != renderer:
+                continue
+            for title, edge in ((f"{renderer}: the same scene twice", own["least_ratio"]), ("", own["greatest_ratio"])):
+                plot.add(title, [(-0.6, edge), (len(names) - 0.4, edge)], f"lines lw 1 dt 2 lc rgb '{colour}'")
     return plot.draw()
 
 

@@ -365,6 +365,23 @@ TEST_CASE("friction takes energy on closed paths, never gives") {
   CHECK(most < 0);
 }
 
+TEST_CASE("friction: a law that holds nothing is as none, to the bit") {
+  const Ball ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel};
+  Bench<float> none(ball, kRoom, {}, kDrill, kGains);
+  Bench<float, Coulomb> zero(ball, kRoom, {}, kDrill, kGains, Coulomb(0, 0));
+  int touching = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double phase = 0.02 * i;
+    const Posed X = tool_at(kRoom.middle() + (kDrill.tip_radius + 0.001 * std::cos(phase)) * kTilted,
+                            (kTilted + 0.3 * Vec3d(std::sin(3 * phase), std::cos(2 * phase), 0)).normalized());
+    const auto a = none.at(X), b = zero.at(X);
+    touching += a.contact.count > 0 ? 1 : 0;
+    REQUIRE(a.wrench == b.wrench);
+    REQUIRE(none.tool.proxy_pose().matrix() == zero.tool.proxy_pose().matrix());
+  }
+  CHECK(touching > 100);
+}
+
 // --- In a scene
 // ---------------------------------------------------------------------------------------------------------------
 

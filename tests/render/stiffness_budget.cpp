@@ -134,12 +134,13 @@ TEST_CASE("budget: Line's shaft is as stiff about the tip as the device bears, w
   CHECK(worst_line<TorqueOnly>({.budget = kPremium}).angular <= kPremium.angular);
 }
 
-TEST_CASE("budget: one far above changes nothing but by its own share, none changes no bit") {
+TEST_CASE("budget: one that the tool cannot exceed changes no bit") {
   const Surface tool(kTool, {.sphere = 26, .slices = 20, .per_slice = 8});
   const ShapeField<double, HalfSpace> plane({Vec3d::Zero(), Vec3d::UnitZ()}, kVoxel);
   SurfaceApproxRenderer<double> plain(tool), vast(tool, {.budget = StiffnessBudget{1e9, 1e9}});
   const Posed alone = make_pose<double>(Mat3d::Identity(), Vec3d(0, 0, 1e-3));
   CHECK(render_at(plain, plane, alone).wrench == render_at(vast, plane, alone).wrench);
+  CHECK(render_at(plain, plane, lying(0, 0.02)).wrench == render_at(vast, plane, lying(0, 0.02)).wrench);
   LineApproxRenderer<double> line(Line(kTool, {}), {}),
       line_vast(Line(kTool, {}), {.budget = StiffnessBudget{1e9, 1e9}});
   const Posed from = lying(1e-3, 0), to = lying(-1e-3, 0.01);

@@ -92,6 +92,14 @@ TEST_CASE("filter: fades to zero itself, not to denormal numbers, and reset forg
   CHECK(pass(filter, {}, kTick) == Wrenchd{});
 }
 
+TEST_CASE("filter: a cut-off far beyond the tick rate passes every bit") {
+  FirstOrderFilter filter{{.cutoff = 1e9}};
+  for (int k = 1; k < 100; ++k) {
+    const Wrenchd in{Vec3d(std::sin(k), 1e3 * std::cos(3 * k), 1.0 / k), Vec3d(-0.1 * k, std::sin(0.1 * k), 1e-9 / k)};
+    CHECK(pass(filter, in, kTick) == in);
+  }
+}
+
 TEST_CASE("filter: a new cut-off makes no step") {
   FirstOrderFilter filter{{.cutoff = 50}};
   const Wrenchd in{Vec3d(1, 0, 0), Vec3d::Zero()};

@@ -89,3 +89,40 @@ TEST_CASE("line renderer in a scene: pressed by R/2 it gives its stiffness, in a
       },
       0);  // its tip is a point
 }
+
+namespace {
+
+/// Two scenes of the same renderer along a path that presses tip and shaft, one for forces alone.
+template <class Renderer, class Counts>
+void check_forces_alone(const Counts& counts, bool drops) {
+  constexpr Burr kDrill{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 6e-3};
+  auto bone = block(Posed::Identity());
+  const Renderer renderer{ToolDiscretization{kDrill, counts}};
+  auto all = HapticScene{bone, 300, renderer};
+  auto forces = HapticScene{bone, 300, renderer, ForceOnly{}};
+  const int of_ball = renderer.tool().without_shaft().count();
+  CHECK(of_ball < renderer.tool().count());
+  CHECK(forces.renderer().tool().count() == (drops ? of_ball : renderer.tool().count()));
+  CHECK(forces.renderer().shape().shaft_length == kDrill.shaft_length);
+  double torque = 0;
+  for (int k = 0; k <= 400; ++k) {
+    const double phase = 0.03 * k;
+    const TickInput input{.X_WT = make_pose<double>(rotation_from_vector(Vec3d(0, 1.2 + 0.5 * std::sin(phase), 0)),
+                                                    Vec3d(8e-3, 8e-3, kSurface + 1e-3 * std::cos(0.7 * phase)))};
+    const TickResult a = all.tick(input, kTick), f = forces.tick(input, kTick);
+    REQUIRE(a.wrench.force == f.wrench.force);
+    REQUIRE(f.wrench.torque == Vec3d::Zero());
+    torque = std::max(torque, a.wrench.torque.norm());
+  }
+  CHECK(torque > 1e-4);
+}
+
+}  // namespace
+
+TEST_CASE("a scene for forces alone drops the vertices of a shaft that gives torque alone, and no bit of the force") {
+  check_forces_alone<LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly>>(
+      LineCounts{}, true);
+  check_forces_alone<SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, TorqueOnly>>(SurfaceCounts{}, true);
+  check_forces_alone<LineApproxRenderer<float>>(LineCounts{}, false);
+  check_forces_alone<SurfaceApproxRenderer<float>>(SurfaceCounts{}, false);
+}

@@ -6,7 +6,6 @@
 #include <trephine/voxel/density_field.hpp>
 
 #include <array>
-#include <vector>
 
 /// First contact of the shaft's centreline as it moves from its place at t−1 to its place at t: thesis 3.1, Eq. 1–5.
 namespace trephine {

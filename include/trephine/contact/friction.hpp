@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
 #include <trephine/core/refuse.hpp>
 
+#include <cmath>
 #include <concepts>
 
 namespace trephine {

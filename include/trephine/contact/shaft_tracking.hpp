@@ -2,7 +2,10 @@
 #pragma once
 
 #include <trephine/contact/shaft_field.hpp>
-#include <trephine/contact/surface_proxy.hpp>
+#include <trephine/core/status.hpp>
+
+#include <concepts>
+#include <limits>
 
 /// How the shaft's intersection point IntP follows while contact persists (thesis 3.1, "tracking"). Each policy moves
 /// one SurfaceProxy; what that proxy stands for differs.

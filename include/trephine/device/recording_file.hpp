@@ -3,7 +3,6 @@
 
 #include <trephine/device/recorder.hpp>
 
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <fstream>

@@ -16,7 +16,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <concepts>
 #include <exception>
 #include <limits>

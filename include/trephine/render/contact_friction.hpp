@@ -5,6 +5,7 @@
 #include <trephine/contact/vertex_contacts.hpp>
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace trephine {
@@ -12,13 +13,18 @@ namespace trephine {
 /// Friction of a tool's vertices: each in contact has a spring, as stiff as its contact, along the surface from where
 /// it stuck; Coulomb's law lets that point slip after it (Eriksson 2006; thesis 2.1.3, at every vertex instead of the
 /// tip). As both springs are equally stiff, the law's cone of forces is a cone of distances. A tool at rest does not
-/// creep: its points stay where they are.
+/// creep: its points stay where they are. A law that holds nothing (`Coulomb{0, 0}`) is asked once, and is as none.
 template <Friction Law>
 class FrictionContacts {
  public:
-  static constexpr bool kActive = true;
+  FrictionContacts(const Law& law, std::size_t vertices)
+      : law_(law),
+        holds_(!(law.slip(std::numeric_limits<double>::min(), 1.0, true) > 0)),
+        stretches_(vertices),
+        states_(vertices) {}
 
-  FrictionContacts(const Law& law, std::size_t vertices) : law_(law), stretches_(vertices), states_(vertices) {}
+  /// Whether there is any friction.
+  [[nodiscard]] bool holds() const noexcept { return holds_; }
 
   void reset() noexcept { std::fill(states_.begin(), states_.end(), std::uint8_t{0}); }
 
@@ -27,6 +33,7 @@ class FrictionContacts {
 
   /// Vertices that touch are unstretched where they are, unless they touched already.
   void enter(std::span<const VertexContact> found, const Posed& X) noexcept {
+    if (!holds_) return;
     for (const VertexContact& c : found) {
       const auto v = static_cast<std::size_t>(c.vertex);
       if ((states_[v] & kHeld) != 0) continue;
@@ -38,6 +45,7 @@ class FrictionContacts {
   /// Adds the contact's friction at pose X to a Newton system: `k` [N/m], H its stiffness, `residual` its wrench.
   template <class MatN, class VecN>
   void add(const VertexContact& c, const Posed& X, double k, MatN& H, VecN& residual) const noexcept {
+    if (!holds_) return;
     const Stretch s = stretch(c, X);
     Mat3d K = k * (Mat3d::Identity() - s.normal * s.normal.transpose());
     Vec3d f = -k * s.along;
@@ -60,6 +68,7 @@ class FrictionContacts {
 
   /// Lets the contact slip as far as its law says; returns its friction force / k [m].
   Vec3d settle(const VertexContact& c, const Posed& X) noexcept {
+    if (!holds_) return Vec3d::Zero();
     const auto v = static_cast<std::size_t>(c.vertex);
     const Stretch s = stretch(c, X);
     const double slip = law_.slip(s.length, s.depth, (states_[v] & kSticks) != 0);
@@ -72,6 +81,7 @@ class FrictionContacts {
 
   /// After every contact of a tick has settled: forgets the vertices that touch no more.
   void end() noexcept {
+    if (!holds_) return;
     for (auto& s : states_) s = (s & kSettled) != 0 ? static_cast<std::uint8_t>(s & ~kSettled) : std::uint8_t{0};
   }
 
@@ -113,6 +123,7 @@ class FrictionContacts {
   }
 
   Law law_;
+  bool holds_;
   Posed X_begin_ = Posed::Identity();
   std::vector<Vec3d> stretches_;  // of each vertex' spring when the tick began, in G
   std::vector<std::uint8_t> states_;
@@ -121,8 +132,8 @@ class FrictionContacts {
 template <>
 class FrictionContacts<Frictionless> {
  public:
-  static constexpr bool kActive = false;
   FrictionContacts(const Frictionless&, std::size_t) {}
+  [[nodiscard]] static constexpr bool holds() noexcept { return false; }
   void reset() noexcept {}
   void begin(const Posed&) noexcept {}
   void enter(std::span<const VertexContact>, const Posed&) noexcept {}

@@ -11,7 +11,8 @@
 #include <Eigen/Cholesky>
 
 #include <cstdint>
-#include <type_traits>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace trephine {
@@ -226,7 +227,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// Ends a search that goes to and fro at the best of its places: a tool at rest then stays there tick by tick.
   template <class Field>
   bool rest_at(const Field& field, const Posed& X, const Posed& X_device) noexcept {
-    if constexpr (!FrictionContacts<FrictionLaw>::kActive) {
+    if (!friction_.holds()) {
       X_ = X;
       vertices_.look_near(field, tool_, X_);
       lag_ = lag_behind(X_device);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/shaft_tracking.hpp>
+#include <trephine/contact/surface_proxy.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
 #include <trephine/render/stiffness_budget.hpp>
@@ -128,6 +129,10 @@ class LineApproxRenderer {
     contact_count_ = 0;
     report_ = {};
   }
+
+  /// A scene whose answers are forces alone asks for this before its first tick: a shaft that gives none has no
+  /// vertices then and is not looked at, and the proxy does not lean on it.
+  void forces_alone() requires(!Shaft::kForce) { tool_ = tool_.without_shaft(); }
 
   [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
   [[nodiscard]] const LineOptions& options() const noexcept { return options_; }

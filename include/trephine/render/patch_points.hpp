@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 namespace trephine {

@@ -31,6 +31,16 @@ struct SpringGroup {
   bool force = true;     ///< counts for the linear stiffness (a shaft that gives torque alone does not)
 };
 
+/// Whether all groups together, each as stiff as it gets, are within the budget as they are: nothing is to be shared.
+[[nodiscard]] inline bool fits(const StiffnessBudget& budget, const std::vector<SpringGroup>& groups) noexcept {
+  double linear = 0, angular = 0;
+  for (const SpringGroup& g : groups) {
+    if (g.force) linear += g.stiffness;
+    angular += g.stiffness * g.lever * g.lever;
+  }
+  return linear <= budget.linear && angular <= budget.angular;
+}
+
 /// How groups of springs share a stiffness budget without making energy.
 ///
 /// Springs add up: K = Σ k_i, K_θ = Σ k_i h_i². A factor that follows the number of contacts would keep the sum, but it

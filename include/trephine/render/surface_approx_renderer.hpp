@@ -33,7 +33,8 @@ struct SurfaceOptions {
   double search_step = 0.5;
   /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
   double jump = 0.005;
-  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up.
+  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up. One
+  /// that the tool cannot exceed changes nothing.
   std::optional<StiffnessBudget> budget{};
 
   void validate() const {
@@ -152,6 +153,12 @@ class SurfaceApproxRenderer {
     idle_ = false;
   }
 
+  /// A scene whose answers are forces alone asks for this before its first tick: a shaft that gives none has no
+  /// vertices then and is not looked at. (With a budget it stays: the shaft's energy is part of what the ball gets.)
+  void forces_alone() requires(!Shaft::kForce) {
+    if (!options_.budget) *this = SurfaceApproxRenderer(tool_.without_shaft(), options_);
+  }
+
   /// All groups: the ball first, then the slices from the tip up.
   [[nodiscard]] std::span<const SliceReport<Scalar>> groups() const noexcept { return reports_; }
   /// The slices alone.
@@ -220,7 +227,7 @@ class SurfaceApproxRenderer {
       edge_energies_.push_back(same ? edge_energies_.back() : static_cast<Scalar>(work));
       springs.push_back({steepest, static_cast<double>(group.height), g == 0 || Shaft::kForce});
     }
-    shared_.emplace(budget, springs);
+    if (!fits(budget, springs)) shared_.emplace(budget, springs);
   }
 
   // Scales what the groups give so that they stay within the budget together.

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/refuse.hpp>
-#include <trephine/core/wrench.hpp>
-
-#include <algorithm>
-#include <cmath>
-
 namespace trephine {
 
 /// A spring between the device's pose and the virtual tool's, translation and rotation apart (Colgate 1995; Wan and

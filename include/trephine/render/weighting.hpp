@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/tool/patch.hpp>
+#include <trephine/core/math.hpp>
 
 #include <algorithm>
 #include <concepts>

@@ -11,7 +11,8 @@ namespace trephine {
 
 /// Low-pass of first order on force and torque: y += α (u − y) with α = 1 − exp(−2π f dt), the exact solution for a
 /// wrench that is constant over the tick. The step response is 1 − exp(−2π f t) at every tick rate, steady or not, and
-/// a constant wrench passes unchanged (DC gain 1, to rounding).
+/// a constant wrench passes unchanged (DC gain 1, to rounding). A cut-off far beyond the tick rate passes every wrench
+/// to the bit.
 ///
 /// It costs phase: slow signals come 1/(2π f) late, 1.6 ms at 100 Hz, and delay is what makes stiff walls unstable (a
 /// tick of delay divides the stable stiffness by about three). Filter lightly, or not at all. After contact ends the
@@ -44,17 +45,17 @@ class FirstOrderFilter {
   void reset() noexcept { state_ = Wrenchd::zero(); }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
-    const double alpha = -std::expm1(-2 * std::numbers::pi * options_.cutoff * context.dt);
-    follow(alpha, wrench.force, state_.force);
-    follow(alpha, wrench.torque, state_.torque);
+    const double kept = std::exp(-2 * std::numbers::pi * options_.cutoff * context.dt);  // 1 − α
+    follow(kept, wrench.force, state_.force);
+    follow(kept, wrench.torque, state_.torque);
     wrench = state_;
   }
 
  private:
-  static void follow(double alpha, const Vec3d& in, Vec3d& out) noexcept {
+  static void follow(double kept, const Vec3d& in, Vec3d& out) noexcept {
     constexpr double kGone = 1e-12;  // [N, N·m]; ends the fade, which would linger in slow denormal numbers
     for (int i = 0; i < 3; ++i) {
-      out[i] += alpha * (in[i] - out[i]);
+      out[i] = in[i] + kept * (out[i] - in[i]);
       if (in[i] == 0 && std::abs(out[i]) < kGone) out[i] = 0;
     }
   }

@@ -21,7 +21,8 @@
 
 namespace trephine {
 
-/// A scene that lists it answers with forces only: the torque is zero.
+/// A scene that lists it answers with forces only: the torque is zero. A renderer whose shaft gives torque alone
+/// (`TorqueOnly`) then leaves its shaft out, vertices and all.
 struct ForceOnly {};
 
 /// A part that tells the renderer what it may pass over: see `SkipFar`.
@@ -135,6 +136,7 @@ class HapticScene {
         refuse("HapticScene", "the renderer's DepthMap must be made of this bone; its spacing is",
                map.spacing().transpose());
     }
+    if constexpr (!kHasTorque && requires { renderer_.forces_alone(); }) renderer_.forces_alone();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
       if constexpr (requires { part.validate_for(bone, isovalue); }) part.validate_for(bone, isovalue);

@@ -3,7 +3,6 @@
 
 #include <trephine/stage/mailbox.hpp>
 
-#include <concepts>
 #include <utility>
 
 namespace trephine {

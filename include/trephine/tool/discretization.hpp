@@ -6,9 +6,7 @@
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/sampling.hpp>
 
-#include <array>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 namespace trephine {
@@ -125,6 +123,14 @@ class ToolDiscretization<LineCounts, S> {
   [[nodiscard]] int padded() const noexcept { return points_.size(); }
   [[nodiscard]] const PointArrays<Scalar>& points() const noexcept { return points_; }
   [[nodiscard]] const std::vector<Scalar>& heights() const noexcept { return points_.z; }
+  /// The same burr without vertices on its shaft.
+  [[nodiscard]] ToolDiscretization without_shaft() const {
+    Burr ball = burr_;
+    ball.shaft_length = 0;
+    ToolDiscretization tool(ball, {});
+    tool.burr_ = burr_;
+    return tool;
+  }
 
  private:
   Burr burr_;
@@ -198,6 +204,14 @@ class ToolDiscretization<SurfaceCounts, S> {
     return {.radius = radius,
             .half_arc = half_arc,
             .half_length = half_length > radius / Scalar(2) ? Scalar(0) : half_length};
+  }
+  /// The same burr with vertices on its ball alone.
+  [[nodiscard]] ToolDiscretization without_shaft() const {
+    Burr ball = burr_;
+    ball.shaft_length = 0;
+    ToolDiscretization tool(ball, {.sphere = groups_[0].count});
+    tool.burr_ = burr_;
+    return tool;
   }
 
  private:

@@ -4,7 +4,6 @@
 #include <trephine/core/math.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 /// Vertices that stand for the patch of tool surface around them: what of that patch is in bone, were the bone's

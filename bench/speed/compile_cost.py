@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""compile_cost.py --build FOLDER --out FOLDER [--jobs N] [--quick]: what compiling costs, by header and by program.
+
+Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
+and against trephine.hpp, and of each header alone (-fsyntax-only), by g++ and clang++. --quick: of the
+headers trephine.hpp alone."""
+
+import argparse
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+INCLUDE = os.path.join(ROOT, "include")
+
+PROGRAM = """trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, @more@const trephine::TickInput& input);
+trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, @more@const trephine::TickInput& input) {
+  using namespace trephine;
+  HapticScene scene{bone, 100, @renderer@};
+  return scene.tick(input, 1e-3);
+}
+"""
+SCENES = {
+    "line": ("render/line_approx_renderer.hpp", "", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
+    "surface": ("render/surface_approx_renderer.hpp", "", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}"),
+    "coupled": ("render/coupled_tool_renderer.hpp", "trephine::DepthMap& depths, ",
+                "CoupledToolRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}, FromDepthMap(depths)}"),
+}
+
+
+def includes(*headers):
+    return "".join(f"#include <{h}>\n" for h in headers)
+
+
+def programs():
+    """(what, header, source)"""
+    yield "program", "none", "int main() {}\n"
+    yield "program", "Eigen/Core and Geometry", includes("Eigen/Core", "Eigen/Geometry") + "int main() {}\n"
+    for name, (header, more, renderer) in SCENES.items():
+        body = PROGRAM.replace("@more@", more).replace("@renderer@", renderer)
+        yield f"{name} scene", "its own headers", includes(f"trephine/{header}", "trephine/stage/haptic_scene.hpp") + body
+        yield f"{name} scene", "trephine.hpp", includes("trephine/trephine.hpp") + body
+
+
+def headers(quick):
+    """Those that need nothing but Eigen."""
+    every = []
+    for folder, _, files in os.walk(os.path.join(INCLUDE, "trephine")):
+        every += [os.path.relpath(os.path.join(folder, f), INCLUDE) for f in files if f.endswith(".hpp")]
+    every = sorted(h for h in every if "/adapter/" not in h)
+    return ["trephine/trephine.hpp"] if quick else every
+
+
+def cost(command):
+    """Processor seconds and peak memory [MB] of a command, of which the compiler proper is a child."""
+    script = ("import resource, subprocess, sys\n"
+              "code = subprocess.run(sys.argv[1:]).returncode\n"
+              "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
+              "print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)\n")
+    run = subprocess.run([sys.executable, "-c", script] + command, capture_output=True, text=True, check=True)
+    code, seconds, memory = run.stdout.split()
+    if code != "0":
+        raise RuntimeError(" ".join(command) + "\n" + run.stderr)
+    return float(seconds), float(memory)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--build", required=True)
+    parser.add_argument("--out", required=True)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--quick", action="store_true")
+    arguments = parser.parse_args()
+    with open(os.path.join(arguments.build, "bench", "features", "include_dirs.txt"), encoding="utf-8") as file:
+        folders = [line.strip() for line in file if line.strip() and os.path.isdir(os.path.join(line.strip(), "Eigen"))]
+    common = ["-std=c++20", "-I", INCLUDE] + [f for folder in folders for f in ("-isystem", folder)]
+
+    with tempfile.TemporaryDirectory() as scratch:
+        jobs = []
+        for compiler in ("g++", "clang++"):
+            if shutil.which(compiler) is None:
+                print(f"compile_cost: no {compiler}: left out", file=sys.stderr)
+                continue
+            for what, header, text in programs():
+                jobs.append((compiler, what, header, text, ["-O2", "-c", "-o", os.path.join(scratch, f"{len(jobs)}.o")]))
+            for header in headers(arguments.quick):
+                jobs.append((compiler, "header alone", header, includes(header), ["-fsyntax-only"]))
+
+        def measure(job):
+            number, (compiler, what, header, text, options) = job
+            source = os.path.join(scratch, f"{number}.cpp")
+            with open(source, "w", encoding="utf-8") as out:
+                out.write(text)
+            seconds, memory = cost([compiler] + common + options + [source])
+            print(f"compile_cost: {compiler:8} {what:14} {header:45} {seconds:5.1f} s {memory:5.0f} MB", file=sys.stderr)
+            return [compiler, what, header, f"{seconds:.2f}", f"{memory:.0f}"]
+
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            rows = list(pool.map(measure, enumerate(jobs)))
+    with open(os.path.join(arguments.out, "compile_cost.csv"), "w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["compiler", "what", "header", "cpu_s", "peak_MB"])
+        table.writerows(rows)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
