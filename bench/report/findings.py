@@ -279,7 +279,7 @@ def stability_choices(rows):
     places = list(dict.fromkeys(r["case"] for r in rows if str(r["scenario"]).startswith("choices:")))
     header = ["renderer", "choice", "closed paths: worst net work [%]", "mean [%]", "greatest force step [N]"] + [f"K: {p}" for p in places]
     table = []
-    for renderer in ("line", "surface"):
+    for renderer in ("line", "surface", "coupled", "energy"):
         names = list(dict.fromkeys(r["options"] for r in rows if r["renderer"] == renderer and str(r["scenario"]).startswith("choices:")))
         for name in names:
             pick = lambda s: next((r["measured"] for r in of(rows, s, renderer=renderer, options=name)), math.nan)
@@ -287,6 +287,22 @@ def stability_choices(rows):
                          + [next((r["measured"] for r in rows if str(r["scenario"]).startswith("choices:") and r["renderer"] == renderer and r["options"] == name and r["case"] == p), math.nan)
                             for p in places])
     return header, table
+
+
+def places_words(off, farther):
+    """What the coupled tool's greatest stable stiffness is by place, by options; those beyond the goal one by one."""
+    said = []
+    for options in dict.fromkeys(r["options"] for r in off):
+        mine = [r for r in off if r["options"] == options]
+        bad = [r for r in mine if r["pass"] == "fail"]
+        parts = []
+        for place in dict.fromkeys(r["case"].split("; b ")[0] for r in bad):
+            there = [r for r in bad if r["case"].split("; b ")[0] == place]
+            deep = [r["measured"] for r in farther if r["options"] == options and r["case"].startswith(place + "; b ")]
+            parts.append(f"{place} {tables.worst(there, 'measured'):.2g} %" + (f" ({max(deep):.2g} mm farther in than the shape lets it)" if deep and max(deep) > 0.1 else ""))
+        said.append(f"coupled, {options}: the greatest stable stiffness is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
+                    + ("; off by more: " + ", ".join(parts) if parts else "") + ".")
+    return said
 
 
 def stability_words(rows):
@@ -309,8 +325,19 @@ def stability_words(rows):
         if not math.isnan(net):
             said.append(f"NOT an energy: {renderer}'s forces do {net:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one (thesis: {thesis:.2g} %, {mean_thesis:.2g} %); "
                         "the goal is 0.01 %. Springs toward a centre and a point that snaps between places are no gradient.")
+    for renderer, why in (("coupled", "the search for the virtual tool ends where contacts come and go, not at the energy's least"),
+                          ("energy", "where the depths' slope jumps, at cells' faces and at the bone's middle, so does the force")):
+        for row in of(rows, "21 closed paths: worst net work", renderer=renderer):
+            mean = tables.worst(of(rows, "21 closed paths: mean net work", renderer=renderer, options=row["options"]), "measured")
+            said.append(f"{renderer}, {row['options']}: {row['measured']:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one; the goal of {row['limit']:g} % is "
+                        + ("met." if row["pass"] == "pass" else f"not met: {why}."))
+    for row in of(rows, "21 closed paths: most net work gained"):
+        if row["options"].startswith("default"):
+            said.append(f"{row['renderer']}, {row['options']}: a closed path with friction gives the hand at most {row['measured']:.2g} % of its work, {row['reference']:.2g} % on the mean; "
+                        f"the limit of {row['limit']:g} % is {'met' if row['pass'] == 'pass' else 'not met'}.")
     through = of(rows, "17 falls through a thin wall (1: yes)")
-    for renderer, options in (("surface", "default"), ("surface", "thesis"), ("line", "thesis"), ("line", "default")):
+    for renderer, options in (("energy", "default"), ("energy", "default + 200 vertices"), ("surface", "default"), ("surface", "thesis"), ("line", "thesis"), ("line", "default"),
+                              ("coupled", "default"), ("coupled", "default + friction 0.3")):
         mine = [r for r in through if (r["renderer"], r["options"]) == (renderer, options)]
         fell = [r for r in mine if r["measured"] > 0]
         if mine and fell:
@@ -318,11 +345,11 @@ def stability_words(rows):
             said.append(f"{renderer}, {options}: falls through {len(fell)} of {len(mine)} thin walls, up to {hardest['case']} (held {hardest['reference']:.2g} N before).")
         elif mine:
             said.append(f"{renderer}, {options}: falls through no wall of 1 to 4 voxels at .01 to 1 m/s.")
-    for renderer in ("line", "surface"):
+    for renderer in ("line", "surface", "coupled", "energy"):
         step = worst_of("15 force step beyond 1.5 K |Δx|; slid at 30 mm/s", renderer, "default")
         if step > 0.02:
-            why = ("a proxy that slides off the end of a face lets go of its whole spring at once" if renderer == "line"
-                   else "vertices that turn from one face to another find another way out at once")
+            why = ("vertices that turn from one face to another find another way out at once" if renderer in ("surface", "energy")
+                   else "a proxy that slides off the end of a face lets go of its whole spring at once")
             said.append(f"{renderer} slid over edges and into corners: the force steps by {step:.2g} N more than 1.5 K |Δx| in a tick; {why}. A rate limit makes it a slope.")
     for renderer in ("line", "surface"):
         without, thesis, budget = (worst_of("14 stiffness felt", renderer, o) for o in ("default", "thesis", "default + budget"))
@@ -330,7 +357,16 @@ def stability_words(rows):
         if not math.isnan(budget):
             said.append(f"Stiffness felt at the tip, {renderer}, from one contact to the whole shaft: up to {without:.0f} N/m and {turn:.2g} N·m/rad; with a budget of 800 N/m and 0.3 N·m/rad "
                         f"{budget:.0f} N/m and {turn_budget:.2g} N·m/rad.")
+    for renderer in ("coupled", "energy"):
+        felt, turn = worst_of("14 stiffness felt", renderer, "default"), worst_of("14 rotational stiffness felt", renderer, "default")
+        if not math.isnan(felt):
+            said.append(f"Stiffness felt, {renderer}, from one contact to the whole shaft: up to {felt:.0f} N/m and {turn:.2g} N·m/rad at 800 N/m stated.")
+    said += places_words(of(rows, "13 K_crit by place off theory's"), of(rows, "13 farther in than the shape lets it"))
     off = of(rows, "13 K_crit off the analytic wall's")
+    for renderer in ("coupled", "energy"):
+        mine = [r for r in off if r["renderer"] == renderer and r["options"] == "default"]
+        if mine:
+            said.append(f"{renderer} on a flat wall: the greatest stable stiffness is within {tables.worst(mine, 'measured'):.2g} % of an analytic wall's of the same law in {len(mine)} cases (goal 2 %).")
     for renderer in ("line", "surface"):
         ours, thesis = ([r for r in off if r["renderer"] == renderer and r["options"] == o] for o in ("default", "thesis"))
         if ours and thesis:
@@ -343,12 +379,15 @@ def stability_words(rows):
             bad = [r for r in mine if r["pass"] == "fail"]
             most = max(mine, key=lambda r: r["measured"])
             said.append(f"Energy in the hand beyond what a hold may leak, {options}: {len(bad)} of {len(mine)} runs, at most {most['measured']:.2g} mJ ({most['renderer']}, {most['case']}).")
-    steps = [r for r in of(rows, "20 greatest force step a tick") if r["options"] == "default"]
-    if steps:
+    for renderer in ("line", "surface", "coupled", "energy"):
+        steps = of(rows, "20 greatest force step a tick", renderer=renderer, options="default")
+        if not steps:
+            continue
         bad = [r for r in steps if r["pass"] == "fail"]
         most = max(steps, key=lambda r: r["measured"])
-        said.append(f"Milling and sliding under 1 to 10 N, defaults: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
-                    f"({most['renderer']}, {most['case']}): bone that falls below the isovalue lets long springs go at once.")
+        why = ": bone that falls below the isovalue lets long springs go at once" if renderer in ("line", "surface") and bad else ""
+        said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
+                    f"({most['case']}){why}.")
     generators = [("line", "torque without force"), ("line", "projected tracking"), ("line", "stored gradient"), ("surface", "torque without force"), ("surface", "Eq. 16"), ("surface", "held force")]
     parts = [f"{renderer} {choice} {worst_of('21 closed paths: mean net work', renderer, choice):.2g} % (default {worst_of('21 closed paths: mean net work', renderer, 'default'):.2g} %)"
              for renderer, choice in generators if of(rows, "21 closed paths: mean net work", renderer=renderer, options=choice)]

@@ -135,9 +135,9 @@ def main():
         ridges = [figure(plots.ridge_spacing(folder, t["ridge_spacing"], r), "Rings mark settings that did not see every ridge.")
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
         loops = [figure(plots.stability_plane(folder, t["stability_plane"], r), "What a hit comes to, by the device's damping and the wall's stiffness; theory: b / (T/2 + dT).")
-                 for r in ("line", "surface")]
+                 for r in ("line", "surface", "coupled")]
         loops += [figure(plots.stability_energy(folder, t["stability_energy"], r), "A passive law stays below the dashed line, which is what a held spring leaks (Rule E).")
-                  for r in ("line", "surface")]
+                  for r in ("line", "surface", "coupled", "energy")]
         loops += [figure(plots.thin_walls(folder, t["stability_thin_walls"], k), "Walls of 0.3 mm voxels.")
                   for k in sorted({row["stiffness"] for row in t["stability_thin_walls"]})]
     else:

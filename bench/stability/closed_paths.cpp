@@ -92,50 +92,49 @@ Total all(const Setup& s, int count, bool rough) {
 
 void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
   struct Kind {
-    std::string renderer, options;
-    double friction = 0;
-    bool budget = false;
-    int sphere = 26;
+    Setup setup;
     bool main = true;
   };
-  std::vector<Kind> kinds = {{"line", "default"},
-                             {"line", "thesis"},
-                             {"line", "default", 0.3},
-                             {"line", "thesis", 0.3},
-                             {"surface", "default"},
-                             {"surface", "thesis"},
-                             {"surface", "default", 0, true},
-                             {"line", "default", 0, true},
-                             {"surface", "patches"},
-                             {"surface", "default", 0, false, 200}};
+  constexpr StiffnessBudget kBudget{800, 0.3};
+  std::vector<Kind> kinds = {{{.renderer = "line"}},
+                             {{.renderer = "line", .options = "thesis"}},
+                             {{.renderer = "line", .friction = 0.3}},
+                             {{.renderer = "line", .options = "thesis", .friction = 0.3}},
+                             {{.renderer = "surface"}},
+                             {{.renderer = "surface", .options = "thesis"}},
+                             {{.renderer = "surface", .budget = kBudget}},
+                             {{.renderer = "line", .budget = kBudget}},
+                             {{.renderer = "surface", .options = "patches"}},
+                             {{.renderer = "surface", .sphere = 200}},
+                             {{.renderer = "coupled"}},
+                             {{.renderer = "coupled", .friction = 0.3}},
+                             {{.renderer = "coupled", .sphere = 200}, false},
+                             {{.renderer = "energy"}},
+                             {{.renderer = "energy", .sphere = 200}}};
   for (const std::string renderer : {"line", "surface"})
-    for (const auto& choice : thesis_choices(renderer)) kinds.push_back({renderer, choice, 0, false, 26, false});
+    for (const auto& choice : thesis_choices(renderer))
+      kinds.push_back({{.renderer = renderer, .options = choice}, false});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Kind& kind : kinds)
     plan.push_back(
         {"closed paths", [=] {
-           Setup s{.renderer = kind.renderer, .options = kind.options};
+           Setup s = kind.setup;
            s.burr.shaft_length = 12e-3;
-           s.friction = kind.friction;
-           s.sphere = kind.sphere;
-           if (kind.budget) s.budget = StiffnessBudget{800, 0.3};
            const int count = options.quick ? 30 : kind.main ? 1000 : 200;
            const Total t = all(s, count, !kind.main || options.quick);
-           std::string o = kind.options + (kind.budget ? " + budget" : "");
-           if (kind.friction > 0) o += ", friction .3";
-           if (kind.sphere != 26) o += ", " + std::to_string(kind.sphere) + " vertices";
+           const std::string o = label(s);
            const std::string c = std::to_string(t.paths) + " paths, " + std::to_string(t.converged) + " converged";
            Measured m;
-           if (kind.friction > 0) {
-             m.rows.push_back(at_most("21 closed paths: most net work gained", c, kind.renderer, o, 100 * t.gained,
-                                      0.01, "%", 100 * t.gain));
+           if (s.friction > 0) {
+             m.rows.push_back(at_most("21 closed paths: most net work gained", c, s.renderer, o, 100 * t.gained, 0.01,
+                                      "%", 100 * t.gain));
            } else {
              m.rows.push_back(
-                 at_most("21 closed paths: worst net work", c, kind.renderer, o, 100 * t.worst, 0.01, "%", nan));
+                 at_most("21 closed paths: worst net work", c, s.renderer, o, 100 * t.worst, 0.01, "%", nan));
              m.rows.push_back(
-                 told("21 closed paths: mean net work", c, kind.renderer, o, 100 * t.mean, "%", 100 * t.gain));
+                 told("21 closed paths: mean net work", c, s.renderer, o, 100 * t.mean, "%", 100 * t.gain));
            }
-           m.rows.push_back(told("21 closed paths: greatest force step", c, kind.renderer, o, t.jump, "N", nan));
+           m.rows.push_back(told("21 closed paths: greatest force step", c, s.renderer, o, t.jump, "N", nan));
            return m;
          }});
 }

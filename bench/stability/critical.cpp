@@ -85,28 +85,73 @@ double analytic_critical(Setup setup, const Case& c, const Vec3d& n) {
   });
 }
 
-double voxel_critical(const Setup& setup, const Case& c, const Place& place) {
+/// A tool led straight onto a place until it is held with the force that presses.
+struct Rest {
+  std::unique_ptr<AnyTool> tool;
+  Posed touch;
+  Vec3d n;
+  double room;
+  double depth = 0;  ///< [m]
+  double guess = 0;  ///< the same by the plane's law
+
+  /// `off` [m]: how far the place may be from where its shape says: some microns on a wall of an image.
+  Rest(const Setup& s, const Place& place, double newton, double off)
+      : tool(make_tool(s, *place.bone, place.isovalue)),
+        touch(place.start(s)),
+        n(place.outward),
+        room(place.room),
+        guess(PlaneLaw(s, n).depth_at(newton)) {
+    double low = guess - off, high = guess + off;
+    for (int i = 0; i < 20; ++i) {
+      depth = 0.5 * (low + high);
+      (lead(depth) < newton ? low : high) = depth;
+    }
+    depth = 0.5 * (low + high);
+    static_cast<void>(lead(depth));
+  }
+  [[nodiscard]] Posed at(double down) const {
+    Posed X = touch;
+    X.translation() -= down * n;
+    return X;
+  }
+  /// From above to `down` [m]; what it is held with there [N].
+  double lead(double down) { return lead_tool(*tool, at(-room), at(down), 10).force.dot(n); }
+};
+
+constexpr double kOffWall = 1e-4;     // [m]
+constexpr double kOffShape = 1.2e-3;  // the same at edges, which pass between vertices, and on scanned bone
+
+double voxel_critical(const Setup& setup, const Case& c, const Place& place, double off) {
   const Vec3d n = place.outward;
   return largest_stable(0.4 * c.theory(), 1.6 * c.theory(), 1.001, [&](double K) {
-    const Setup s = with_tangent(setup, n, K, bias_for(K));
-    auto tool = make_tool(s, *place.bone, place.isovalue);
-    // Where it rests on this wall: the surface of an image is off by some microns.
-    const Posed& touch = place.start(s);
-    const double guess = PlaneLaw(s, n).depth_at(bias_for(K));
-    const auto at = [&](double depth) {
-      Posed X = touch;
-      X.translation() -= depth * n;
-      return X;
-    };
-    double low = guess - 1e-4, high = guess + 1e-4;
-    for (int i = 0; i < 20; ++i) {
-      const double depth = 0.5 * (low + high);
-      (lead_tool(*tool, at(-1e-3), at(depth), 10).force.dot(n) < bias_for(K) ? low : high) = depth;
-    }
-    const double rest = 0.5 * (low + high);
-    static_cast<void>(lead_tool(*tool, at(-1e-3), at(rest), 10));
-    return settles(along(law_of(*tool), n), c, at(rest), n, K, guess);
+    const Rest rest(with_tangent(setup, n, K, bias_for(K)), place, bias_for(K), off);
+    return settles(along(law_of(*rest.tool), n), c, rest.at(rest.depth), n, K, rest.guess);
   });
+}
+
+/// dF/dδ of a tool at rest [N/m].
+double felt_at(Rest& rest) {
+  constexpr double kMove = 5e-6;  // [m]
+  const double in = rest.lead(rest.depth + kMove);
+  return (in - rest.lead(rest.depth - kMove)) / (2 * kMove);
+}
+
+/// The coupled tool's greatest stable stiffness is the coupling's wherever it is pressed.
+Measured coupled_critical(const Setup& setup, const Case& c, const Place& place) {
+  const double analytic = analytic_critical(setup, c, place.outward);
+  const double found = voxel_critical(setup, c, place, kOffShape);
+  const Setup s = with_tangent(setup, place.outward, found, bias_for(found));
+  const std::string name = place.name + ", " + c.text();
+  Measured m;
+  m.rows.push_back(told("13 K_crit by place", name, s.renderer, label(s), found, "N/m", c.theory()));
+  m.rows.push_back(at_most("13 K_crit by place off theory's", name, s.renderer, label(s),
+                           100 * std::abs(found / analytic - 1), 2, "%", analytic));
+  Rest rest(s, place, bias_for(found), kOffShape);
+  m.rows.push_back(
+      told("13 stiffness felt by place at K_crit", name, s.renderer, label(s), felt_at(rest), "N/m", analytic));
+  m.rows.push_back(told("13 farther in than the shape lets it", name, s.renderer, label(s),
+                        1e3 * (rest.depth - rest.guess), "mm", kNaN));
+  return m;
 }
 
 enum class Outcome { kStable, kCycles, kUnstable };
@@ -138,8 +183,10 @@ double practical_critical(const Setup& setup, const Case& c, const Place& place,
   });
 }
 
-const std::vector<std::pair<std::string, std::string>> kTools = {
-    {"line", "default"}, {"line", "thesis"}, {"surface", "default"}, {"surface", "thesis"}};
+const std::vector<Setup> kTools = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
+                                   {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
+                                   {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3},
+                                   {.renderer = "energy"}};
 
 }  // namespace
 
@@ -151,24 +198,57 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
     for (const int d : {0, 1, 2}) cases.push_back({.damping = b, .delay = d});
   cases.push_back({.delay = 0, .hand = "firm"});
   if (!options.quick) cases.push_back({.delay = 1, .hand = "firm"});
-  for (const auto& [renderer, choice] : kTools)
+  for (const Setup& s : kTools)
     for (const Case& c : cases)
       for (const auto& place : {flat, tilted}) {
         if (options.quick && place == tilted) continue;
-        plan.push_back({"flat wall, small signal", [renderer = renderer, choice = choice, c, place] {
-                          Setup s{.renderer = renderer, .options = choice};
+        plan.push_back({"flat wall, small signal", [s, c, place] {
                           const double analytic = analytic_critical(s, c, place->outward);
-                          const double found = voxel_critical(s, c, *place);
+                          const double found = voxel_critical(s, c, *place, kOffWall);
                           Measured m;
                           const std::string name = place->name + ", " + c.text();
-                          m.rows.push_back(told("13 K_crit", name, renderer, choice, found, "N/m", c.theory()));
-                          m.rows.push_back(at_most("13 K_crit off the analytic wall's", name, renderer, choice,
+                          m.rows.push_back(told("13 K_crit", name, s.renderer, label(s), found, "N/m", c.theory()));
+                          m.rows.push_back(at_most("13 K_crit off the analytic wall's", name, s.renderer, label(s),
                                                    100 * std::abs(found / analytic - 1), 2, "%", analytic));
                           return m;
                         }});
       }
 
-  for (const auto& [renderer, choice] : kTools)
+  const std::vector<Setup> coupled = {
+      {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}, {.renderer = "coupled", .sphere = 200}};
+  std::vector<Case> pressed_cases{{.damping = 0.5, .delay = 0}, {.damping = 0.5, .delay = 1}};
+  if (!options.quick) {
+    pressed_cases.push_back({.damping = 5, .delay = 0});
+    pressed_cases.push_back({.damping = 5, .delay = 2});
+    pressed_cases.push_back({.delay = 0, .hand = "firm"});
+  }
+  for (const std::string& name : pressed_place_names()) {
+    const auto place = std::make_shared<Place>(make_place(name));
+    for (const Setup& s : coupled)
+      for (const Case& c : pressed_cases)
+        plan.push_back({"by place, small signal", [s, c, place] {
+                          Setup here = s;
+                          here.burr = place->burr;
+                          return coupled_critical(here, c, *place);
+                        }});
+  }
+  for (const bool milled : {false, true}) {
+    if (options.quick && options.skull.empty()) continue;
+    plan.push_back({"scanned bone, small signal", [=] {
+                      const Place place = scanned_place(options.skull, milled);
+                      Measured m;
+                      for (Setup s : coupled) {
+                        s.burr = place.burr;
+                        for (const Case& c : pressed_cases) {
+                          Measured one = coupled_critical(s, c, place);
+                          m.rows.insert(m.rows.end(), one.rows.begin(), one.rows.end());
+                        }
+                      }
+                      return m;
+                    }});
+  }
+
+  for (const Setup& s : kTools)
     for (const double b : options.quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
       for (const std::string hand : {"none", "light", "firm"})
         for (const int delay : options.quick ? std::vector{0, 1} : std::vector{0, 1, 2})
@@ -176,19 +256,18 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
             for (const double quantum : {0.0, 0.055e-3}) {
               if (options.quick && (friction > 0) != (quantum > 0)) continue;
               const Case c{b, delay, hand, friction, quantum};
-              plan.push_back({"flat wall, from a hit", [renderer = renderer, choice = choice, c, flat, options] {
-                                const Setup s{.renderer = renderer, .options = choice};
+              plan.push_back({"flat wall, from a hit", [s, c, flat, options] {
                                 const double K = practical_critical(s, c, *flat, options.quick ? 1.2 : 1.06);
                                 Measured m;
-                                m.rows.push_back(told("13 greatest stable K from a hit", c.text(), renderer, choice, K,
-                                                      "N/m", c.theory()));
+                                m.rows.push_back(told("13 greatest stable K from a hit", c.text(), s.renderer, label(s),
+                                                      K, "N/m", c.theory()));
                                 if (K < 4e5 && c.quantum == 0 && c.hand != "light") {
                                   LoopReport r;
                                   outcome(with_tangent(s, flat->outward, 2 * K, bias_for(2 * K)), c, *flat, 2 * K, &r);
-                                  m.rows.push_back(told("13 limit cycle at twice that: amplitude", c.text(), renderer,
-                                                        choice, 1e3 * r.amplitude, "mm", kNaN));
-                                  m.rows.push_back(told("13 limit cycle at twice that: frequency", c.text(), renderer,
-                                                        choice, r.frequency, "Hz", kNaN));
+                                  m.rows.push_back(told("13 limit cycle at twice that: amplitude", c.text(), s.renderer,
+                                                        label(s), 1e3 * r.amplitude, "mm", kNaN));
+                                  m.rows.push_back(told("13 limit cycle at twice that: frequency", c.text(), s.renderer,
+                                                        label(s), r.frequency, "Hz", kNaN));
                                 }
                                 return m;
                               }});
@@ -196,7 +275,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
 
   // The plane of damping and stiffness: stable, trembling, unstable.
   const int dampings = options.quick ? 7 : 16, stiffnesses = options.quick ? 9 : 25;
-  for (const std::string renderer : {"line", "surface"})
+  for (const std::string renderer : {"line", "surface", "coupled"})
     for (int i = 0; i < dampings; ++i)
       plan.push_back({"stability plane", [renderer, i, dampings, stiffnesses, flat] {
                         Measured m;

@@ -46,7 +46,9 @@ LoopReport mill(const Site& site, const Setup& setup, double newton, double seco
   };
   o.seconds = seconds;
   o.escape = 0.06;
-  o.stiffness = setup.renderer == "line" ? setup.stiffness : 0;
+  // What is declared, where a law has one spring; else as found.
+  if (setup.renderer == "line" || setup.renderer == "coupled") o.stiffness = setup.stiffness;
+  if (setup.renderer == "coupled") o.angular_stiffness = setup.coupled.rotational_stiffness;
   return run_loop(law_of(*tool, spindle), o);
 }
 
@@ -79,44 +81,75 @@ Site from(drill::Bone bone) {
   return s;
 }
 
+Site scanned(const std::string& skull) {
+  drill::Options o;
+  o.skull = skull;
+  return from(drill::load_bone(o));
+}
+
 }  // namespace
+
+Place scanned_place(const std::string& skull, bool milled) {
+  Site site = scanned(skull);
+  const Setup coupled{.renderer = "coupled", .burr = site.burr, .mill_rate = site.rate};
+  Vec3d end = site.p;
+  if (milled) end = mill(site, coupled, 3, 3, true).last.translation();
+  // Where the burr, led down the normal, first meets bone.
+  auto tool = make_tool(coupled, *site.bone, site.isovalue);
+  const Vec3d top = end + (site.p - end).dot(site.n) * site.n;
+  const auto at = [&](double height) { return tool_pose(top + height * site.n, site.n); };
+  double high = site.burr.tip_radius + 2e-3, low = (end - site.p).dot(site.n) - site.burr.tip_radius;
+  for (int i = 0; i < 20; ++i) {
+    const double height = 0.5 * (low + high);
+    tool->reset();
+    const Wrenchd w = lead_tool(*tool, at(site.burr.tip_radius + 2e-3), at(height));
+    (w.force.dot(site.n) > 0.01 ? low : high) = height;
+  }
+  Place p{.name = site.name + (milled ? ", milled" : ""), .burr = site.burr, .bone = site.bone};
+  p.isovalue = site.isovalue;
+  p.touching = p.touching_line = at(high);
+  p.touching_line.translation() -= site.burr.tip_radius * site.n;
+  p.outward = site.n;
+  p.across = site.n.unitOrthogonal();
+  return p;
+}
 
 void plan_milling(const StabilityOptions& options, Plan& plan) {
   const double seconds = options.quick ? 3 : 60;
   for (const bool skull : {false, true}) {
     if (skull && options.quick && options.skull.empty()) continue;
-    for (const std::string renderer : {"line", "surface"})
-      for (const std::string choice : {"default", "thesis"})
-        for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
-          for (const bool spindle : {false, true}) {
-            if (!skull && !spindle) continue;
-            plan.push_back({"milling", [=] {
-                              Site site = block();
-                              if (skull) {
-                                drill::Options o;
-                                o.skull = options.skull;
-                                site = from(drill::load_bone(o));
-                              }
-                              if (choice == "thesis" && renderer == "line") site.bone = with_gradients(*site.bone);
-                              const Setup s{.renderer = renderer,
-                                            .options = choice,
-                                            .burr = site.burr,
-                                            .stiffness = 800,
-                                            .mill_rate = spindle ? site.rate : 0};
-                              const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
-                              std::ostringstream name;
-                              name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
-                                   << (skull ? seconds / 3 : seconds) << " s";
-                              Measured m;
-                              m.rows.push_back(at_most("20 greatest force step a tick", name.str(), renderer, choice,
-                                                       r.force_step, 0.2, "N", r.most_force));
-                              m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), renderer, choice,
-                                                       1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy));
-                              m.rows.push_back(
-                                  told("20 ripple at the end", name.str(), renderer, choice, r.ripple, "N", kNaN));
-                              return m;
-                            }});
-          }
+    for (const Setup& tool : std::vector<Setup>{{.renderer = "line"},
+                                                {.renderer = "line", .options = "thesis"},
+                                                {.renderer = "surface"},
+                                                {.renderer = "surface", .options = "thesis"},
+                                                {.renderer = "coupled"},
+                                                {.renderer = "coupled", .friction = 0.3},
+                                                {.renderer = "energy"}})
+      for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
+        for (const bool spindle : {false, true}) {
+          if (!skull && !spindle) continue;
+          plan.push_back({"milling", [=] {
+                            Site site = block();
+                            if (skull) site = scanned(options.skull);
+                            if (tool.options == "thesis" && tool.renderer == "line")
+                              site.bone = with_gradients(*site.bone);
+                            Setup s = tool;
+                            s.burr = site.burr;
+                            s.mill_rate = spindle ? site.rate : 0;
+                            const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
+                            std::ostringstream name;
+                            name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
+                                 << (skull ? seconds / 3 : seconds) << " s";
+                            Measured m;
+                            m.rows.push_back(at_most("20 greatest force step a tick", name.str(), s.renderer, label(s),
+                                                     r.force_step, 0.2, "N", r.most_force));
+                            m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), s.renderer, label(s),
+                                                     1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy));
+                            m.rows.push_back(
+                                told("20 ripple at the end", name.str(), s.renderer, label(s), r.ripple, "N", kNaN));
+                            return m;
+                          }});
+        }
   }
 }
 

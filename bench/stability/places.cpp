@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "stability/places.hpp"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace trephine::bench {
@@ -38,6 +39,11 @@ std::vector<std::string> place_names() {
           "edge 30",    "corner",          "concave corner",
           "slot",       "shaft in a hole", "one bar under the shaft",
           "shaft flush"};
+}
+
+std::vector<std::string> pressed_place_names() {
+  return {"flat wall", "tilted wall",           "thin wall",       "edge 90",    "edge 30", "corner", "concave corner",
+          "groove",    "slot's floor and side", "shaft in a hole", "shaft flush"};
 }
 
 Place make_place(const std::string& name) {
@@ -87,6 +93,21 @@ Place make_place(const std::string& name) {
     p.touching = tool_pose(Vec3d(kInside, 0, kInside - 3e-3 + kBall), up);
     p.touching_line = tool_pose(Vec3d(kInside, 0, kInside - 3e-3), up);
     p.across = Vec3d::UnitY();
+  } else if (name == "slot's floor and side") {
+    p = make_place("slot");
+    p.name = name;
+    p.outward = Vec3d(-1, 0, 1).normalized();
+    p.touching.translation().x() += kPlaceVoxel;
+    p.touching_line.translation().x() += kBall + kPlaceVoxel;
+    p.room = 4e-4;
+  } else if (name == "groove") {  // of 90 degrees
+    p.bone = make_bone([](const Vec3d& q) { return std::sqrt(0.5) * (q.z() - std::abs(q.x() - kInside)) - kInside; });
+    p.touching = tool_pose(Vec3d(kInside, 0, std::sqrt(2.0) * (kInside + kBall)), up);
+    p.touching_line = tool_pose(Vec3d(kInside, 0, std::sqrt(2.0) * kInside), up);
+    p.across = Vec3d::UnitY();
+  } else if (name == "thin wall") {  // of one voxel
+    p.bone = make_bone([](const Vec3d& q) { return std::abs(q.z() - kInside) - 0.5 * kPlaceVoxel; });
+    stand(kInside + 0.5 * kPlaceVoxel, up);
   } else if (name == "shaft in a hole") {  // a plate with a hole half a voxel wider than the shaft, the tip below it
     p.burr = drill(10e-3);
     p.burr.tip_radius = kShaft;
@@ -97,6 +118,7 @@ Place make_place(const std::string& name) {
     p.touching = p.touching_line = tool_pose(Vec3d(kInside, 0, -4e-3), up);
     p.outward = Vec3d::UnitX();
     p.across = up;
+    p.room = 0;
   } else if (name == "one bar under the shaft" || name == "shaft flush") {
     // The tool lies along x from its tip at -8 mm on.
     p.burr = drill(20e-3);

@@ -23,6 +23,7 @@ struct Place {
   Posed touching_line = Posed::Identity();  ///< the same for Line's point tip and centreline
   Vec3d outward = Vec3d::UnitZ();           ///< the way out
   Vec3d across = Vec3d::UnitX();            ///< a way to slide
+  double room = 1e-3;                       ///< that far off on the way out it is free [m]
   [[nodiscard]] const Posed& start(const Setup& setup) const {
     return setup.renderer == "line" ? touching_line : touching;
   }
@@ -30,6 +31,11 @@ struct Place {
 
 [[nodiscard]] Place make_place(const std::string& name);
 [[nodiscard]] std::vector<std::string> place_names();
+/// Those where a tool is pressed the way in until it is held, for the greatest stable stiffness.
+[[nodiscard]] std::vector<std::string> pressed_place_names();
+/// On the skull's CT (without its folder: the phantom) where a surgeon would begin, or at the bottom of a pit milled
+/// there. The bone is the place's own.
+[[nodiscard]] Place scanned_place(const std::string& skull, bool milled);
 
 /// Any shape as a grid of `n` voxels a side whose middle is the world's origin.
 [[nodiscard]] std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n = 64);

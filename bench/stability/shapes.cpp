@@ -18,20 +18,22 @@ constexpr StiffnessBudget kPremium{.linear = 800, .angular = 0.3};
 constexpr double kByDifferences = 1.0075;
 constexpr double kRuleE = 1e-3;  // [mJ] what counts as nothing: rounding of a run's sums and the image's ripple
 
-struct Tool {
-  std::string renderer, options;
-  bool budget = false;
-};
-const std::vector<Tool> kTools = {{"line", "default"},    {"line", "thesis"},    {"line", "default", true},
-                                  {"surface", "default"}, {"surface", "thesis"}, {"surface", "default", true},
-                                  {"surface", "patches"}};
+const std::vector<Setup> kTools = {{.renderer = "line"},
+                                   {.renderer = "line", .options = "thesis"},
+                                   {.renderer = "line", .budget = kPremium},
+                                   {.renderer = "surface"},
+                                   {.renderer = "surface", .options = "thesis"},
+                                   {.renderer = "surface", .budget = kPremium},
+                                   {.renderer = "surface", .options = "patches"},
+                                   {.renderer = "coupled"},
+                                   {.renderer = "coupled", .friction = 0.3},
+                                   {.renderer = "energy"}};
 
-Setup setup_for(const Tool& tool, const Place& place, double K) {
-  Setup s{.renderer = tool.renderer, .options = tool.options, .burr = place.burr, .stiffness = K};
-  if (tool.budget) s.budget = kPremium;
-  return s;
+Setup setup_for(Setup tool, const Place& place, double K) {
+  tool.burr = place.burr;
+  tool.stiffness = K;
+  return tool;
 }
-std::string label(const Tool& tool) { return tool.options + (tool.budget ? " + budget" : ""); }
 
 /// The hand presses the tool into a place with about 1 N.
 LoopOptions press(const Place& place, const Setup& setup, const std::string& hand, int delay, bool real) {
@@ -102,7 +104,8 @@ double slide_step(const Setup& s, const Place& place, double depth, double* most
   auto tool = make_tool(s, *place.bone, place.isovalue);
   const Posed touch = place.start(s);
   const Vec3d n = place.outward;
-  const double K = s.renderer == "line" ? s.stiffness : PlaneLaw(s, Vec3d::UnitZ()).tangent_at(2);
+  const double K =
+      s.renderer == "line" || s.renderer == "coupled" ? s.stiffness : PlaneLaw(s, Vec3d::UnitZ()).tangent_at(2);
   Wrenchd last;
   double beyond = -1, steps = 0;
   for (int i = -20; i < 200; ++i) {
@@ -126,7 +129,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
   for (const std::string& name : place_names()) {
     const auto place = std::make_shared<Place>(make_place(name));
     const bool shaft = place->burr.shaft_length > 0;
-    for (const Tool& tool : kTools) {
+    for (const Setup& tool : kTools) {
       if (tool.budget && !shaft) continue;
       if (options.quick && tool.options == "patches") continue;
       // In the hand at the nominal stiffness.

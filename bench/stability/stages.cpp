@@ -150,6 +150,9 @@ Measured preset_rows(std::string_view name, const std::string& renderer, const s
   const DevicePreset p = device_preset(name);
   Setup s{.renderer = renderer, .stiffness = p.stiffness};
   s.stack.limits = p.limits;
+  s.coupled.rotational_stiffness = p.budget.angular;
+  s.coupled.force = p.limits.force;
+  if (p.limits.torque > 0) s.coupled.torque = p.limits.torque;
   if (staged) {
     s.budget = p.budget;
     s.stack.hunt_crossley = p.hunt_crossley;
@@ -233,14 +236,15 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
 
   // Presets: a device whose own damping bears just what is stated of it, with its quantum.
   for (const std::string_view name : device_preset_names())
-    for (const std::string renderer : {"line", "surface"})
+    for (const std::string renderer : {"line", "surface", "coupled"})
       for (const std::string hand : {"none", "firm"})
         for (const bool staged : {false, true})
           plan.push_back({"presets", [=] { return preset_rows(name, renderer, hand, staged); }});
 
-  // What the thesis' choices cost, one at a time.
-  for (const std::string renderer : {"line", "surface"}) {
-    std::vector<std::string> choices{"default", "thesis"};
+  // What the thesis' choices cost, one at a time; what does without them beside.
+  for (const std::string renderer : {"line", "surface", "coupled", "energy"}) {
+    std::vector<std::string> choices{"default"};
+    if (!thesis_choices(renderer).empty()) choices.emplace_back("thesis");
     for (const auto& c : thesis_choices(renderer)) choices.push_back(c);
     for (const auto& choice : choices)
       for (const std::string place :
@@ -265,8 +269,9 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
   }
 
   // Energy over time: the thesis' choices and ours pressed into an edge, and what Rule E grants.
-  for (const std::string renderer : {"line", "surface"})
-    for (const std::string choice : {"default", "thesis"})
+  for (const std::string renderer : {"line", "surface", "coupled", "energy"})
+    for (const std::string choice : {"default", "thesis"}) {
+      if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
       plan.push_back({"energy over time", [=] {
                         const Place p = make_place("shaft flush");
                         const Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
@@ -293,6 +298,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
                         static_cast<void>(run_loop(law_of(*tool), o));
                         return m;
                       }});
+    }
 }
 
 }  // namespace trephine::bench

@@ -48,24 +48,32 @@ Push push(const Setup& setup, Bone& bone, double thickness, double speed) {
 }  // namespace
 
 void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
-  std::vector<std::pair<std::string, std::string>> tools = {
-      {"line", "default"}, {"line", "thesis"}, {"surface", "default"}, {"surface", "thesis"}, {"surface", "patches"}};
+  const std::vector<Setup> tools = {{.renderer = "line"},
+                                    {.renderer = "line", .options = "thesis"},
+                                    {.renderer = "surface"},
+                                    {.renderer = "surface", .options = "thesis"},
+                                    {.renderer = "surface", .options = "patches"},
+                                    {.renderer = "coupled"},
+                                    {.renderer = "coupled", .friction = 0.3},
+                                    {.renderer = "energy"},
+                                    {.renderer = "energy", .sphere = 200}};
   const std::vector<double> speeds = options.quick ? std::vector{0.01, 1.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0};
   for (int voxels = 1; voxels <= 4; ++voxels) {
     const double thickness = voxels * kPlaceVoxel;
     const auto bone = make_bone([=](const Vec3d& p) { return std::abs(p.z() - 0.03e-3) - 0.5 * thickness; });
-    for (const auto& [renderer, choice] : tools)
+    for (const Setup& tool : tools)
       for (const double stiffness : {800.0, 3000.0})
-        plan.push_back({"thin walls", [=, renderer = renderer, choice = choice] {
+        plan.push_back({"thin walls", [=] {
                           Measured m;
                           for (const double speed : speeds) {
-                            const Setup s{.renderer = renderer, .options = choice, .stiffness = stiffness};
+                            Setup s = tool;
+                            s.stiffness = stiffness;
                             const Push p = push(s, *bone, thickness, speed);
                             std::ostringstream name, line;
                             name << voxels << " voxels, " << speed << " m/s, " << stiffness << " N/m";
-                            m.rows.push_back(at_most("17 falls through a thin wall (1: yes)", name.str(), renderer,
-                                                     choice, p.through ? 1 : 0, 0, "", p.held));
-                            line << renderer << ',' << choice << ',' << stiffness << ',' << voxels << ',' << speed
+                            m.rows.push_back(at_most("17 falls through a thin wall (1: yes)", name.str(), s.renderer,
+                                                     label(s), p.through ? 1 : 0, 0, "", p.held));
+                            line << s.renderer << ',' << label(s) << ',' << stiffness << ',' << voxels << ',' << speed
                                  << ',' << (p.through ? 1 : 0) << ',' << p.held;
                             m.lines.emplace_back("stability_thin_walls", line.str());
                           }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "stability/tool.hpp"
+#include "stability/places.hpp"
 
 #include <cmath>
+#include <numbers>
+#include <sstream>
 #include <stdexcept>
 
 namespace trephine::bench {
@@ -20,18 +22,63 @@ std::vector<double> press(const Setup& setup, const Vec3d& n) {
   return force;
 }
 
+/// Of EnergySurfaceRenderer: an area times its depth, along n.
+std::vector<double> press_energy(const Setup& setup, const Vec3d& n) {
+  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, SurfaceCounts{.sphere = setup.sphere});
+  const double R = setup.burr.tip_radius, k = setup.stiffness / (std::numbers::pi * R * R / 2);
+  std::vector<double> force;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double plane = R * i / kSteps - R;  // its height above the ball's centre
+    double sum = 0;
+    for (int v = 0; v < tool.groups()[0].count; ++v)
+      sum += k * tool.areas()[static_cast<std::size_t>(v)] * std::max(0.0, plane - tool.points()[v].dot(n));
+    force.push_back(sum);
+  }
+  return force;
+}
+
+/// Of the coupling and one vertex' contact.
+double series(const CoupledOptions& options) {
+  const double k_c = options.contact_stiffness(kPlaceVoxel);
+  return options.stiffness * k_c / (options.stiffness + k_c);
+}
+
+CoupledOptions with_stiffness(CoupledOptions options, double k_v) {
+  options.stiffness = k_v;
+  return options;
+}
+
 }  // namespace
+
+DepthMap& Bone::depths(double isovalue) {
+  // Penalty laws sink in by millimetres, so as deep as the sweep of errors has it.
+  constexpr DepthOptions kDepths{.reach = 10, .keep_original = false};
+  std::call_once(asked_, [&] { depths_ = std::make_unique<DepthMap>(*this, isovalue, kDepths); });
+  return *depths_;
+}
+
+std::string label(const Setup& setup) {
+  std::ostringstream s;
+  s << setup.options;
+  if (setup.budget) s << " + budget";
+  if (setup.friction > 0) s << " + friction " << setup.friction;
+  if (setup.sphere != Setup{}.sphere) s << " + " << setup.sphere << " vertices";
+  return s.str();
+}
 
 std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isovalue) {
   if (setup.renderer == "line") return make_line_tool(setup, bone, isovalue);
   if (setup.renderer == "surface") return make_surface_tool(setup, bone, isovalue);
+  if (setup.renderer == "coupled") return make_coupled_tool(setup, bone, isovalue);
+  if (setup.renderer == "energy") return make_energy_tool(setup, bone, isovalue);
   throw std::invalid_argument("make_tool: no renderer '" + setup.renderer + "'");
 }
 
 std::vector<std::string> thesis_choices(const std::string& renderer) {
   if (renderer == "line")
     return {"torque without force", "stored gradient", "projected tracking", "thesis' trigger", "most active vertex"};
-  return {"Eq. 16", "held force", "torque without force"};
+  if (renderer == "surface") return {"Eq. 16", "held force", "torque without force"};
+  return {};
 }
 
 PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_radius) {
@@ -39,8 +86,13 @@ PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_
     k_ = setup.stiffness;
     return;
   }
+  if (setup.renderer == "coupled") {
+    k_ = series(with_stiffness(setup.coupled, setup.stiffness));
+    return;
+  }
   const bool ratio = setup.options == "thesis" || setup.options == "Eq. 16";
-  table_ = ratio                        ? press<CollisionRatio>(setup, n)
+  table_ = setup.renderer == "energy"   ? press_energy(setup, n)
+           : ratio                      ? press<CollisionRatio>(setup, n)
            : setup.options == "patches" ? press<PatchWeights>(setup, n)
                                         : press<AreaWeights>(setup, n);
   edge_ = table_.back();
@@ -69,6 +121,15 @@ double PlaneLaw::tangent_at(double newton) const {
 Setup with_tangent(Setup setup, const Vec3d& n, double K, double newton) {
   if (setup.renderer == "line") {
     setup.stiffness = K;
+    return setup;
+  }
+  if (setup.renderer == "coupled") {
+    double low = K, high = 2 * K;
+    for (int i = 0; i < 60; ++i) {
+      const double k_v = 0.5 * (low + high);
+      (series(with_stiffness(setup.coupled, k_v)) < K ? low : high) = k_v;
+    }
+    setup.stiffness = high;
     return setup;
   }
   // Forces are proportional to the stiffness: F = s g(δ) where s g' = K, so g'/g = K/F.

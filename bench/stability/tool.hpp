@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +13,18 @@
 /// Scenes by name, so that one measurement serves every renderer, choice and stack of stages.
 namespace trephine::bench {
 
-using Bone = VoxelGrid<std::int16_t>;
+/// A volume, with its depths for the renderers that read them.
+class Bone : public VoxelGrid<std::int16_t> {
+ public:
+  using VoxelGrid<std::int16_t>::VoxelGrid;
+  explicit Bone(VoxelGrid<std::int16_t>&& grid) : VoxelGrid<std::int16_t>(std::move(grid)) {}
+  /// Made at this isovalue when first asked for, by any thread; the one map there is.
+  [[nodiscard]] DepthMap& depths(double isovalue);
+
+ private:
+  std::once_flag asked_;
+  std::unique_ptr<DepthMap> depths_;
+};
 
 /// Stages that are on.
 struct Stack {
@@ -25,14 +37,15 @@ struct Stack {
 };
 
 struct Setup {
-  std::string renderer = "line";    ///< "line", "surface"
+  std::string renderer = "line";    ///< "line", "surface", "coupled", "energy"
   std::string options = "default";  ///< "default", "thesis", or the one choice in which it differs from the default
   Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0};
   double stiffness = 800;  ///< as the renderers mean it [N/m]
-  double friction = 0;     ///< Line: μ
+  double friction = 0;     ///< Line, Coupled: μ
   std::optional<StiffnessBudget> budget{};
-  double mill_rate = 0;  ///< densities a second while the spindle turns; 0: no milling
-  int sphere = 26;       ///< Surface's vertices on the ball
+  double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
+  int sphere = 26;           ///< vertices on the ball, but Line's
+  CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
   Stack stack{};
 };
 
@@ -47,12 +60,18 @@ class AnyTool {
 [[nodiscard]] std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue);
+[[nodiscard]] std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, double isovalue);
+[[nodiscard]] std::unique_ptr<AnyTool> make_energy_tool(const Setup& setup, Bone& bone, double isovalue);
+
+/// The options of a setup in words: "default + friction 0.3".
+[[nodiscard]] std::string label(const Setup& setup);
 
 /// The choices in which a renderer's options can differ, one at a time, from its default.
 [[nodiscard]] std::vector<std::string> thesis_choices(const std::string& renderer);
 
 /// The law of a ball pressed `depth` [m] into a plane with outward normal n, in closed form over its vertices [N], for
-/// the scene that `setup` makes.
+/// the scene that `setup` makes of voxels as the places have them. Coupled: its two springs in series, one vertex'
+/// contact and the coupling.
 class PlaneLaw {
  public:
   PlaneLaw(const Setup& setup, const Vec3d& n);
@@ -62,9 +81,9 @@ class PlaneLaw {
   [[nodiscard]] double depth_at(double newton) const;
 
  private:
-  double k_ = 0;  // Line
+  double k_ = 0;  // Line, Coupled
   double edge_ = 0, radius_ = 0;
-  std::vector<double> table_;  // Surface: force at even steps of depth up to the radius
+  std::vector<double> table_;  // Surface, Energy: force at even steps of depth up to the radius
 };
 
 /// `setup` with its stiffness chosen so that the tangent stiffness at `newton` on that plane is K.

@@ -32,6 +32,12 @@ struct CoupledOptions {
   /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
   double bite = 1;
 
+  static constexpr double kContactShare = 50;  ///< least k_c / k_v
+  /// k_c of each vertex [N/m] in voxels of this size [m].
+  [[nodiscard]] double contact_stiffness(double voxel) const noexcept {
+    return std::max(4 * force / voxel, kContactShare * stiffness);
+  }
+
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
     if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
@@ -89,7 +95,6 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// ticks to follow.
   static constexpr double kFarthestFollow = 300;
   static constexpr double kSmallestStep = 1e-3;  ///< [voxels]: motion below it ends a tick's search
-  static constexpr double kContactShare = 50;    ///< least k_c / k_v
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
@@ -109,7 +114,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> out;
     voxel_ = static_cast<double>(field.voxel());
-    contact_stiffness_ = std::max(4 * options_.force / voxel_, kContactShare * options_.stiffness);
+    contact_stiffness_ = options_.contact_stiffness(voxel_);
     const Posed X_device = X_GT.template cast<double>();
     out.status = begin(field, X_device);
     if (!follow(field, X_device)) out.status = worse(out.status, Status::kWorkBound);
