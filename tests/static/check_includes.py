@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""check_includes.py INCLUDE [EXPECTED...]: no header includes what it names nothing of.
+"""check_includes.py INCLUDE [EXPECTED...]: no header includes what it names nothing of, or names Eigen without reading it.
 
 INCLUDE holds trephine/. A header is looked at as text: of each other header of ours that it includes, it must use some
 name that is declared there; of a standard header, one of those below. Headers that declare nothing (they only gather
@@ -64,6 +64,15 @@ def declared(text):
     return names - {"requires", "static_assert", "noexcept", "decltype", "explicit", "sizeof"}
 
 
+def reached(header, texts, seen):
+    """All that a header includes, itself or through others of ours."""
+    for included in re.findall(r"#include <([^>]+)>", texts.get(header, "")):
+        if included not in seen:
+            seen.add(included)
+            reached(included, texts, seen)
+    return seen
+
+
 def main():
     root = sys.argv[1]
     texts = {}
@@ -78,6 +87,10 @@ def main():
     names = {header: declared(text) for header, text in texts.items()}
     found = []
     for header, text in sorted(texts.items()):
+        eigen = any(name.startswith("Eigen/") for name in reached(header, texts, set()))
+        # Bodies stand behind the header that includes them.
+        if "Eigen::" in text and not eigen and not header.endswith("_impl.hpp"):
+            found.append(f"{header}: Eigen/Core")
         if not names[header]:
             continue
         # The bodies that a header includes at its end are part of it.
@@ -98,7 +111,7 @@ def main():
         print(f"expected {expected}, found {found}", file=sys.stderr)
         return 1
     for pair in found:
-        print(f"{pair} is included and nothing of it used", file=sys.stderr)
+        print(f"{pair} is included and nothing of it used, or the other way round", file=sys.stderr)
     return 1 if found else 0
 
 
