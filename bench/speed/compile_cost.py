@@ -2,8 +2,8 @@
 """compile_cost.py --build FOLDER --out FOLDER [--jobs N] [--quick]: what compiling costs, by header and by program.
 
 Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
-and against trephine.hpp, and of each header alone (-fsyntax-only), by g++ and clang++. --quick: of the
-headers trephine.hpp alone."""
+and against trephine.hpp, and of each header alone (-fsyntax-only), by g++ and clang++. --quick: of the headers
+trephine.hpp alone."""
 
 import argparse
 import csv
