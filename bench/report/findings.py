@@ -301,7 +301,8 @@ def places_words(off, farther):
             deep = [r["measured"] for r in farther if r["options"] == options and r["case"].startswith(place + "; b ")]
             parts.append(f"{place} {tables.worst(there, 'measured'):.2g} %" + (f" ({max(deep):.2g} mm farther in than the shape lets it)" if deep and max(deep) > 0.1 else ""))
         said.append(f"coupled, {options}: the greatest stable stiffness is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
-                    + ("; off by more: " + ", ".join(parts) if parts else "") + ".")
+                    + ("; off by more: " + ", ".join(parts) + ". Sharp edges pass between the vertices before they are held; a shaft that is held beside the tip is softer by its lever, "
+                       "and so stable beyond theory" if parts else "") + ".")
     return said
 
 
@@ -325,7 +326,7 @@ def stability_words(rows):
         if not math.isnan(net):
             said.append(f"NOT an energy: {renderer}'s forces do {net:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one (thesis: {thesis:.2g} %, {mean_thesis:.2g} %); "
                         "the goal is 0.01 %. Springs toward a centre and a point that snaps between places are no gradient.")
-    for renderer, why in (("coupled", "the search for the virtual tool ends where contacts come and go, not at the energy's least"),
+    for renderer, why in (("coupled", "its normals are the slope of the mean depth over a voxel, which is smoother than the depths' own slope and so not quite their energy's"),
                           ("energy", "where the depths' slope jumps, at cells' faces and at the bone's middle, so does the force")):
         for row in of(rows, "21 closed paths: worst net work", renderer=renderer):
             mean = tables.worst(of(rows, "21 closed paths: mean net work", renderer=renderer, options=row["options"]), "measured")

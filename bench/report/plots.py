@@ -255,7 +255,7 @@ def thin_walls(folder, rows, stiffness):
     kinds = list(dict.fromkeys((r["renderer"], r["options"]) for r in rows))
     for i, ((renderer, options), colour) in enumerate(zip(kinds, COLOURS)):
         mine = [r for r in rows if (r["renderer"], r["options"]) == (renderer, options)]
-        at = lambda r: (r["speed"], r["voxels"] + 0.12 * (i - 0.5 * (len(kinds) - 1)))
+        at = lambda r: (r["speed"], r["voxels"] + 0.8 / len(kinds) * (i - 0.5 * (len(kinds) - 1)))
         held = [at(r) for r in mine if r["through"] == 0]
         plot.add(f"{renderer}, {options}", held, f"points pt 7 ps 0.7 lc rgb '{colour}'")
         plot.add("" if held else f"{renderer}, {options}", [at(r) for r in mine if r["through"] != 0], f"points pt 2 ps 0.9 lw 1.5 lc rgb '{colour}'")
