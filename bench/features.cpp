@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
 #include "speed/features/scene.hpp"
+#include "studies/arguments.hpp"
 #include "studies/table.hpp"
 #include "sweep/row.hpp"
 
@@ -16,7 +17,6 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <map>
 #include <random>
 #include <sstream>
@@ -298,19 +298,9 @@ class Study {
 int main(int argc, char** argv) {
   using namespace trephine;
   bench::Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    if (a == "--quick")
-      options.quick = true;
-    else if (a == "--out" && i + 1 < argc)
-      options.folder = argv[++i];
-    else if (a == "--text" && i + 1 < argc)
-      options.text = argv[++i];
-    else {
-      std::cerr << "bench_features: unknown argument " << a << '\n';
-      return 2;
-    }
-  }
+  if (!bench::read_arguments(argc, argv, "bench_features", {{"--quick", &options.quick}},
+                             {{"--out", &options.folder}, {"--text", &options.text}}))
+    return 2;
   std::filesystem::create_directories(options.folder);
   auto tooth = drill::tooth_phantom<std::uint8_t>({.size = {128, 128, 88}, .spacing = 0.2_mm});
   DepthMap depths(tooth, bench::kIsovalue);

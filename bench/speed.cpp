@@ -2,6 +2,7 @@
 #include "../examples/drill/phantom.hpp"
 #include "speed/kernels.hpp"
 #include "speed/run.hpp"
+#include "studies/arguments.hpp"
 #include "studies/table.hpp"
 #include "support/fields.hpp"
 #include "sweep/row.hpp"
@@ -11,7 +12,6 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <thread>
 
@@ -516,21 +516,9 @@ void measure_memory(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    if (a == "--quick")
-      options.quick = true;
-    else if (a == "--append")
-      options.append = true;
-    else if (a == "--out" && i + 1 < argc)
-      options.folder = argv[++i];
-    else if (a == "--march" && i + 1 < argc)
-      options.march = argv[++i];
-    else {
-      std::cerr << "bench_speed: unknown argument " << a << '\n';
-      return 2;
-    }
-  }
+  if (!bench::read_arguments(argc, argv, "bench_speed", {{"--quick", &options.quick}, {"--append", &options.append}},
+                             {{"--out", &options.folder}, {"--march", &options.march}}))
+    return 2;
   std::filesystem::create_directories(options.folder);
   const Scene scene;
   measure_speed(options, scene);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stability/rows.hpp"
+#include "studies/arguments.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -93,21 +94,9 @@ void write(const std::string& folder, const std::vector<Measured>& results) {
 int main(int argc, char** argv) {
   StabilityOptions options{.folder = "build/report"};
   std::string only;
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    if (a == "--quick")
-      options.quick = true;
-    else if (a == "--out" && i + 1 < argc)
-      options.folder = argv[++i];
-    else if (a == "--skull" && i + 1 < argc)
-      options.skull = argv[++i];
-    else if (a == "--only" && i + 1 < argc)
-      only = argv[++i];
-    else {
-      std::cerr << "bench_stability: unknown argument " << a << '\n';
-      return 2;
-    }
-  }
+  if (!read_arguments(argc, argv, "bench_stability", {{"--quick", &options.quick}},
+                      {{"--out", &options.folder}, {"--skull", &options.skull}, {"--only", &only}}))
+    return 2;
   try {
     std::filesystem::create_directories(options.folder);
     Plan plan;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "studies/arguments.hpp"
 #include "studies/study.hpp"
 
 #include <algorithm>
@@ -13,15 +14,9 @@ int main(int argc, char** argv) {
   using namespace trephine::bench;
   StudyOptions options{.folder = "build/report"};
   std::vector<std::string> wanted;
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    if (a == "--quick")
-      options.quick = true;
-    else if (a == "--out" && i + 1 < argc)
-      options.folder = argv[++i];
-    else
-      wanted.push_back(a);
-  }
+  if (!read_arguments(argc, argv, "bench_studies", {{"--quick", &options.quick}}, {{"--out", &options.folder}},
+                      &wanted))
+    return 2;
   for (const auto& name : wanted) {
     bool known = false;
     for (const Study& s : studies()) known = known || name == s.name;

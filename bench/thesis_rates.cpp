@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
+#include "studies/arguments.hpp"
 #include "studies/table.hpp"
 #include "sweep/row.hpp"
 
@@ -8,7 +9,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 
 /// Figures 26, 27 and 29 of the thesis again: rate against vertices and slices, on a tooth of 256 x 256 x 176 voxels.
 ///   bench_thesis_rates --out DIR [--quick]
@@ -60,17 +60,8 @@ Rates measure(Grid& tooth, Renderer renderer, const Strokes& strokes, double sec
 int main(int argc, char** argv) {
   std::string folder = "build/report";
   bool quick = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string a = argv[i];
-    if (a == "--quick") {
-      quick = true;
-    } else if (a == "--out" && i + 1 < argc) {
-      folder = argv[++i];
-    } else {
-      std::cerr << "bench_thesis_rates: unknown argument " << a << '\n';
-      return 2;
-    }
-  }
+  if (!trephine::bench::read_arguments(argc, argv, "bench_thesis_rates", {{"--quick", &quick}}, {{"--out", &folder}}))
+    return 2;
   std::filesystem::create_directories(folder);
   Grid tooth = drill::tooth_phantom<std::uint8_t>();
   const Burr burr{};
