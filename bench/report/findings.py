@@ -164,10 +164,10 @@ def settled(sweep, t):
          + "; direction p99 " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "direction_error_deg_p99", form=degrees)
          + ". PatchWeights at 200 vertices: " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "force_error_rel_p95", vertices=200.0)
          + " of AreaWeights, for " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "tick_ns_median", form=microseconds, vertices=200.0)],
-        ["normals", "StoredGradient", "BallGradient (Line)",
-         "tip, force p95: " + pair(sweep, tips, line, line.replace("ball", "stored"), "force_error_rel_p95") + "; direction p99: "
-         + pair(sweep, tips, line, line.replace("ball", "stored"), "direction_error_deg_p99", form=degrees)
-         + "; AnalyticGradient " + percent(tables.worst([r for r in (sweep.at_defaults(s, line.replace("ball", "analytic")) for s in tips) if r], "force_error_rel_p95"))],
+        ["normals", "StoredGradient", "SplineGradient (Line)",
+         "tip, force p95: " + pair(sweep, tips, line, line.replace("spline", "stored"), "force_error_rel_p95") + "; direction p99: "
+         + pair(sweep, tips, line, line.replace("spline", "stored"), "direction_error_deg_p99", form=degrees)
+         + "; AnalyticGradient " + percent(tables.worst([r for r in (sweep.at_defaults(s, line.replace("spline", "analytic")) for s in tips) if r], "force_error_rel_p95"))],
         ["tracking", "ProjectedTracking", "ConstrainedTracking",
          "shaft, torque p95: " + pair(sweep, shafts, line, line.replace("constrained", "projected"), "torque_error_rel_p95")
          + "; CentrelineTracking " + percent(tables.worst([r for r in (sweep.at_defaults(s, line.replace("constrained", "centreline")) for s in shafts) if r], "torque_error_rel_p95"))],

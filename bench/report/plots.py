@@ -86,7 +86,7 @@ def error_against_time(folder, sweep, scenario, renderer):
         parts = row["variant"].split("-")
         group = parts[0] if renderer != "line" else (
             "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
-            + ("" if "ball" in parts else ", " + parts[3] + " normals"))
+            + ("" if "spline" in parts else ", " + parts[3] + " normals"))
         groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
     points = [p for group in groups.values() for p in group]
     for (group, members), colour in zip(sorted(groups.items()), COLOURS * 2):
@@ -201,7 +201,7 @@ def ridge_spacing(folder, rows, radius):
     plot = Plot(folder, f"ridge_spacing_{radius:g}", f"A ridge of {radius:g} mm radius under the shaft: torque error against spacing",
                 "spacing of vertices or slices [mm]", "torque error, p95 [%]")
     logarithmic(plot)
-    names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-ball": "line, vertices only",
+    names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-spline": "line, vertices only",
              tables.SURFACE_DEFAULT: "surface, area", tables.SURFACE_PATCH: "surface, patch"}
     for (variant, name), colour in zip(names.items(), COLOURS):
         mine = [row for row in rows if row["variant"] == variant]

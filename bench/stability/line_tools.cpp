@@ -27,20 +27,20 @@ std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double i
   options.budget = setup.budget;
   const std::string& name = setup.options;
   if (name == "default")
-    return line<ConstrainedTracking, FullWrench, BallGradient, true>(setup, options, bone, isovalue);
+    return line<ConstrainedTracking, FullWrench, SplineGradient, true>(setup, options, bone, isovalue);
   if (name == "torque without force")
-    return line<ConstrainedTracking, TorqueOnly, BallGradient>(setup, options, bone, isovalue);
+    return line<ConstrainedTracking, TorqueOnly, SplineGradient>(setup, options, bone, isovalue);
   if (name == "stored gradient")
     return line<ConstrainedTracking, FullWrench, StoredGradient>(setup, options, bone, isovalue);
   if (name == "projected tracking")
-    return line<ProjectedTracking, FullWrench, BallGradient>(setup, options, bone, isovalue);
+    return line<ProjectedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
   if (name == "thesis' trigger") {
     options.proxy.trigger = Trigger::kThesis;
-    return line<ConstrainedTracking, FullWrench, BallGradient>(setup, options, bone, isovalue);
+    return line<ConstrainedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
   }
   if (name == "most active vertex") {
     options.refine = false;  // no look between vertices
-    return line<ConstrainedTracking, FullWrench, BallGradient>(setup, options, bone, isovalue);
+    return line<ConstrainedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
   }
   if (name != "thesis") throw std::invalid_argument("make_tool: line has no options '" + name + "'");
   options.proxy.trigger = Trigger::kThesis;

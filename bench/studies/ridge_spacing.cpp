@@ -28,7 +28,7 @@ void study_ridge_spacing(const StudyOptions& options) {
       Setting s;
       s.renderer = "line";
       s.vertices = count;
-      for (const char* variant : {kLineDefault, "translate_rotate-constrained-full-ball"}) {
+      for (const char* variant : {kLineDefault, "translate_rotate-constrained-full-spline"}) {
         s.variant = variant;
         add(s, count);
       }

@@ -55,21 +55,22 @@ const Runs<std::uint8_t>& line_runs_8() {
     using TR = TranslateRotate;
     using Constrained = ConstrainedTracking;
     Table<std::uint8_t> t;
-    using Ball = BallGradient;
+    using Spline = SplineGradient;
     t.add<float, TR, ProjectedTracking, TorqueOnly, StoredGradient>(kLineThesis);
-    t.add<float, TR, Constrained, FullWrench, Ball>(kLineDefault);
+    t.add<float, TR, Constrained, FullWrench, Spline>(kLineDefault);
     // The default but for one choice.
-    t.add<float, TR, ProjectedTracking, FullWrench, Ball>("translate_rotate-projected-full-ball-refined");
-    t.add<float, TR, CentrelineTracking, FullWrench, Ball>("translate_rotate-centreline-full-ball-refined");
-    t.add<float, TR, Constrained, FullWrench, Ball>("translate_rotate-constrained-full-ball");
-    t.add<float, TR, Constrained, FullWrench, Ball>("translate_rotate-constrained-full-ball-refined-thesis_trigger");
-    t.add<float, TR, Constrained, FullWrench, Ball>("translate_rotate-constrained-full-ball-refined-probe_origin");
-    t.add<float, TR, Constrained, TorqueOnly, Ball>("translate_rotate-constrained-torque-ball-refined");
+    t.add<float, TR, ProjectedTracking, FullWrench, Spline>("translate_rotate-projected-full-spline-refined");
+    t.add<float, TR, CentrelineTracking, FullWrench, Spline>("translate_rotate-centreline-full-spline-refined");
+    t.add<float, TR, Constrained, FullWrench, Spline>("translate_rotate-constrained-full-spline");
+    t.add<float, TR, Constrained, FullWrench, Spline>(
+        "translate_rotate-constrained-full-spline-refined-thesis_trigger");
+    t.add<float, TR, Constrained, FullWrench, Spline>("translate_rotate-constrained-full-spline-refined-probe_origin");
+    t.add<float, TR, Constrained, TorqueOnly, Spline>("translate_rotate-constrained-torque-spline-refined");
     t.add<float, TR, Constrained, FullWrench, AnalyticGradient>("translate_rotate-constrained-full-analytic-refined");
     t.add<float, TR, Constrained, FullWrench, CentralGradient>("translate_rotate-constrained-full-central-refined");
     t.add<float, TR, Constrained, FullWrench, StoredGradient>("translate_rotate-constrained-full-stored-refined");
-    t.add<float, RayCast, Constrained, FullWrench, Ball>("ray_cast-constrained-full-ball-refined");
-    t.add<double, TR, Constrained, FullWrench, Ball>(kLineDefault);
+    t.add<float, RayCast, Constrained, FullWrench, Spline>("ray_cast-constrained-full-spline-refined");
+    t.add<double, TR, Constrained, FullWrench, Spline>(kLineDefault);
     return t.runs;
   }();
   return table;
@@ -80,7 +81,7 @@ const Runs<std::int16_t>& line_runs_16() {
     Table<std::int16_t> t;
     t.add<float, TranslateRotate, ConstrainedTracking, FullWrench, AnalyticGradient>(
         "translate_rotate-constrained-full-analytic-refined");
-    t.add<float, TranslateRotate, ConstrainedTracking, FullWrench, BallGradient>(kLineDefault);
+    t.add<float, TranslateRotate, ConstrainedTracking, FullWrench, SplineGradient>(kLineDefault);
     return t.runs;
   }();
   return table;

@@ -65,12 +65,12 @@ template <class T>
     all.push_back(line(v));
     all.back().scalar = "double";
   }
-  for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-ball", kLineDefault})
+  for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
     for (const int n : thinned<int>({10, 20, 50, 100, 200, 500, 1000, 2000}, quick)) {
       all.push_back(line(v));
       all.back().vertices = n;
     }
-  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-ball-refined"}) {
+  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) {
     for (const double h : lengths) {
       all.push_back(line(v));
       all.back().step = h;

@@ -35,7 +35,7 @@ inline constexpr const char* kSurfacePatch = "patch-extend-full-analytic";
 inline constexpr const char* kCoupledDefault = "coupled-depth_map";
 inline constexpr const char* kEnergySurface = "energy-depth_map";
 inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";
-inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-ball-refined";
+inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-spline-refined";
 
 /// Both rows (discretisation, model) of a setting, none where the scenario does not concern the renderer. Throws
 /// std::invalid_argument for a variant there is none of.

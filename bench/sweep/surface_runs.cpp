@@ -90,7 +90,7 @@ const Runs<std::uint8_t>& surface_runs_8() {
     t.add<float, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfacePatch);
     t.add<float, PatchWeights, Extend, FullWrench, CentralGradient>("patch-extend-full-central");
     t.add<float, PatchWeights, Extend, FullWrench, StoredGradient>("patch-extend-full-stored");
-    t.add<float, PatchWeights, Extend, FullWrench, BallGradient>("patch-extend-full-ball");
+    t.add<float, PatchWeights, Extend, FullWrench, SplineGradient>("patch-extend-full-spline");
     t.add<double, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
     t.add<double, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
     t.add<double, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfacePatch);

@@ -31,7 +31,7 @@ auto interpolated(const Field& field) {
 }
 
 TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of, CellNormals<float>,
-                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+                   CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   double farther = 0, restless = 0, away = 0;
@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of
 }
 
 TEST_CASE_TEMPLATE("a spherical socket and the inner edge of a slot", Of, CellNormals<float>, CellNormals<double>,
-                   BallNormals<float>, BallNormals<double>) {
+                   SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   const RasterOptions o{.size = {48, 48, 48}};
@@ -145,7 +145,7 @@ Slide slide(const Shape& shape, const RasterOptions& o, const Vec3d& start, cons
 constexpr double kSlowStep = 0.1 * kVoxel;  // 30 mm/s at 1 kHz
 
 TEST_CASE_TEMPLATE("slow slides into corners and through sockets do not jerk", Of, CellNormals<float>,
-                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+                   CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   const RasterOptions o{.size = {64, 32, 64}};
@@ -170,7 +170,7 @@ TEST_CASE_TEMPLATE("slow slides into corners and through sockets do not jerk", O
 }
 
 TEST_CASE_TEMPLATE("off a convex edge a point proxy snaps once, to nothing", Of, CellNormals<float>,
-                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+                   CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   // The force on a point that is dragged below a face has no reason to fall before the edge, and nothing holds it
   // after: the step is the constraint's own, as large as the force. There must be no more, and the force before it

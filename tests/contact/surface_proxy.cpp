@@ -32,7 +32,7 @@ struct Errors {
 };
 
 TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to saturated depths", Of, CellNormals<float>,
-                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+                   CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(21);
@@ -72,8 +72,8 @@ TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to satu
   }
 }
 
-TEST_CASE_TEMPLATE("tip proxy on a sphere", Of, CellNormals<float>, CellNormals<double>, BallNormals<float>,
-                   BallNormals<double>) {
+TEST_CASE_TEMPLATE("tip proxy on a sphere", Of, CellNormals<float>, CellNormals<double>, SplineNormals<float>,
+                   SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(22);
@@ -135,7 +135,7 @@ TEST_CASE_TEMPLATE("tip proxy on a sphere", Of, CellNormals<float>, CellNormals<
 }
 
 TEST_CASE_TEMPLATE("tip proxy on voxels of 1:1:3, in a grid that is turned in the world", Of, CellNormals<float>,
-                   CellNormals<double>, BallNormals<float>, BallNormals<double>) {
+                   CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
   Random random(23);

@@ -39,6 +39,7 @@ class DepthField {
     constexpr Scalar kSlope = Scalar(1.7320508075688772);
     return -std::min(clearance * kSlope, clearance + half_diagonal_);
   }
+  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return field_.rise_stamp(); }
 
   [[nodiscard]] Scalar value(const Vec3<Scalar>& p_G) const noexcept {
     return is_beyond(p_G) ? value_beyond(p_G) : unit_ * field_.value(p_G);
@@ -46,7 +47,7 @@ class DepthField {
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept {
     return is_beyond(p_G) ? gradient_beyond(p_G) : Vec3<Scalar>(unit_ * field_.gradient(p_G));
   }
-  /// Gradient of the mean depth over a ball of one voxel.
+  /// Gradient of the smoothed depth (`SplineGradient`).
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
     return unit_ * field_.smooth_gradient(p_G);
   }

@@ -37,7 +37,7 @@ struct ProxyOptions {
 ///
 /// A tick: hold or let go (`Trigger`); then moves in the tangent plane toward the probe, each followed by a search
 /// along the normal back to the surface, and kept only if it brings the proxy nearer, or, where normals are smooth
-/// (`BallGradient`), leaves less to slide without climbing steeper than voxels ripple. That rule is what ends the
+/// (`SplineGradient`), leaves less to slide without climbing steeper than voxels ripple. That rule is what ends the
 /// moves at concave corners and in sockets without chatter: within a tick distance and what is left to slide fall. All
 /// sampling is at the proxy, so the probe may be arbitrarily deep, where gradients vanish.
 ///

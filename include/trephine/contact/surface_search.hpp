@@ -20,7 +20,7 @@ concept PointField = requires(const F& f, const Vec3<typename F::Scalar>& p, Vec
 };
 // clang-format on
 
-/// Whether a field says that its normals are smooth (`BallGradient`).
+/// Whether a field says that its normals are smooth (`SplineGradient`).
 template <class Field>
 inline constexpr bool kSmoothNormals = requires {
   requires Field::kSmoothNormals;

@@ -76,7 +76,7 @@ struct LineReport {
 /// count samples.
 template <RealScalar S, Stepping Step = TranslateRotate, Tracking Track = ConstrainedTracking,
           Friction FrictionLaw = Frictionless, ShaftForce Shaft = FullWrench,
-          GradientPolicy GradientChoice = BallGradient>
+          GradientPolicy GradientChoice = SplineGradient>
 class LineApproxRenderer {
  public:
   using Scalar = S;

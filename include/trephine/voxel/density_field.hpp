@@ -54,6 +54,8 @@ class DensityField {
   [[nodiscard]] static Scalar clearance(Scalar) noexcept { return Scalar(0); }
   [[nodiscard]] static Scalar value_at_clearance(Scalar) noexcept { return std::numeric_limits<Scalar>::lowest(); }
 
+  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return grid_->rise_stamp(); }
+
   /// Whether all within `radius` [m] of p_G lies beyond the grid, and air is there.
   [[nodiscard]] bool is_beyond(const Vec3<Scalar>& p_G, Scalar radius) const noexcept {
     const Vec3<Scalar> u = coordinates(p_G);
@@ -73,9 +75,9 @@ class DensityField {
     return GradientChoice::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
-  /// The same of the mean density over a ball of one voxel, whatever the policy.
+  /// The same of the smoothed density, whatever the policy.
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
-    return BallGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
+    return SplineGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
   /// Outward unit normal −∇ρ/|∇ρ| at p_G. Where the density is flat there (8-bit plateaus, deep in bone) it is the

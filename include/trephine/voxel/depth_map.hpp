@@ -25,8 +25,8 @@ struct DepthOptions {
 /// where the way out is, which takes a search in the densities; and outside it bounds how far bone is.
 ///
 /// *Made* from a grid once, at load: the nearest point of the surface for each voxel beside it (on the interpolant,
-/// with normals as `BallGradient` gives them), then the nearest of those points for all voxels within reach. Its memory
-/// is 2 bytes a voxel (4 with `keep_original`); 12 bytes a voxel more while it is made.
+/// with normals as `SplineGradient` gives them), then the nearest of those points for all voxels within reach. Its
+/// memory is 2 bytes a voxel (4 with `keep_original`); 12 bytes a voxel more while it is made.
 ///
 /// *Cut* together with the bone: inside, the depth of A without B is min(depth in A, distance to B), which a cut does
 /// voxel by voxel and exactly, as far as the reach. Outside, depths stay what they were or fall: there they are bounds

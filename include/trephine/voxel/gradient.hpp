@@ -66,52 +66,78 @@ struct StoredGradient {
   }
 };
 
-/// The slope that fits best to the interpolant on a ball of one voxel round the point: 26 samples in the directions and
-/// with the weights of Lebedev's rule, Σ w ρ(u + d) d · 3. Normals of a whole neighbourhood instead of a cell: the
-/// ripple of single cells averages out, and unlike axis-wise differences it prefers no direction. Cost: 26 samples in
-/// two batches.
-struct BallGradient {
+/// Gradient of the densities smoothed by the cubic B-spline (its control points are the voxels themselves): smooth
+/// where the interpolant has kinks, so that the ripple of single cells averages out, and exact for linear densities.
+/// Cost: 64 voxels.
+struct SplineGradient {
   static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = true;
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
-    static constexpr Rule<Scalar> kRule;
-    std::array<Scalar, kPoints> density;
-    sample_points(v, Mat3<Scalar>::Identity().eval(), u, kRule.x.data(), kRule.y.data(), kRule.z.data(), density.data(),
-                  kPoints);
-    Vec3<Scalar> g = Vec3<Scalar>::Zero();
-    for (std::size_t i = 0; i < kPoints; ++i)
-      g += (kRule.weight[i] * density[i]) * Vec3<Scalar>(kRule.x[i], kRule.y[i], kRule.z[i]);
-    return g;
+    const Cell<Scalar> c = cell_at(v, u);
+    const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
+    const Density* first = v.voxels + c.base - v.plane - v.row - 1;
+    int row = v.row;
+    int plane = v.plane;
+    std::array<Density, 64> copy;
+    if (!((u.array() >= Scalar(1)).all() && (u.array() < v.last.array() - Scalar(1)).all())) {
+      copy_at_border(v, c.base, copy);
+      first = copy.data();
+      row = 4;
+      plane = 16;
+    }
+    Four<Scalar> in_x = Four<Scalar>::Zero(), in_y = in_x, in_z = in_x;  // sums over y and z, for each tap along x
+    for (int k = 0; k < 4; ++k) {
+      Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean;
+      for (int j = 0; j < 4; ++j) {
+        const Density* p = first + k * plane + j * row;
+        const Four<Scalar> density{static_cast<Scalar>(p[0]), static_cast<Scalar>(p[1]), static_cast<Scalar>(p[2]),
+                                   static_cast<Scalar>(p[3])};
+        mean += y.weight[j] * density;
+        rise += y.slope[j] * density;
+      }
+      in_x += z.weight[k] * mean;
+      in_y += z.weight[k] * rise;
+      in_z += z.slope[k] * mean;
+    }
+    return {(x.slope * in_x).sum(), (x.weight * in_y).sum(), (x.weight * in_z).sum()};
   }
 
  private:
-  static constexpr int kPoints = 2 * kLane;
-  /// Directions to a cube's faces, edges and corners; what is left of the second lane weighs nothing.
   template <RealScalar Scalar>
-  struct Rule {
-    std::array<Scalar, kPoints> x{}, y{}, z{}, weight{};
-    constexpr Rule() {
-      constexpr std::array<double, 4> kPerLength{0, 1, 0.70710678118654752, 0.57735026918962576};
-      constexpr std::array<double, 4> kWeight{0, 3.0 / 21, 3 * 4.0 / 105, 3 * 9.0 / 280};
-      std::size_t n = 0;
-      for (int k = -1; k <= 1; ++k)
-        for (int j = -1; j <= 1; ++j)
-          for (int i = -1; i <= 1; ++i) {
-            const auto steps = static_cast<std::size_t>(i * i + j * j + k * k);
-            if (steps == 0) continue;
-            x[n] = static_cast<Scalar>(i * kPerLength[steps]);
-            y[n] = static_cast<Scalar>(j * kPerLength[steps]);
-            z[n] = static_cast<Scalar>(k * kPerLength[steps]);
-            weight[n++] = static_cast<Scalar>(kWeight[steps]);
-          }
+  using Four = Eigen::Array<Scalar, 4, 1>;
+
+  /// Of the four voxels round a place f beyond the second of them: the spline's weights and their derivatives.
+  template <RealScalar Scalar>
+  struct Taps {
+    Four<Scalar> weight, slope;
+    explicit Taps(Scalar f) noexcept {
+      constexpr Scalar kSixth = Scalar(1) / Scalar(6);
+      const Scalar g = Scalar(1) - f;
+      weight << g * g * g * kSixth, (f * f * (Scalar(3) * f - Scalar(6)) + Scalar(4)) * kSixth,
+          (g * g * (Scalar(3) * g - Scalar(6)) + Scalar(4)) * kSixth, f * f * f * kSixth;
+      slope << Scalar(-0.5) * g * g, f * (Scalar(1.5) * f - Scalar(2)), -g * (Scalar(1.5) * g - Scalar(2)),
+          Scalar(0.5) * f * f;
     }
   };
+
+  /// The 4 x 4 x 4 voxels round a cell, some of which lie beyond the array: there the border goes on.
+  template <VoxelDensity Density, RealScalar Scalar>
+  static void copy_at_border(const SampleView<Density, Scalar>& v, int base, std::array<Density, 64>& to) noexcept {
+    const std::array<int, 3> cell{base % v.row, base % v.plane / v.row, base / v.plane};
+    const auto offset = [&](int axis, int tap, int pitch) {
+      return std::clamp(cell[static_cast<std::size_t>(axis)] - 1 + tap, 0, static_cast<int>(v.last[axis])) * pitch;
+    };
+    auto next = to.begin();
+    for (int k = 0; k < 4; ++k)
+      for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 4; ++i) *next++ = v.voxels[offset(2, k, v.plane) + offset(1, j, v.row) + offset(0, i, 1)];
+  }
 };
 
 template <class G>
 concept GradientPolicy = std::same_as<G, AnalyticGradient> || std::same_as<G, CentralGradient> ||
-    std::same_as<G, StoredGradient> || std::same_as<G, BallGradient>;
+    std::same_as<G, StoredGradient> || std::same_as<G, SplineGradient>;
 
 }  // namespace trephine
