@@ -6,14 +6,17 @@
 #include <trephine/voxel/density_field.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 namespace trephine {
 
 /// A contact field whose values say how deep a point is: `metres()` per unit of value; `clearance(value)` [m], below
-/// which no bone is near, and its inverse; and a gradient that does not show the cells. A DepthField tells distances; a
-/// DensityField depths of a kind and no clearance.
+/// which no bone is near, and its inverse; a gradient that does not show the cells; and a stamp that changes when bone
+/// may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no clearance.
 // clang-format off
 template <class F>
 concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p) {
@@ -21,6 +24,7 @@ concept PenetrationField = ContactField<F> && requires(const F& f, typename F::S
   { f.clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
   { f.value_at_clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
   { f.smooth_gradient(p) } noexcept -> std::same_as<Vec3<typename F::Scalar>>;
+  { f.rise_stamp() } noexcept -> std::same_as<std::uint64_t>;
 };
 // clang-format on
 
@@ -48,24 +52,22 @@ struct FixedVertices {
   static constexpr bool kGlide = false;
 };
 /// … or at the deepest place of the patch of tool that it stands for, found from the gradient at the vertex: a ball of
-/// few vertices touches as a ball does and not as their polyhedron, and each place's normal is that of its whole
-/// neighbourhood. By the envelope theorem the force at a deepest place is the energy's gradient there as well.
+/// few vertices touches as a ball does and not as their polyhedron. Gradients are smooth ones: with those of single
+/// cells places and normals would jump between cells, and a search go to and fro. By the envelope theorem the force at
+/// a deepest place is the energy's gradient there as well.
 struct GlidingVertices {
   static constexpr bool kGlide = true;
 };
 
 /// What of a tool is in bone, a place per vertex at most, found by a sample or two a vertex without search or ray.
-/// Within a tick, poses near the first look only at vertices that can touch there. Allocates at construction alone.
+/// Vertices known to be far from bone are passed over. Allocates at construction alone.
 template <RealScalar Scalar, class Vertices = GlidingVertices>
 class VertexContacts {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
   explicit VertexContacts(const Tool& tool)
-      : count_(tool.periphery()),
-        padded_(padded_to_lane(tool.periphery())),
-        ball_(tool.groups()[0].count),
-        values_(static_cast<std::size_t>(tool.padded())) {
+      : count_(tool.periphery()), ball_(tool.groups()[0].count), values_(static_cast<std::size_t>(tool.padded())) {
     groups_.resize(tool.groups().size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       groups_[g].first = tool.groups()[g].first;
@@ -76,11 +78,13 @@ class VertexContacts {
       }
       farthest_ = std::max(farthest_, groups_[g].farthest);
     }
+    const auto padded = static_cast<std::size_t>(padded_to_lane(count_));
     for (PointArrays<Scalar>* points : {&near_, &places_, &gradients_})
-      for (auto* v : {&points->x, &points->y, &points->z}) v->resize(static_cast<std::size_t>(padded_));
-    near_values_.resize(static_cast<std::size_t>(padded_));
-    near_vertices_.resize(static_cast<std::size_t>(padded_));
-    place_vertices_.resize(static_cast<std::size_t>(padded_));
+      for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
+    near_values_.resize(padded);
+    is_near_.resize(static_cast<std::size_t>(count_));
+    near_vertices_.resize(padded);
+    place_vertices_.resize(padded);
     found_.resize(static_cast<std::size_t>(count_));
     if constexpr (Vertices::kGlide) {
       // A quarter wider than a disc of the same area, so that patches leave no gaps.
@@ -97,7 +101,7 @@ class VertexContacts {
 
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
-  /// may touch. Their `out` is the interpolant's own.
+  /// may touch. Their `out` is the gradient at the vertex.
   [[nodiscard]] std::span<const VertexContact> near() const noexcept { return {found_.data(), found_count_}; }
   /// Adds a contact to a tick's summary.
   void tell(const VertexContact& c, ContactSummary& summary) const noexcept {
@@ -115,30 +119,32 @@ class VertexContacts {
   }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
 
-  /// All vertices at pose X_GT.
+  /// The places in bone at pose X_GT. Vertices that cannot have come near bone since they were last sampled are passed
+  /// over: tool and bone move little between two looks, and bone that is cut only recedes.
   template <PenetrationField Field>
   void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
-    const Pose<Scalar> X = X_GT.template cast<Scalar>();
-    const auto& p = tool.points();
-    field.values(X, p.x.data(), p.y.data(), p.z.data(), values_.data(), padded_);
-    near_count_ = 0;
-    for (Group& g : groups_) pick_near(field, tool, g);
-    pad(near_, near_count_);
-    X_looked_ = X_GT;
-    touch(field, tool, X, 0, 0);
-  }
-
-  /// The same; at a pose so near the last one of `look` that no other vertex can touch, only of those that can.
-  template <PenetrationField Field>
-  void look_near(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
     const double step = (X_GT.translation() - X_looked_.translation()).norm();
-    const double turn = turn_between(X_looked_, X_GT).norm();
-    for (const Group& g : groups_)
-      if (step + turn * g.farthest > g.far_clearance) return look(field, tool, X_GT);
+    // 2 sin(θ/2): the chord that a point a metre off moves along.
+    const double turn = (X_GT.linear() - X_looked_.linear()).norm() / std::numbers::sqrt2;
+    X_looked_ = X_GT;
+    if (std::exchange(stamp_, field.rise_stamp()) != field.rise_stamp()) forget();
+    bool anew = false;
+    for (Group& g : groups_) {
+      g.far_clearance -= step + turn * g.farthest;
+      // Half a voxel before it must, so that what is left does not shorten a step.
+      if (!(g.far_clearance >= static_cast<double>(field.voxel()) / 2)) g.far_clearance = -1;
+      anew = anew || g.far_clearance < 0;
+    }
     const Pose<Scalar> X = X_GT.template cast<Scalar>();
+    if (anew) look_again(field, tool, X);
     if (near_count_ > 0)
       field.values(X, near_.x.data(), near_.y.data(), near_.z.data(), near_values_.data(), padded_to_lane(near_count_));
-    touch(field, tool, X, step, turn);
+    touch(field, tool, X);
+  }
+
+  /// Looks at every vertex next time.
+  void forget() noexcept {
+    for (Group& g : groups_) g.far_clearance = -1;
   }
 
  private:
@@ -157,28 +163,46 @@ class VertexContacts {
   struct Group {
     int first = 0;
     int last = 0;
-    double farthest = 0;       // from T's origin [m]
-    double far_clearance = 0;  // of those that are not near, at X_looked_ [m]
-    double clearance = 0;      // of all that do not touch [m]
+    double farthest = 0;        // from T's origin [m]
+    double far_clearance = -1;  // of those that are not near, at X_looked_ [m]; below 0: not known
+    double clearance = 0;       // of all that do not touch [m]
   };
 
-  /// Of a group's vertices those that can touch within a voxel from here.
+  /// Samples the groups that may have come near, runs of them at once, and tells their near vertices from far ones.
   template <PenetrationField Field>
-  void pick_near(const Field& field, const Tool& tool, Group& group) noexcept {
+  void look_again(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
+    const auto& p = tool.points();
+    for (std::size_t g = 0; g < groups_.size();) {
+      std::size_t end = g;
+      while (end < groups_.size() && groups_[end].far_clearance < 0) ++end;
+      if (end > g) {
+        const int n = padded_to_lane(groups_[end - 1].last - groups_[g].first);
+        const int first = std::min(groups_[g].first, tool.padded() - n);
+        field.values(X, p.x.data() + first, p.y.data() + first, p.z.data() + first, values_.data() + first, n);
+      }
+      for (; g < end; ++g) sort_out(field, tool, groups_[g]);
+      if (g < groups_.size()) ++g;
+    }
+    near_count_ = 0;
+    for (int i = 0; i < count_; ++i) {
+      if (is_near_[static_cast<std::size_t>(i)] == 0) continue;
+      near_vertices_[static_cast<std::size_t>(near_count_)] = i;
+      put(near_, near_count_++, tool.points()[i]);
+    }
+    pad(near_, near_count_);
+  }
+
+  /// Which of a group's vertices can touch within a voxel from here.
+  template <PenetrationField Field>
+  void sort_out(const Field& field, const Tool& tool, Group& group) noexcept {
     group.far_clearance = std::numeric_limits<double>::infinity();
     if (group.first == group.last) return;
     const Scalar reach = reach_of(tool, group.first);
     const Scalar far = field.value_at_clearance(field.voxel() + reach);
     Scalar nearest_far = std::numeric_limits<Scalar>::lowest();
-    for (int i = group.first; i < group.last; ++i) {
-      const Scalar value = values_[static_cast<std::size_t>(i)];
-      if (value < far) {
-        nearest_far = std::max(nearest_far, value);
-        continue;
-      }
-      near_vertices_[static_cast<std::size_t>(near_count_)] = i;
-      near_values_[static_cast<std::size_t>(near_count_)] = value;
-      put(near_, near_count_++, tool.points()[i]);
+    for (auto i = static_cast<std::size_t>(group.first); i < static_cast<std::size_t>(group.last); ++i) {
+      is_near_[i] = values_[i] < far ? 0 : 1;
+      if (is_near_[i] == 0) nearest_far = std::max(nearest_far, values_[i]);
     }
     if (nearest_far > std::numeric_limits<Scalar>::lowest())
       group.far_clearance = static_cast<double>(field.clearance(nearest_far) - reach);
@@ -188,11 +212,11 @@ class VertexContacts {
   [[nodiscard]] Group& group_of(int vertex) noexcept { return groups_[group_of_[static_cast<std::size_t>(vertex)]]; }
 
   template <PenetrationField Field>
-  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X, double step, double turn) noexcept {
+  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
     found_count_ = 0;
     touching_ = 0;
     deepest_ = 0;
-    for (Group& g : groups_) g.clearance = std::max(0.0, g.far_clearance - (step + turn * g.farthest));
+    for (Group& g : groups_) g.clearance = g.far_clearance;
     place_count_ = 0;
     for (int j = 0; j < near_count_; ++j) {
       const auto n = static_cast<std::size_t>(j);
@@ -209,8 +233,7 @@ class VertexContacts {
     if (place_count_ == 0) return;
     pad(places_, place_count_);
     gradients(field, X);
-    if constexpr (Vertices::kGlide) glide(tool, X);
-    collect(field, X);
+    collect(field, tool, X);
   }
 
   [[nodiscard]] Scalar reach_of(const Tool& tool, int vertex) const noexcept {
@@ -221,55 +244,71 @@ class VertexContacts {
 
   template <PenetrationField Field>
   void gradients(const Field& field, const Pose<Scalar>& X) noexcept {
-    field.gradients(X, places_.x.data(), places_.y.data(), places_.z.data(), gradients_.x.data(), gradients_.y.data(),
-                    gradients_.z.data(), padded_to_lane(place_count_));
+    if constexpr (Vertices::kGlide)
+      for (int j = 0; j < place_count_; ++j) put(gradients_, j, field.smooth_gradient(X * places_[j]));
+    else
+      field.gradients(X, places_.x.data(), places_.y.data(), places_.z.data(), gradients_.x.data(), gradients_.y.data(),
+                      gradients_.z.data(), padded_to_lane(place_count_));
   }
 
-  /// Moves each place to where its patch points along the gradient, into the bone; at most to the patch's edge.
-  void glide(const Tool& tool, const Pose<Scalar>& X) noexcept {
-    const Mat3<Scalar> R_TG = X.linear().transpose();
-    for (int j = 0; j < place_count_; ++j) {
-      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
-      const bool ball = vertex < ball_;
-      const Vec3<Scalar> from = -tool.inward()[vertex];
-      Vec3<Scalar> to = R_TG * gradients_[j];
-      if (!ball) to.z() = Scalar(0);
-      const Scalar length = to.norm();
-      if (!(length > Scalar(0))) continue;
-      to /= length;
-      const Scalar cosine = from.dot(to);
-      const Scalar most = ball ? ball_cosine_ : ring_cosine_;
-      if (cosine < most) {
-        const Vec3<Scalar> beside = to - cosine * from;
-        const Scalar b = beside.norm();
-        if (!(b > Scalar(1e-6))) continue;
-        to = most * from + (std::sqrt(Scalar(1) - most * most) / b) * beside;
-      }
-      const Scalar radius = static_cast<Scalar>(ball ? tool.burr().tip_radius : tool.burr().shaft_radius);
-      Vec3<Scalar> p = radius * to;
-      if (!ball) p.z() = places_.z[static_cast<std::size_t>(j)];
-      put(places_, j, p);
+  /// The point of the vertex' patch that lies farthest along `gradient` (G axes), into the bone; in T. On the shaft, in
+  /// the vertex' slice. The vertex' own where no direction is told.
+  [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
+                                    const Vec3<Scalar>& gradient) const noexcept {
+    const bool ball = vertex < ball_;
+    const Vec3<Scalar> from = -tool.inward()[vertex];
+    Vec3<Scalar> to = R.transpose() * gradient;
+    if (!ball) to.z() = Scalar(0);
+    const Scalar length = to.norm();
+    if (!(length > Scalar(0))) return tool.points()[vertex];
+    to /= length;
+    const Scalar cosine = from.dot(to);
+    const Scalar most = ball ? ball_cosine_ : ring_cosine_;
+    if (cosine < most) {
+      const Vec3<Scalar> beside = to - cosine * from;
+      const Scalar b = beside.norm();
+      if (!(b > Scalar(1e-6))) return tool.points()[vertex];
+      to = most * from + (std::sqrt(Scalar(1) - most * most) / b) * beside;
     }
-    pad(places_, place_count_);
+    const Scalar radius = static_cast<Scalar>(ball ? tool.burr().tip_radius : tool.burr().shaft_radius);
+    Vec3<Scalar> p = radius * to;
+    if (!ball) p.z() = tool.points()[vertex].z();
+    return p;
   }
 
-  /// The places that are in bone.
+  /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
   template <PenetrationField Field>
-  void collect(const Field& field, const Pose<Scalar>& X) noexcept {
-    field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
+  void collect(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
     const Scalar metres = field.metres();
     const Mat3<Scalar> R = X.linear();
-    const Vec3<Scalar> t = X.translation();
+    if constexpr (Vertices::kGlide) {
+      for (int j = 0; j < place_count_; ++j)
+        put(places_, j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
+      pad(places_, place_count_);
+    }
+    field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
     for (int j = 0; j < place_count_; ++j) {
-      const Scalar value = values_[static_cast<std::size_t>(j)];
+      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
+      Scalar value = values_[static_cast<std::size_t>(j)];
       if (!(value > Scalar(0))) {
-        Group& group = group_of(place_vertices_[static_cast<std::size_t>(j)]);
+        Group& group = group_of(vertex);
         group.clearance = std::min(group.clearance, static_cast<double>(field.clearance(value)));
         continue;
       }
-      const Vec3<Scalar> lever = R * places_[j];
+      Vec3<Scalar> lever = R * places_[j];
       Vec3<Scalar> gradient = gradients_[j];
-      if constexpr (Vertices::kGlide) gradient = field.smooth_gradient(t + lever);
+      if constexpr (Vertices::kGlide) {
+        // The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
+        // points to within a fifth of the angle that is left.
+        gradient = field.smooth_gradient(X.translation() + lever);
+        const Vec3<Scalar> better = R * glided(tool, R, vertex, gradient);
+        const Scalar there = field.value(X.translation() + better);
+        if (there > value) {
+          lever = better;
+          value = there;
+          gradient = field.smooth_gradient(X.translation() + lever);
+        }
+      }
       keep(j, value * metres, Vec3<Scalar>(-metres * gradient), lever);
     }
     touching_ = found_count_;
@@ -291,7 +330,6 @@ class VertexContacts {
   }
 
   int count_;
-  int padded_;
   int ball_;
   Scalar ball_reach_ = Scalar(0);  // [rad] from a vertex to its patch's edge
   Scalar ring_reach_ = Scalar(0);
@@ -306,12 +344,14 @@ class VertexContacts {
   int near_count_ = 0;
   int place_count_ = 0;
   std::vector<Scalar> values_;
-  std::vector<int> near_vertices_;  // that can touch near X_looked_
+  std::vector<std::uint8_t> is_near_;  // each vertex: can touch near X_looked_
+  std::vector<int> near_vertices_;
   std::vector<Scalar> near_values_;
   std::vector<int> place_vertices_;  // whose patch may be in bone
   PointArrays<Scalar> near_, places_, gradients_;
   std::vector<VertexContact> found_;
   Posed X_looked_ = Posed::Identity();
+  std::uint64_t stamp_ = 0;  // of the bone that was looked at
 };
 
 }  // namespace trephine

@@ -73,10 +73,10 @@ concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOn
 /// and at least 50 k_v. A wall of one voxel, half a voxel deep in its middle, so holds twice what the coupling can
 /// pull.
 ///
-/// *Work a tick*: Gauss–Newton steps from the last pose, at most kMostSteps, each with a batch of samples: of all
-/// vertices at the first and whenever the tool has moved by a voxel since, else of those within a voxel of bone. A step
-/// moves no vertex farther than a quarter of a voxel beyond what is known to be free, so none passes a wall unseen.
-/// What is left when the steps run out is carried on at the next tick (`kWorkBound`).
+/// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from where the virtual tool comes to if it goes on as in the
+/// last tick; each with a batch of samples of the vertices within a voxel of bone, and of other slices only once they
+/// may have come near. No step moves a vertex farther than a quarter of a voxel beyond what is known to be free, so
+/// none passes a wall unseen. What is left when the steps run out is carried on at the next tick (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.
@@ -127,6 +127,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     started_ = false;
     met_ = false;
     contact_count_ = 0;
+    vertices_.forget();
     friction_.reset();
   }
 
@@ -180,9 +181,26 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const bool far = !((X_device.translation() - X_.translation()).norm() <= kFarthestFollow * voxel_);
       if (vertices_.found().empty() || far) X_ = X_device;
     }
-    if (!started_ || jumped) friction_.reset();
+    if (!started_ || jumped) {
+      friction_.reset();
+      X_before_ = X_;
+    }
+    friction_.begin(X_);
+    predict();
     started_ = true;
     return jumped ? Status::kJump : Status::kOk;
+  }
+
+  /// Starts where the virtual tool comes to if it goes on as in the last tick, which is most of the way.
+  void predict() noexcept {
+    Step drift;
+    drift << X_.translation() - X_before_.translation(), turn_between(X_before_, X_);
+    X_before_ = X_;
+    const double way = drift.head<3>().norm(), turn = drift.tail<3>().norm();
+    // A tool at rest stays where it is: less than this is what a search leaves over.
+    if (vertices_.motion(way, turn) < 4 * kSmallestStep * voxel_) return;
+    const double share = vertices_.free_share(way, turn, voxel_ / 4);
+    X_ = moved(X_, share * drift);
   }
 
   /// Gauss–Newton toward the least energy. Returns whether it got there. Steps into contact overshoot by a quarter of a
@@ -191,7 +209,6 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   bool follow(const Field& field, const Posed& X_device) noexcept {
     vertices_.look(field, tool_, X_);
     lag_ = lag_behind(X_device);
-    friction_.begin(X_);
     friction_.enter(vertices_.found(), X_);
     met_ = !vertices_.found().empty();
     held_ = false;
@@ -212,7 +229,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const bool limited = share < 1;
       const bool touched = !vertices_.found().empty();
       X_ = moved(X_, damping * share * step);
-      vertices_.look_near(field, tool_, X_);
+      vertices_.look(field, tool_, X_);
       friction_.enter(vertices_.found(), X_);
       lag_ = lag_behind(X_device);
       const double before = std::exchange(now, energy());
@@ -234,7 +251,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   bool rest_at(const Field& field, const Posed& X, const Posed& X_device) noexcept {
     if (!friction_.holds()) {
       X_ = X;
-      vertices_.look_near(field, tool_, X_);
+      vertices_.look(field, tool_, X_);
       lag_ = lag_behind(X_device);
     }
     return true;
@@ -340,6 +357,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   [[no_unique_address]] FrictionContacts<FrictionLaw> friction_;
   VertexContacts<Scalar> vertices_;
   Posed X_ = Posed::Identity();
+  Posed X_before_ = Posed::Identity();  // where the last tick began
   Posed X_device_ = Posed::Identity();
   Lag lag_;
   bool started_ = false;

@@ -80,6 +80,7 @@ class EnergySurfaceRenderer : public DepthReader<S, Depth> {
     started_ = false;
     contact_count_ = 0;
     energy_ = 0;
+    vertices_.forget();
   }
 
   [[nodiscard]] const EnergySurfaceOptions& options() const noexcept { return options_; }

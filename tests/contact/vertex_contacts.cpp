@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "support/raster.hpp"
+
+#include <trephine/contact/depth_field.hpp>
+#include <trephine/contact/vertex_contacts.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+// What passes over vertices that are known to be far, against one that knows nothing at any pose: to the bit, along
+// walks small and large, while the bone is cut away and put back.
+TEST_CASE_TEMPLATE("passing over far vertices changes no contact", Vertices, GlidingVertices, FixedVertices) {
+  using Contacts = VertexContacts<float, Vertices>;
+  const RasterOptions o{.size = {40, 40, 40}};
+  const Ball ball{o.middle(), 0.0035};
+  const auto bone = rasterise<std::uint8_t>(ball, o);
+  const Burr burr{.tip_radius = 0.0012, .shaft_radius = 0.0006, .shaft_length = 0.012};
+  Random random(91);
+  std::size_t found = 0, near = 0;
+  int differ = 0;
+  for (const SurfaceCounts counts : {SurfaceCounts{}, SurfaceCounts{.sphere = 5, .slices = 1, .per_slice = 3}}) {
+    DepthMap map(bone, o.isovalue(), {.keep_original = true});
+    const DepthField<float> field(map);
+    const ToolDiscretization<SurfaceCounts, float> tool(burr, counts);
+    Contacts knows(tool), knows_not(tool);
+    Posed X = Posed::Identity();
+    for (int i = 0; i < 30000; ++i) {
+      if (i % 50 == 0) {
+        const Vec3d out = random.unit();
+        X = make_pose<double>(random.rotation(),
+                              o.middle() + (ball.radius + random.uniform(-0.5, 3) * burr.tip_radius) * out);
+      }
+      const double step = i % 100 < 50 ? 3e-5 : 5e-4;
+      X = make_pose<double>(rotation_from_vector(Vec3d(step / 0.001 * random.unit())) * X.linear(),
+                            X.translation() + step * random.unit());
+      if (i % 300 == 5) map.cut(SphereCutter(X.translation(), X.translation(), 2 * burr.tip_radius));
+      if (i % 300 == 20) map.restore();
+      knows.look(field, tool, X);
+      knows_not.forget();
+      knows_not.look(field, tool, X);
+      const auto same = [](const VertexContact& a, const VertexContact& b) {
+        return a.vertex == b.vertex && a.depth == b.depth && a.out == b.out && a.lever == b.lever;
+      };
+      differ += std::ranges::equal(knows.near(), knows_not.near(), same) ? 0 : 1;
+      differ += knows.found().size() == knows_not.found().size() ? 0 : 1;
+      // What it holds for free is.
+      differ += knows.free_share(1, 0, 0) <= knows_not.free_share(1, 0, 0) + 1e-9 ? 0 : 1;
+      found += knows.found().empty() ? 0 : 1;
+      near += knows.near().size();
+    }
+  }
+  MESSAGE(found, " of 60000 poses in contact, ", near, " places near");
+  CHECK(differ == 0);
+  CHECK(found > 10000);
+  CHECK(found < 50000);
+}
+
+}  // namespace
