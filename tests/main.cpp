@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#define DOCTEST_CONFIG_IMPLEMENT
 #include "support/malloc_hook.hpp"
 
 #include <doctest/doctest.h>

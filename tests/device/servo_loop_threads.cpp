@@ -166,7 +166,7 @@ TEST_CASE("servo loop, real time: a stall starts the ramp anew, and dt is clampe
   options.ramp = 0.005;
   int tick_of_stall = -1;
   double dt = 0, ramp = -1;
-  const RunReport report = ServoLoop{device, scene, Registration{}, options}.run_for(400ms, [&](const TickRecord& t) {
+  const RunReport report = ServoLoop{device, scene, Registration{}, options}.run_until([&](const TickRecord& t) {
     const int index = static_cast<int>(t.index);
     if (t.ramp == 1.0 && tick_of_stall < 0) {
       std::this_thread::sleep_for(150ms);
@@ -176,6 +176,7 @@ TEST_CASE("servo loop, real time: a stall starts the ramp anew, and dt is clampe
       dt = t.dt;
       ramp = t.ramp;
     }
+    return index == tick_of_stall || t.time > 10;
   });
   CHECK(report.stalls >= 1);
   CHECK(dt == kLongestDt);
@@ -208,7 +209,8 @@ TEST_CASE("self-paced device: ticks in its calls, in whole frames, and the last 
   const RunReport report = ServoLoop{device, scene, Registration{}}.run_for(
       100ms, [&](const TickRecord&) { ticking = std::this_thread::get_id(); });
   CHECK(report.end == RunEnd::kFinished);
-  CHECK(report.ticks >= 20);
+  // What came late counts as missed, rounded down by less than half a period each.
+  CHECK(report.ticks + report.missed_deadlines >= 60);
   // A tick a millisecond until the loop noticed that the time was over, which other programs may delay.
   CHECK(static_cast<double>(report.ticks) <= 1000 * report.wall_time + 2);
   CHECK(device.calls == static_cast<int>(report.ticks) + 1);
@@ -255,9 +257,11 @@ TEST_CASE("self-paced device: its own time makes dt") {
   CallingDevice device;
   device.own_time_step = 1.25e-3;
   ScriptedScene scene;
-  ServoLoop{device, scene, Registration{}}.run_for(
-      20ms, [&](const TickRecord& t) { CHECK(t.dt == near(t.index == 0 ? 1e-3 : 1.25e-3)); });
-  CHECK(scene.ticks > 2);
+  ServoLoop{device, scene, Registration{}}.run_until([&](const TickRecord& t) {
+    CHECK(t.dt == near(t.index == 0 ? 1e-3 : 1.25e-3));
+    return t.index == 15;
+  });
+  CHECK(scene.ticks == 16);
 }
 
 TEST_CASE("self-paced device: a fault ends the run, the zero goes out in a frame of its own") {
@@ -290,14 +294,16 @@ TEST_CASE("self-paced device: exceptions of the observer cross to the caller") {
 TEST_CASE("self-paced device: one that goes silent, or never starts, is a fault and does not hang the caller") {
   ScriptedScene scene;
   ServoOptions options;
-  options.callback_timeout = 0.05;
+  options.callback_timeout = 0.1;
   for (const int after : {0, 10}) {
     CallingDevice device;
     device.silent_after = after;
     const RunReport report = ServoLoop{device, scene, Registration{}, options}.run_for(10s);
     CHECK(report.end == RunEnd::kFault);
     CHECK(report.reason == "the device stopped calling");
-    CHECK(report.ticks == static_cast<std::uint64_t>(after));
+    // Each of its calls ticked; a machine that stalls for as long may have made it silent before.
+    CHECK(report.ticks == static_cast<std::uint64_t>(device.calls));
+    CHECK(device.calls <= after);
     CHECK(device.stops == 1);
     CHECK(device.errors == 0);
   }

@@ -141,14 +141,16 @@ TEST_CASE("stand-in: errors come newest first, with their device") {
 }
 
 TEST_CASE("stand-in: too much force trips, and the motors stay without power for a while") {
-  Running r;
+  hd_standin::Model model = rigid();
+  model.trip_time = 0.3;  // a stall of the machine is at most 0.1 s of the model's time
+  Running r(model);
   in_servo_thread([&] { frame(r.device, {0, 0, 3.31}); });
   CHECK(popped() == Codes{HD_EXCEEDED_MAX_FORCE});
   CHECK(hd_standin::witness("Default Device").felt.force.norm() == 0);
   in_servo_thread([&] { frame(r.device, {0, 0, 1}); });
   CHECK(popped().empty());
   CHECK(hd_standin::witness("Default Device").felt.force.norm() == 0);
-  std::this_thread::sleep_for(std::chrono::milliseconds(80));
+  while (!hd_standin::witness("Default Device").powered) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   in_servo_thread([&] { frame(r.device, {0, 0, 3.3}); });
   CHECK(popped().empty());
   CHECK(hd_standin::witness("Default Device").felt.force.z() == 3.3);

@@ -47,7 +47,7 @@ elseif(Eigen3_DIR)
   list(APPEND arguments -D Eigen3_DIR=${Eigen3_DIR})
 endif()
 
-run(${CMAKE_COMMAND} -S ${source}/tests/packaging/consumer -B ${work}/build -G ${generator} -D CMAKE_BUILD_TYPE=Debug
+run(${CMAKE_COMMAND} -S ${source}/tests/packaging/consumer -B ${work}/build -G ${generator} -D CMAKE_BUILD_TYPE=None
     -D CMAKE_C_COMPILER=${CC} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_CXX_FLAGS=${CXX_FLAGS} ${arguments})
 run(${CMAKE_COMMAND} --build ${work}/build)
 run(${work}/build/consumer)

@@ -30,7 +30,7 @@ TEST_SUITE("timed") {
   TEST_CASE("a recommendation is on the front and within the budget on a second run, and a full sweep bears it out") {
     const Grid whole = knuckle();
     Grid milled = copy_of(whole);
-    const StudyOptions options{.cases = {.per_kind = 15, .holes = 6},
+    const StudyOptions options{.cases = {.per_kind = 8, .holes = 4},
                                .sweep = {.quick = true, .limits = kLimits, .repetitions = 3},
                                .budget_us = kBudget,
                                .algorithms = {Algorithm::kLine, Algorithm::kSurface}};
@@ -54,7 +54,7 @@ TEST_SUITE("timed") {
     full.repetitions = 1;
     Grid milled_full = copy_of(whole);
     const CaseMaker maker(whole, milled_full, kIsovalue, kBurr,
-                          {.per_kind = 30, .holes = 10, .deepest = 3.3 / 800, .seed = 1234});
+                          {.per_kind = 16, .holes = 6, .deepest = 3.3 / 800, .seed = 1234});
     const Bones bones{&whole, &milled_full, kIsovalue};
 
     for (std::size_t i = 0; i < first.trials.size(); ++i) {

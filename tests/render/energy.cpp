@@ -82,7 +82,7 @@ Energy closed_loops(Renderer& renderer, const Field& field, const Vec3d& bone, d
   return e;
 }
 
-constexpr int kLoops = 16;
+constexpr int kLoops = 8;
 
 struct Bench {
   RasterOptions o{.size = {88, 88, 88}};

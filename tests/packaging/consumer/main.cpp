@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/trephine.hpp>
+#include <trephine/version.hpp>
+#include <trephine/voxel/voxel_grid.hpp>
 
 #include <cstdint>
 #include <cstdio>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One header here, all in main.cpp: what is not inline in it is then defined twice.
+// The header of main.cpp again: what is not inline in it is then defined twice.
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <cstdint>
