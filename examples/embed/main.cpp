@@ -22,7 +22,7 @@ Posed to_trephine(const embed::HostPose& pose) {
 
 int main() {
   // Loading: bone below 12 mm, its CT's z axis upright in the host's world.
-  const Posed X_WG(Eigen::Translation3d(0, 0, 16_mm) * Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::UnitY()));
+  const Posed X_WG = make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), Vec3d::UnitY()), Vec3d(0, 0, 16_mm));
   VoxelGrid<std::int16_t> bone({{40, 32, 32}, {0.5_mm, 0.5_mm, 0.5_mm}, X_WG}, embed::read_volume());
   HapticScene scene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}, Milling{},
                     DeviceLimits{.force = 3.3}};
