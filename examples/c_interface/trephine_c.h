@@ -87,8 +87,9 @@ TREPHINE_C_API void trephine_grid_destroy(trephine_grid* grid) TREPHINE_C_NOEXCE
 /* Moves the bone; haptic thread, between ticks. */
 TREPHINE_C_API trephine_result trephine_grid_set_pose(trephine_grid* grid,
                                                       const trephine_pose* X_WG) TREPHINE_C_NOEXCEPT;
-/* Puts original densities back in up to `most_bricks` edited bricks; `left` (may be null) tells how many more there
- * are. Haptic thread, between ticks: a few at a time keep it short. Invalid without keep_original. */
+/* Puts original densities back in up to `most_bricks` edited bricks, and the depths of the scenes on it; `left` (may be
+ * null) tells how many more there are. Haptic thread, between ticks: a few at a time keep it short. Invalid without
+ * keep_original. */
 TREPHINE_C_API trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks,
                                                      size_t* left) TREPHINE_C_NOEXCEPT;
 /* Copies all voxels, x fastest, to a buffer of exactly their bytes: for saving. Haptic thread, between ticks. */
@@ -100,7 +101,7 @@ TREPHINE_C_API trephine_result trephine_grid_copy(const trephine_grid* grid, voi
 
 typedef struct trephine_scene trephine_scene;
 
-enum { TREPHINE_LINE = 0, TREPHINE_SURFACE = 1 };
+enum { TREPHINE_LINE = 0, TREPHINE_SURFACE = 1, TREPHINE_COUPLED = 2 };
 enum { TREPHINE_MILL_NOTHING = 0, TREPHINE_MILL_GEOMETRIC = 1, TREPHINE_MILL_RATE_LIMITED = 2 };
 
 typedef struct trephine_tool {
@@ -111,26 +112,29 @@ typedef struct trephine_tool {
 
 typedef struct trephine_scene_options {
   uint32_t struct_size;
-  int32_t algorithm; /* TREPHINE_LINE or TREPHINE_SURFACE (default) */
+  int32_t algorithm; /* TREPHINE_LINE, TREPHINE_SURFACE (default) or TREPHINE_COUPLED */
   double isovalue;   /* density from which on there is bone. Default NaN: must be given */
   trephine_tool tool;
-  double stiffness;        /* [N/m] */
-  int32_t sphere_vertices; /* Surface: on the tip */
-  int32_t slices;          /* Surface: along the shaft */
-  int32_t per_slice;       /* Surface: vertices round each slice */
+  double stiffness;        /* [N/m]; Coupled: of the coupling, which is all that the hand feels */
+  int32_t sphere_vertices; /* Surface, Coupled: on the tip */
+  int32_t slices;          /* Surface, Coupled: along the shaft */
+  int32_t per_slice;       /* Surface, Coupled: vertices round each slice */
   int32_t shaft_vertices;  /* Line: along the shaft's centre */
-  double static_friction;  /* Line: coefficients, 0 <= kinetic <= static */
+  double static_friction;  /* Line, Coupled: coefficients, 0 <= kinetic <= static */
   double kinetic_friction;
-  double damping;         /* in contact [N s/m] */
-  double angular_damping; /* in contact [N m s/rad] */
-  int32_t milling;        /* TREPHINE_MILL_NOTHING, _GEOMETRIC (default) or _RATE_LIMITED */
-  int32_t reserved;       /* 0 */
-  double milling_rate;    /* rate-limited: densities/s that a covered voxel loses */
-  double milling_force;   /* rate-limited: that rate holds at this force [N]; 0 (default): force plays no part */
-  double force_limit;     /* [N] */
-  double torque_limit;    /* [N m]; 0 for a device without torque */
+  double damping;              /* in contact [N s/m] */
+  double angular_damping;      /* in contact [N m s/rad] */
+  int32_t milling;             /* TREPHINE_MILL_NOTHING, _GEOMETRIC (default) or _RATE_LIMITED */
+  int32_t reserved;            /* 0 */
+  double milling_rate;         /* rate-limited: densities/s that a covered voxel loses */
+  double milling_force;        /* rate-limited: that rate holds at this force [N]; 0 (default): force plays no part */
+  double force_limit;          /* [N] */
+  double torque_limit;         /* [N m]; 0 for a device without torque */
+  double rotational_stiffness; /* Coupled: of the coupling [N m/rad] */
 } trephine_scene_options;
 
+/* A scene of TREPHINE_COUPLED makes a map of depths of the bone as it is: a second or so for 512^3 / 8 voxels, 4 bytes
+ * a voxel. What another scene mills does not reach it. */
 TREPHINE_C_API trephine_result trephine_scene_options_init(trephine_scene_options* options,
                                                            size_t struct_size) TREPHINE_C_NOEXCEPT;
 TREPHINE_C_API trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_options* options,

@@ -9,7 +9,7 @@ import ctypes as c
 import math
 
 INT16, FLOAT32 = 0, 1
-LINE, SURFACE = 0, 1
+LINE, SURFACE, COUPLED = 0, 1, 2
 MILL_NOTHING, MILL_GEOMETRIC, MILL_RATE_LIMITED = 0, 1, 2
 STATUS_OK, STATUS_BAD_INPUT = 0, 4
 HALOED = 10
@@ -37,7 +37,8 @@ class SceneOptions(c.Structure):
                 ("per_slice", c.c_int32), ("shaft_vertices", c.c_int32), ("static_friction", c.c_double),
                 ("kinetic_friction", c.c_double), ("damping", c.c_double), ("angular_damping", c.c_double),
                 ("milling", c.c_int32), ("reserved", c.c_int32), ("milling_rate", c.c_double),
-                ("milling_force", c.c_double), ("force_limit", c.c_double), ("torque_limit", c.c_double)]
+                ("milling_force", c.c_double), ("force_limit", c.c_double), ("torque_limit", c.c_double),
+                ("rotational_stiffness", c.c_double)]
 
 
 class TickResult(c.Structure):

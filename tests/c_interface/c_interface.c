@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The C interface as a C11 program sees it: drills with both algorithms, follows the changed bricks, and tries what
+/* The C interface as a C11 program sees it: drills with each algorithm, follows the changed bricks, and tries what
  * must be refused. Ends with 0 when all is as it should be. */
 #include "trephine_c.h"
 
@@ -99,6 +99,7 @@ static void drill(int algorithm) {
   /* What `stiffness` means, in both: the spring from here to the surface. The surface is a voxel's ramp wide. */
   printf("algorithm %d: %.3f N at %.2f mm\n", algorithm, r.force[2], 1e3 * depth);
   CHECK(fabs(r.force[2] - options.stiffness * depth) < 0.15 * options.stiffness * depth);
+  const double pressed = r.force[2];
   CHECK(r.removed_total_mm3 == 0);
   CHECK(trephine_reader_changed(reader, changed, 200, &count) == TREPHINE_OK);
   CHECK(count == 0);
@@ -147,6 +148,12 @@ static void drill(int algorithm) {
   CHECK(trephine_grid_copy(grid, now, sizeof now) == TREPHINE_OK);
   CHECK(memcmp(now, voxels, sizeof now) == 0);
   trephine_grid_destroy(grid);
+  CHECK(trephine_scene_reset(scene) == TREPHINE_OK);
+  for (int i = 0; i <= 200; ++i) {
+    const trephine_pose X_WT = tool_at(kSurface + radius + 1e-3 - (1e-3 + depth) * i / 200);
+    CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  }
+  CHECK(fabs(r.force[2] - pressed) < 1e-6);
   CHECK(trephine_scene_reset(scene) == TREPHINE_OK);
   const trephine_pose away = tool_at(18e-3);
   CHECK(trephine_scene_tick(scene, &away, 0, 1e-3, &r) == TREPHINE_OK);
@@ -221,7 +228,7 @@ static void refuse_scenes(void) {
   CHECK_REFUSED(trephine_scene_create(NULL, &o, &scene), TREPHINE_NULL_ARGUMENT, "null");
   o.isovalue = NAN; /* the default */
   CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "isovalue");
-  o = scene_options(2);
+  o = scene_options(3);
   CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "algorithm");
   o = scene_options(TREPHINE_SURFACE);
   o.tool.tip_radius = -1;
@@ -232,6 +239,9 @@ static void refuse_scenes(void) {
   o = scene_options(TREPHINE_LINE);
   o.kinetic_friction = 0.5;
   CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "static coefficient");
+  o = scene_options(TREPHINE_COUPLED);
+  o.rotational_stiffness = 0;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "rotational_stiffness");
   o = scene_options(TREPHINE_LINE);
   o.milling = 9;
   CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "milling");
@@ -282,6 +292,28 @@ static void refuse_scenes(void) {
   trephine_grid_destroy(grid);
 }
 
+/* A device without torque: the virtual tool turns as the device does. */
+static void without_torque(void) {
+  trephine_grid* grid = make_grid();
+  trephine_scene_options o = scene_options(TREPHINE_COUPLED);
+  o.torque_limit = 0;
+  trephine_scene* scene = NULL;
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  /* Lying along x, the shaft on the bone: what touches there would turn a tool that may. */
+  trephine_pose X_WT = {{5e-3, 10e-3, kSurface + 5e-3}, {0, sqrt(0.5), 0, sqrt(0.5)}};
+  for (int i = 0; i < 500; ++i) {
+    X_WT.position[2] -= 1e-5;
+    CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  }
+  CHECK(r.shaft == 1 && r.force[2] > 0.1);
+  for (int i = 0; i < 3; ++i) CHECK(r.torque[i] == 0);
+  for (int i = 0; i < 4; ++i) CHECK(fabs(r.X_WV.rotation[i] - X_WT.rotation[i]) < 1e-6);
+  trephine_scene_destroy(scene);
+  trephine_grid_destroy(grid);
+}
+
 /* A float grid in another place: the force turns with it. */
 static void turn(void) {
   float* densities = malloc(kVoxels * sizeof(float));
@@ -313,6 +345,8 @@ int main(void) {
   CHECK(trephine_last_error()[0] == '\0');
   drill(TREPHINE_LINE);
   drill(TREPHINE_SURFACE);
+  drill(TREPHINE_COUPLED);
+  without_torque();
   refuse_grids();
   refuse_scenes();
   turn();

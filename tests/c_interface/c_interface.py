@@ -27,7 +27,7 @@ def refused(code, word, call):
         raise AssertionError(f"not refused: {word}")
 
 
-for algorithm, radius in ((t.LINE, 0), (t.SURFACE, 1.5e-3)):
+for algorithm, radius in ((t.LINE, 0), (t.SURFACE, 1.5e-3), (t.COUPLED, 1.5e-3)):
     bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
     scene = t.Scene(bone, algorithm=algorithm, isovalue=300, force_limit=2.5)
     reader = t.Reader(bone)
