@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -18,7 +17,6 @@
 #include <span>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace trephine {
@@ -247,4 +245,5 @@ class VoxelGrid {
 
 }  // namespace trephine
 
+#include <trephine/voxel/voxel_grid_edit.hpp>
 #include <trephine/voxel/voxel_grid_impl.hpp>

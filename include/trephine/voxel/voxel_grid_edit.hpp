@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/voxel/voxel_grid.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+/// How a VoxelGrid's densities are lowered and put back, and its bricks' marks, versions and ranges kept meanwhile.
+namespace trephine {
+
+namespace detail {
+
+/// The lanes at which two arrays differ: from the first to the last; `first` > `last` where they do not.
+template <class T, std::size_t kLanes>
+void find_difference(const std::array<T, kLanes>& a, const std::array<T, kLanes>& b, int& first, int& last) noexcept {
+  constexpr std::size_t kWords = sizeof(a) / 8;
+  constexpr int kInWord = static_cast<int>(8 / sizeof(T));
+  constexpr int kBits = static_cast<int>(8 * sizeof(T));
+  static_assert(kWords * 8 == sizeof(a));
+  std::array<std::uint64_t, kWords> x, y;
+  std::memcpy(x.data(), a.data(), sizeof(a));
+  std::memcpy(y.data(), b.data(), sizeof(b));
+  first = static_cast<int>(kLanes);
+  last = -1;
+  for (std::size_t w = 0; w < kWords; ++w) {
+    const std::uint64_t d = x[w] ^ y[w];
+    if (d == 0) continue;
+    constexpr bool kLittle = std::endian::native == std::endian::little;
+    const int before = (kLittle ? std::countr_zero(d) : std::countl_zero(d)) / kBits;
+    const int after = (kLittle ? std::countl_zero(d) : std::countr_zero(d)) / kBits;
+    first = std::min(first, static_cast<int>(w) * kInWord + before);
+    last = static_cast<int>(w) * kInWord + kInWord - 1 - after;
+  }
+}
+
+}  // namespace detail
+
+template <VoxelDensity Density>
+template <class DensityOf>
+int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept {
+  const BrickRows bricks = brick_rows(j, k);
+  int changed = 0;
+  int first = x1 + 1;
+  int last = x0 - 1;
+  for (int x = x0; x <= x1; ++x) {
+    Density& voxel = voxels_[index(x, j, k)];
+    const Density old = voxel;
+    const Density value = density_of(x, old);
+    if (!(value < old)) continue;
+    store_relaxed(voxel, value);
+    for (std::size_t r = 0; r < bricks.count; ++r) {
+      const std::size_t at_x = profile_index(bricks.row[r], x);
+      new_min_[at_x] = std::min(new_min_[at_x], value);
+      old_max_[at_x] = std::max(old_max_[at_x], old);
+    }
+    ++changed;
+    first = std::min(first, x);
+    last = x;
+  }
+  if (changed > 0) mark(j, k, first, last, bricks);
+  return changed;
+}
+
+template <VoxelDensity Density>
+template <class Edit>
+bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept {
+  // What a block reads past x1 is there: a row of border follows, and after the last one 64 spare bytes.
+  static_assert(kLowerLanes <= static_cast<int>(64 / sizeof(Density)));
+  constexpr int kHalf = kLowerLanes / 2;
+  const BrickRows bricks = brick_rows(j, k);
+  int first = x1 + 1;
+  int last = -1;
+  int x = x0;
+  for (; x1 - x >= kHalf; x += kLowerLanes)
+    lower_block<kLowerLanes>(j, k, x, std::min(x1 - x + 1, kLowerLanes), bricks, first, last, edit);
+  if (x <= x1) lower_block<kHalf>(j, k, x, x1 - x + 1, bricks, first, last, edit);
+  if (last < 0) return false;
+  mark(j, k, first, last, bricks);
+  return true;
+}
+
+template <VoxelDensity Density>
+auto VoxelGrid<Density>::brick_rows(int j, int k) const noexcept -> BrickRows {
+  const int y0 = std::max(j - 1, 0) / kBrick, y1 = std::min((j + 1) / kBrick, bricks_[1] - 1);
+  const int z0 = std::max(k - 1, 0) / kBrick, z1 = std::min((k + 1) / kBrick, bricks_[2] - 1);
+  BrickRows rows{1, {brick_row(y0, z0)}};
+  if (y1 != y0) rows.row[rows.count++] = brick_row(y1, z0);
+  if (z1 == z0) return rows;
+  rows.row[rows.count++] = brick_row(y0, z1);
+  if (y1 != y0) rows.row[rows.count++] = brick_row(y1, z1);
+  return rows;
+}
+
+/// Lowers the first `count` lanes of the block at voxel x; widens [first, last] by those that changed.
+template <VoxelDensity Density>
+template <std::size_t kLanes, class Edit>
+void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last,
+                                     Edit& edit) noexcept {
+  Density* at = voxels_.data() + index(x, j, k);
+  std::array<Density, kLanes> old;
+  std::memcpy(old.data(), at, sizeof(old));
+  std::array<Density, kLanes> value = old;
+  edit(x, count, std::as_const(old), value);
+  // In separate loops over all lanes, so that they vectorise.
+  for (std::size_t l = 0; l < kLanes; ++l) value[l] = value[l] < old[l] ? value[l] : old[l];
+  int i0;
+  int i1;
+  detail::find_difference(value, old, i0, i1);
+  if (i1 < 0) return;
+  first = std::min(first, x + i0);
+  last = x + i1;
+  // Lanes that did not change too: a fixed count costs less than a short one.
+  for (std::size_t l = 0; l < kLanes; ++l) store_relaxed(at[l], value[l]);
+  std::array<Density, kLanes> low;
+  std::array<Density, kLanes> high;
+  for (std::size_t l = 0; l < kLanes; ++l) low[l] = value[l] < old[l] ? value[l] : std::numeric_limits<Density>::max();
+  for (std::size_t l = 0; l < kLanes; ++l)
+    high[l] = value[l] < old[l] ? old[l] : std::numeric_limits<Density>::lowest();
+  for (std::size_t r = 0; r < bricks.count; ++r) {
+    Density* new_min = new_min_.data() + profile_index(bricks.row[r], x);
+    Density* old_max = old_max_.data() + profile_index(bricks.row[r], x);
+    std::array<Density, kLanes> least, most;
+    std::memcpy(least.data(), new_min, sizeof(least));
+    std::memcpy(most.data(), old_max, sizeof(most));
+    for (std::size_t l = 0; l < kLanes; ++l) least[l] = low[l] < least[l] ? low[l] : least[l];
+    for (std::size_t l = 0; l < kLanes; ++l) most[l] = high[l] > most[l] ? high[l] : most[l];
+    std::memcpy(new_min, least.data(), sizeof(least));
+    std::memcpy(old_max, most.data(), sizeof(most));
+  }
+}
+
+/// Calls visit(word, bits) for the words of a row of bits that hold bits first … last.
+template <VoxelDensity Density>
+template <class Visit>
+inline void VoxelGrid<Density>::for_each_word(int first, int last, Visit&& visit) noexcept {
+  if (last < kWord) return visit(std::size_t{0}, word_bits(first, last));
+  for (int w = first / kWord; w <= last / kWord; ++w)
+    visit(static_cast<std::size_t>(w),
+          word_bits(std::max(first - w * kWord, 0), std::min(last - w * kWord, kWord - 1)));
+}
+
+template <VoxelDensity Density>
+std::size_t VoxelGrid<Density>::brick_of_bit(std::size_t word, int bit) const noexcept {
+  return word / words_ * static_cast<std::size_t>(bricks_[0]) + word % words_ * kWord + static_cast<std::size_t>(bit);
+}
+
+/// Bricks bx0 to bx1 of a row of bricks.
+template <VoxelDensity Density>
+inline void VoxelGrid<Density>::touch_row(std::size_t row, int bx0, int bx1) noexcept {
+  for_each_word(bx0, bx1, [&](std::size_t w, std::uint64_t bits) {
+    auto& word = touched_[row * words_ + w];
+    if (word == 0) touched_words_.push_back(row * words_ + w);
+    word |= bits;
+  });
+}
+
+template <VoxelDensity Density>
+inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept {
+  grow_edit_box({x0, j, k}, {x1, j, k});
+  const int from = std::max(x0 - 1, 0) / kBrick;
+  const int to = std::min((x1 + 1) / kBrick, bricks_[0] - 1);
+  for (std::size_t r = 0; r < bricks.count; ++r) touch_row(bricks.row[r], from, to);
+  if (edited_.empty()) return;
+  const std::size_t row = brick_row(j / kBrick, k / kBrick) * words_;
+  for_each_word(x0 / kBrick, x1 / kBrick, [&](std::size_t w, std::uint64_t bits) { edited_[row + w] |= bits; });
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept {
+  for (std::size_t a = 0; a < 3; ++a) {
+    edit_box_.lo[a] = std::min(edit_box_.lo[a], lo[a]);
+    edit_box_.hi[a] = std::max(edit_box_.hi[a], hi[a]);
+  }
+}
+
+template <VoxelDensity Density>
+template <class Visit>
+void VoxelGrid<Density>::for_each_touched(Visit&& visit) noexcept {
+  for (const std::size_t at : touched_words_)
+    for (std::uint64_t bits = touched_[at]; bits != 0; bits &= bits - 1)
+      visit(brick_of_bit(at, std::countr_zero(bits)));
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::commit() noexcept {
+  if (touched_words_.empty()) return;
+  for_each_touched([&](std::size_t b) {
+    update_range(b);
+    if (has_stored_gradients()) update_differences(b);
+    store_release(versions_[b], versions_[b] + 1);
+  });
+  last_edit_ = edit_box_;
+  ++edit_count_;
+  forget_edit();
+}
+
+/// Whether a corner of the box holds `most` or more: often enough it does, and saves a scan.
+template <VoxelDensity Density>
+bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density most) const noexcept {
+  for (const int k : {box.lo[2], box.hi[2]})
+    for (const int j : {box.lo[1], box.hi[1]})
+      for (const int i : {box.lo[0], box.hi[0]})
+        if (!(at(i, j, k) < most)) return true;
+  return false;
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
+  auto& range = ranges_[b];
+  if (risen_) {
+    const auto scanned = scan_range(b);
+    store_relaxed(range.min, scanned.min);
+    store_relaxed(range.max, scanned.max);
+    return;
+  }
+  const auto [bx, by, bz] = brick_coordinates(b);
+  const std::size_t from = profile_index(brick_row(by, bz), bx * kBrick - 1);
+  Density new_min = range.min;
+  Density old_max = std::numeric_limits<Density>::lowest();
+  for (std::size_t i = from; i < from + kBrick + 2; ++i) {
+    new_min = new_min_[i] < new_min ? new_min_[i] : new_min;
+    old_max = old_max_[i] > old_max ? old_max_[i] : old_max;
+  }
+  if (new_min < range.min) store_relaxed(range.min, new_min);
+  if (old_max < range.max) return;
+  // A voxel that held the maximum was lowered; no other can exceed it.
+  const VoxelBox box = haloed_box(b);
+  if (!corner_reaches(box, range.max)) store_relaxed(range.max, scan(box, &range.max).max);
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::forget_edit() noexcept {
+  for_each_touched([&](std::size_t b) {
+    const auto [bx, by, bz] = brick_coordinates(b);
+    const std::size_t from = profile_index(brick_row(by, bz), bx * kBrick - 1);
+    std::fill_n(new_min_.data() + from, kBrick + 2, std::numeric_limits<Density>::max());
+    std::fill_n(old_max_.data() + from, kBrick + 2, std::numeric_limits<Density>::lowest());
+  });
+  for (const std::size_t at : touched_words_) touched_[at] = 0;
+  touched_words_.clear();
+  risen_ = false;
+  edit_box_ = kNothing;
+}
+
+/// The brick and its halo, as far as they lie in the grid and its border.
+template <VoxelDensity Density>
+VoxelBox VoxelGrid<Density>::haloed_box(std::size_t b) const noexcept {
+  const auto at_brick = brick_coordinates(b);
+  VoxelBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    box.lo[a] = at_brick[a] * kBrick - 1;
+    box.hi[a] = std::min(box.lo[a] + kBrick + 1, size_[a]);
+  }
+  return box;
+}
+
+namespace detail {
+
+/// Smallest and largest of the n numbers from `p` on, lane by lane: whole lanes, the last of which may overlap the one
+/// before; needs n >= the lanes.
+template <class T, std::size_t kLanes>
+struct LaneRange {
+  std::array<T, kLanes> min;
+  std::array<T, kLanes> max;
+  LaneRange() noexcept {
+    min.fill(std::numeric_limits<T>::max());
+    max.fill(std::numeric_limits<T>::lowest());
+  }
+  void add(const T* p, int n) noexcept {
+    for (int i = 0;; i = std::min(i + static_cast<int>(kLanes), n - static_cast<int>(kLanes))) {
+      std::array<T, kLanes> v;
+      std::memcpy(v.data(), p + i, sizeof(v));
+      for (std::size_t l = 0; l < kLanes; ++l) min[l] = v[l] < min[l] ? v[l] : min[l];
+      for (std::size_t l = 0; l < kLanes; ++l) max[l] = v[l] > max[l] ? v[l] : max[l];
+      if (i + static_cast<int>(kLanes) >= n) return;
+    }
+  }
+  [[nodiscard]] DensityRange<T> all() const noexcept {
+    return {*std::min_element(min.begin(), min.end()), *std::max_element(max.begin(), max.end())};
+  }
+};
+
+}  // namespace detail
+
+/// Range of the densities in a box; where `enough` is given, done after the first plane that reaches it.
+template <VoxelDensity Density>
+DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Density* enough) const noexcept {
+  const int n = box.hi[0] - box.lo[0] + 1;
+  const auto over_planes = [&](auto lanes) {
+    for (int k = box.lo[2]; k <= box.hi[2]; ++k) {
+      for (int j = box.lo[1]; j <= box.hi[1]; ++j) lanes.add(voxels_.data() + index(box.lo[0], j, k), n);
+      if (enough != nullptr && !(lanes.all().max < *enough)) break;
+    }
+    return lanes.all();
+  };
+  if (n >= kBrick) return over_planes(detail::LaneRange<Density, kBrick>());
+  return over_planes(detail::LaneRange<Density, 1>());
+}
+
+template <VoxelDensity Density>
+DensityRange<Density> VoxelGrid<Density>::scan_range(std::size_t b) const noexcept {
+  return scan(haloed_box(b), nullptr);
+}
+
+/// Differences change in the edited voxels and their neighbours, and all of those lie in marked bricks (or in the
+/// border beside them): brick by brick the work stays bounded when the edits lie far apart.
+template <VoxelDensity Density>
+void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
+  const auto at_brick = brick_coordinates(b);
+  VoxelBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const int lo = at_brick[a] == 0 ? -1 : at_brick[a] * kBrick;
+    const int hi = at_brick[a] == bricks_[a] - 1 ? size_[a] : at_brick[a] * kBrick + kBrick - 1;
+    box.lo[a] = std::max(lo, edit_box_.lo[a] - 1);
+    box.hi[a] = std::min(hi, edit_box_.hi[a] + 1);
+  }
+  update_differences(box);
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::update_differences(const VoxelBox& box) noexcept {
+  // At the border the array ends: one-sided there, twice as short.
+  const auto difference = [this](std::size_t centre, int i, int last, std::ptrdiff_t step) {
+    const Density* v = voxels_.data() + centre;
+    return static_cast<Difference>(static_cast<Difference>(i < last ? v[step] : *v) -
+                                   static_cast<Difference>(i > -1 ? v[-step] : *v));
+  };
+  for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+    for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+      for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+        const std::size_t at_voxel = index(i, j, k);
+        Difference* d = differences_.data() + 3 * at_voxel;
+        d[0] = difference(at_voxel, i, size_[0], 1);
+        d[1] = difference(at_voxel, j, size_[1], row_);
+        d[2] = difference(at_voxel, k, size_[2], plane_);
+      }
+}
+
+template <VoxelDensity Density>
+void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
+  const auto [bx, by, bz] = brick_coordinates(b);
+  const std::array lo{bx * kBrick, by * kBrick, bz * kBrick};
+  const std::array hi{std::min(lo[0] + kBrick, size_[0]) - 1, std::min(lo[1] + kBrick, size_[1]) - 1,
+                      std::min(lo[2] + kBrick, size_[2]) - 1};
+  for (int k = lo[2]; k <= hi[2]; ++k)
+    for (int j = lo[1]; j <= hi[1]; ++j) {
+      const std::size_t at_row = index(lo[0], j, k);
+      for (int i = 0; i <= hi[0] - lo[0]; ++i)
+        store_relaxed(voxels_[at_row + static_cast<std::size_t>(i)], original_[at_row + static_cast<std::size_t>(i)]);
+    }
+  grow_edit_box(lo, hi);
+  for (int z = std::max(bz - 1, 0); z <= std::min(bz + 1, bricks_[2] - 1); ++z)
+    for (int y = std::max(by - 1, 0); y <= std::min(by + 1, bricks_[1] - 1); ++y)
+      touch_row(brick_row(y, z), std::max(bx - 1, 0), std::min(bx + 1, bricks_[0] - 1));
+  risen_ = true;
+  rise_stamp_ = next_rise_stamp();
+}
+
+template <VoxelDensity Density>
+std::size_t VoxelGrid<Density>::restore(std::size_t max_bricks) {
+  if (original_.empty()) refuse("VoxelGrid", "restore() needs GridOptions::keep_original", "none");
+  std::size_t left = 0;
+  for (std::size_t at = 0; at < edited_.size(); ++at)
+    for (std::uint64_t bits = edited_[at]; bits != 0; bits &= bits - 1) {
+      if (max_bricks == 0) {
+        ++left;
+        continue;
+      }
+      restore_brick(brick_of_bit(at, std::countr_zero(bits)));
+      edited_[at] &= ~(bits & (~bits + 1));
+      --max_bricks;
+    }
+  commit();
+  return left;
+}
+
+}  // namespace trephine
