@@ -210,6 +210,44 @@ TEST_CASE("a wall of one voxel holds at any speed up to 1 m/s, against tip and s
     }
 }
 
+// Blurred, a wall of one voxel is a tenth to half a voxel deep in its middle, and what is smoothed points out at the
+// wrong face before that.
+TEST_CASE("a blurred wall of one voxel holds wherever it lies between the voxels") {
+  const RasterOptions o{.size = {48, 48, 48}};
+  int walls = 0;
+  for (int offset = 0; offset < 10; ++offset) {
+    const double height = o.middle().z() + 0.1 * offset * kVoxel;
+    const Plate wall{Vec3d(o.middle().x(), o.middle().y(), height), Vec3d::UnitZ(), kVoxel};
+    for (const double stiffness : {800.0, 3000.0}) {
+      CoupledOptions gains = kGains;
+      gains.stiffness = stiffness;
+      Bench<> bench(wall, o, {}, kDrill, gains);
+      const DepthField<double> depth(bench.map);
+      double deepest = -1;
+      for (double z = -0.5; z <= 0.5; z += 0.01)
+        deepest = std::max(deepest, depth.value(Vec3d(o.middle().x(), o.middle().y(), height + z * kVoxel)));
+      if (deepest < 0.1 * kVoxel) continue;  // the image has next to nothing
+      ++walls;
+      for (const double speed : {0.01, 0.03, 0.1, 0.3, 1.0}) {
+        CAPTURE(offset);
+        CAPTURE(stiffness);
+        CAPTURE(speed);
+        bench.tool.reset();
+        double pushed = 0, lowest = 1;
+        for (int i = 0; pushed < 3 && i * speed * 1e-3 < 0.008; ++i) {
+          const Vec3d p(o.middle().x() + 1e-4, o.middle().y() + 5e-5, height + 0.0021 - i * speed * 1e-3);
+          pushed = static_cast<double>(bench.at(tool_at(p, Vec3d::UnitZ())).wrench.force.z());
+          lowest = std::min(lowest, bench.tool.proxy_pose().translation().z() - height);
+        }
+        CHECK(pushed >= 3);
+        CHECK(lowest > kDrill.tip_radius - kVoxel);
+      }
+    }
+  }
+  MESSAGE(walls, " walls");
+  CHECK(walls >= 10);
+}
+
 TEST_CASE("jumps of 50 mm: finite, within limits at once, caught up within ticks") {
   const RasterOptions o{.size = {200, 40, 40}};
   const Either bones{Block{o.middle() - Vec3d(0.02, 0, 0), Vec3d(0.004, 0.02, 0.02)},

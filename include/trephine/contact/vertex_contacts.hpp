@@ -84,6 +84,7 @@ class VertexContacts {
     near_values_.resize(padded);
     is_near_.resize(static_cast<std::size_t>(count_));
     near_vertices_.resize(padded);
+    vertex_values_.resize(padded);
     place_vertices_.resize(padded);
     found_.resize(static_cast<std::size_t>(count_));
     if constexpr (Vertices::kGlide) {
@@ -101,7 +102,7 @@ class VertexContacts {
 
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
-  /// may touch. Their `out` is the gradient at the vertex.
+  /// may touch. Their `out` is the interpolant's own.
   [[nodiscard]] std::span<const VertexContact> near() const noexcept { return {found_.data(), found_count_}; }
   /// Adds a contact to a tick's summary.
   void tell(const VertexContact& c, ContactSummary& summary) const noexcept {
@@ -224,6 +225,7 @@ class VertexContacts {
       const Scalar clear = field.clearance(near_values_[n]);
       if (near_values_[n] > Scalar(0) || (Vertices::kGlide && clear < reach)) {
         place_vertices_[static_cast<std::size_t>(place_count_)] = near_vertices_[n];
+        vertex_values_[static_cast<std::size_t>(place_count_)] = near_values_[n];
         put(places_, place_count_++, near_[j]);
       } else {
         Group& group = group_of(near_vertices_[n]);
@@ -244,11 +246,17 @@ class VertexContacts {
 
   template <PenetrationField Field>
   void gradients(const Field& field, const Pose<Scalar>& X) noexcept {
-    if constexpr (Vertices::kGlide)
-      for (int j = 0; j < place_count_; ++j) put(gradients_, j, field.smooth_gradient(X * places_[j]));
-    else
-      field.gradients(X, places_.x.data(), places_.y.data(), places_.z.data(), gradients_.x.data(), gradients_.y.data(),
-                      gradients_.z.data(), padded_to_lane(place_count_));
+    field.gradients(X, places_.x.data(), places_.y.data(), places_.z.data(), gradients_.x.data(), gradients_.y.data(),
+                    gradients_.z.data(), padded_to_lane(place_count_));
+  }
+
+  /// The smoothed gradient at a point, given the cell's own there. In walls of a voxel or two both faces are in what is
+  /// smoothed, and it points out at the wrong one before their middle: there the cell's own.
+  template <PenetrationField Field>
+  [[nodiscard]] static Vec3<Scalar> steady(const Field& field, const Vec3<Scalar>& p_G,
+                                           const Vec3<Scalar>& plain) noexcept {
+    const Vec3<Scalar> smooth = field.smooth_gradient(p_G);
+    return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
   }
 
   /// The point of the vertex' patch that lies farthest along `gradient` (G axes), into the bone; in T. On the shaft, in
@@ -276,17 +284,41 @@ class VertexContacts {
     return p;
   }
 
+  /// A place that went beyond an edge, where the bone ends, comes back to between the directions of its two sides.
+  template <PenetrationField Field>
+  void glide_back(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    const int vertex = place_vertices_[j];
+    const Mat3<Scalar> R = X.linear();
+    const Vec3<Scalar> gradient = gradients_[place];
+    const Scalar expected = vertex_values_[j] + gradient.dot(R * (places_[place] - tool.points()[vertex]));
+    if (!(values_[j] < expected - field.voxel() / (Scalar(4) * field.metres()))) return;
+    const Vec3<Scalar> there = field.smooth_gradient(X * places_[place]);
+    const Vec3<Scalar> between = gradient.norm() * there + there.norm() * gradient;
+    const Vec3<Scalar> back = glided(tool, R, vertex, between);
+    const Scalar value = field.value(X * back);
+    if (!(value > values_[j])) return;
+    put(places_, place, back);
+    values_[j] = value;
+  }
+
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
   template <PenetrationField Field>
   void collect(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
     const Scalar metres = field.metres();
     const Mat3<Scalar> R = X.linear();
     if constexpr (Vertices::kGlide) {
-      for (int j = 0; j < place_count_; ++j)
+      for (int j = 0; j < place_count_; ++j) {
+        put(gradients_, j, steady(field, X * places_[j], gradients_[j]));
         put(places_, j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
+      }
       pad(places_, place_count_);
     }
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
+    if constexpr (Vertices::kGlide) {
+      for (int j = 0; j < place_count_; ++j) glide_back(field, tool, X, j);
+      gradients(field, X);
+    }
     for (int j = 0; j < place_count_; ++j) {
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];
       Scalar value = values_[static_cast<std::size_t>(j)];
@@ -300,13 +332,14 @@ class VertexContacts {
       if constexpr (Vertices::kGlide) {
         // The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
         // points to within a fifth of the angle that is left.
-        gradient = field.smooth_gradient(X.translation() + lever);
+        gradient = steady(field, X.translation() + lever, gradient);
         const Vec3<Scalar> better = R * glided(tool, R, vertex, gradient);
-        const Scalar there = field.value(X.translation() + better);
+        const Vec3<Scalar> p_G = X.translation() + better;
+        const Scalar there = field.value(p_G);
         if (there > value) {
           lever = better;
           value = there;
-          gradient = field.smooth_gradient(X.translation() + lever);
+          gradient = steady(field, p_G, field.gradient(p_G));
         }
       }
       keep(j, value * metres, Vec3<Scalar>(-metres * gradient), lever);
@@ -347,7 +380,8 @@ class VertexContacts {
   std::vector<std::uint8_t> is_near_;  // each vertex: can touch near X_looked_
   std::vector<int> near_vertices_;
   std::vector<Scalar> near_values_;
-  std::vector<int> place_vertices_;  // whose patch may be in bone
+  std::vector<Scalar> vertex_values_;  // of the places' vertices
+  std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> near_, places_, gradients_;
   std::vector<VertexContact> found_;
   Posed X_looked_ = Posed::Identity();

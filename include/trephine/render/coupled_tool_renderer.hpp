@@ -165,6 +165,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr int kMostRises = 3;
   static constexpr int kMostRounds = 8;
   static constexpr double kStall = 1e-5;
+  static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
   [[nodiscard]] CouplingSpring coupling() const noexcept {
@@ -191,16 +192,20 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     return jumped ? Status::kJump : Status::kOk;
   }
 
-  /// Starts where the virtual tool comes to if it goes on as in the last tick, which is most of the way.
+  /// A tool that slides along what it touches starts where it comes to if it goes on as in the last tick, which is most
+  /// of the way. Not one that is pressed or lifted, nor one that friction may hold: there what is left over when the
+  /// search ends would run ahead of the hand.
   void predict() noexcept {
     Step drift;
     drift << X_.translation() - X_before_.translation(), turn_between(X_before_, X_);
     X_before_ = X_;
+    if (friction_.holds()) return;
     const double way = drift.head<3>().norm(), turn = drift.tail<3>().norm();
-    // A tool at rest stays where it is: less than this is what a search leaves over.
-    if (vertices_.motion(way, turn) < 4 * kSmallestStep * voxel_) return;
-    const double share = vertices_.free_share(way, turn, voxel_ / 4);
-    X_ = moved(X_, share * drift);
+    const double motion = vertices_.motion(way, turn);
+    if (motion <= kSmallestStep * voxel_) return;
+    for (const VertexContact& c : vertices_.near())
+      if (std::abs(c.out.dot(drift.head<3>() + drift.tail<3>().cross(c.lever))) > kSlides * motion) return;
+    X_ = moved(X_, vertices_.free_share(way, turn, voxel_ / 4) * drift);
   }
 
   /// Gauss–Newton toward the least energy. Returns whether it got there. Steps into contact overshoot by a quarter of a
@@ -222,6 +227,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
       if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
+        X_ = moved(X_, damping * step);
+        lag_ = lag_behind(X_device);
         held_ = pressing_;
         return true;
       }
