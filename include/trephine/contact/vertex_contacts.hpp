@@ -66,8 +66,14 @@ class VertexContacts {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
-  explicit VertexContacts(const Tool& tool)
-      : count_(tool.periphery()), ball_(tool.groups()[0].count), values_(static_cast<std::size_t>(tool.padded())) {
+  /// `again`: places that touch glide once more, from the gradient at the place itself. Normals are then right on
+  /// curved bone however few the vertices. Not with friction: its springs end at the places, and give energy where
+  /// these move on (16 of 1000 closed paths instead of 2).
+  explicit VertexContacts(const Tool& tool, bool again = true)
+      : again_(again),
+        count_(tool.periphery()),
+        ball_(tool.groups()[0].count),
+        values_(static_cast<std::size_t>(tool.padded())) {
     groups_.resize(tool.groups().size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       groups_[g].first = tool.groups()[g].first;
@@ -302,6 +308,21 @@ class VertexContacts {
     values_[j] = value;
   }
 
+  /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
+  /// points to within a fifth of the angle that is left.
+  template <PenetrationField Field>
+  void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int vertex, Vec3<Scalar>& lever,
+                   Scalar& value, Vec3<Scalar>& gradient) const noexcept {
+    const Mat3<Scalar> R = X.linear();
+    const Vec3<Scalar> better = R * glided(tool, R, vertex, gradient);
+    const Vec3<Scalar> p_G = X.translation() + better;
+    const Scalar there = field.value(p_G);
+    if (!(there > value)) return;
+    lever = better;
+    value = there;
+    gradient = steady(field, p_G, field.gradient(p_G));
+  }
+
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
   template <PenetrationField Field>
   void collect(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
@@ -330,17 +351,8 @@ class VertexContacts {
       Vec3<Scalar> lever = R * places_[j];
       Vec3<Scalar> gradient = gradients_[j];
       if constexpr (Vertices::kGlide) {
-        // The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
-        // points to within a fifth of the angle that is left.
         gradient = steady(field, X.translation() + lever, gradient);
-        const Vec3<Scalar> better = R * glided(tool, R, vertex, gradient);
-        const Vec3<Scalar> p_G = X.translation() + better;
-        const Scalar there = field.value(p_G);
-        if (there > value) {
-          lever = better;
-          value = there;
-          gradient = steady(field, p_G, field.gradient(p_G));
-        }
+        if (again_) glide_again(field, tool, X, vertex, lever, value, gradient);
       }
       keep(j, value * metres, Vec3<Scalar>(-metres * gradient), lever);
     }
@@ -362,6 +374,7 @@ class VertexContacts {
     deepest_ = std::max(deepest_, c.depth);
   }
 
+  bool again_;
   int count_;
   int ball_;
   Scalar ball_reach_ = Scalar(0);  // [rad] from a vertex to its patch's edge

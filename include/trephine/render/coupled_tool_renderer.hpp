@@ -103,7 +103,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         tool_(std::move(tool)),
         options_(options),
         friction_(friction, static_cast<std::size_t>(tool_.periphery())),
-        vertices_(tool_) {
+        vertices_(tool_, !friction_.holds()) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
     pressed_.resize(static_cast<std::size_t>(tool_.periphery()));
@@ -227,8 +227,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
       if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
-        X_ = moved(X_, damping * step);
-        lag_ = lag_behind(X_device);
+        if (!friction_.holds()) {
+          X_ = moved(X_, damping * step);
+          lag_ = lag_behind(X_device);
+        }
         held_ = pressing_;
         return true;
       }
