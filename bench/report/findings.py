@@ -326,7 +326,7 @@ def stability_words(rows):
         if not math.isnan(net):
             said.append(f"NOT an energy: {renderer}'s forces do {net:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one (thesis: {thesis:.2g} %, {mean_thesis:.2g} %); "
                         "the goal is 0.01 %. Springs toward a centre and a point that snaps between places are no gradient.")
-    for renderer, why in (("coupled", "its normals are the slope of the mean depth over a voxel, which is smoother than the depths' own slope and so not quite their energy's"),
+    for renderer, why in (("coupled", "its normals are the slope of the smoothed depth, which is not quite that of the depths' own energy"),
                           ("energy", "where the depths' slope jumps, at cells' faces and at the bone's middle, so does the force")):
         for row in of(rows, "21 closed paths: worst net work", renderer=renderer):
             mean = tables.worst(of(rows, "21 closed paths: mean net work", renderer=renderer, options=row["options"]), "measured")

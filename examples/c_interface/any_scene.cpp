@@ -82,10 +82,9 @@ std::unique_ptr<Scene> coupled_scene(const std::shared_ptr<VoxelGrid<Density>>& 
   CoupledOptions options{
       .stiffness = o.stiffness, .rotational_stiffness = o.rotational_stiffness, .force = o.force_limit};
   if (Motion::kDof == 6) options.torque = o.torque_limit;
-  return scene_of(grid, o,
-                  CoupledToolRenderer<float, FromDepthMap, Coulomb, Motion>(
-                      tool, FromDepthMap(*depths), options, Coulomb{o.static_friction, o.kinetic_friction}),
-                  std::move(depths));
+  CoupledToolRenderer<float, FromDepthMap, Coulomb, Motion> renderer(tool, FromDepthMap(*depths), options,
+                                                                     Coulomb{o.static_friction, o.kinetic_friction});
+  return scene_of(grid, o, std::move(renderer), std::move(depths));
 }
 
 }  // namespace

@@ -301,8 +301,8 @@ static void without_torque(void) {
   CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
   trephine_tick_result r;
   CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
-  /* Lying along x, the shaft on the bone: what touches there would turn a tool that may. */
-  trephine_pose X_WT = {{5e-3, 10e-3, kSurface + 5e-3}, {0, sqrt(0.5), 0, sqrt(0.5)}};
+  /* Lying along x, the shaft on the bone, the ball beside it: what touches there would turn a tool that may. */
+  trephine_pose X_WT = {{-4e-3, 10e-3, kSurface + 5e-3}, {0, sqrt(0.5), 0, sqrt(0.5)}};
   for (int i = 0; i < 500; ++i) {
     X_WT.position[2] -= 1e-5;
     CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
