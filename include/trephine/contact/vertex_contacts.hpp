@@ -66,8 +66,8 @@ class VertexContacts {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
-  /// `again`: places that touch glide once more, from the gradient at the place itself. Normals are then right on
-  /// curved bone however few the vertices. Not with friction: its springs end at the places, and give energy where
+  /// `again`: places glide once more, from the gradient at the place itself: normals are then right on curved bone
+  /// however few the vertices, and edges hold. Not with friction: its springs end at the places, and give energy where
   /// these move on (16 of 1000 closed paths instead of 2).
   explicit VertexContacts(const Tool& tool, bool again = true)
       : again_(again),
@@ -337,7 +337,7 @@ class VertexContacts {
     }
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
     if constexpr (Vertices::kGlide) {
-      for (int j = 0; j < place_count_; ++j) glide_back(field, tool, X, j);
+      for (int j = 0; again_ && j < place_count_; ++j) glide_back(field, tool, X, j);
       gradients(field, X);
     }
     for (int j = 0; j < place_count_; ++j) {
