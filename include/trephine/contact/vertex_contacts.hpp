@@ -52,9 +52,9 @@ struct FixedVertices {
   static constexpr bool kGlide = false;
 };
 /// … or at the deepest place of the patch of tool that it stands for, found from the gradient at the vertex: a ball of
-/// few vertices touches as a ball does and not as their polyhedron. Gradients are smooth ones: with those of single
-/// cells places and normals would jump between cells, and a search go to and fro. By the envelope theorem the force at
-/// a deepest place is the energy's gradient there as well.
+/// few vertices touches as a ball does and not as their polyhedron. Gradients are smoothed but in thin walls: with
+/// those of single cells places and normals would jump between cells, and a search go to and fro. By the envelope
+/// theorem the force at a deepest place is the energy's gradient there as well.
 struct GlidingVertices {
   static constexpr bool kGlide = true;
 };

@@ -73,10 +73,11 @@ concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOn
 /// and at least 50 k_v. A wall of one voxel, half a voxel deep in its middle, so holds twice what the coupling can
 /// pull.
 ///
-/// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from where the virtual tool comes to if it goes on as in the
-/// last tick; each with a batch of samples of the vertices within a voxel of bone, and of other slices only once they
-/// may have come near. No step moves a vertex farther than a quarter of a voxel beyond what is known to be free, so
-/// none passes a wall unseen. What is left when the steps run out is carried on at the next tick (`kWorkBound`).
+/// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
+/// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
+/// once they may have come near. No step moves a vertex farther than a quarter of a voxel beyond what is known to be
+/// free, so none passes a wall unseen. What is left when the steps run out is carried on at the next tick
+/// (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.
@@ -196,10 +197,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// of the way. Not one that is pressed or lifted, nor one that friction may hold: there what is left over when the
   /// search ends would run ahead of the hand.
   void predict() noexcept {
+    if (friction_.holds()) return;
     Step drift;
     drift << X_.translation() - X_before_.translation(), turn_between(X_before_, X_);
     X_before_ = X_;
-    if (friction_.holds()) return;
     const double way = drift.head<3>().norm(), turn = drift.tail<3>().norm();
     const double motion = vertices_.motion(way, turn);
     if (motion <= kSmallestStep * voxel_) return;
