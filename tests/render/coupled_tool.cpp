@@ -400,6 +400,58 @@ TEST_CASE("friction takes energy on closed paths, never gives") {
   CHECK(most < 0);
 }
 
+// What the coupling, the contacts' springs and friction's hold. Between two ticks the hand moves and stretches the
+// coupling; then the tool is let go, which may only lose of it.
+TEST_CASE("no tick adds to what the springs hold, with friction, as places come and go along a shaft") {
+  const unsigned seed = 21;
+  CAPTURE(seed);
+  const Vec3d centre = kRoom.middle();
+  const double R = 20 * kVoxel;
+  Bench<float, Coulomb> bench(Ball{centre, R}, kRoom, {}, kDrill, kGains, Coulomb(0.3, 0.3));
+  Random random(seed);
+  double most = 0, gained = -1;
+  for (int loop = 0; loop < 150; ++loop) {
+    const Vec3d n = random.unit(), axis = n.unitOrthogonal();
+    const double depth = random.uniform(0.15, 0.7) * kDrill.shaft_radius;
+    Vec3d move[3], turn[2];
+    for (Vec3d& m : move) {
+      const Vec3d u = random.unit();
+      m = random.uniform(0.3, 1) * 5e-4 * (u - u.dot(n) * n);
+    }
+    for (Vec3d& t : turn) t = random.uniform(0.2, 1) * 0.05 * random.unit();
+    const Posed start = tool_at(centre + (R + kDrill.shaft_radius + 1.2e-3) * n - 6e-3 * axis, axis);
+    const auto pose = [&](double phase) {
+      const double s = std::sin(phase), c = 0.5 * (1 - std::cos(phase)), s2 = std::sin(2 * phase);
+      const Vec3d w = s * turn[0] + 0.5 * s2 * turn[1];
+      return make_pose<double>(
+          rotation_from_vector(w) * start.linear(),
+          start.translation() - c * (1.2e-3 + depth) * n + s * move[0] + s2 * move[1] + c * move[2]);
+    };
+    const auto held = [&](const Posed& X_device) {
+      const Posed X = bench.tool.proxy_pose().template cast<double>();
+      const CouplingSpring spring{kGains.stiffness, kGains.rotational_stiffness, kGains.force, kGains.torque};
+      double energy =
+          spring.energy((X_device.translation() - X.translation()).norm(), turn_between(X, X_device).norm());
+      for (const auto& c : bench.tool.contacts())
+        energy += static_cast<double>(c.force.squaredNorm()) / (2 * bench.tool.contact_stiffness());
+      return energy;
+    };
+    bench.tool.reset();
+    PathWork work(start, in_double(bench.at(start).wrench));
+    constexpr int kSteps = 1000;
+    for (int i = 1; i <= kSteps; ++i) {
+      const Posed X = pose(2 * 3.14159265358979323846 * i / kSteps);
+      const double before = held(X);
+      work.go(X, in_double(bench.at(X).wrench));
+      most = std::max(most, held(X) - before);
+    }
+    gained = std::max(gained, work.net / work.length);
+  }
+  MESSAGE("most that a tick added: ", 1e6 * most, " uJ; most work done on the hand: ", gained, " of a path's");
+  CHECK(most <= 1e-6);
+  CHECK(gained < 0);
+}
+
 TEST_CASE("friction: a law that holds nothing is as none, to the bit") {
   const Ball ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel};
   Bench<float> none(ball, kRoom, {}, kDrill, kGains);

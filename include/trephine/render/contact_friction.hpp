@@ -66,6 +66,13 @@ class FrictionContacts {
     residual += J.transpose() * f;
   }
 
+  /// Energy / (k/2) [m²] that the contact's spring has at pose X, once it slipped.
+  [[nodiscard]] double energy(const VertexContact& c, const Posed& X) const noexcept {
+    if (!holds_) return 0;
+    const Stretch s = stretch(c, X);
+    return (s.length - s.slip) * (s.length - s.slip);
+  }
+
   /// Lets the contact slip as far as its law says; returns its friction force / k [m].
   Vec3d settle(const VertexContact& c, const Posed& X) noexcept {
     if (!holds_) return Vec3d::Zero();
@@ -139,6 +146,7 @@ class FrictionContacts<Frictionless> {
   void enter(std::span<const VertexContact>, const Posed&) noexcept {}
   template <class MatN, class VecN>
   void add(const VertexContact&, const Posed&, double, MatN&, VecN&) const noexcept {}
+  [[nodiscard]] static constexpr double energy(const VertexContact&, const Posed&) noexcept { return 0; }
   Vec3d settle(const VertexContact&, const Posed&) noexcept { return Vec3d::Zero(); }
   void end() noexcept {}
 };

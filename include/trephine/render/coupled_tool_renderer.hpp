@@ -166,6 +166,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr int kMostRises = 3;
   static constexpr int kMostRounds = 8;
   static constexpr double kStall = 1e-5;
+  // Of the energy: what places that glide by image gradients, not to the deepest point, leave open.
+  static constexpr double kRounding = 1e-3;
   static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
@@ -221,13 +223,13 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     double now = energy();
     double damping = 1;
     int rises = 0;
-    Posed X_best = X_;
-    double least = std::numeric_limits<double>::infinity();
+    Best best{X_, now};
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
       const Step step = next_step();
       const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
       if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
+        if (rest_at(field, best, now, X_device)) return true;
         if (!friction_.holds()) {
           X_ = moved(X_, damping * step);
           lag_ = lag_behind(X_device);
@@ -245,25 +247,33 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const double before = std::exchange(now, energy());
       met_ = met_ || !vertices_.found().empty();
       if (!limited && !touched && !pressing_ && vertices_.found().empty()) return true;
-      if (!limited && std::abs(now - before) <= kStall * before) return true;
-      if (now < least) {
-        least = now;
-        X_best = X_;
-      }
+      if (!friction_.holds() && now < best.energy) best = {X_, now};
+      const bool stalls = !limited && std::abs(now - before) <= kStall * before;
       if (now > before && ++rises > 1) damping /= 2;
-      if (rises == kMostRises) return rest_at(field, X_best, X_device);
+      if (stalls || rises == kMostRises) {
+        rest_at(field, best, now, X_device);
+        return true;
+      }
     }
+    rest_at(field, best, now, X_device);
     return false;
   }
 
-  /// Ends a search that goes to and fro at the best of its places: a tool at rest then stays there tick by tick.
+  /// A pose that a search may end at, and E there: without friction the best on its way, with friction, whose forces
+  /// have no energy to be least, the first.
+  struct Best {
+    Posed X;
+    double energy;
+  };
+
+  /// Ends a search there where it came to higher energy: a tool at rest then stays there tick by tick, and none moves
+  /// against the coupling, which would give the hand energy. Returns whether that was so.
   template <class Field>
-  bool rest_at(const Field& field, const Posed& X, const Posed& X_device) noexcept {
-    if (!friction_.holds()) {
-      X_ = X;
-      vertices_.look(field, tool_, X_);
-      lag_ = lag_behind(X_device);
-    }
+  bool rest_at(const Field& field, const Best& best, double now, const Posed& X_device) noexcept {
+    if (!(now > best.energy * (1 + kRounding))) return false;
+    X_ = best.X;
+    vertices_.look(field, tool_, X_);
+    lag_ = lag_behind(X_device);
     return true;
   }
 
@@ -281,10 +291,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + step.head<3>());
   }
 
-  /// E at the virtual tool's pose, whose contacts and lag are known.
+  /// E at the virtual tool's pose, whose contacts and lag are known, with what friction's springs hold.
   [[nodiscard]] double energy() const noexcept {
     double sum = 0;
-    for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth;
+    for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth + friction_.energy(c, X_);
     return 0.5 * contact_stiffness_ * sum + coupling().energy(lag_.way.norm(), kDof == 6 ? lag_.turn.norm() : 0.0);
   }
 
