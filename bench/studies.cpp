@@ -9,13 +9,12 @@
 #include <filesystem>
 #include <iostream>
 
-/// The report's studies: bench_studies --out DIR [--quick] [NAME...]
+/// The report's studies: bench_studies --out DIR [--quick] [--skull FOLDER] [NAME...]
 int main(int argc, char** argv) {
   using namespace trephine::bench;
   StudyOptions options{.folder = "build/report"};
   std::vector<std::string> wanted;
-  if (!read_arguments(argc, argv, "bench_studies", {{"--quick", &options.quick}}, {{"--out", &options.folder}},
-                      &wanted))
+  if (!read_arguments(argc, argv, "bench_studies", {{"--quick", &options.quick}}, {{"--out", &options.folder}, {"--skull", &options.skull}}, &wanted))
     return 2;
   for (const auto& name : wanted) {
     bool known = false;

@@ -10,6 +10,7 @@ namespace trephine::bench {
 struct StudyOptions {
   std::string folder;
   bool quick = false;
+  std::string skull{};  ///< where examples/run left it; empty: the phantom instead
 };
 
 struct Study {
@@ -24,6 +25,7 @@ void study_ridge_spacing(const StudyOptions& options);
 void study_ripple(const StudyOptions& options);
 void study_holes(const StudyOptions& options);
 void study_force_depth(const StudyOptions& options);
+void study_energy_laws(const StudyOptions& options);
 
 [[nodiscard]] inline std::vector<Study> studies() {
   return {
@@ -32,7 +34,8 @@ void study_force_depth(const StudyOptions& options);
       {"ridge_spacing", "how are ridges between vertices or slices placed, and which are unseen?", study_ridge_spacing},
       {"ripple", "how smooth is a slide?", study_ripple},
       {"holes", "which holes and slots does a tool fall into?", study_holes},
-      {"force_depth", "how does each law's force grow with depth?", study_force_depth}};
+      {"force_depth", "how does each law's force grow with depth?", study_force_depth},
+      {"energy_laws", "which energy, on densities or on depths?", study_energy_laws}};
 }
 
 }  // namespace trephine::bench

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/energy_derivative.hpp"
 #include "support/path_work.hpp"
 
 #include <trephine/render/energy_surface_renderer.hpp>
@@ -16,60 +17,6 @@ using namespace trephine::test;
 constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.012};
 const RasterOptions kRoom{.size = {72, 72, 72}};
 
-/// Cells of all vertices in or near bone: where a stencil crosses a cell's face the interpolant has a kink.
-template <class Renderer, class Grid>
-std::vector<int> cells(const Renderer& renderer, const Grid& grid, const Posed& X) {
-  std::vector<int> all;
-  for (int i = 0; i < renderer.tool().periphery(); ++i) {
-    const Vec3d u = (X * renderer.tool().points()[i].template cast<double>()).cwiseQuotient(grid.spacing());
-    for (int a = 0; a < 3; ++a) all.push_back(static_cast<int>(std::floor(u[a])));
-  }
-  return all;
-}
-
-struct Compared {
-  int poses = 0, left_out = 0;
-  double force = 0, torque = 0;  ///< worst difference, of the force's and the torque's size
-};
-
-// Forces and torques against central differences of the energy.
-template <class Renderer, class Field, class Grid>
-Compared against_energy(Renderer& renderer, const Field& field, const Grid& grid, const Vec3d& middle, int poses) {
-  Random random(91);
-  Compared c;
-  while (c.poses < poses) {
-    const Posed X = tool_at(middle + 0.0025 * random.unit() * random.uniform(), random.unit(), random.uniform(0, 6.28));
-    const Wrenchd w = in_double(render_at(renderer, field, X).wrench);
-    if (!(w.force.norm() > 0.02)) continue;
-    ++c.poses;
-    const auto at = cells(renderer, grid, X);
-    const double h = 5e-9, angle = 5e-7;
-    Vec3d force, torque;
-    bool smooth = true;
-    const auto energy = [&](const Posed& Y) {
-      static_cast<void>(render_at(renderer, field, Y));
-      smooth = smooth && cells(renderer, grid, Y) == at;
-      return renderer.energy();
-    };
-    for (int a = 0; a < 3; ++a) {
-      const Vec3d e = Vec3d::Unit(a);
-      const auto moved = [&](double s) { return make_pose<double>(X.linear(), X.translation() + s * h * e); };
-      const auto turned = [&](double s) {
-        return make_pose<double>(rotation_from_vector(Vec3d(s * angle * e)) * X.linear(), X.translation());
-      };
-      force[a] = -(energy(moved(1)) - energy(moved(-1))) / (2 * h);
-      torque[a] = -(energy(turned(1)) - energy(turned(-1))) / (2 * angle);
-    }
-    if (!smooth) {
-      ++c.left_out;
-      continue;
-    }
-    c.force = std::max(c.force, (force - w.force).norm() / w.force.norm());
-    c.torque = std::max(c.torque, (torque - w.torque).norm() / std::max(w.torque.norm(), w.force.norm() * 1e-3));
-  }
-  return c;
-}
-
 template <class Shape>
 void check_energy(const std::string& name, const Shape& shape, Image image) {
   CAPTURE(name);
@@ -80,9 +27,15 @@ void check_energy(const std::string& name, const Shape& shape, Image image) {
   const ToolDiscretization<SurfaceCounts, double> tool(kDrill, {.sphere = 60, .slices = 12, .per_slice = 8});
   EnergySurfaceRenderer<double> on_depths(tool, FromDepthMap(map));
   EnergySurfaceRenderer<double, FromDensities> on_densities(tool, FromDensities{});
-  for (const Compared& c :
-       {against_energy(on_depths, on_depths.field(bone, o.isovalue()), bone, o.middle(), 1000),
-        against_energy(on_densities, on_densities.field(bone, o.isovalue()), bone, o.middle(), 400)}) {
+  EnergySurfaceRenderer<double, FromDepthMap, RayLaw<double>> rays_on_depths(tool, FromDepthMap(map));
+  EnergySurfaceRenderer<double, FromDensities, RayLaw<double>> rays_on_densities(tool, FromDensities{});
+  const auto compared = [&](auto& renderer, int poses) {
+    return compare_with_energy(renderer, renderer.field(bone, o.isovalue()), bone, o.middle(), 0.0025, poses);
+  };
+  const EnergyDifference all[] = {compared(on_depths, 1000), compared(on_densities, 400), compared(rays_on_depths, 400),
+                          compared(rays_on_densities, 400)};
+  for (const EnergyDifference& c : all) {
+    CAPTURE(&c - all);
     CHECK(c.left_out <= 0.05 * c.poses);
     CHECK(c.force <= 1e-4);
     CHECK(c.torque <= 1e-3);

@@ -47,6 +47,10 @@ class DepthField {
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept {
     return is_beyond(p_G) ? gradient_beyond(p_G) : Vec3<Scalar>(unit_ * field_.gradient(p_G));
   }
+  /// Second derivatives [1/m].
+  [[nodiscard]] Mat3<Scalar> hessian(const Vec3<Scalar>& p_G) const noexcept {
+    return is_beyond(p_G) ? hessian_beyond(p_G) : Mat3<Scalar>(unit_ * field_.hessian(p_G));
+  }
   /// Gradient of the smoothed depth (`SplineGradient`).
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
     return unit_ * field_.smooth_gradient(p_G);
@@ -94,6 +98,24 @@ class DepthField {
       if (away[axis] != 0) g[axis] = 0;  // the edge's point stays where it is
     if (depth > 0) return g - away / away.norm();
     return -(depth * g + away) / std::sqrt(depth * depth + away.squaredNorm());
+  }
+
+  [[nodiscard]] Mat3<Scalar> hessian_beyond(const Vec3<Scalar>& p) const noexcept {
+    const Vec3<Scalar> edge = p.cwiseMax(Scalar(0)).cwiseMin(last_);
+    const Scalar depth = unit_ * field_.value(edge);
+    const Vec3<Scalar> away = p - edge;
+    const Vec3<Scalar> off = (away.array() != Scalar(0)).template cast<Scalar>();  // along these axes the edge stays
+    const Vec3<Scalar> on = Vec3<Scalar>::Ones() - off;
+    const Mat3<Scalar> H = on.asDiagonal() * Mat3<Scalar>(unit_ * field_.hessian(edge)) * on.asDiagonal();
+    const Mat3<Scalar> M = off.asDiagonal();
+    if (depth > 0) {
+      const Vec3<Scalar> u = away / away.norm();
+      return H - (M - u * u.transpose()) / away.norm();
+    }
+    const Vec3<Scalar> g = on.cwiseProduct(unit_ * field_.gradient(edge));
+    const Scalar r = std::sqrt(depth * depth + away.squaredNorm());
+    const Vec3<Scalar> rise = (depth * g + away) / r;
+    return (rise * rise.transpose() - g * g.transpose() - depth * H - M) / r;
   }
 
   /// Calls do_it(i, p) with the points that lie beyond the outermost voxels, if there are any.

@@ -3,6 +3,7 @@
 
 #include <trephine/contact/vertex_contacts.hpp>
 #include <trephine/render/depth_source.hpp>
+#include <trephine/render/energy_law.hpp>
 #include <trephine/render/renderer.hpp>
 
 #include <vector>
@@ -30,11 +31,13 @@ struct EnergySurfaceOptions {
 /// which is exactly −∂U/∂pose, so closed paths do no work; unlike springs toward a centre (Eq. 15), which are the
 /// gradient of no energy for any finite number of vertices. On a plane the direction is exact whatever the count.
 /// Inside the bone there is a direction as deep as the depths reach, so no force has to be held (Eq. 18). Penalty
-/// contact at the device's pose: the tool sinks in as far as its springs let it; no proxy, no friction.
+/// contact at the device's pose: the tool sinks in as far as its springs let it; no proxy, no friction. This is
+/// `DepthLaw`; `RayLaw` keeps Eq. 15's ways out along rays and has an energy too, for shallow contact alone.
 ///
-/// Work a tick: one sample a vertex, one gradient for each in bone. kStartedInside: a vertex is deeper than the depths
-/// reach (its depth does not change there, nor does it push).
-template <RealScalar S, DepthSource Depth = FromDepthMap>
+/// Work a tick: one sample a vertex, one gradient for each in bone; `RayLaw` casts a ray for each instead.
+/// kStartedInside: a vertex is deeper than the law tells (DepthLaw: than the depths reach; RayLaw: its group's centre
+/// is in bone, or its ray grazes): it does not push.
+template <RealScalar S, DepthSource Depth = FromDepthMap, EnergyLaw<S> Law = DepthLaw>
 class EnergySurfaceRenderer : public DepthReader<S, Depth> {
  public:
   using Scalar = S;
@@ -43,12 +46,10 @@ class EnergySurfaceRenderer : public DepthReader<S, Depth> {
 
   /// Throws std::invalid_argument for options outside their range.
   EnergySurfaceRenderer(Tool tool, Depth depth, const EnergySurfaceOptions& options = {})
-      : DepthReader<S, Depth>(depth), tool_(std::move(tool)), options_(options), vertices_(tool_) {
+      : DepthReader<S, Depth>(depth), tool_(std::move(tool)), options_(options), vertices_(tool_), law_(tool_) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
-    // F = k π R δ² on a plane in the continuum: the secant at δ = R/2.
-    const double R = tool_.burr().tip_radius;
-    k_ = options.stiffness / (std::numbers::pi * R * R / 2);
+    k_ = options.stiffness / Law::per_stiffness(tool_.burr().tip_radius);
   }
 
   template <PenetrationField Field>
@@ -59,16 +60,20 @@ class EnergySurfaceRenderer : public DepthReader<S, Depth> {
     started_ = true;
     X_GT_ = X_GT;
     vertices_.look(field, tool_, X_GT.template cast<double>());
+    law_.look(field, tool_, X_GT, vertices_.found());
     Wrenchd sum;
     contact_count_ = 0;
     energy_ = 0;
     for (const VertexContact& c : vertices_.found()) {
       const double k = k_ * static_cast<double>(tool_.areas()[static_cast<std::size_t>(c.vertex)]);
-      const Vec3d force = k * c.depth * c.out;
-      sum += Wrenchd::of_force_at(force, c.lever);
-      energy_ += 0.5 * k * c.depth * c.depth;
-      if (!(c.out.squaredNorm() > 0)) out.status = worse(out.status, Status::kStartedInside);
-      contacts_[contact_count_++] = contact_point<Scalar>(c, X_GT.translation().template cast<double>(), force);
+      const EnergyTerm t = law_.term(contact_count_, c);
+      const Vec3d force = k * t.force;
+      sum += Wrenchd::of_force_at(force, t.lever);
+      sum.torque += k * t.couple;
+      energy_ += k * t.energy;
+      if (!t.known) out.status = worse(out.status, Status::kStartedInside);
+      contacts_[contact_count_++] =
+          contact_point<Scalar>({c.vertex, c.depth, t.out, t.lever}, X_GT.translation().template cast<double>(), force);
       vertices_.tell(c, out.contact);
     }
     out.wrench = {sum.force.template cast<Scalar>(), sum.torque.template cast<Scalar>()};
@@ -101,6 +106,7 @@ class EnergySurfaceRenderer : public DepthReader<S, Depth> {
   Tool tool_;
   EnergySurfaceOptions options_;
   VertexContacts<Scalar, FixedVertices> vertices_;
+  [[no_unique_address]] Law law_;
   double k_ = 0;  // foundation stiffness [N/m³]
   double energy_ = 0;
   bool started_ = false;

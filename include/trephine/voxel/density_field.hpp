@@ -75,7 +75,12 @@ class DensityField {
     return GradientChoice::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
-  /// The same of the smoothed density, whatever the policy.
+  /// ∇∇ρ of the interpolant at p_G in G axes [density per square metre].
+  [[nodiscard]] Mat3<Scalar> hessian(const Vec3<Scalar>& p_G) const noexcept {
+    return per_metre_.asDiagonal() * trilinear_hessian(view_, coordinates(p_G)) * per_metre_.asDiagonal();
+  }
+
+  /// The gradient of the smoothed density, whatever the policy.
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
     return SplineGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }

@@ -25,6 +25,20 @@ struct AnalyticGradient {
   }
 };
 
+/// Second derivatives of the interpolant [density per voxel²]: those of AnalyticGradient. Along one axis it is linear, so
+/// the diagonal is zero.
+template <VoxelDensity Density, RealScalar Scalar>
+[[nodiscard]] Mat3<Scalar> trilinear_hessian(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
+  const Cell<Scalar> c = cell_at(v, u);
+  const auto r = corners(v, c.base);
+  const Scalar xy = lerp(r[3] - r[2] - r[1] + r[0], r[7] - r[6] - r[5] + r[4], c.fz);
+  const Scalar xz = lerp(r[5] - r[4] - r[1] + r[0], r[7] - r[6] - r[3] + r[2], c.fy);
+  const Scalar yz = lerp(r[6] - r[4] - r[2] + r[0], r[7] - r[5] - r[3] + r[1], c.fx);
+  Mat3<Scalar> H;
+  H << Scalar(0), xy, xz, xy, Scalar(0), yz, xz, yz, Scalar(0);
+  return H;
+}
+
 /// Central difference of the interpolant over one voxel either side: continuous, twice as wide. Cost: six samples.
 struct CentralGradient {
   static constexpr bool kNeedsStored = false;
