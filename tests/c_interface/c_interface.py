@@ -4,6 +4,7 @@
 import array
 import ctypes
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -95,4 +96,13 @@ refused(3, "not older than the header", lambda: library.scene_create(bone.handle
 # The module as the program that a newcomer runs.
 out = subprocess.run([sys.executable, folder + "/trephine_c.py", path], capture_output=True, text=True, check=True).stdout
 assert out.count("mm3") == 10 and "nan" not in out, out
+# Started beside the library, as in a build folder.
+beside, name = os.path.split(os.path.abspath(path))
+subprocess.run([sys.executable, os.path.abspath(folder) + "/trephine_c.py", name], cwd=beside, capture_output=True, check=True)
+# What is no library, or another one: one line and a failure.
+other = getattr(__import__("_ctypes"), "__file__", None)  # none where it is built in
+for wrong in filter(None, ("/nonexistent.so", __file__, other)):
+    run = subprocess.run([sys.executable, folder + "/trephine_c.py", wrong], capture_output=True, text=True)
+    assert run.returncode == 1 and run.stderr.count("\n") == 1, run.stderr
+    assert run.stderr.startswith("trephine_c.py: ") and wrong in run.stderr, run.stderr
 print("the C interface works from Python")
