@@ -151,11 +151,30 @@ TEST_CASE("OpenHaptics device: a frame left open by the caller is closed") {
 
 TEST_CASE("OpenHaptics device: every error of the driver, at begin and at end of a frame") {
   using hd_standin::At;
+  constexpr HDerror kCodes[] = {HD_WARM_MOTORS,
+                                HD_EXCEEDED_MAX_FORCE,
+                                HD_EXCEEDED_MAX_FORCE_IMPULSE,
+                                HD_EXCEEDED_MAX_VELOCITY,
+                                HD_FORCE_ERROR,
+                                HD_DEVICE_FAULT,
+                                HD_COMM_ERROR,
+                                HD_COMM_CONFIG_ERROR,
+                                HD_TIMER_ERROR,
+                                HD_ILLEGAL_BEGIN,
+                                HD_ILLEGAL_END,
+                                HD_FRAME_ERROR,
+                                HD_INVALID_PRIORITY,
+                                HD_SCHEDULER_FULL,
+                                HD_INVALID_LICENSE,
+                                HD_INVALID_ENUM,
+                                HD_INVALID_VALUE,
+                                HD_INVALID_OPERATION,
+                                HD_INVALID_INPUT_TYPE,
+                                HD_BAD_HANDLE,
+                                HD_DEVICE_ALREADY_INITIATED,
+                                0x7777};
   for (const At at : {At::kBeginFrame, At::kEndFrame})
-    for (const HDerror code : std::vector<HDerror>{
-             HD_WARM_MOTORS, HD_EXCEEDED_MAX_FORCE, HD_EXCEEDED_MAX_FORCE_IMPULSE, HD_EXCEEDED_MAX_VELOCITY,
-             HD_FORCE_ERROR, HD_DEVICE_FAULT, HD_COMM_ERROR, HD_COMM_CONFIG_ERROR, HD_TIMER_ERROR, HD_ILLEGAL_BEGIN,
-             HD_FRAME_ERROR, HD_INVALID_PRIORITY, HD_SCHEDULER_FULL, HD_INVALID_LICENSE, HD_INVALID_ENUM, 0x7777}) {
+    for (const HDerror code : kCodes) {
       CAPTURE(code);
       hd_standin::plug({rigid()});
       Device device;
