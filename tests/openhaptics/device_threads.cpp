@@ -7,7 +7,10 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "support/malloc_hook.hpp"
 
 namespace {
 
@@ -78,6 +81,23 @@ TEST_CASE("OpenHaptics device: pose and buttons in, force and torque out, in one
   CHECK(hd_standin::witness("Default Device").felt == Wrenchd::zero());  // stopped
   CHECK(hd_standin::errors().empty());
   CHECK_FALSE(hd_standin::scheduler_runs());
+}
+
+TEST_CASE("OpenHaptics device: neither reading nor writing takes memory or throws") {
+  static_assert(noexcept(std::declval<Device&>().read(std::declval<DeviceState&>())));
+  static_assert(noexcept(std::declval<Device&>().write(std::declval<const Wrenchd&>())));
+  hd_standin::plug({rigid()});
+  Device device;
+  DeviceState state;
+  std::int64_t calls = 0;
+  CHECK(in_ticks(device, 300, [&](int i) {  // past a look at the calibration, which comes every hundred ticks
+    const AllocationGuard guard;
+    (void)device.read(state);
+    (void)device.write({Vec3d(1, 0, 0), Vec3d(0, 0.01, 0)});
+    if (i > 0) calls += guard.allocations();
+  }));
+  CHECK(calls == 0);
+  CHECK(hd_standin::errors().empty());
 }
 
 TEST_CASE("OpenHaptics device: wrenches are gated by degrees of freedom and shortened to the limits") {
