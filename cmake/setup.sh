@@ -29,6 +29,8 @@ about() {
     doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;
     python3) package=python3; test_of="has_command python3"; without="the tests from Python" ;;
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
+    spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
+    xlib) package=libx11-dev; test_of="has_header X11/Xlib.h"; without="the 6-DOF mouse's program and tests (spnav.h includes Xlib.h)" ;;
     gnuplot) package=gnuplot-nox; test_of="has_command gnuplot"; without="plots" ;;
     *) die "setup.sh knows no '$1'" ;;
   esac

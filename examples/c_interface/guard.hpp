@@ -21,7 +21,8 @@ struct NullArgument {};
 
 struct WrongStruct {
   std::size_t got;
-  std::size_t known;
+  std::size_t least;
+  std::size_t most;
 };
 
 /// Of the calling thread. In place, so that running out of memory can be told too.
@@ -59,10 +60,11 @@ trephine_result guarded(Body&& body) noexcept {
   } catch (const NullArgument&) {
     return note(TREPHINE_NULL_ARGUMENT, "trephine: a handle or pointer is null");
   } catch (const WrongStruct& e) {
-    std::snprintf(last_error(), 512,
-                  "trephine: struct_size is %zu and this library knows up to %zu: call the struct's init function, and "
-                  "use a library that is not older than the header",
-                  e.got, e.known);
+    std::snprintf(
+        last_error(), 512,
+        "trephine: struct_size is %zu and this library knows %zu to %zu: call the struct's init function, and "
+        "use a library that is not older than the header",
+        e.got, e.least, e.most);
     return TREPHINE_WRONG_STRUCT;
   } catch (const std::bad_alloc&) {
     return note(TREPHINE_OUT_OF_MEMORY, "trephine: out of memory");
@@ -78,11 +80,15 @@ trephine_result guarded(Body&& body) noexcept {
 /// Size of the struct in its first release; fields are only ever added at the end.
 template <class Struct>
 inline constexpr std::size_t kFirstSize = sizeof(Struct);
+/// Without what the coupled tool brought along.
+template <>
+inline constexpr std::size_t kFirstSize<trephine_scene_options> = offsetof(trephine_scene_options,
+                                                                           rotational_stiffness);
 
 template <class Struct>
 void check_size(std::size_t size) {
   static_assert(std::is_trivially_copyable_v<Struct> && offsetof(Struct, struct_size) == 0);
-  if (size < kFirstSize<Struct> || size > sizeof(Struct)) throw WrongStruct{size, sizeof(Struct)};
+  if (size < kFirstSize<Struct> || size > sizeof(Struct)) throw WrongStruct{size, kFirstSize<Struct>, sizeof(Struct)};
 }
 template <class Struct>
 void check_struct(const Struct& s) {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#define TREPHINE_C_BUILDS
 #include "trephine_c.h"
 
 #include "any_scene.hpp"

@@ -7,6 +7,7 @@ Run as a program, it drills a block of bone:  python3 trephine_c.py path/to/libt
 import array
 import ctypes as c
 import math
+import os
 
 INT16, FLOAT32 = 0, 1
 LINE, SURFACE, COUPLED = 0, 1, 2
@@ -75,7 +76,10 @@ class Library:
     }
 
     def __init__(self, path):
-        self._dll = c.CDLL(path)
+        # Without a slash the system would look among its own libraries, not here.
+        self._dll = c.CDLL(os.path.abspath(path) if os.path.exists(path) else path)
+        if not hasattr(self._dll, "trephine_last_error"):
+            raise OSError(f"{path}: a library, but not trephine's C interface")
         self._dll.trephine_last_error.restype = c.c_char_p
         self.version = self._dll.trephine_version()
         for name, arguments in self._arguments.items():
@@ -199,4 +203,7 @@ if __name__ == "__main__":
 
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except (Error, OSError) as error:
+        sys.exit(f"trephine_c.py: {error}")

@@ -20,7 +20,17 @@ double number(const std::string& name, const std::string& text, double least, do
   return v;
 }
 
+Algorithm algorithm(const std::string& text) {
+  for (const Algorithm a : {Algorithm::kLine, Algorithm::kSurface, Algorithm::kCoupled})
+    if (text == name_of(a)) return a;
+  throw UsageError("--algorithm: '" + text + "' is none of line, surface and coupled");
+}
+
 }  // namespace
+
+const char* name_of(Algorithm algorithm) {
+  return algorithm == Algorithm::kLine ? "line" : algorithm == Algorithm::kSurface ? "surface" : "coupled";
+}
 
 Arguments parse_arguments(int argc, const char* const* argv) {
   Arguments out;
@@ -39,11 +49,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (name == "--scale") out.scale = number(name, value, 0.05, 2);
     if (name == "--device") out.device = value;
     if (name == "--skull") out.skull = value;
-    if (name == "--algorithm") {
-      if (value != "line" && value != "surface")
-        throw UsageError("--algorithm: '" + value + "' is neither line nor surface");
-      out.surface = value == "surface";
-    }
+    if (name == "--algorithm") out.algorithm = algorithm(value);
   }
   return out;
 }
@@ -55,12 +61,13 @@ std::string usage() {
          "it\n"
          "is held the drill stays and the hand moves on. Built without the SDK it drills with a simulated device and\n"
          "hand, named 'Default Device', '6-DOF' (the same) and '3-DOF' (force alone).\n\n"
-         "  --skull DIR               InVesalius project's folder with matrix.dat and main.plist\n"
-         "  --algorithm line|surface  what computes the force (line)\n"
-         "  --device NAME             as set up in the driver (its default device)\n"
-         "  --scale S                 the drill moves S metres for a metre of the hand, 0.05 to 2 (1)\n"
-         "  --seconds S               end by itself (run until Ctrl-C)\n"
-         "  --help                    this text\n";
+         "  --skull DIR      InVesalius project's folder with matrix.dat and main.plist (the phantom);\n"
+         "                   build/data/cranium once examples/run has fetched the skull\n"
+         "  --algorithm A    what computes the force: line, surface or coupled (line)\n"
+         "  --device NAME    as set up in the driver (its default device)\n"
+         "  --scale S        the drill moves S metres for a metre of the hand, 0.05 to 2 (1)\n"
+         "  --seconds S      end by itself (run until Ctrl-C)\n"
+         "  --help           this text\n";
 }
 
 }  // namespace openhaptics

@@ -12,17 +12,21 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+enum class Algorithm { kLine, kSurface, kCoupled };
+
 struct Arguments {
   bool help = false;
-  std::string skull;     ///< folder with matrix.dat and main.plist; empty: the tooth phantom
-  std::string device;    ///< as set up in the driver; empty: its default device
-  bool surface = false;  ///< the Surface approximation instead of Line
-  double seconds = 0;    ///< 0: until Ctrl-C
-  double scale = 1;      ///< how far the drill moves for a metre of the hand
+  std::string skull;   ///< folder with matrix.dat and main.plist; empty: the tooth phantom
+  std::string device;  ///< as set up in the driver; empty: its default device
+  double seconds = 0;  ///< 0: until Ctrl-C
+  double scale = 1;    ///< how far the drill moves for a metre of the hand
+  Algorithm algorithm = Algorithm::kLine;
 };
 
 /// Throws UsageError with one clear line.
 [[nodiscard]] Arguments parse_arguments(int argc, const char* const* argv);
+/// As the command line has it.
+[[nodiscard]] const char* name_of(Algorithm algorithm);
 /// What --help prints.
 [[nodiscard]] std::string usage();
 

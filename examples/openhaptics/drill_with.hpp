@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "../drill/scene.hpp"
 #include "session.hpp"
 #include "status_line.hpp"
 
 #include <trephine/device/servo_loop.hpp>
-#include <trephine/stage/damping.hpp>
-#include <trephine/stage/device_limits.hpp>
-#include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
-#include <trephine/stage/milling_vibration.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -49,15 +45,8 @@ template <class Renderer>
   using namespace trephine;
   drill::Bone& bone = session.bone;
   const DeviceCapabilities able = session.handled.capabilities();
-  // The densest voxel lasts half a second, so that the hand feels bone give way.
-  const RateLimitedCut<> bite{.rate = 2 * (bone.grid.original_range().max - bone.isovalue)};
-  HapticScene scene{bone.grid,
-                    bone.isovalue,
-                    renderer,
-                    Milling{bite},
-                    MillingVibration{{.frequency = 180, .per_force = 0.08}},
-                    Damping{{.linear = 1, .angular = 1e-4}},
-                    DeviceLimits{.force = able.max_force, .torque = able.max_torque}};
+  auto scene =
+      drill::scene_of(bone.grid, bone, renderer, DeviceLimits{.force = able.max_force, .torque = able.max_torque});
   ServoLoop loop(session.handled, scene, session.registration, ServoOptions{.spindle_buttons = HD_DEVICE_BUTTON_1});
   for (const std::string& warning : loop.warnings()) std::printf("note: %s\n", warning.c_str());
 

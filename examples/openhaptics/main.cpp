@@ -32,11 +32,14 @@ int run(const Arguments& arguments) {
   const trephine::DeviceCapabilities able = handled.capabilities();
   std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m; %s, %.1f mm burr, %s\n",
               able.name.c_str(), able.input_dof, able.output_dof, able.max_force, able.max_torque, bone.name.c_str(),
-              2e3 * bone.burr.tip_radius, arguments.surface ? "surface" : "line");
+              2e3 * bone.burr.tip_radius, name_of(arguments.algorithm));
 
   std::signal(SIGINT, on_interrupt);
   const Session session{device, handled, bone, workspace.registration, arguments.seconds, interrupted};
-  const Outcome outcome = arguments.surface ? drill_surface(session) : drill_line(session);
+  const auto perform = arguments.algorithm == Algorithm::kLine      ? drill_line
+                       : arguments.algorithm == Algorithm::kSurface ? drill_surface
+                                                                    : drill_coupled;
+  const Outcome outcome = perform(session);
   std::cout << outcome.report;
   std::printf("  %.0f Hz, removed %.2f mm3, at most %.2f N\n",
               static_cast<double>(outcome.report.ticks) / outcome.report.wall_time, outcome.removed_mm3,

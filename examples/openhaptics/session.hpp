@@ -36,5 +36,6 @@ struct Outcome {
 /// their own: each is a scene of templates.
 [[nodiscard]] Outcome drill_line(const Session& session);
 [[nodiscard]] Outcome drill_surface(const Session& session);
+[[nodiscard]] Outcome drill_coupled(const Session& session);
 
 }  // namespace openhaptics

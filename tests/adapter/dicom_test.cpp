@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -36,6 +37,20 @@ std::string error_of(const std::filesystem::path& path, const VolumeOptions& opt
 void check_says(const std::string& text, const std::string& part) {
   INFO(text);
   CHECK(text.find(part) != std::string::npos);
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::stringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+/// Of the same length, at the only place.
+void replace_bytes(std::string& in, const std::string& before, const std::string& after) {
+  const auto at = in.find(before);
+  REQUIRE(at != std::string::npos);
+  REQUIRE(in.find(before, at + 1) == std::string::npos);
+  in.replace(at, after.size(), after);
 }
 
 void check_series(const VoxelGrid<std::int16_t>& grid, const Series& s) {
@@ -78,12 +93,8 @@ TEST_CASE("the rescale slope is honoured") {
       "2 ",
       10);
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
-    std::stringstream bytes;
-    bytes << std::ifstream(entry.path(), std::ios::binary).rdbuf();
-    std::string text = bytes.str();
-    const auto at = text.find(before);
-    REQUIRE(at != std::string::npos);
-    text.replace(at + 8, 2, ".3");
+    std::string text = bytes_of(entry.path());
+    replace_bytes(text, before, before.substr(0, 8) + ".3");
     std::ofstream(entry.path(), std::ios::binary) << text;
   }
   const auto exact = read_volume_as<float>(folder.path());
@@ -95,6 +106,77 @@ TEST_CASE("the rescale slope is honoured") {
     CHECK(static_cast<double>(exact.at(3, 2, k)) == doctest::Approx(stored * 0.3 - 100).epsilon(1e-6));
     CHECK(std::abs(rounded.at(3, 2, k) - (stored * 0.3 - 100)) <= 0.5 + 1e-4);
   }
+}
+
+TEST_CASE_TEMPLATE("each way to store whole numbers is read", Pixel, std::uint8_t, signed char, std::uint16_t,
+                   std::int16_t) {
+  const TemporaryFolder folder;
+  Series s;
+  constexpr bool kSigned = std::numeric_limits<Pixel>::is_signed;
+  s.size = {6, 5, 2};           // densities of -82 to 100
+  s.offset = kSigned ? 0 : 82;  // into the range of 8 bits
+  s.intercept = 0;              // what is stored is what is read
+  write_series<Pixel>(folder.path(), s);
+  const std::string file = bytes_of(std::filesystem::directory_iterator(folder.path())->path());
+  const std::string allocated{"\x28\x00\x00\x01\x02\x00\x00\x00", 8}, sign{"\x28\x00\x03\x01\x02\x00\x00\x00", 8};
+  REQUIRE(file.find(allocated + char{8 * sizeof(Pixel)}) != std::string::npos);
+  REQUIRE(file.find(sign + char{kSigned}) != std::string::npos);
+  const auto grid = read_volume_as<std::int16_t>(folder.path());
+  REQUIRE(grid.size() == s.size);
+  for (int k = 0; k < s.size[2]; ++k)
+    for (int j = 0; j < s.size[1]; ++j)
+      for (int i = 0; i < s.size[0]; ++i) REQUIRE(grid.at(i, j, k) == s.offset + density_of(i, j, k));
+}
+
+TEST_CASE("twelve bits in sixteen are read, signed or not, whatever the other four hold") {
+  for (const bool is_signed : {false, true})
+    for (const int others : {0x0000, 0xF000}) {
+      CAPTURE(is_signed);
+      CAPTURE(others);
+      const TemporaryFolder folder;
+      Series s;
+      s.intercept = 0;
+      s.offset = is_signed ? 0 : 200;
+      if (is_signed)
+        write_series<std::int16_t>(folder.path(), s);
+      else
+        write_series<std::uint16_t>(folder.path(), s);
+      // ITK writes 16 bits stored of 16: say 12, and fill the four above them.
+      for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+        std::string file = bytes_of(entry.path());
+        replace_bytes(file, {"\x28\x00\x01\x01\x02\x00\x00\x00\x10\x00", 10},
+                      {"\x28\x00\x01\x01\x02\x00\x00\x00\x0c\x00", 10});
+        replace_bytes(file, {"\x28\x00\x02\x01\x02\x00\x00\x00\x0f\x00", 10},
+                      {"\x28\x00\x02\x01\x02\x00\x00\x00\x0b\x00", 10});
+        for (std::size_t at = file.size() - 2 * std::size_t{12} * 10 + 1; at < file.size(); at += 2)
+          file[at] = static_cast<char>((file[at] & 0x0F) | (others >> 8));
+        std::ofstream(entry.path(), std::ios::binary) << file;
+      }
+      const auto grid = read_volume_as<std::int16_t>(folder.path());
+      for (int k = 0; k < s.size[2]; ++k)
+        for (int j = 0; j < s.size[1]; ++j)
+          for (int i = 0; i < s.size[0]; ++i) REQUIRE(grid.at(i, j, k) == s.offset + density_of(i, j, k));
+    }
+}
+
+TEST_CASE("compressed series are read; one that ITK cannot decode is refused") {
+  using Packed = itk::GDCMImageIO::CompressionEnum;
+  for (const Packed packed : {Packed::JPEG, Packed::JPEG2000}) {
+    const TemporaryFolder folder;
+    Series s;
+    s.packed = packed;
+    write_series(folder.path(), s);
+    check_series(read_volume_as<std::int16_t>(folder.path()), s);
+  }
+  const TemporaryFolder folder;
+  Series s;
+  s.packed = Packed::JPEG2000;
+  write_series(folder.path(), s);
+  const auto file = std::filesystem::directory_iterator(folder.path())->path();
+  std::string bytes = bytes_of(file);
+  replace_bytes(bytes, "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.94");  // pixels that a server keeps
+  std::ofstream(file, std::ios::binary) << bytes;
+  check_says(error_of(folder.path()), "cannot be read (ITK ERROR");
 }
 
 TEST_CASE("an oblique series lies obliquely") {

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <string>
@@ -98,19 +99,23 @@ struct Series {
   int missing = -1;      // this slice is not written
   int repeated = -1;     // this slice lies where its predecessor lies
   std::string prefix{};  // of the files' names
+  int offset = 0;        // added to the densities
+  std::optional<itk::GDCMImageIO::CompressionEnum> packed{};
 };
 
-/// Writes slices with densities density_of(i, j, k), in files whose names sort against the order of the slices.
-inline void write_series(const std::filesystem::path& folder, const Series& s) {
-  using Image = itk::Image<std::int16_t, 3>;
+/// Writes slices with densities offset + density_of(i, j, k), in files whose names sort against the order of the
+/// slices.
+template <class Pixel = std::int16_t>
+void write_series(const std::filesystem::path& folder, const Series& s) {
+  using Image = itk::Image<Pixel, 3>;
   for (int k = 0; k < s.size[2]; ++k) {
     if (k == s.missing) continue;
     const int at = k == s.repeated ? k - 1 : k;
     const Vec3d origin = s.origin_mm + at * s.spacing_mm.z() * s.step;
-    const auto image = make_image<std::int16_t>({s.size[0], s.size[1], 1}, s.spacing_mm, origin, s.direction);
+    const auto image = make_image<Pixel>({s.size[0], s.size[1], 1}, s.spacing_mm, origin, s.direction);
     for (itk::ImageRegionIteratorWithIndex<Image> it(image, image->GetBufferedRegion()); !it.IsAtEnd(); ++it) {
       const auto u = it.GetIndex();
-      it.Set(static_cast<std::int16_t>(density_of(static_cast<int>(u[0]), static_cast<int>(u[1]), k)));
+      it.Set(static_cast<Pixel>(s.offset + density_of(static_cast<int>(u[0]), static_cast<int>(u[1]), k)));
     }
     auto io = itk::GDCMImageIO::New();
     io->KeepOriginalUIDOn();
@@ -136,6 +141,10 @@ inline void write_series(const std::filesystem::path& folder, const Series& s) {
     writer->SetImageIO(io);
     writer->SetFileName((folder / (s.prefix + std::to_string(100 - k) + ".dcm")).string());
     writer->SetInput(image);
+    if (s.packed) {
+      io->SetCompressionType(*s.packed);
+      writer->UseCompressionOn();
+    }
     writer->Update();
   }
 }

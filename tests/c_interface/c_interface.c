@@ -292,6 +292,33 @@ static void refuse_scenes(void) {
   trephine_grid_destroy(grid);
 }
 
+/* Callers whose header is older: their struct lacks the last fields, and nothing beyond it is touched. */
+static void older_structs(void) {
+  const size_t older = offsetof(trephine_scene_options, rotational_stiffness);
+  trephine_grid* grid = make_grid();
+  trephine_scene_options o;
+  for (int algorithm = TREPHINE_LINE; algorithm <= TREPHINE_COUPLED; ++algorithm) {
+    memset(&o, 0xAB, sizeof o);
+    CHECK(trephine_scene_options_init(&o, older) == TREPHINE_OK);
+    CHECK(o.struct_size == older);
+    for (size_t i = older; i < sizeof o; ++i) CHECK(((const unsigned char*)&o)[i] == 0xAB);
+    o.algorithm = algorithm;
+    o.isovalue = 300;
+    o.rotational_stiffness = -1; /* would be refused, were it read */
+    trephine_scene* scene = NULL;
+    CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+    trephine_scene_destroy(scene);
+  }
+  trephine_scene* scene = NULL;
+  o.struct_size = (uint32_t)sizeof o;
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "rotational_stiffness");
+  /* Older than the first release there is none. */
+  memset(&o, 0xAB, sizeof o);
+  CHECK_REFUSED(trephine_scene_options_init(&o, older - 8), TREPHINE_WRONG_STRUCT, "this library knows");
+  CHECK(((const unsigned char*)&o)[0] == 0xAB);
+  trephine_grid_destroy(grid);
+}
+
 /* A device without torque: the virtual tool turns as the device does. */
 static void without_torque(void) {
   trephine_grid* grid = make_grid();
@@ -347,6 +374,7 @@ int main(void) {
   drill(TREPHINE_SURFACE);
   drill(TREPHINE_COUPLED);
   without_torque();
+  older_structs();
   refuse_grids();
   refuse_scenes();
   turn();

@@ -2,7 +2,9 @@
 """The C interface through ctypes: c_interface.py folder-of-trephine_c.py library"""
 
 import array
+import ctypes
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -76,7 +78,31 @@ scene = t.Scene(bone, isovalue=300)
 result = scene.tick(t.Pose((math.nan, 0, 0)), True, 1e-3)
 assert result.status == t.STATUS_BAD_INPUT and list(result.force) == [0, 0, 0]
 
+# Modules of older and newer headers than the library's.
+size = t.SceneOptions.rotational_stiffness.offset
+made = t.SceneOptions(rotational_stiffness=-1)
+library.scene_options_init(ctypes.byref(made), size)
+assert made.struct_size == size and made.rotational_stiffness == -1 and made.stiffness > 0
+made.isovalue = 300
+made.algorithm = t.COUPLED
+handle = ctypes.c_void_p()
+library.scene_create(bone.handle, ctypes.byref(made), ctypes.byref(handle))
+library.scene_destroy(handle)
+too_new = ctypes.sizeof(t.SceneOptions) + 8
+refused(3, "not older than the header", lambda: library.scene_options_init(ctypes.byref(made), too_new))
+made.struct_size = too_new
+refused(3, "not older than the header", lambda: library.scene_create(bone.handle, ctypes.byref(made), ctypes.byref(handle)))
+
 # The module as the program that a newcomer runs.
 out = subprocess.run([sys.executable, folder + "/trephine_c.py", path], capture_output=True, text=True, check=True).stdout
 assert out.count("mm3") == 10 and "nan" not in out, out
+# Started beside the library, as in a build folder.
+beside, name = os.path.split(os.path.abspath(path))
+subprocess.run([sys.executable, os.path.abspath(folder) + "/trephine_c.py", name], cwd=beside, capture_output=True, check=True)
+# What is no library, or another one: one line and a failure.
+other = getattr(__import__("_ctypes"), "__file__", None)  # none where it is built in
+for wrong in filter(None, ("/nonexistent.so", __file__, other)):
+    run = subprocess.run([sys.executable, folder + "/trephine_c.py", wrong], capture_output=True, text=True)
+    assert run.returncode == 1 and run.stderr.count("\n") == 1, run.stderr
+    assert run.stderr.startswith("trephine_c.py: ") and wrong in run.stderr, run.stderr
 print("the C interface works from Python")

@@ -20,13 +20,14 @@ TEST_CASE("openhaptics_drill: arguments") {
   const Arguments none = parsed({});
   CHECK(none.seconds == 0);
   CHECK(none.scale == 1);
-  CHECK_FALSE(none.surface);
+  CHECK(none.algorithm == Algorithm::kLine);
   CHECK(none.device.empty());
   const Arguments all =
       parsed({"--seconds", "2.5", "--device", "Left", "--algorithm", "surface", "--skull", "d", "--scale", "0.5"});
   CHECK(all.seconds == 2.5);
   CHECK(all.device == "Left");
-  CHECK(all.surface);
+  CHECK(all.algorithm == Algorithm::kSurface);
+  CHECK(parsed({"--algorithm", "coupled"}).algorithm == Algorithm::kCoupled);
   CHECK(all.skull == "d");
   CHECK(all.scale == 0.5);
   CHECK(parsed({"-h"}).help);

@@ -7,7 +7,10 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "support/malloc_hook.hpp"
 
 namespace {
 
@@ -78,6 +81,23 @@ TEST_CASE("OpenHaptics device: pose and buttons in, force and torque out, in one
   CHECK(hd_standin::witness("Default Device").felt == Wrenchd::zero());  // stopped
   CHECK(hd_standin::errors().empty());
   CHECK_FALSE(hd_standin::scheduler_runs());
+}
+
+TEST_CASE("OpenHaptics device: neither reading nor writing takes memory or throws") {
+  static_assert(noexcept(std::declval<Device&>().read(std::declval<DeviceState&>())));
+  static_assert(noexcept(std::declval<Device&>().write(std::declval<const Wrenchd&>())));
+  hd_standin::plug({rigid()});
+  Device device;
+  DeviceState state;
+  std::int64_t calls = 0;
+  CHECK(in_ticks(device, 300, [&](int i) {  // past a look at the calibration, which comes every hundred ticks
+    const AllocationGuard guard;
+    (void)device.read(state);
+    (void)device.write({Vec3d(1, 0, 0), Vec3d(0, 0.01, 0)});
+    if (i > 0) calls += guard.allocations();
+  }));
+  CHECK(calls == 0);
+  CHECK(hd_standin::errors().empty());
 }
 
 TEST_CASE("OpenHaptics device: wrenches are gated by degrees of freedom and shortened to the limits") {
@@ -151,11 +171,30 @@ TEST_CASE("OpenHaptics device: a frame left open by the caller is closed") {
 
 TEST_CASE("OpenHaptics device: every error of the driver, at begin and at end of a frame") {
   using hd_standin::At;
+  constexpr HDerror kCodes[] = {HD_WARM_MOTORS,
+                                HD_EXCEEDED_MAX_FORCE,
+                                HD_EXCEEDED_MAX_FORCE_IMPULSE,
+                                HD_EXCEEDED_MAX_VELOCITY,
+                                HD_FORCE_ERROR,
+                                HD_DEVICE_FAULT,
+                                HD_COMM_ERROR,
+                                HD_COMM_CONFIG_ERROR,
+                                HD_TIMER_ERROR,
+                                HD_ILLEGAL_BEGIN,
+                                HD_ILLEGAL_END,
+                                HD_FRAME_ERROR,
+                                HD_INVALID_PRIORITY,
+                                HD_SCHEDULER_FULL,
+                                HD_INVALID_LICENSE,
+                                HD_INVALID_ENUM,
+                                HD_INVALID_VALUE,
+                                HD_INVALID_OPERATION,
+                                HD_INVALID_INPUT_TYPE,
+                                HD_BAD_HANDLE,
+                                HD_DEVICE_ALREADY_INITIATED,
+                                0x7777};
   for (const At at : {At::kBeginFrame, At::kEndFrame})
-    for (const HDerror code : std::vector<HDerror>{
-             HD_WARM_MOTORS, HD_EXCEEDED_MAX_FORCE, HD_EXCEEDED_MAX_FORCE_IMPULSE, HD_EXCEEDED_MAX_VELOCITY,
-             HD_FORCE_ERROR, HD_DEVICE_FAULT, HD_COMM_ERROR, HD_COMM_CONFIG_ERROR, HD_TIMER_ERROR, HD_ILLEGAL_BEGIN,
-             HD_FRAME_ERROR, HD_INVALID_PRIORITY, HD_SCHEDULER_FULL, HD_INVALID_LICENSE, HD_INVALID_ENUM, 0x7777}) {
+    for (const HDerror code : kCodes) {
       CAPTURE(code);
       hd_standin::plug({rigid()});
       Device device;

@@ -40,9 +40,9 @@ endif()
 
 if(way STREQUAL "existing_eigen")
   list(APPEND arguments -D own_eigen=${eigen_include} -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
-elseif(way STREQUAL "fetched_eigen")
-  # As if downloaded: FetchContent takes the folder for the download's.
-  list(APPEND arguments -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -D FETCHCONTENT_SOURCE_DIR_TREPHINE_EIGEN=${eigen_include})
+elseif(way STREQUAL "fetched")
+  # trephine and Eigen as if downloaded: FetchContent takes the folders for the downloads'.
+  list(APPEND arguments -D fetch=ON -D FETCHCONTENT_SOURCE_DIR_TREPHINE=${source} -D CMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -D FETCHCONTENT_SOURCE_DIR_TREPHINE_EIGEN=${eigen_include})
 elseif(Eigen3_DIR)
   list(APPEND arguments -D Eigen3_DIR=${Eigen3_DIR})
 endif()
