@@ -119,6 +119,7 @@ Place make_place(const std::string& name) {
     p.outward = Vec3d::UnitX();
     p.across = up;
     p.room = 0;
+    p.by_shaft = true;
   } else if (name == "one bar under the shaft" || name == "shaft flush") {
     // The tool lies along x from its tip at -8 mm on.
     p.burr = drill(20e-3);
@@ -127,6 +128,7 @@ Place make_place(const std::string& name) {
       p.bone = make_bone([](const Vec3d& q) { return std::max(q.z() - kInside, -6e-3 - q.x()); });
     else
       p.bone = make_bone(Rod{Vec3d(4e-3, 0, kInside - 1e-3), Vec3d::UnitY(), 1e-3});
+    p.by_shaft = true;
     p.touching = tool_pose(Vec3d(-8e-3, 0, kInside + kShaft), Vec3d::UnitX());
     p.touching_line = tool_pose(Vec3d(-8e-3, 0, kInside), Vec3d::UnitX());
     p.across = Vec3d::UnitX();

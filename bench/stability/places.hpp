@@ -24,6 +24,7 @@ struct Place {
   Vec3d outward = Vec3d::UnitZ();           ///< the way out
   Vec3d across = Vec3d::UnitX();            ///< a way to slide
   double room = 1e-3;                       ///< that far off on the way out it is free [m]
+  bool by_shaft = false;                    ///< the shaft holds the tool, so that it turns about where it does
   [[nodiscard]] const Posed& start(const Setup& setup) const {
     return setup.renderer == "line" ? touching_line : touching;
   }
