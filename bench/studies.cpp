@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
   using namespace trephine::bench;
   StudyOptions options{.folder = "build/report"};
   std::vector<std::string> wanted;
-  if (!read_arguments(argc, argv, "bench_studies", {{"--quick", &options.quick}}, {{"--out", &options.folder}, {"--skull", &options.skull}}, &wanted))
+  if (!read_arguments(argc, argv, "bench_studies", {{"--quick", &options.quick}},
+                      {{"--out", &options.folder}, {"--skull", &options.skull}}, &wanted))
     return 2;
   for (const auto& name : wanted) {
     bool known = false;

@@ -141,6 +141,14 @@ def goals(sweep, t):
             worst = max((r["ripple_N_rms_max"] for r in rows), default=math.nan)
             found.append(Goal(f"Ripple of a slide at 1 N over plane and ball, contrast 60 and more: {renderer}", "0.02 N rms",
                               f"{worst:.2g} N rms at most", worst < 0.02))
+    if t["energy_laws"]:
+        chosen = [r for r in t["energy_laws"] if r["law"] == "depth" and r["field"] == "depths"]
+        off = max(max(r["force_off_derivative_max"], r["torque_off_derivative_max"]) for r in t["energy_laws"])
+        left = max(r["left_out_share"] for r in t["energy_laws"])
+        found.append(Goal("Energy laws: force and torque against numeric derivatives, every shape and the skull", "1e-4, under 5 % left out",
+                          f"{off:.2g}, {percent(left)} left out", off <= 1e-4 and left < 0.05))
+        worst = max(r["net_work_rel_worst"] for r in chosen if not math.isnan(r["net_work_rel_worst"]))
+        found.append(Goal("Energy law of depths: net work on closed paths", "1e-4 of the path's", f"{worst:.2g} at most", worst <= 1e-4))
     if t["orders"]:
         bad = [r for r in t["orders"] if r["holds"] == 0]
         found.append(Goal("Orders of convergence at least .9 of the expected", "all", f"{len(t['orders']) - len(bad)} of {len(t['orders'])}", not bad))

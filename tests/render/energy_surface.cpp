@@ -33,7 +33,7 @@ void check_energy(const std::string& name, const Shape& shape, Image image) {
     return compare_with_energy(renderer, renderer.field(bone, o.isovalue()), bone, o.middle(), 0.0025, poses);
   };
   const EnergyDifference all[] = {compared(on_depths, 1000), compared(on_densities, 400), compared(rays_on_depths, 400),
-                          compared(rays_on_densities, 400)};
+                                  compared(rays_on_densities, 400)};
   for (const EnergyDifference& c : all) {
     CAPTURE(&c - all);
     CHECK(c.left_out <= 0.05 * c.poses);
