@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/near_vertices.hpp>
 #include <trephine/core/tick.hpp>
-#include <trephine/tool/discretization.hpp>
-#include <trephine/voxel/density_field.hpp>
 
+#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 namespace trephine {
-
-/// A contact field whose values say how deep a point is: `metres()` per unit of value; `clearance(value)` [m], below
-/// which no bone is near, and its inverse; a gradient that does not show the cells; and a stamp that changes when bone
-/// may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no clearance.
-// clang-format off
-template <class F>
-concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p) {
-  { f.metres() } noexcept -> std::same_as<typename F::Scalar>;
-  { f.clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
-  { f.value_at_clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
-  { f.smooth_gradient(p) } noexcept -> std::same_as<Vec3<typename F::Scalar>>;
-  { f.rise_stamp() } noexcept -> std::same_as<std::uint64_t>;
-};
-// clang-format on
 
 /// A place where the tool is in bone. With φ its depth and X the tool's pose, its spring has the energy ½ k φ², and
 /// pushes with k φ along `out` = −∇φ there: the energy's gradient, in translation and in rotation.
@@ -71,40 +54,25 @@ class VertexContacts {
   /// these move on (16 of 1000 closed paths instead of 2).
   explicit VertexContacts(const Tool& tool, bool again = true)
       : again_(again),
-        count_(tool.periphery()),
         ball_(tool.groups()[0].count),
-        values_(static_cast<std::size_t>(tool.padded())) {
-    groups_.resize(tool.groups().size());
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      groups_[g].first = tool.groups()[g].first;
-      groups_[g].last = tool.groups()[g].first + tool.groups()[g].count;
-      for (int i = groups_[g].first; i < groups_[g].last; ++i) {
-        groups_[g].farthest = std::max(groups_[g].farthest, static_cast<double>(tool.points()[i].norm()));
-        group_of_.push_back(g);
-      }
-      farthest_ = std::max(farthest_, groups_[g].farthest);
-    }
-    const auto padded = static_cast<std::size_t>(padded_to_lane(count_));
-    for (PointArrays<Scalar>* points : {&near_, &places_, &gradients_})
+        ball_reach_(ball_patch(tool)),
+        ring_reach_(ring_patch(tool)),
+        ball_cosine_(std::cos(ball_reach_)),
+        ring_cosine_(std::cos(ring_reach_)),
+        near_(tool, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
+              ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
+        clearances_(tool.groups().size()) {
+    const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
+    for (PointArrays<Scalar>* points : {&places_, &gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
-    near_values_.resize(padded);
-    is_near_.resize(static_cast<std::size_t>(count_));
-    near_vertices_.resize(padded);
+    values_.resize(padded);
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
-    found_.resize(static_cast<std::size_t>(count_));
-    if constexpr (Vertices::kGlide) {
-      // A quarter wider than a disc of the same area, so that patches leave no gaps.
-      ball_reach_ = std::min(Scalar(1), Scalar(1.25) * std::sqrt(Scalar(4) / static_cast<Scalar>(ball_)));
-      if (tool.groups().size() > 1)
-        ring_reach_ = std::numbers::pi_v<Scalar> / static_cast<Scalar>(tool.groups()[1].count);
-      ball_cosine_ = std::cos(ball_reach_);
-      ring_cosine_ = std::cos(ring_reach_);
-    }
+    found_.resize(static_cast<std::size_t>(tool.periphery()));
   }
 
   /// Farthest that any vertex moves between two poses that are `step` [m] and `turn` [rad] apart.
-  [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * farthest_; }
+  [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * near_.farthest(); }
 
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
@@ -121,133 +89,60 @@ class VertexContacts {
   /// [m] beyond what is known to be free; at most 1.
   [[nodiscard]] double free_share(double step, double turn, double more) const noexcept {
     double share = 1;
-    for (const Group& g : groups_) share = std::min(share, (g.clearance + more) / (step + turn * g.farthest));
+    for (std::size_t g = 0; g < clearances_.size(); ++g)
+      share = std::min(share, (clearances_[g] + more) / (step + turn * near_.groups()[g].farthest));
     return share;
   }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
 
-  /// The places in bone at pose X_GT. Vertices that cannot have come near bone since they were last sampled are passed
-  /// over: tool and bone move little between two looks, and bone that is cut only recedes.
+  /// The places in bone at pose X_GT.
   template <PenetrationField Field>
   void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
-    const double step = (X_GT.translation() - X_looked_.translation()).norm();
-    // 2 sin(θ/2): the chord that a point a metre off moves along.
-    const double turn = (X_GT.linear() - X_looked_.linear()).norm() / std::numbers::sqrt2;
-    X_looked_ = X_GT;
-    if (std::exchange(stamp_, field.rise_stamp()) != field.rise_stamp()) forget();
-    bool anew = false;
-    for (Group& g : groups_) {
-      g.far_clearance -= step + turn * g.farthest;
-      // Half a voxel before it must, so that what is left does not shorten a step.
-      if (!(g.far_clearance >= static_cast<double>(field.voxel()) / 2)) g.far_clearance = -1;
-      anew = anew || g.far_clearance < 0;
-    }
+    near_.look(field, tool, X_GT);
     const Pose<Scalar> X = X_GT.template cast<Scalar>();
-    if (anew) look_again(field, tool, X);
-    if (near_count_ > 0)
-      field.values(X, near_.x.data(), near_.y.data(), near_.z.data(), near_values_.data(), padded_to_lane(near_count_));
     touch(field, tool, X);
   }
 
   /// Looks at every vertex next time.
-  void forget() noexcept {
-    for (Group& g : groups_) g.far_clearance = -1;
-  }
+  void forget() noexcept { near_.forget(); }
 
  private:
-  static void put(PointArrays<Scalar>& points, int at, const Vec3<Scalar>& p) noexcept {
-    const auto n = static_cast<std::size_t>(at);
-    points.x[n] = p.x();
-    points.y[n] = p.y();
-    points.z[n] = p.z();
-  }
-  static void pad(PointArrays<Scalar>& points, int count) noexcept {
-    if (count == 0) return;
-    for (int n = count; n < padded_to_lane(count); ++n) put(points, n, points[count - 1]);
-  }
-
-  /// Vertices first … last − 1: of the ball or of a slice.
-  struct Group {
-    int first = 0;
-    int last = 0;
-    double farthest = 0;        // from T's origin [m]
-    double far_clearance = -1;  // of those that are not near, at X_looked_ [m]; below 0: not known
-    double clearance = 0;       // of all that do not touch [m]
-  };
-
-  /// Samples the groups that may have come near, runs of them at once, and tells their near vertices from far ones.
-  template <PenetrationField Field>
-  void look_again(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
-    const auto& p = tool.points();
-    for (std::size_t g = 0; g < groups_.size();) {
-      std::size_t end = g;
-      while (end < groups_.size() && groups_[end].far_clearance < 0) ++end;
-      if (end > g) {
-        const int n = padded_to_lane(groups_[end - 1].last - groups_[g].first);
-        const int first = std::min(groups_[g].first, tool.padded() - n);
-        field.values(X, p.x.data() + first, p.y.data() + first, p.z.data() + first, values_.data() + first, n);
-      }
-      for (; g < end; ++g) sort_out(field, tool, groups_[g]);
-      if (g < groups_.size()) ++g;
-    }
-    near_count_ = 0;
-    for (int i = 0; i < count_; ++i) {
-      if (is_near_[static_cast<std::size_t>(i)] == 0) continue;
-      near_vertices_[static_cast<std::size_t>(near_count_)] = i;
-      put(near_, near_count_++, tool.points()[i]);
-    }
-    pad(near_, near_count_);
-  }
-
-  /// Which of a group's vertices can touch within a voxel from here.
-  template <PenetrationField Field>
-  void sort_out(const Field& field, const Tool& tool, Group& group) noexcept {
-    group.far_clearance = std::numeric_limits<double>::infinity();
-    if (group.first == group.last) return;
-    const Scalar reach = reach_of(tool, group.first);
-    const Scalar far = field.value_at_clearance(field.voxel() + reach);
-    Scalar nearest_far = std::numeric_limits<Scalar>::lowest();
-    for (auto i = static_cast<std::size_t>(group.first); i < static_cast<std::size_t>(group.last); ++i) {
-      is_near_[i] = values_[i] < far ? 0 : 1;
-      if (is_near_[i] == 0) nearest_far = std::max(nearest_far, values_[i]);
-    }
-    if (nearest_far > std::numeric_limits<Scalar>::lowest())
-      group.far_clearance = static_cast<double>(field.clearance(nearest_far) - reach);
-  }
-
-  /// The group of the place's vertex.
-  [[nodiscard]] Group& group_of(int vertex) noexcept { return groups_[group_of_[static_cast<std::size_t>(vertex)]]; }
-
   template <PenetrationField Field>
   void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
     found_count_ = 0;
     touching_ = 0;
     deepest_ = 0;
-    for (Group& g : groups_) g.clearance = g.far_clearance;
+    for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = near_.groups()[g].far_clearance;
     place_count_ = 0;
-    for (int j = 0; j < near_count_; ++j) {
-      const auto n = static_cast<std::size_t>(j);
-      const Scalar reach = reach_of(tool, near_vertices_[n]);
-      const Scalar clear = field.clearance(near_values_[n]);
-      if (near_values_[n] > Scalar(0) || (Vertices::kGlide && clear < reach)) {
-        place_vertices_[static_cast<std::size_t>(place_count_)] = near_vertices_[n];
-        vertex_values_[static_cast<std::size_t>(place_count_)] = near_values_[n];
-        put(places_, place_count_++, near_[j]);
+    for (int j = 0; j < near_.count(); ++j) {
+      const int vertex = near_.vertex(j);
+      const std::size_t g = near_.group_of(vertex);
+      const Scalar reach = near_.groups()[g].reach;
+      const Scalar clear = field.clearance(near_.value(j));
+      if (near_.value(j) > Scalar(0) || (Vertices::kGlide && clear < reach)) {
+        place_vertices_[static_cast<std::size_t>(place_count_)] = vertex;
+        vertex_values_[static_cast<std::size_t>(place_count_)] = near_.value(j);
+        places_.put(place_count_++, near_.point(j));
       } else {
-        Group& group = group_of(near_vertices_[n]);
-        group.clearance = std::min(group.clearance, static_cast<double>(clear - reach));
+        clearances_[g] = std::min(clearances_[g], static_cast<double>(clear - reach));
       }
     }
     if (place_count_ == 0) return;
-    pad(places_, place_count_);
+    places_.fill_lane(place_count_);
     gradients(field, X);
     collect(field, tool, X);
   }
 
-  [[nodiscard]] Scalar reach_of(const Tool& tool, int vertex) const noexcept {
+  /// Angle from a vertex to its patch's edge [rad]. The ball's is a quarter wider than a disc of the same area, so that
+  /// patches leave no gaps.
+  [[nodiscard]] static Scalar ball_patch(const Tool& tool) noexcept {
     if constexpr (!Vertices::kGlide) return Scalar(0);
-    return vertex < ball_ ? ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius)
-                          : ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius);
+    const auto count = static_cast<Scalar>(tool.groups()[0].count);
+    return std::min(Scalar(1), Scalar(1.25) * std::sqrt(Scalar(4) / count));
+  }
+  [[nodiscard]] static Scalar ring_patch(const Tool& tool) noexcept {
+    if (!Vertices::kGlide || tool.groups().size() < 2) return Scalar(0);
+    return std::numbers::pi_v<Scalar> / static_cast<Scalar>(tool.groups()[1].count);
   }
 
   template <PenetrationField Field>
@@ -304,7 +199,7 @@ class VertexContacts {
     const Vec3<Scalar> back = glided(tool, R, vertex, between);
     const Scalar value = field.value(X * back);
     if (!(value > values_[j])) return;
-    put(places_, place, back);
+    places_.put(place, back);
     values_[j] = value;
   }
 
@@ -330,10 +225,10 @@ class VertexContacts {
     const Mat3<Scalar> R = X.linear();
     if constexpr (Vertices::kGlide) {
       for (int j = 0; j < place_count_; ++j) {
-        put(gradients_, j, steady(field, X * places_[j], gradients_[j]));
-        put(places_, j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
+        gradients_.put(j, steady(field, X * places_[j], gradients_[j]));
+        places_.put(j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
       }
-      pad(places_, place_count_);
+      places_.fill_lane(place_count_);
     }
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
     if constexpr (Vertices::kGlide) {
@@ -344,8 +239,8 @@ class VertexContacts {
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];
       Scalar value = values_[static_cast<std::size_t>(j)];
       if (!(value > Scalar(0))) {
-        Group& group = group_of(vertex);
-        group.clearance = std::min(group.clearance, static_cast<double>(field.clearance(value)));
+        double& clearance = clearances_[near_.group_of(vertex)];
+        clearance = std::min(clearance, static_cast<double>(field.clearance(value)));
         continue;
       }
       Vec3<Scalar> lever = R * places_[j];
@@ -375,30 +270,22 @@ class VertexContacts {
   }
 
   bool again_;
-  int count_;
   int ball_;
-  Scalar ball_reach_ = Scalar(0);  // [rad] from a vertex to its patch's edge
-  Scalar ring_reach_ = Scalar(0);
-  Scalar ball_cosine_ = Scalar(1);
-  Scalar ring_cosine_ = Scalar(1);
-  double farthest_ = 0;
-  std::vector<Group> groups_;
-  std::vector<std::size_t> group_of_;  // each vertex
+  Scalar ball_reach_;  // [rad] from a vertex to its patch's edge
+  Scalar ring_reach_;
+  Scalar ball_cosine_;
+  Scalar ring_cosine_;
+  NearVertices<Scalar> near_;
+  std::vector<double> clearances_;  // of each group's vertices that do not touch [m]
   double deepest_ = 0;
   std::size_t touching_ = 0;
   std::size_t found_count_ = 0;
-  int near_count_ = 0;
   int place_count_ = 0;
-  std::vector<Scalar> values_;
-  std::vector<std::uint8_t> is_near_;  // each vertex: can touch near X_looked_
-  std::vector<int> near_vertices_;
-  std::vector<Scalar> near_values_;
-  std::vector<Scalar> vertex_values_;  // of the places' vertices
+  std::vector<Scalar> values_;         // at the places
+  std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
-  PointArrays<Scalar> near_, places_, gradients_;
+  PointArrays<Scalar> places_, gradients_;
   std::vector<VertexContact> found_;
-  Posed X_looked_ = Posed::Identity();
-  std::uint64_t stamp_ = 0;  // of the bone that was looked at
 };
 
 }  // namespace trephine

@@ -48,6 +48,17 @@ struct PointArrays {
     for (auto* a : {&x, &y, &z})
       if (!a->empty()) a->resize(padded, a->back());
   }
+  void put(int at, const Vec3<Scalar>& p) noexcept {
+    const auto n = static_cast<std::size_t>(at);
+    x[n] = p.x();
+    y[n] = p.y();
+    z[n] = p.z();
+  }
+  /// Copies the last of the first `count` behind them, up to a whole lane.
+  void fill_lane(int count) noexcept {
+    if (count == 0) return;
+    for (int n = count; n < padded_to_lane(count); ++n) put(n, (*this)[count - 1]);
+  }
   [[nodiscard]] int size() const noexcept { return static_cast<int>(x.size()); }
   [[nodiscard]] Vec3<Scalar> operator[](int i) const noexcept {
     const auto n = static_cast<std::size_t>(i);
