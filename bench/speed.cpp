@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
 #include "speed/kernels.hpp"
+#include "speed/others.hpp"
 #include "speed/run.hpp"
 #include "studies/arguments.hpp"
 #include "studies/table.hpp"
@@ -211,40 +212,123 @@ class Carving {
   int tick_ = 0;
 };
 
+/// Sampling by ours and by others, of the same points of the same field: a drill of the thesis' counts that goes
+/// through bone and air, all of it within the volume.
+class SamplingRows {
+ public:
+  SamplingRows(SpeedRun& run, const Scene& scene)
+      : tool_(surface(20, 8, 26, 0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
+    const Vec3d middle = 0.5e-4 * Vec3d(255, 255, 0) + Vec3d(0, -0.002, 0.01);
+    X_ = make_pose<double>(rotation_from_vector(Vec3d(-1.2, 0.1, 0)), middle).cast<float>();
+    const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
+    at_ = {per_metre.asDiagonal() * X_.linear(),
+           X_.translation().cwiseProduct(per_metre),
+           tool_.points().x.data(),
+           tool_.points().y.data(),
+           tool_.points().z.data(),
+           tool_.count()};
+    add_ours(run);
+    add_others(run, scene);
+  }
+  SamplingRows(const SamplingRows&) = delete;
+  SamplingRows& operator=(const SamplingRows&) = delete;
+
+  void report(Report& report, const std::string& march) const {
+    const bool v2 = march == "x86-64-v2";
+    report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+    report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+    const std::map<std::string, double> targets{{"OpenVDB GridSampler", 18}, {"NanoVDB", 12}, {kItk, 6}};
+    for (const auto& other : bench::other_libraries()) {
+      const auto target = targets.find(other.name);
+      report.at_least(other.name + " / ours", other.name, "sampling",
+                      v2 || target == targets.end() ? 0 : target->second);
+    }
+  }
+
+ private:
+  static constexpr const char* kItk = "ITK's linear interpolator";
+  using Values = std::vector<float>;
+
+  void sample(Values& out) const {
+    sample_points(view_, at_.A, Vec3<float>(at_.t + Vec3<float>::Ones()), at_.x, at_.y, at_.z, out.data(),
+                  tool_.padded());
+  }
+
+  void add_ours(SpeedRun& run) {
+    const auto& p = tool_.points();
+    auto bare = std::make_shared<bench::BareLoads>(view_, at_.A, Vec3<float>(at_.t + Vec3<float>::Ones()), p.x.data(),
+                                                   p.y.data(), p.z.data(), tool_.padded());
+    run.add("bare loads", [bare] {
+      benchmark::DoNotOptimize((*bare)());
+      benchmark::ClobberMemory();
+    });
+    auto out = std::make_shared<Values>(static_cast<std::size_t>(tool_.padded()));
+    run.add("sampling", [this, out] {
+      sample(*out);
+      benchmark::DoNotOptimize(out->data());
+      benchmark::ClobberMemory();
+    });
+    Values checked;
+    for (int i = 0; i < tool_.count(); ++i) checked.push_back(static_cast<float>(checked_((X_ * p[i]).cast<double>())));
+    must_agree("checked sampling", checked);
+    run.add("checked sampling", [this] {
+      double sum = 0;
+      for (int i = 0; i < tool_.count(); ++i) sum += checked_((X_ * tool_.points()[i]).cast<double>());
+      benchmark::DoNotOptimize(sum);
+    });
+  }
+
+  void add_others(SpeedRun& run, const Scene& scene) {
+    for (const auto& other : bench::other_libraries()) {
+      const auto sampling = other.make(scene.tooth);
+      auto out = std::make_shared<Values>(static_cast<std::size_t>(tool_.count()));
+      sampling(at_, out->data());
+      must_agree(other.name, *out);
+      run.add(other.name, [this, sampling, out] {
+        sampling(at_, out->data());
+        benchmark::DoNotOptimize(out->data());
+        benchmark::ClobberMemory();
+      });
+    }
+  }
+
+  /// Times of what does not answer the same say nothing.
+  void must_agree(const std::string& name, const Values& values) const {
+    constexpr float kRounding = 0.02F;  // densities: coordinates of 256 voxels in floats, 255 densities a voxel
+    Values ours(static_cast<std::size_t>(tool_.padded()));
+    sample(ours);
+    int in_bone = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(tool_.count()); ++i) {
+      const Vec3<float> u = at_[static_cast<int>(i)];
+      if (!((u.array() >= 0).all() && (u - view_.last).maxCoeff() < -2))
+        throw std::runtime_error("a point lies beyond the volume");
+      if (!(std::abs(values[i] - ours[i]) <= kRounding))
+        throw std::runtime_error(name + " answers " + std::to_string(values[i]) + " where ours answers " +
+                                 std::to_string(ours[i]));
+      in_bone += ours[i] >= kIsovalue ? 1 : 0;
+    }
+    if (in_bone < tool_.count() / 5 || in_bone > tool_.count() * 4 / 5)
+      throw std::runtime_error(std::to_string(in_bone) + " points in bone: neither bone nor air is to be left out");
+  }
+
+  ToolDiscretization<SurfaceCounts, float> tool_;
+  SampleView<std::uint8_t, float> view_;
+  bench::CheckedSampling checked_;
+  Pose<float> X_;
+  bench::PosedPoints at_;
+};
+
 void measure_speed(const Options& options, const Scene& scene) {
   SpeedRun run;
   const Field field(scene.tooth, kIsovalue);
   const Surface thesis = surface();
-  const auto& tool = thesis.tool();
   const Pose<float> light = pose_of_hits(scene, thesis, 20);
   const Pose<float> deep = pose_of_hits(scene, thesis, 84);
   const Pose<float> near_air = scene.pose(0.003);
   const Pose<float> far_air = make_pose<double>(Mat3d::Identity(), 1e-4 * Vec3d(20, 20, 160)).cast<float>();
   const Pose<float> outside = scene.pose(0.05);
 
-  // Sampling: all of the tool's points, in light contact.
-  const SampleView<std::uint8_t, float> view(scene.tooth);
-  const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
-  const Mat3<float> A = per_metre.asDiagonal() * light.linear();
-  const Vec3<float> t = light.translation().cwiseProduct(per_metre) + Vec3<float>::Ones();
-  const auto& p = tool.points();
-  auto bare = std::make_shared<bench::BareLoads>(view, A, t, p.x.data(), p.y.data(), p.z.data(), tool.padded());
-  run.add("bare loads", [bare] {
-    benchmark::DoNotOptimize((*bare)());
-    benchmark::ClobberMemory();
-  });
-  auto out = std::make_shared<std::vector<float>>(static_cast<std::size_t>(tool.padded()));
-  run.add("sampling", [&, out] {
-    sample_points(view, A, t, p.x.data(), p.y.data(), p.z.data(), out->data(), tool.padded());
-    benchmark::DoNotOptimize(out->data());
-    benchmark::ClobberMemory();
-  });
-  auto checked = std::make_shared<bench::CheckedSampling>(scene.tooth);
-  run.add("checked sampling", [&, checked] {
-    double sum = 0;
-    for (int i = 0; i < tool.count(); ++i) sum += (*checked)((light * p[i]).cast<double>());
-    benchmark::DoNotOptimize(sum);
-  });
+  const SamplingRows sampling(run, scene);
 
   // Ticks of both renderers, beside as many samples.
   const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
@@ -304,10 +388,8 @@ void measure_speed(const Options& options, const Scene& scene) {
 
   run.run(options.quick ? 9 : 41, 0.002);
 
-  const bool v2 = options.march == "x86-64-v2";
   Report report(run, options);
-  report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
-  report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+  sampling.report(report, options.march);
   report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
   report.at_most("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
   report.at_most("culled near air / bare samples, Surface", "surface, culled, near air", "surface, near air, bare",
