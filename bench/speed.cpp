@@ -126,6 +126,16 @@ template <class Renderer>
   return counting.samples;
 }
 
+/// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
+template <class Known>
+[[nodiscard]] std::function<void()> moving_line(const Known& field, const Pose<float>& X) {
+  return [field, X, l = std::make_shared<Line>(line()), away = false]() mutable {
+    Pose<float> at = X;
+    if ((away = !away)) at.translation() += Vec3<float>(2e-5F, 0, 0);
+    benchmark::DoNotOptimize(l->render(field, at));
+  };
+}
+
 /// A name as a table may hold it.
 [[nodiscard]] std::string without_commas(std::string name) {
   std::replace(name.begin(), name.end(), ',', ':');
@@ -353,9 +363,14 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("surface, culled, " + std::string(name),
             [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
   }
-  tick("line, near air", line(), near_air);
-  tick("line, far air", line(), far_air);
-  tick("line, outside", line(), outside);
+  // Without and with what the field knows of air; the plain one knows nothing, not even where the grid ends.
+  const test::CountingField<Field> plain(field);
+  for (const auto& [name, X] :
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
+    run.add("line, " + std::string(name) + ", all sampled", moving_line(plain, X));
+    run.add("line, " + std::string(name), moving_line(field, X));
+    run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
+  }
   // The whole tick of a scene, what is not the renderer's included.
   auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
   auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
@@ -411,8 +426,12 @@ void measure_speed(const Options& options, const Scene& scene) {
       const std::string name = std::string("voxel ") + voxel + " mm, " + what;
       report.figure(name, name);
     }
-  for (const char* name :
-       {"line, near air", "line, far air", "line, outside", "scene, near air", "carving", "carving depths"})
+  for (const std::string where : {"near air", "far air"})
+    report.at_most("Line moving in " + where + ": a map of air / all sampled", "line, " + where + ", map of air",
+                   "line, " + where + ", all sampled", 0);
+  report.at_most("Line moving beyond the grid / all sampled", "line, beyond the grid",
+                 "line, beyond the grid, all sampled", 0);
+  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving", "carving depths"})
     report.figure(name, name);
 }
 

@@ -274,7 +274,7 @@ class SurfaceApproxRenderer {
   template <ContactField Field>
   [[nodiscard]] bool look(const Field& field) noexcept {
     const Vec3<Scalar> middle = X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), middle_);
-    if constexpr (requires { field.is_beyond(middle, around_middle_); })
+    if constexpr (KnowsBeyond<Field>)
       if (!kUsesPatches<Weights> && field.is_beyond(middle, around_middle_)) return false;
     if constexpr (kUsesPatches<Weights> || !KnowsAir<Field>) {
       sample(field, 0, tool_.padded());
