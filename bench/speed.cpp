@@ -93,12 +93,49 @@ struct Scene {
   return scene.pose(-0.015);
 }
 
+/// Flat bone with two voxels of blur, and a drill laid on it: its vertices touch and no group's centre is in bone.
+struct Flat {
+  static constexpr int kLevel = 88;  // voxels
+  Grid bone = make();
+
+  static Grid make() {
+    std::vector<std::uint8_t> voxels;
+    for (int k = 0; k < 176; ++k)
+      voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
+    return Grid({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
+  }
+  [[nodiscard]] static Surface drill(int slices = 20) { return surface(slices, 8, 26, 0.02); }
+  /// A pose at which at least `hits` of its vertices are in bone.
+  [[nodiscard]] Pose<float> pose_of_hits(int hits, int slices = 20) const {
+    const Field field(bone, 127);
+    for (double tilt = 0.1; tilt >= 0; tilt -= 0.002)
+      for (double height = 7.5e-4; height > 2e-5; height -= 1e-5) {
+        const Mat3d R = rotation_from_vector(Vec3d(-1.5708 + tilt, 0, 0)) * rotation_from_vector(Vec3d(0, 0, 0.3));
+        const Vec3d p = 1e-4 * Vec3d(128, 30, kLevel) + Vec3d(0, 0, height);
+        const Pose<float> X = make_pose<double>(R, p).cast<float>();
+        Surface s = drill(slices);
+        if (s.render(field, X).contact.count < hits) continue;
+        if (std::ranges::none_of(s.groups(), [](const auto& g) { return g.deep; })) return X;
+      }
+    throw std::runtime_error("no pose of so many hits");
+  }
+};
+
 /// As many samples as a tick takes, of the tool's own points.
 class Samples {
  public:
-  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count)
-      : field_(&field), tool_(&like.tool()), X_(X), count_(count), out_(static_cast<std::size_t>(tool_->padded())) {}
+  /// `ones` of them one after the other, each where the one before tells, as a search takes them.
+  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count, std::int64_t ones = 0)
+      : field_(&field),
+        tool_(&like.tool()),
+        X_(X),
+        count_(count - ones),
+        ones_(ones),
+        out_(static_cast<std::size_t>(tool_->padded())) {}
   void operator()() {
+    Vec3<float> at = X_.translation();
+    for (std::int64_t i = 0; i < ones_; ++i) at.z() += 1e-9F * field_->value(at);
+    benchmark::DoNotOptimize(at);
     const auto& p = tool_->points();
     for (std::int64_t left = count_; left > 0; left -= tool_->padded()) {
       const int n = static_cast<int>(std::min<std::int64_t>(padded_to_lane(static_cast<int>(left)), tool_->padded()));
@@ -113,17 +150,25 @@ class Samples {
   const ToolDiscretization<SurfaceCounts, float>* tool_;
   Pose<float> X_;
   std::int64_t count_;
+  std::int64_t ones_;
   std::vector<float> out_;
 };
 
+/// What a tick takes.
+struct Taken {
+  std::int64_t samples = 0;
+  std::int64_t ones = 0;  ///< of them one at a time
+};
+
 template <class Renderer>
-[[nodiscard]] std::int64_t samples_of(const Field& field, Renderer renderer, const Pose<float>& X) {
+[[nodiscard]] Taken taken_by(const Field& field, Renderer renderer, const Pose<float>& X) {
   const test::CountingField<Field> counting(field);
   for (int i = 0; i < 3; ++i) {
-    counting.samples = 0;
+    counting.samples = counting.ones = counting.normals = 0;
     benchmark::DoNotOptimize(renderer.render(counting, X));
   }
-  return counting.samples;
+  // A normal reads the voxels of a sample.
+  return {counting.samples + counting.normals, counting.ones + counting.normals};
 }
 
 /// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
@@ -343,22 +388,33 @@ void measure_speed(const Options& options, const Scene& scene) {
   // Ticks of both renderers, beside as many samples.
   const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
                                         double per = 1) {
-    const std::int64_t samples = samples_of(field, renderer, X);
+    const Taken taken = taken_by(field, renderer, X);
     auto r = std::make_shared<Renderer>(std::move(renderer));
     run.add(
         name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
-    run.add(name + ", bare", Samples(field, thesis, light, samples));
+    run.add(name + ", bare", Samples(field, thesis, light, taken.samples));
+    if (taken.ones > 0) run.add(name + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
   };
   tick("surface, near air", surface(), near_air);
   tick("surface, far air", surface(), far_air);
   tick("surface, outside", surface(), outside);
-  tick("surface, 20 hits", surface(), light);
-  tick("surface, 84 hits", surface(), deep);
+  tick("surface, 1 centre in bone", surface(), light);
+  tick("surface, 6 centres in bone", surface(), deep);
+  const Flat flat;
+  const Field on_flat(flat.bone, 127);
+  const Surface flat_drill = Flat::drill();
+  for (const int hits : {20, 84}) {
+    const Pose<float> X = flat.pose_of_hits(hits);
+    const std::string name = "surface, " + std::to_string(hits) + " hits";
+    auto r = std::make_shared<Surface>(Flat::drill());
+    run.add(name, [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); });
+    run.add(name + ", bare", Samples(on_flat, flat_drill, X, taken_by(on_flat, Flat::drill(), X).samples));
+  }
   // The same with a map of air; bare samples are those of a tick that looks at all.
   auto air = std::make_shared<AirMap<std::uint8_t>>(scene.tooth, kIsovalue);
   const FieldWithAir<Field, std::uint8_t> known(field, *air);
   for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("20 hits", light)}) {
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)}) {
     auto r = std::make_shared<Surface>(surface());
     run.add("surface, culled, " + std::string(name),
             [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
@@ -382,8 +438,11 @@ void measure_speed(const Options& options, const Scene& scene) {
     const Surface many = surface(slices);
     const double count = many.tool().count();
     tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
-    tick("N " + std::string(name) + ", deep", surface(slices),
-         pose_of_hits(scene, many, many.tool().periphery() * 2 / 5), count);
+    const Pose<float> X = flat.pose_of_hits(many.tool().periphery() * 2 / 5, slices);
+    auto r = std::make_shared<Surface>(Flat::drill(slices));
+    run.add(
+        "N " + std::string(name) + ", contact", [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); },
+        count);
   }
 
   // The same tool in metres on finer voxels.
@@ -413,14 +472,19 @@ void measure_speed(const Options& options, const Scene& scene) {
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
   report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
   report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
-  for (const char* what : {"air", "deep"}) {
+  for (const char* name : {"surface, 1 centre in bone", "surface, 6 centres in bone"}) {
+    const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
+    report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
+    report.at_most(what + "its samples, single ones as such", name, std::string(name) + ", as taken", 0);
+  }
+  for (const char* what : {"air", "contact"}) {
     const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
     report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
   }
   for (const char* what : {"air", "light"})
     report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
                    "voxel 0.4 mm, " + std::string(what), 1.3);
-  report.at_most("a map of air in light contact / none", "surface, culled, 20 hits", "surface, 20 hits", 0);
+  report.at_most("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone", 0);
   for (const char* what : {"air", "light"})
     for (const char* voxel : {"0.4", "0.2", "0.1"}) {
       const std::string name = std::string("voxel ") + voxel + " mm, " + what;
