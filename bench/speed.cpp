@@ -549,8 +549,8 @@ void measure_spread(const Options& options, const Scene& scene) {
   const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
   const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
   const Pose<float> buried = scene.pose(-0.006, 0.0);
-  renders("Surface, light contact", surface(), pose_of_hits(scene, thesis, 20), bound);
-  renders("Surface, 84 hits", surface(), pose_of_hits(scene, thesis, 84), bound);
+  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
+  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
   renders("Surface, as deep as it goes", surface(), buried, bound);
   renders("Line, as deep as it goes", line(), buried, 0);
   {

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
@@ -48,6 +49,7 @@ class SurfaceApproxRenderer {
         hits_(static_cast<std::size_t>(tool_.periphery())),
         way_(static_cast<std::size_t>(tool_.periphery())),
         patches_(tool_),
+        hit_(tool_.groups().size()),
         deep_(tool_.groups().size()),
         reports_(tool_.groups().size()) {
     options.validate();
@@ -96,6 +98,7 @@ class SurfaceApproxRenderer {
         continue;
       }
       r.lever_m = tool_.groups()[g].height;
+      if (r.contacts == 0 && !r.deep) continue;
       r.torque = (tool_.groups()[g].height * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
       out.wrench.torque += r.torque;                                                // Eq. 21
       if constexpr (Shaft::kForce) out.wrench.force += r.force;
@@ -303,6 +306,10 @@ class SurfaceApproxRenderer {
       contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
       return status;
     }
+    if (!kUsesPatches<Weights> && hit_[g] == 0) {
+      deep_[g].outside(c, Vec3<Scalar>::Zero());
+      return Status::kOk;
+    }
     WeightedSum<Weights, Scalar> sum;
     const std::size_t first_contact = contact_count_;
     for (int i = group.first; i < group.first + group.count; ++i) {
@@ -328,7 +335,10 @@ class SurfaceApproxRenderer {
   void find_ways_out(const Field& field) noexcept {
     std::fill(way_.begin(), way_.end(), Scalar(0));
     ways_out_.clear();
-    for (const auto& group : tool_.groups()) {
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const auto& group = tool_.groups()[g];
+      const int before = ways_out_.count();
+      hit_[g] = 0;
       if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) continue;
       for (int i = group.first; i < group.first + group.count; ++i) {
         const Scalar value = values_[static_cast<std::size_t>(i)];
@@ -336,6 +346,7 @@ class SurfaceApproxRenderer {
         hits_[static_cast<std::size_t>(ways_out_.count())] = i;
         ways_out_.add(tool_.points()[i], tool_.inward()[i], group.radius, value);
       }
+      hit_[g] = ways_out_.count() > before ? 1 : 0;
     }
     ways_out_.search(field, X_GT_, static_cast<Scalar>(options_.search_step) * field.voxel());
     for (int j = 0; j < ways_out_.count(); ++j)
@@ -372,6 +383,7 @@ class SurfaceApproxRenderer {
   std::vector<int> hits_;    // vertex of each way out
   std::vector<Scalar> way_;  // of each vertex of the periphery
   [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchWays<Scalar>, NoPatches> patches_;
+  std::vector<std::uint8_t> hit_;  // of each group: whether any of its vertices is in bone
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;
