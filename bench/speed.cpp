@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
 #include "speed/kernels.hpp"
+#include "speed/others.hpp"
 #include "speed/run.hpp"
 #include "studies/arguments.hpp"
 #include "studies/table.hpp"
@@ -92,12 +93,49 @@ struct Scene {
   return scene.pose(-0.015);
 }
 
+/// Flat bone with two voxels of blur, and a drill laid on it: its vertices touch and no group's centre is in bone.
+struct Flat {
+  static constexpr int kLevel = 88;  // voxels
+  Grid bone = make();
+
+  static Grid make() {
+    std::vector<std::uint8_t> voxels;
+    for (int k = 0; k < 176; ++k)
+      voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
+    return Grid({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
+  }
+  [[nodiscard]] static Surface drill(int slices = 20) { return surface(slices, 8, 26, 0.02); }
+  /// A pose at which at least `hits` of its vertices are in bone.
+  [[nodiscard]] Pose<float> pose_of_hits(int hits, int slices = 20) const {
+    const Field field(bone, 127);
+    for (double tilt = 0.1; tilt >= 0; tilt -= 0.002)
+      for (double height = 7.5e-4; height > 2e-5; height -= 1e-5) {
+        const Mat3d R = rotation_from_vector(Vec3d(-1.5708 + tilt, 0, 0)) * rotation_from_vector(Vec3d(0, 0, 0.3));
+        const Vec3d p = 1e-4 * Vec3d(128, 30, kLevel) + Vec3d(0, 0, height);
+        const Pose<float> X = make_pose<double>(R, p).cast<float>();
+        Surface s = drill(slices);
+        if (s.render(field, X).contact.count < hits) continue;
+        if (std::ranges::none_of(s.groups(), [](const auto& g) { return g.deep; })) return X;
+      }
+    throw std::runtime_error("no pose of so many hits");
+  }
+};
+
 /// As many samples as a tick takes, of the tool's own points.
 class Samples {
  public:
-  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count)
-      : field_(&field), tool_(&like.tool()), X_(X), count_(count), out_(static_cast<std::size_t>(tool_->padded())) {}
+  /// `ones` of them one after the other, each where the one before tells, as a search takes them.
+  Samples(const Field& field, const Surface& like, const Pose<float>& X, std::int64_t count, std::int64_t ones = 0)
+      : field_(&field),
+        tool_(&like.tool()),
+        X_(X),
+        count_(count - ones),
+        ones_(ones),
+        out_(static_cast<std::size_t>(tool_->padded())) {}
   void operator()() {
+    Vec3<float> at = X_.translation();
+    for (std::int64_t i = 0; i < ones_; ++i) at.z() += 1e-9F * field_->value(at);
+    benchmark::DoNotOptimize(at);
     const auto& p = tool_->points();
     for (std::int64_t left = count_; left > 0; left -= tool_->padded()) {
       const int n = static_cast<int>(std::min<std::int64_t>(padded_to_lane(static_cast<int>(left)), tool_->padded()));
@@ -112,17 +150,35 @@ class Samples {
   const ToolDiscretization<SurfaceCounts, float>* tool_;
   Pose<float> X_;
   std::int64_t count_;
+  std::int64_t ones_;
   std::vector<float> out_;
 };
 
+/// What a tick takes.
+struct Taken {
+  std::int64_t samples = 0;
+  std::int64_t ones = 0;  ///< of them one at a time
+};
+
 template <class Renderer>
-[[nodiscard]] std::int64_t samples_of(const Field& field, Renderer renderer, const Pose<float>& X) {
+[[nodiscard]] Taken taken_by(const Field& field, Renderer renderer, const Pose<float>& X) {
   const test::CountingField<Field> counting(field);
   for (int i = 0; i < 3; ++i) {
-    counting.samples = 0;
+    counting.samples = counting.ones = counting.normals = 0;
     benchmark::DoNotOptimize(renderer.render(counting, X));
   }
-  return counting.samples;
+  // A normal reads the voxels of a sample.
+  return {counting.samples + counting.normals, counting.ones + counting.normals};
+}
+
+/// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
+template <class Known>
+[[nodiscard]] std::function<void()> moving_line(const Known& field, const Pose<float>& X) {
+  return [field, X, l = std::make_shared<Line>(line()), away = false]() mutable {
+    Pose<float> at = X;
+    if ((away = !away)) at.translation() += Vec3<float>(2e-5F, 0, 0);
+    benchmark::DoNotOptimize(l->render(field, at));
+  };
 }
 
 /// A name as a table may hold it.
@@ -211,67 +267,166 @@ class Carving {
   int tick_ = 0;
 };
 
+/// Sampling by ours and by others, of the same points of the same field: a drill of the thesis' counts that goes
+/// through bone and air, all of it within the volume.
+class SamplingRows {
+ public:
+  SamplingRows(SpeedRun& run, const Scene& scene)
+      : tool_(surface(20, 8, 26, 0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
+    const Vec3d middle = 0.5e-4 * Vec3d(255, 255, 0) + Vec3d(0, -0.002, 0.01);
+    X_ = make_pose<double>(rotation_from_vector(Vec3d(-1.2, 0.1, 0)), middle).cast<float>();
+    const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
+    at_ = {per_metre.asDiagonal() * X_.linear(),
+           X_.translation().cwiseProduct(per_metre),
+           tool_.points().x.data(),
+           tool_.points().y.data(),
+           tool_.points().z.data(),
+           tool_.count()};
+    add_ours(run);
+    add_others(run, scene);
+  }
+  SamplingRows(const SamplingRows&) = delete;
+  SamplingRows& operator=(const SamplingRows&) = delete;
+
+  void report(Report& report, const std::string& march) const {
+    const bool v2 = march == "x86-64-v2";
+    report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+    report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+    const std::map<std::string, double> targets{{"OpenVDB GridSampler", 18}, {"NanoVDB", 12}, {kItk, 6}};
+    for (const auto& other : bench::other_libraries()) {
+      const auto target = targets.find(other.name);
+      report.at_least(other.name + " / ours", other.name, "sampling",
+                      v2 || target == targets.end() ? 0 : target->second);
+    }
+  }
+
+ private:
+  static constexpr const char* kItk = "ITK's linear interpolator";
+  using Values = std::vector<float>;
+
+  void sample(Values& out) const {
+    sample_points(view_, at_.A, Vec3<float>(at_.t + Vec3<float>::Ones()), at_.x, at_.y, at_.z, out.data(),
+                  tool_.padded());
+  }
+
+  void add_ours(SpeedRun& run) {
+    const auto& p = tool_.points();
+    auto bare = std::make_shared<bench::BareLoads>(view_, at_.A, Vec3<float>(at_.t + Vec3<float>::Ones()), p.x.data(),
+                                                   p.y.data(), p.z.data(), tool_.padded());
+    run.add("bare loads", [bare] {
+      benchmark::DoNotOptimize((*bare)());
+      benchmark::ClobberMemory();
+    });
+    auto out = std::make_shared<Values>(static_cast<std::size_t>(tool_.padded()));
+    run.add("sampling", [this, out] {
+      sample(*out);
+      benchmark::DoNotOptimize(out->data());
+      benchmark::ClobberMemory();
+    });
+    Values checked;
+    for (int i = 0; i < tool_.count(); ++i) checked.push_back(static_cast<float>(checked_((X_ * p[i]).cast<double>())));
+    must_agree("checked sampling", checked);
+    run.add("checked sampling", [this] {
+      double sum = 0;
+      for (int i = 0; i < tool_.count(); ++i) sum += checked_((X_ * tool_.points()[i]).cast<double>());
+      benchmark::DoNotOptimize(sum);
+    });
+  }
+
+  void add_others(SpeedRun& run, const Scene& scene) {
+    for (const auto& other : bench::other_libraries()) {
+      const auto sampling = other.make(scene.tooth);
+      auto out = std::make_shared<Values>(static_cast<std::size_t>(tool_.count()));
+      sampling(at_, out->data());
+      must_agree(other.name, *out);
+      run.add(other.name, [this, sampling, out] {
+        sampling(at_, out->data());
+        benchmark::DoNotOptimize(out->data());
+        benchmark::ClobberMemory();
+      });
+    }
+  }
+
+  /// Times of what does not answer the same say nothing.
+  void must_agree(const std::string& name, const Values& values) const {
+    constexpr float kRounding = 0.02F;  // densities: coordinates of 256 voxels in floats, 255 densities a voxel
+    Values ours(static_cast<std::size_t>(tool_.padded()));
+    sample(ours);
+    int in_bone = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(tool_.count()); ++i) {
+      const Vec3<float> u = at_[static_cast<int>(i)];
+      if (!((u.array() >= 0).all() && (u - view_.last).maxCoeff() < -2))
+        throw std::runtime_error("a point lies beyond the volume");
+      if (!(std::abs(values[i] - ours[i]) <= kRounding))
+        throw std::runtime_error(name + " answers " + std::to_string(values[i]) + " where ours answers " +
+                                 std::to_string(ours[i]));
+      in_bone += ours[i] >= kIsovalue ? 1 : 0;
+    }
+    if (in_bone < tool_.count() / 5 || in_bone > tool_.count() * 4 / 5)
+      throw std::runtime_error(std::to_string(in_bone) + " points in bone: neither bone nor air is to be left out");
+  }
+
+  ToolDiscretization<SurfaceCounts, float> tool_;
+  SampleView<std::uint8_t, float> view_;
+  bench::CheckedSampling checked_;
+  Pose<float> X_;
+  bench::PosedPoints at_;
+};
+
 void measure_speed(const Options& options, const Scene& scene) {
   SpeedRun run;
   const Field field(scene.tooth, kIsovalue);
   const Surface thesis = surface();
-  const auto& tool = thesis.tool();
   const Pose<float> light = pose_of_hits(scene, thesis, 20);
   const Pose<float> deep = pose_of_hits(scene, thesis, 84);
   const Pose<float> near_air = scene.pose(0.003);
   const Pose<float> far_air = make_pose<double>(Mat3d::Identity(), 1e-4 * Vec3d(20, 20, 160)).cast<float>();
   const Pose<float> outside = scene.pose(0.05);
 
-  // Sampling: all of the tool's points, in light contact.
-  const SampleView<std::uint8_t, float> view(scene.tooth);
-  const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
-  const Mat3<float> A = per_metre.asDiagonal() * light.linear();
-  const Vec3<float> t = light.translation().cwiseProduct(per_metre) + Vec3<float>::Ones();
-  const auto& p = tool.points();
-  auto bare = std::make_shared<bench::BareLoads>(view, A, t, p.x.data(), p.y.data(), p.z.data(), tool.padded());
-  run.add("bare loads", [bare] {
-    benchmark::DoNotOptimize((*bare)());
-    benchmark::ClobberMemory();
-  });
-  auto out = std::make_shared<std::vector<float>>(static_cast<std::size_t>(tool.padded()));
-  run.add("sampling", [&, out] {
-    sample_points(view, A, t, p.x.data(), p.y.data(), p.z.data(), out->data(), tool.padded());
-    benchmark::DoNotOptimize(out->data());
-    benchmark::ClobberMemory();
-  });
-  auto checked = std::make_shared<bench::CheckedSampling>(scene.tooth);
-  run.add("checked sampling", [&, checked] {
-    double sum = 0;
-    for (int i = 0; i < tool.count(); ++i) sum += (*checked)((light * p[i]).cast<double>());
-    benchmark::DoNotOptimize(sum);
-  });
+  const SamplingRows sampling(run, scene);
 
   // Ticks of both renderers, beside as many samples.
   const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
                                         double per = 1) {
-    const std::int64_t samples = samples_of(field, renderer, X);
+    const Taken taken = taken_by(field, renderer, X);
     auto r = std::make_shared<Renderer>(std::move(renderer));
     run.add(
         name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
-    run.add(name + ", bare", Samples(field, thesis, light, samples));
+    run.add(name + ", bare", Samples(field, thesis, light, taken.samples));
+    if (taken.ones > 0) run.add(name + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
   };
   tick("surface, near air", surface(), near_air);
   tick("surface, far air", surface(), far_air);
   tick("surface, outside", surface(), outside);
-  tick("surface, 20 hits", surface(), light);
-  tick("surface, 84 hits", surface(), deep);
+  tick("surface, 1 centre in bone", surface(), light);
+  tick("surface, 6 centres in bone", surface(), deep);
+  const Flat flat;
+  const Field on_flat(flat.bone, 127);
+  const Surface flat_drill = Flat::drill();
+  for (const int hits : {20, 84}) {
+    const Pose<float> X = flat.pose_of_hits(hits);
+    const std::string name = "surface, " + std::to_string(hits) + " hits";
+    auto r = std::make_shared<Surface>(Flat::drill());
+    run.add(name, [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); });
+    run.add(name + ", bare", Samples(on_flat, flat_drill, X, taken_by(on_flat, Flat::drill(), X).samples));
+  }
   // The same with a map of air; bare samples are those of a tick that looks at all.
   auto air = std::make_shared<AirMap<std::uint8_t>>(scene.tooth, kIsovalue);
   const FieldWithAir<Field, std::uint8_t> known(field, *air);
   for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("20 hits", light)}) {
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)}) {
     auto r = std::make_shared<Surface>(surface());
     run.add("surface, culled, " + std::string(name),
             [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
   }
-  tick("line, near air", line(), near_air);
-  tick("line, far air", line(), far_air);
-  tick("line, outside", line(), outside);
+  // Without and with what the field knows of air; the plain one knows nothing, not even where the grid ends.
+  const test::CountingField<Field> plain(field);
+  for (const auto& [name, X] :
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
+    run.add("line, " + std::string(name) + ", all sampled", moving_line(plain, X));
+    run.add("line, " + std::string(name), moving_line(field, X));
+    run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
+  }
   // The whole tick of a scene, what is not the renderer's included.
   auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
   auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
@@ -283,8 +438,11 @@ void measure_speed(const Options& options, const Scene& scene) {
     const Surface many = surface(slices);
     const double count = many.tool().count();
     tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
-    tick("N " + std::string(name) + ", deep", surface(slices),
-         pose_of_hits(scene, many, many.tool().periphery() * 2 / 5), count);
+    const Pose<float> X = flat.pose_of_hits(many.tool().periphery() * 2 / 5, slices);
+    auto r = std::make_shared<Surface>(Flat::drill(slices));
+    run.add(
+        "N " + std::string(name) + ", contact", [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); },
+        count);
   }
 
   // The same tool in metres on finer voxels.
@@ -304,10 +462,8 @@ void measure_speed(const Options& options, const Scene& scene) {
 
   run.run(options.quick ? 9 : 41, 0.002);
 
-  const bool v2 = options.march == "x86-64-v2";
   Report report(run, options);
-  report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
-  report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
+  sampling.report(report, options.march);
   report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
   report.at_most("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
   report.at_most("culled near air / bare samples, Surface", "surface, culled, near air", "surface, near air, bare",
@@ -316,21 +472,30 @@ void measure_speed(const Options& options, const Scene& scene) {
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
   report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
   report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
-  for (const char* what : {"air", "deep"}) {
+  for (const char* name : {"surface, 1 centre in bone", "surface, 6 centres in bone"}) {
+    const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
+    report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
+    report.at_most(what + "its samples, single ones as such", name, std::string(name) + ", as taken", 0);
+  }
+  for (const char* what : {"air", "contact"}) {
     const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
     report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
   }
   for (const char* what : {"air", "light"})
     report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
                    "voxel 0.4 mm, " + std::string(what), 1.3);
-  report.at_most("a map of air in light contact / none", "surface, culled, 20 hits", "surface, 20 hits", 0);
+  report.at_most("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone", 0);
   for (const char* what : {"air", "light"})
     for (const char* voxel : {"0.4", "0.2", "0.1"}) {
       const std::string name = std::string("voxel ") + voxel + " mm, " + what;
       report.figure(name, name);
     }
-  for (const char* name :
-       {"line, near air", "line, far air", "line, outside", "scene, near air", "carving", "carving depths"})
+  for (const std::string where : {"near air", "far air"})
+    report.at_most("Line moving in " + where + ": a map of air / all sampled", "line, " + where + ", map of air",
+                   "line, " + where + ", all sampled", 0);
+  report.at_most("Line moving beyond the grid / all sampled", "line, beyond the grid",
+                 "line, beyond the grid, all sampled", 0);
+  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving", "carving depths"})
     report.figure(name, name);
 }
 
@@ -384,8 +549,8 @@ void measure_spread(const Options& options, const Scene& scene) {
   const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
   const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
   const Pose<float> buried = scene.pose(-0.006, 0.0);
-  renders("Surface, light contact", surface(), pose_of_hits(scene, thesis, 20), bound);
-  renders("Surface, 84 hits", surface(), pose_of_hits(scene, thesis, 84), bound);
+  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
+  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
   renders("Surface, as deep as it goes", surface(), buried, bound);
   renders("Line, as deep as it goes", line(), buried, 0);
   {

@@ -23,7 +23,10 @@ about() {
     clang) package=clang; test_of="has_command clang++"; without="" ;;
     clang-format) package=clang-format-14; test_of="has_command clang-format-14"; without="" ;;
     clang-tidy) package=clang-tidy; test_of="has_command clang-tidy"; without="" ;;
-    itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage" ;;
+    itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage, and ITK as a measure" ;;
+    openvdb) package=libopenvdb-dev; test_of="has_header openvdb/openvdb.h"; without="OpenVDB as a measure" ;;
+    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need" ;;
+    nanovdb) package=libnanovdb-dev; test_of="has_header nanovdb/NanoVDB.h"; without="NanoVDB as a measure" ;;
     png) package=libpng-dev; test_of="has_header png.h"; without="pictures" ;;
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;
     doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;

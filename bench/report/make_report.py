@@ -165,7 +165,7 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 {plain(t['orders'], ['what', 'law', 'fitted_order', 'expected_order', 'holds'], 'Orders of convergence')}
 {plain(t['thesis_rates'], ['renderer', 'stepping', 'vertices', 'slices', 'tick_ns_median', 'rate_kHz', 'servo_rate_Hz', 'thesis_rate_Hz'], 'Rates')}
 <h2>Speed</h2>
-{plain(t['speed'], ['measure', 'compiler', 'march', 'ns', 'reference_ns', 'ratio', 'target', 'met'], 'Each beside its reference in one interleaved run; medians')}
+{plain(t['speed'], ['measure', 'compiler', 'march', 'ns', 'reference_ns', 'ratio', 'target', 'met'], 'Each beside its reference in one interleaved run; medians. A group whose centre is in bone takes samples one by one, each where the one before tells: its own samples, taken so, bound what its tick can reach')}
 {plain(t['speed_spread'], ['case', 'compiler', 'march', 'p50_ns', 'p99_ns', 'p999_ns', 'max_ns', 'samples_bound'], 'Worst cases, tick by tick; the longest are the operating system')}
 {plain(t['speed_servo'], ['renderer', 'rate_Hz', 'voxel_mm', 'compiler', 'march', 'share_within_period', 'p50_ns', 'p999_ns'], 'Share of ticks, carving included, whose own work fits the period')}
 {plain(t['speed_memory'], ['voxels', 'density', 'grid_MB', 'bytes_per_voxel', 'without_original_MB', 'air_map_MB'], 'Memory of a cube of so many voxels a side')}

@@ -10,7 +10,8 @@
 #include <vector>
 
 /// Times of many pieces of work by one interleaved run of Google Benchmark: they differ in what they do, not in when
-/// the machine was busy with something else.
+/// the machine was busy with something else. Times are of the thread that works: what others take of a shared core is
+/// no cost of the work.
 namespace trephine::bench {
 
 class SpeedRun {
@@ -53,7 +54,7 @@ class SpeedRun {
     bool ReportContext(const Context&) override { return true; }
     void ReportRuns(const std::vector<Run>& runs) override {
       for (const Run& r : runs)
-        if (r.run_type == Run::RT_Iteration) times_[r.run_name.function_name].push_back(r.GetAdjustedRealTime());
+        if (r.run_type == Run::RT_Iteration) times_[r.run_name.function_name].push_back(r.GetAdjustedCPUTime());
     }
 
    private:

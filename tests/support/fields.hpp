@@ -48,7 +48,7 @@ class ShapeField {
   double voxel_;
 };
 
-/// Counts what is asked of a field: points sampled (batched ones each) and normals.
+/// Counts what is asked of a field: points sampled (batched ones each), how many of them one at a time, and normals.
 template <class Base>
 class CountingField {
  public:
@@ -57,11 +57,13 @@ class CountingField {
   explicit CountingField(const Base& base) : base_(&base) {}
 
   mutable std::int64_t samples = 0;
+  mutable std::int64_t ones = 0;
   mutable std::int64_t normals = 0;
 
   [[nodiscard]] Scalar voxel() const noexcept { return base_->voxel(); }
   [[nodiscard]] Scalar value(const Vec3<Scalar>& p) const noexcept {
     ++samples;
+    ++ones;
     return base_->value(p);
   }
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p) const noexcept { return base_->gradient(p); }

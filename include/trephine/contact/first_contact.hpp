@@ -4,6 +4,7 @@
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
+#include <trephine/voxel/known_air.hpp>
 
 #include <array>
 
@@ -201,9 +202,39 @@ struct FirstContact {
   Centreline<Scalar> line{};                  ///< the last line that was free
 };
 
+/// Whether the field knows, without a sample, that a line up to `reach` [m] meets no bone on its way. A place at height
+/// h comes no farther from where it started than |Δtip| + h |Δdirection|, whichever way it is stepped.
+template <ContactField Field, RealScalar Scalar>
+[[nodiscard]] bool is_way_clear(const Field& field, const Centreline<Scalar>& from, const Centreline<Scalar>& to,
+                                Scalar reach) noexcept {
+  if constexpr (KnowsBeyond<Field> || KnowsAir<Field>) {
+    constexpr Scalar kSlack = Scalar(1.0001);  // for what directions are off unit length by
+    const Scalar shift = (to.tip - from.tip).norm() + static_cast<Scalar>(kAirMargin) * field.voxel();
+    const Scalar turn = (to.direction - from.direction).norm();
+    if constexpr (KnowsBeyond<Field>) {
+      const Scalar half = reach / Scalar(2);
+      if (field.is_beyond(from.at(half), kSlack * (half + shift + reach * turn))) return true;
+    }
+    if constexpr (KnowsAir<Field>) {
+      // Ball after ball of air along the line: one at height h clears what is below (air + h − shift) / (1 + turn).
+      constexpr int kMostLooks = 16;
+      Scalar clear = Scalar(0);
+      for (int i = 0; i < kMostLooks; ++i) {
+        const Scalar air = field.air_around(from.at(clear)) / kSlack;
+        const Scalar next = (air + clear - shift) / (Scalar(1) + turn);
+        if (!(next > clear)) return false;
+        if (next > reach) return true;
+        clear = next;
+      }
+    }
+  }
+  return false;
+}
+
 /// Searches forward from `from` (t−1) to `to` (t); stops at the first step where any vertex is in bone. `scratch` holds
 /// 2 · tool.padded() numbers. Searching backward from t could miss the first surface of a thin wall.
-/// `refined`: looks between vertices too (`deepest_on_line`). Cost: tool.count() samples a step, refined a lane more.
+/// `refined`: looks between vertices too (`deepest_on_line`). Cost: tool.count() samples a step, refined a lane more;
+/// none where the field knows that the way is clear.
 template <ContactField Field, Stepping Step, RealScalar Scalar>
 [[nodiscard]] FirstContact<Scalar> find_first_contact(const Field& field,
                                                       const ToolDiscretization<LineCounts, Scalar>& tool,
@@ -214,6 +245,10 @@ template <ContactField Field, Stepping Step, RealScalar Scalar>
   const auto path = stepping.path(from, to, reach, field.voxel());
   FirstContact<Scalar> hit;
   hit.bounded = path.bounded;
+  if (is_way_clear(field, from, to, reach)) {
+    hit.line = path.at(path.steps());
+    return hit;
+  }
   hit.line = from;
   Scalar* before = scratch;
   Scalar* now = scratch + tool.padded();

@@ -4,6 +4,7 @@
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/status.hpp>
+#include <trephine/voxel/known_air.hpp>
 
 namespace trephine {
 
@@ -115,6 +116,11 @@ class SurfaceProxy {
 
   template <PointField Field>
   Status enter(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
+    const auto margin = static_cast<Scalar>(kAirMargin) * field.voxel();
+    if (is_known_clear(field, p, Scalar((p - q_).norm() + margin))) {
+      q_ = p;
+      return Status::kOk;
+    }
     if (options_.trigger == Trigger::kThesis && field.value(p) < Scalar(0)) {
       q_ = p;
       return Status::kOk;

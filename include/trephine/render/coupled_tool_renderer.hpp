@@ -11,7 +11,6 @@
 #include <Eigen/Cholesky>
 
 #include <cstdint>
-#include <limits>
 #include <utility>
 #include <vector>
 

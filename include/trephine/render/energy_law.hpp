@@ -4,7 +4,6 @@
 #include <trephine/contact/vertex_contacts.hpp>
 #include <trephine/contact/ways_out.hpp>
 
-#include <cmath>
 #include <concepts>
 #include <numbers>
 #include <span>

@@ -73,7 +73,8 @@ struct LineReport {
 ///
 /// Work a tick: tip and shaft each as SurfaceProxy says (a sample of the shaft is `count` samples, and it takes as many
 /// proxy steps as `ConstrainedTracking` has pieces), plus a first contact of at most 2 · (stepping.most_steps + 1) ·
-/// count samples.
+/// count samples. Tip and shaft, each alone, take none where nothing is in contact and the field knows that the way is
+/// clear (beyond the grid, or by `SkipFar`).
 template <RealScalar S, Stepping Step = TranslateRotate, Tracking Track = ConstrainedTracking,
           Friction FrictionLaw = Frictionless, ShaftForce Shaft = FullWrench,
           GradientPolicy GradientChoice = SplineGradient>
@@ -280,6 +281,7 @@ class LineApproxRenderer {
 
   template <ContactField Field>
   [[nodiscard]] static bool in_bone(const ShaftScene<Field>& s, const Centreline<Scalar>& line) noexcept {
+    if (is_way_clear(s.field, line, line, s.length())) return false;
     line_values(s.field, s.tool, line, s.scratch);
     return s.scratch[index_of_largest(s.scratch, s.tool.count())] >= Scalar(0);
   }

@@ -3,12 +3,11 @@
 
 #include <trephine/contact/ways_out.hpp>
 #include <trephine/render/deep_contact.hpp>
-#include <trephine/render/patch_points.hpp>
+#include <trephine/render/patch_ways.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
-#include <trephine/render/stiffness_budget.hpp>
+#include <trephine/render/surface_options.hpp>
 #include <trephine/render/weighting.hpp>
-#include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 #include <trephine/voxel/known_air.hpp>
 
@@ -18,45 +17,11 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <type_traits>
 #include <vector>
 
 namespace trephine {
-
-struct SurfaceOptions {
-  /// Secant stiffness [N/m] of the tip pressed on a plane at δ = R/2: what a hand would call its stiffness.
-  double stiffness = 800;
-  /// The literal k of Eq. 15 instead, in the unit of the weighting: N/m for CollisionRatio and MeanWeights, N/m³ for
-  /// AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.
-  std::optional<double> thesis_stiffness{};
-  /// Steps of a vertex's search for the surface are at most this many voxels.
-  double search_step = 0.5;
-  /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
-  double jump = 0.005;
-  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up. One
-  /// that the tool cannot exceed changes nothing.
-  std::optional<StiffnessBudget> budget{};
-
-  void validate() const {
-    if (!(stiffness > 0) || !std::isfinite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
-    if (thesis_stiffness && (!(*thesis_stiffness > 0) || !std::isfinite(*thesis_stiffness)))
-      refuse("SurfaceOptions", "thesis_stiffness must be > 0", *thesis_stiffness);
-    if (!(search_step > 0 && search_step <= 4))
-      refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);
-    if (!(jump > 0)) refuse("SurfaceOptions", "jump must be > 0 m", jump);
-    if (budget) budget->validate();
-  }
-};
-
-/// What the last tick found on one group (thesis Fig. 23, 24), in G. Group 0 is the ball, the others the slices.
-template <RealScalar Scalar>
-struct SliceReport {
-  int contacts = 0;                            ///< colliding vertices of the periphery
-  bool deep = false;                           ///< the centre is in bone
-  Scalar lever_m = 0;                          ///< |r_j| from the tip to the slice's centre
-  Vec3<Scalar> force = Vec3<Scalar>::Zero();   ///< F_j
-  Vec3<Scalar> torque = Vec3<Scalar>::Zero();  ///< T_j = r_j × F_j (Eq. 20)
-};
 
 /// The Surface approximation: thesis 3.2. Each vertex of the ball and of the shaft's slices that is in bone pulls
 /// toward its group's centre with a spring as long as its way out of bone along that direction (Eq. 15–17); a group
@@ -83,14 +48,11 @@ class SurfaceApproxRenderer {
         ways_out_(tool_.periphery()),
         hits_(static_cast<std::size_t>(tool_.periphery())),
         way_(static_cast<std::size_t>(tool_.periphery())),
+        patches_(tool_),
+        hit_(tool_.groups().size()),
         deep_(tool_.groups().size()),
         reports_(tool_.groups().size()) {
     options.validate();
-    if constexpr (kUsesPatches<Weights>) {
-      patches_.neighbours = PatchNeighbours(tool_);
-      patches_.points = PatchPoints<Scalar>(tool_.periphery());
-      patches_.done.resize(static_cast<std::size_t>(tool_.periphery()));
-    }
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
     k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
     k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
@@ -136,6 +98,7 @@ class SurfaceApproxRenderer {
         continue;
       }
       r.lever_m = tool_.groups()[g].height;
+      if (r.contacts == 0 && !r.deep) continue;
       r.torque = (tool_.groups()[g].height * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
       out.wrench.torque += r.torque;                                                // Eq. 21
       if constexpr (Shaft::kForce) out.wrench.force += r.force;
@@ -181,12 +144,9 @@ class SurfaceApproxRenderer {
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
 
  private:
-  struct Patches {
-    PatchNeighbours neighbours;
-    PatchPoints<Scalar> points;
-    std::vector<std::uint8_t> done;  // of each vertex: looked at, or of a group whose centre is in bone
+  struct NoPatches {
+    explicit NoPatches(const Tool&) noexcept {}
   };
-  struct Nothing {};
 
   [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
 
@@ -274,7 +234,7 @@ class SurfaceApproxRenderer {
   template <ContactField Field>
   [[nodiscard]] bool look(const Field& field) noexcept {
     const Vec3<Scalar> middle = X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), middle_);
-    if constexpr (requires { field.is_beyond(middle, around_middle_); })
+    if constexpr (KnowsBeyond<Field>)
       if (!kUsesPatches<Weights> && field.is_beyond(middle, around_middle_)) return false;
     if constexpr (kUsesPatches<Weights> || !KnowsAir<Field>) {
       sample(field, 0, tool_.padded());
@@ -346,6 +306,10 @@ class SurfaceApproxRenderer {
       contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
       return status;
     }
+    if (!kUsesPatches<Weights> && hit_[g] == 0) {
+      deep_[g].outside(c, Vec3<Scalar>::Zero());
+      return Status::kOk;
+    }
     WeightedSum<Weights, Scalar> sum;
     const std::size_t first_contact = contact_count_;
     for (int i = group.first; i < group.first + group.count; ++i) {
@@ -371,7 +335,10 @@ class SurfaceApproxRenderer {
   void find_ways_out(const Field& field) noexcept {
     std::fill(way_.begin(), way_.end(), Scalar(0));
     ways_out_.clear();
-    for (const auto& group : tool_.groups()) {
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const auto& group = tool_.groups()[g];
+      const int before = ways_out_.count();
+      hit_[g] = 0;
       if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) continue;
       for (int i = group.first; i < group.first + group.count; ++i) {
         const Scalar value = values_[static_cast<std::size_t>(i)];
@@ -379,75 +346,14 @@ class SurfaceApproxRenderer {
         hits_[static_cast<std::size_t>(ways_out_.count())] = i;
         ways_out_.add(tool_.points()[i], tool_.inward()[i], group.radius, value);
       }
+      hit_[g] = ways_out_.count() > before ? 1 : 0;
     }
     ways_out_.search(field, X_GT_, static_cast<Scalar>(options_.search_step) * field.voxel());
     for (int j = 0; j < ways_out_.count(); ++j)
       way_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = ways_out_[j];
-    if constexpr (kUsesPatches<Weights>) spread_over_patches(field);
-  }
-
-  // Means over patches, of the vertices in bone and of those whose patch may reach into it: the neighbours of the
-  // former, and in a group without any the one that is nearest to bone, with its neighbours.
-  template <ContactField Field>
-  void spread_over_patches(const Field& field) noexcept {
-    std::fill(patches_.done.begin(), patches_.done.end(), false);
-    patches_.points.clear();
-    for (const auto& group : tool_.groups()) {
-      int nearest = group.first;
-      bool touches = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
-      if (touches) std::fill_n(patches_.done.begin() + group.first, group.count, true);
-      for (int i = group.first; i < group.first + group.count; ++i) {
-        touches = touches || values_[static_cast<std::size_t>(i)] >= Scalar(0);
-        if (values_[static_cast<std::size_t>(i)] > values_[static_cast<std::size_t>(nearest)]) nearest = i;
-      }
-      if (!touches) want(nearest);
-    }
-    const int alone = patches_.points.count();
-    spread(field, 0, alone);
-    for (int j = 0; j < alone; ++j)
-      if (way_[static_cast<std::size_t>(patches_.points.vertex(j))] > Scalar(0))
-        want_neighbours(patches_.points.vertex(j));
-    for (int j = 0; j < ways_out_.count(); ++j) {
-      const int i = hits_[static_cast<std::size_t>(j)];
-      want(i);
-      want_neighbours(i);
-    }
-    spread(field, alone, patches_.points.count());
-  }
-
-  void want(int i) noexcept {
-    if (patches_.done[static_cast<std::size_t>(i)]) return;
-    patches_.done[static_cast<std::size_t>(i)] = true;
-    // Of a vertex in bone the surface is taken at the end of its way out.
-    const Vec3<Scalar> p = tool_.points()[i] + way_[static_cast<std::size_t>(i)] * tool_.inward()[i];
-    patches_.points.add(p, i);
-  }
-  void want_neighbours(int i) noexcept {
-    for (const int j : patches_.neighbours.of(i)) want(j);
-  }
-
-  // The patches of points from … to: the bone's plane at each is told by the gradient there, and by the way out of a
-  // vertex in bone or the value of one outside.
-  template <ContactField Field>
-  void spread(const Field& field, int from, int to) noexcept {
-    if (from == to) return;
-    auto& points = patches_.points;
-    points.gradients(field, X_GT_, from, to);
-    const Vec3<Scalar> axis = X_GT_.linear().col(2);
-    for (int j = from; j < to; ++j) {
-      const int i = points.vertex(j);
-      const Vec3<Scalar> slope = points.gradient(j);
-      const Scalar steepness = slope.norm();
-      Scalar& way = way_[static_cast<std::size_t>(i)];
-      const Scalar value = values_[static_cast<std::size_t>(i)];
-      const Patch<Scalar> patch = tool_.patch(i);
-      const bool inside = value >= Scalar(0);
-      if (!inside && !(-value < patch.reach() * steepness)) continue;
-      if (!(steepness > Scalar(0))) continue;
-      const Vec3<Scalar> n = -slope / steepness;
-      const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
-      const Scalar depth = inside ? way * n.dot(d) : value / steepness;
-      way = std::min(patch.mean_way(depth, n, d, axis), way + patch.reach());
+    if constexpr (kUsesPatches<Weights>) {
+      const std::span<const int> hits(hits_.data(), static_cast<std::size_t>(ways_out_.count()));
+      patches_.spread(field, tool_, X_GT_, values_, hits, way_);
     }
   }
 
@@ -476,7 +382,8 @@ class SurfaceApproxRenderer {
   WaysOut<Scalar> ways_out_;
   std::vector<int> hits_;    // vertex of each way out
   std::vector<Scalar> way_;  // of each vertex of the periphery
-  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, Patches, Nothing> patches_;
+  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchWays<Scalar>, NoPatches> patches_;
+  std::vector<std::uint8_t> hit_;  // of each group: whether any of its vertices is in bone
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;

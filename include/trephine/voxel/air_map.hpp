@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/tolerances.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <atomic>
@@ -82,7 +83,7 @@ class AirMap {
       at[a] = std::min(static_cast<int>(inside > 0 ? inside : 0.0) / kBrick, bricks_[a] - 1);
       const double low = inside - kBrick * at[a];
       const double high = kBrick - low;
-      const double side = (low > 0 ? (low < high ? low : high) : 0.0) - kMargin;
+      const double side = (low > 0 ? (low < high ? low : high) : 0.0) - kAirMargin;
       to_side = std::min(to_side, side * spacing_[axis]);
     }
     if (!(beyond < 1e12)) return 0;
@@ -98,7 +99,6 @@ class AirMap {
  private:
   static constexpr std::uint8_t kFar = 255;
   static constexpr int kFresh = 4;
-  static constexpr double kMargin = 0.01;  // voxels: single precision puts points a little elsewhere
   struct Map {
     std::uint64_t epoch = 0;
     std::vector<std::uint8_t> distance;
