@@ -25,8 +25,8 @@ struct AnalyticGradient {
   }
 };
 
-/// Second derivatives of the interpolant [density per voxel²]: those of AnalyticGradient. Along one axis it is linear, so
-/// the diagonal is zero.
+/// Second derivatives of the interpolant [density per voxel²]: those of AnalyticGradient. Along one axis it is linear,
+/// so the diagonal is zero.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> trilinear_hessian(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
   const Cell<Scalar> c = cell_at(v, u);
