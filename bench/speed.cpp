@@ -14,6 +14,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <thread>
 
 /// What the library costs, each figure beside its reference in one interleaved run.
@@ -27,6 +28,7 @@ using Grid = VoxelGrid<std::uint8_t>;
 using Field = DensityField<std::uint8_t, float>;
 using Surface = SurfaceApproxRenderer<float>;
 using Line = LineApproxRenderer<float>;
+using Coupled = CoupledToolRenderer<float>;
 using bench::SpeedRun;
 
 constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
@@ -76,6 +78,11 @@ struct Scene {
 [[nodiscard]] Line line() {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
   return Line(ToolDiscretization{burr, LineCounts{}});
+}
+
+[[nodiscard]] Coupled coupled(DepthMap& depths) {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
+  return Coupled(ToolDiscretization{burr, SurfaceCounts{}}, FromDepthMap(depths));
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.
@@ -528,6 +535,38 @@ class Spread {
   bench::Table table_;
 };
 
+/// The coupled tool at the thesis' counts, pressed three voxels deep and led over a plane or round a ball.
+void measure_coupled(Spread& spread, int ticks) {
+  constexpr double kVoxel = 3e-4, kRadius = 20 * kVoxel, kDeep = 3 * kVoxel;
+  const test::RasterOptions o{.size = {80, 80, 80}};
+  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), u = n.unitOrthogonal(), v = n.cross(u);
+  for (const bool ball : {false, true}) {
+    const Vec3d top = o.middle();
+    const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
+                           : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+    DepthMap depths(bone, o.isovalue());
+    for (const bool fast : {false, true}) {
+      Coupled tool = coupled(depths);
+      const auto field = tool.field(bone, o.isovalue());
+      const double speed = fast ? 0.1 : 0.03, turn = fast ? 13 : 0;  // [m/s], [rad/s] about the normal
+      const double above = tool.shape().tip_radius - kDeep;
+      // To and fro over 6 mm.
+      const auto pose = [&](int i) {
+        const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
+        const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
+        const Vec3d p =
+            ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
+        const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
+        return make_pose<float>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)).cast<float>() * R.cast<float>(),
+                                p.cast<float>());
+      };
+      spread.measure(
+          std::string("Coupled, slid over a ") + (ball ? "ball" : "plane") + (fast ? ", .1 m/s, turning" : ", .03 m/s"),
+          ticks, 0, [](int) {}, [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
+    }
+  }
+}
+
 void measure_spread(const Options& options, const Scene& scene) {
   Spread spread(options);
   const int ticks = options.quick ? 2000 : 20000;
@@ -553,6 +592,7 @@ void measure_spread(const Options& options, const Scene& scene) {
   renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
   renders("Surface, as deep as it goes", surface(), buried, bound);
   renders("Line, as deep as it goes", line(), buried, 0);
+  measure_coupled(spread, ticks);
   {
     // From air to contact within a tick, as far as no jump is: both renderers' longest way.
     Surface s = surface();
@@ -624,9 +664,10 @@ void measure_servo(const Options& options, const Scene& scene) {
                      "renderer,rate_Hz,voxel_mm,compiler,march,ticks,share_within_period,p50_ns,p999_ns",
                      options.append);
   const Vec3d top = scene.top;
-  const auto run = [&](const char* name, auto renderer, double rate, double voxel) {
+  const auto run = [&](const char* name, auto make, double rate, double voxel) {
     Grid tooth = tooth_of(voxel);
-    HapticScene loop{tooth, kIsovalue, std::move(renderer), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
+    std::optional<DepthMap> depths;
+    HapticScene loop{tooth, kIsovalue, make(tooth, depths), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
     const int ticks = static_cast<int>(rate * (options.quick ? 0.2 : 1.0));
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
@@ -646,8 +687,14 @@ void measure_servo(const Options& options, const Scene& scene) {
   };
   for (const double voxel : {4e-4, 1e-4})
     for (const double rate : {10e3, 40e3}) {
-      run("surface", surface(), rate, voxel);
-      run("line", line(), rate, voxel);
+      run(
+          "surface", [](auto&, auto&) { return surface(); }, rate, voxel);
+      run(
+          "line", [](auto&, auto&) { return line(); }, rate, voxel);
+      run(
+          "coupled",
+          [](Grid& tooth, std::optional<DepthMap>& depths) { return coupled(depths.emplace(tooth, kIsovalue)); }, rate,
+          voxel);
     }
 }
 
