@@ -113,7 +113,7 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
-                                                      "ripple", "holes", "force_depth", "energy_laws", "stability", "stability_plane", "stability_energy",
+                                                      "ripple", "holes", "force_depth", "energy_laws", "image_floor", "stability", "stability_plane", "stability_energy",
                                                       "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory",
                                                       "features", "features_spread", "compile_cost")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
@@ -175,6 +175,7 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 {plain(t['compile_cost'], ['compiler', 'what', 'header', 'cpu_s', 'peak_MB'], 'Compiling: minimal programs (-O2 -c), headers alone (-fsyntax-only)')}
 <h2>Ridges between vertices</h2>{''.join(ridges)}
 <h2>Images</h2>{image_table(sweep)}
+<h2>What the image leaves</h2>{plain(t['image_floor'], ['scenario', 'field', 'cases', 'surface_error_voxel_rms', 'surface_error_voxel_p95', 'force_error_rel_p95', 'direction_error_deg_p99_cells', 'direction_error_deg_p99_smoothed'], "Where the interpolant's own surface lies off the true one, along the true normal, at the sweep's contacts of Line's tip: no search on it errs less. Normals there: those of single cells, and of the densities smoothed")}
 <h2>First contacts</h2>{plain(t['first_contact'], ['shape', 'motion', 'search', 'trials', 'misses', 'place_error_voxel_p95', 'place_error_voxel_max', 'tick_ns_median'], 'First contacts at 0.01 to 1 m/s; place error: distance of the point found from the surface')}
 <h2>Ripple of a slide at 1 N</h2>{plain(t['ripple'], ['shape', 'renderer', 'contrast', 'noise', 'frequency_Hz', 'mean_N', 'ripple_N_rms_mean', 'ripple_N_rms_max'], 'rms of the force about its trend')}
 <h2>Forces that come from an energy</h2>{plain(t['energy_laws'], ['law', 'field', 'bone', 'poses', 'left_out_share', 'force_off_derivative_max', 'torque_off_derivative_max', 'net_work_rel_mean', 'net_work_rel_worst', 'direction_error_deg_p99', 'tick_ns_median', 'bytes_per_voxel', 'make_s'], 'EnergySurfaceRenderer: springs of depth or along rays, on a map of depths or on the densities themselves, against numeric derivatives of its energy at random poses (those whose stencil meets a kink are left out), along closed paths, and pressed by 0.2 to 0.6 radii. A socket is narrower than the tool is long: its shaft touches too, and rays end in bone')}
