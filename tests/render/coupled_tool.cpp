@@ -400,6 +400,36 @@ TEST_CASE("friction takes energy on closed paths, never gives") {
   CHECK(most < 0);
 }
 
+TEST_CASE("what is felt has contacts, which hold it together") {
+  const unsigned seed = 3;
+  CAPTURE(seed);
+  Random random(seed);
+  constexpr double kRadius = 16 * kVoxel;
+  Bench<float> bench(Ball{kRoom.middle(), kRadius}, kRoom);
+  std::vector<double> off;
+  for (int loop = 0; loop < 60; ++loop) {
+    const Vec3d n = random.unit(), axis = (n + 0.5 * random.unit()).normalized(), aside = n.unitOrthogonal();
+    const double depth = random.uniform(0.1, 1) * kDrill.tip_radius;
+    bench.tool.reset();
+    // Down in ten ticks, then along.
+    for (int i = 0; i <= 30; ++i) {
+      const double high = i < 10 ? 2e-3 * (1 - i / 10.0) : 0, along = i > 10 ? 3e-5 * (i - 10) : 0;
+      const Vec3d m = (n + along / kRadius * aside).normalized();
+      const auto out = bench.at(tool_at(kRoom.middle() + (kRadius + kDrill.tip_radius - depth + high) * m, axis));
+      if (!(out.wrench.force.norm() > 0.05F)) continue;
+      REQUIRE(!bench.tool.contacts().empty());
+      CHECK(out.contact.count > 0);
+      Vec3<float> sum = Vec3<float>::Zero();
+      for (const auto& c : bench.tool.contacts()) sum += c.force;
+      off.push_back(static_cast<double>((sum - out.wrench.force).norm() / out.wrench.force.norm()));
+    }
+  }
+  std::sort(off.begin(), off.end());
+  MESSAGE("contact forces off the hand's by ", off[off.size() / 2], " (median), ", off.back(), " at most");
+  CHECK(off[off.size() / 2] <= 1e-3);
+  CHECK(off.back() <= 0.1);
+}
+
 // What the coupling, the contacts' springs and friction's hold. Between two ticks the hand moves and stretches the
 // coupling; then the tool is let go, which may only lose of it.
 TEST_CASE("no tick adds to what the springs hold, with friction, as places come and go along a shaft") {

@@ -4,6 +4,7 @@
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/vertex_contacts.hpp>
 #include <trephine/render/contact_friction.hpp>
+#include <trephine/render/coupled_options.hpp>
 #include <trephine/render/depth_source.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/virtual_coupling.hpp>
@@ -15,50 +16,6 @@
 #include <vector>
 
 namespace trephine {
-
-struct CoupledOptions {
-  /// k_v [N/m]: what the hand feels at most. Contacts are at least 50 times as stiff, so what it feels on hard bone is
-  /// k_v k_c / (k_v + k_c), at most 2 % less. As high as the device allows at its rate.
-  double stiffness = 800;
-  /// k_θ [N·m/rad]
-  double rotational_stiffness = 0.3;
-  double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
-  double torque = 0.188;  ///< likewise [N·m]
-  /// The device's pose moved farther than this between two ticks [m]: it jumped. The virtual tool appears at the new
-  /// pose where that is free of bone, and follows step by step where it is not.
-  double jump = 0.005;
-  /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
-  /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
-  double bite = 1;
-
-  static constexpr double kContactShare = 50;  ///< least k_c / k_v
-  /// k_c of each vertex [N/m] in voxels of this size [m].
-  [[nodiscard]] double contact_stiffness(double voxel) const noexcept {
-    return std::max(4 * force / voxel, kContactShare * stiffness);
-  }
-
-  void validate() const {
-    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
-    if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
-    if (!positive(rotational_stiffness))
-      refuse("CoupledOptions", "rotational_stiffness must be > 0 N·m/rad", rotational_stiffness);
-    if (!positive(force)) refuse("CoupledOptions", "force must be > 0 N", force);
-    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 N·m", torque);
-    if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
-    if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
-  }
-};
-
-/// Which of its motions the virtual tool finds by itself. A device without motors for torque needs no more than
-/// translation: the tool's rotation is then the device's, and the torque zero.
-struct SixDof {
-  static constexpr int kDof = 6;
-};
-struct TranslationOnly {
-  static constexpr int kDof = 3;
-};
-template <class M>
-concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOnly>;
 
 /// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008). The virtual
 /// tool's pose X minimises
@@ -165,8 +122,9 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr int kMostRises = 3;
   static constexpr int kMostRounds = 8;
   static constexpr double kStall = 1e-5;
-  // Of the energy: what places that glide by image gradients, not to the deepest point, leave open.
-  static constexpr double kRounding = 1e-3;
+  // Of the energy, more by which a search does not end higher than it began: what places that glide by the image's
+  // gradients, not quite to the deepest point, leave open.
+  static constexpr double kRounding = 1e-2, kRoundingWithFriction = 1e-3;
   static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
@@ -230,7 +188,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
         if (rest_at(field, best, now, X_device)) return true;
         if (!friction_.holds()) {
-          X_ = moved(X_, damping * step);
+          last_step_ = damping * step;
+          X_ = moved(X_, last_step_);
           lag_ = lag_behind(X_device);
         }
         held_ = pressing_;
@@ -269,7 +228,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// against the coupling, which would give the hand energy. Returns whether that was so.
   template <class Field>
   bool rest_at(const Field& field, const Best& best, double now, const Posed& X_device) noexcept {
-    if (!(now > best.energy * (1 + kRounding))) return false;
+    const double rounding = friction_.holds() ? kRoundingWithFriction : kRounding;
+    if (!(now > best.energy * (1 + rounding))) return false;
     X_ = best.X;
     vertices_.look(field, tool_, X_);
     lag_ = lag_behind(X_device);
@@ -350,23 +310,37 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
 
   void report(Rendered<Scalar>& out) noexcept {
     contact_count_ = 0;
+    const CouplingSpring spring = coupling();
+    const Vec3d force = -spring.linear(lag_.way.norm()) * lag_.way;
     std::size_t n = 0;
+    const VertexContact* nearest = nullptr;
+    const auto add = [&](const VertexContact& c, const Vec3d& f) {
+      contacts_[contact_count_++] = contact_point<Scalar>(c, X_.translation(), f);
+      vertices_.tell(c, out.contact);
+    };
     for (const VertexContact& c : vertices_.near()) {
-      // What holds the tool may be a hair's breadth outside.
+      // The last step of a search, too small to look again after, may be what presses a place a hair's breadth outside.
+      const bool stepped = held_ && !friction_.holds();
+      const double depth = stepped ? c.depth - ways_[n].dot(last_step_.template head<kDof>()) : c.depth;
       const bool touches = c.depth > 0;
       const bool holds = held_ && pressed_[n] != 0;
       ++n;
+      if (!nearest || c.depth > nearest->depth) nearest = &c;
       if (!touches && !holds) continue;
-      const Vec3d force =
-          touches ? Vec3d(contact_stiffness_ * (c.depth * c.out + friction_.settle(c, X_))) : Vec3d(Vec3d::Zero());
-      contacts_[contact_count_++] = contact_point<Scalar>(c, X_.translation(), force);
-      vertices_.tell(c, out.contact);
+      const Vec3d rubs = touches ? friction_.settle(c, X_) : Vec3d(Vec3d::Zero());
+      add(c, contact_stiffness_ * (std::max(0.0, depth) * c.out + rubs));
     }
+    // A search may end as far out that nothing is pressed: the nearest place is what holds the tool back.
+    if (met_ && contact_count_ == 0 && nearest) add(*nearest, force);
+    // Springs as stiff as these are off by what the search leaves open: together they hold what the hand feels.
+    Vec3<Scalar> sum = Vec3<Scalar>::Zero();
+    for (std::size_t i = 0; i < contact_count_; ++i) sum += contacts_[i].force;
+    const Scalar share = sum.squaredNorm() > 0 ? sum.dot(force.template cast<Scalar>()) / sum.squaredNorm() : Scalar(0);
+    for (std::size_t i = 0; i < contact_count_; ++i) contacts_[i].force *= std::max(Scalar(0), share);
     friction_.end();
     if (!met_) return;
-    const CouplingSpring spring = coupling();
     out.contact.depth = lag_.way.norm() + vertices_.deepest();
-    out.wrench.force = (-spring.linear(lag_.way.norm()) * lag_.way).template cast<Scalar>();
+    out.wrench.force = force.template cast<Scalar>();
     if constexpr (kDof == 6)
       out.wrench.torque = (-spring.angular(lag_.turn.norm()) * lag_.turn).template cast<Scalar>();
   }
@@ -382,7 +356,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   bool started_ = false;
   bool met_ = false;       // bone, on this tick's way
   bool pressing_ = false;  // the step in the making presses a place into bone
-  bool held_ = false;      // so does the step that ended the search
+  bool held_ = false;      // so does the step that ended the search, which is
+  Step last_step_ = Step::Zero();
   double voxel_ = 0;
   double contact_stiffness_ = 0;
   int steps_ = 0;

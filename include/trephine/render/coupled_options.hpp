@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/refuse.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+
+/// What a coupled tool is told.
+namespace trephine {
+
+struct CoupledOptions {
+  /// k_v [N/m]: what the hand feels at most. Contacts are at least 50 times as stiff, so what it feels on hard bone is
+  /// k_v k_c / (k_v + k_c), at most 2 % less. As high as the device allows at its rate.
+  double stiffness = 800;
+  /// k_θ [N·m/rad]
+  double rotational_stiffness = 0.3;
+  double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
+  double torque = 0.188;  ///< likewise [N·m]
+  /// The device's pose moved farther than this between two ticks [m]: it jumped. The virtual tool appears at the new
+  /// pose where that is free of bone, and follows step by step where it is not.
+  double jump = 0.005;
+  /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
+  /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
+  double bite = 1;
+
+  static constexpr double kContactShare = 50;  ///< least k_c / k_v
+  /// k_c of each vertex [N/m] in voxels of this size [m].
+  [[nodiscard]] double contact_stiffness(double voxel) const noexcept {
+    return std::max(4 * force / voxel, kContactShare * stiffness);
+  }
+
+  void validate() const {
+    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
+    if (!positive(rotational_stiffness))
+      refuse("CoupledOptions", "rotational_stiffness must be > 0 N·m/rad", rotational_stiffness);
+    if (!positive(force)) refuse("CoupledOptions", "force must be > 0 N", force);
+    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 N·m", torque);
+    if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
+    if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
+  }
+};
+
+/// Which of its motions the virtual tool finds by itself. A device without motors for torque needs no more than
+/// translation: the tool's rotation is then the device's, and the torque zero.
+struct SixDof {
+  static constexpr int kDof = 6;
+};
+struct TranslationOnly {
+  static constexpr int kDof = 3;
+};
+template <class M>
+concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOnly>;
+
+}  // namespace trephine
