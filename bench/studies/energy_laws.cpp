@@ -37,13 +37,6 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return kNaN;
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), at, v.end());
-  return *at;
-}
-
 /// Pressed by .2 to .6 radii where the surface is smooth: direction, and the time of a tick at the thesis' counts.
 template <class Renderer, class Field>
 void press(Renderer& renderer, const Field& field, const Scene& s, int cases, double& degrees, double& nanoseconds) {
@@ -69,8 +62,8 @@ void press(Renderer& renderer, const Field& field, const Scene& s, int cases, do
     for (int k = 0; k < kTicks; ++k) static_cast<void>(renderer.render(field, pose));
     times.push_back(1e9 * seconds_since(begin) / kTicks);
   }
-  degrees = quantile(angles, 0.99);
-  nanoseconds = quantile(times, 0.5);
+  degrees = percentile(angles, 0.99);
+  nanoseconds = percentile(times, 0.5);
 }
 
 /// Net work of closed paths that start and end out of contact, of the path's: mean and worst.

@@ -27,13 +27,6 @@ double angle(const Vec3d& slope, const Vec3d& n) {
   return 57.29577951308232 * std::atan2(slope.cross(n).norm(), -slope.dot(n));
 }
 
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return std::nan("");
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(v.size() - 1));
-  std::nth_element(v.begin(), at, v.end());
-  return *at;
-}
-
 }  // namespace
 
 void study_image_floor(const StudyOptions& options) {
@@ -60,8 +53,8 @@ void study_image_floor(const StudyOptions& options) {
         smoothed.push_back(angle(field.smooth_gradient(p), c.line.normal));
       }
       table.row(name, image.name(), off.size(),
-                std::sqrt(squares / std::max<double>(1, static_cast<double>(off.size()))), quantile(off, 0.95),
-                quantile(force, 0.95), quantile(cells, 0.99), quantile(smoothed, 0.99));
+                std::sqrt(squares / std::max<double>(1, static_cast<double>(off.size()))), percentile(off, 0.95),
+                percentile(force, 0.95), percentile(cells, 0.99), percentile(smoothed, 0.99));
     }
   }
 }
