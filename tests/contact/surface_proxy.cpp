@@ -31,19 +31,6 @@ struct Errors {
   [[nodiscard]] double worst() const { return directions.back(); }
 };
 
-TEST_CASE("a probe led faster than the moves of a tick carry: says so, and is caught up with") {
-  const double h = kVoxel;
-  const RasterOptions o{.size = {80, 80, 80}};
-  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
-  const auto field = field_of<float, SplineGradient>(grid, o);
-  SurfaceProxy<float> proxy;
-  const Vec3d from = o.middle() - h * Vec3d(8, 0, 2), to = from + 15 * h * Vec3d::UnitX();
-  CHECK(lead(proxy, field, from + 3 * h * Vec3d::UnitZ(), from, 0.2 * h) == Status::kOk);
-  CHECK(proxy.follow(field, to.cast<float>()) == Status::kWorkBound);  // 16 moves of half a voxel
-  CHECK(proxy.follow(field, to.cast<float>()) == Status::kOk);
-  CHECK((proxy.position().cast<double>() - to).head<2>().norm() <= 0.1 * h);
-}
-
 TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to saturated depths", Of, CellNormals<float>,
                    CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;

@@ -186,7 +186,6 @@ class SurfaceProxy {
   Status slide(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
     const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
     bool slid = false;
-    Scalar left = Scalar(0);
     for (int i = 0; i < options_.iterations; ++i) {
       static_cast<void>(field.normal(q_, n_));  // keeps the last normal where there is none
       const Vec3<Scalar> d = p - q_;
@@ -209,7 +208,6 @@ class SurfaceProxy {
       }
       sticking_ = false;
       slid = true;
-      left = slip;
       Scalar length = std::min(slip, step);
       bool moved = false;
       for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
@@ -224,8 +222,7 @@ class SurfaceProxy {
       }
       if (!moved) return Status::kOk;
     }
-    // The last moves of a slide are small; one that had whole steps to go lags.
-    return left > Scalar(2) * step ? Status::kWorkBound : Status::kOk;
+    return Status::kOk;
   }
 
   // A surface made of voxels ripples by about a hundredth of one, so near its end a slide may have to climb: a move
