@@ -55,8 +55,7 @@ void press(Renderer& renderer, const Field& field, const Scene& s, int cases, do
     renderer.reset();
     const auto out = renderer.render(field, pose);
     const Vec3d f = out.wrench.force.template cast<double>();
-    if (!out.contact.shaft && f.norm() > 0.05)
-      angles.push_back(57.29577951308232 * std::atan2(f.cross(n).norm(), f.dot(n)));
+    if (!out.contact.shaft && f.norm() > 0.05) angles.push_back(angle_deg(f, n));
     constexpr int kTicks = 20;
     const auto begin = std::chrono::steady_clock::now();
     for (int k = 0; k < kTicks; ++k) static_cast<void>(renderer.render(field, pose));

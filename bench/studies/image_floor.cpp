@@ -23,10 +23,6 @@ double way_to_surface(const Field& field, const Vec3d& p, const Vec3d& n) {
   return 0.5 * (low + high);
 }
 
-double angle(const Vec3d& slope, const Vec3d& n) {
-  return 57.29577951308232 * std::atan2(slope.cross(n).norm(), -slope.dot(n));
-}
-
 }  // namespace
 
 void study_image_floor(const StudyOptions& options) {
@@ -49,8 +45,8 @@ void study_image_floor(const StudyOptions& options) {
         off.push_back(std::abs(way) / field.voxel());
         squares += off.back() * off.back();
         force.push_back(kStiffness * std::abs(way) / std::max(kForceFloor, kStiffness * c.depth));
-        cells.push_back(angle(field.gradient(p), c.line.normal));
-        smoothed.push_back(angle(field.smooth_gradient(p), c.line.normal));
+        cells.push_back(test::angle_deg(-field.gradient(p), c.line.normal));
+        smoothed.push_back(test::angle_deg(-field.smooth_gradient(p), c.line.normal));
       }
       table.row(name, image.name(), off.size(),
                 std::sqrt(squares / std::max<double>(1, static_cast<double>(off.size()))), percentile(off, 0.95),
