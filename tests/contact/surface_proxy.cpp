@@ -31,6 +31,28 @@ struct Errors {
   [[nodiscard]] double worst() const { return directions.back(); }
 };
 
+TEST_CASE("a probe led far in a tick is kept up with; one led too far says so, and is caught up with") {
+  const double h = kVoxel;
+  const RasterOptions o{.size = {80, 80, 80}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+  const auto field = field_of<float, SplineGradient>(grid, o);
+  const Vec3d from = o.middle() - h * Vec3d(8, 0, 2), to = from + 15 * h * Vec3d::UnitX();
+  const auto beside = [&](const SurfaceProxy<float>& proxy) {
+    return (proxy.position().cast<double>() - to).head<2>().norm() / h;
+  };
+  SurfaceProxy<float> proxy;
+  CHECK(lead(proxy, field, from + 3 * h * Vec3d::UnitZ(), from, 0.2 * h) == Status::kOk);
+  CHECK(proxy.follow(field, to.cast<float>()) == Status::kOk);
+  CHECK(beside(proxy) <= 0.1);
+
+  SurfaceProxy<float> hurried(ProxyOptions{.iterations = 2});  // at most 18 moves of half a voxel
+  CHECK(lead(hurried, field, from + 3 * h * Vec3d::UnitZ(), from, 0.2 * h) == Status::kOk);
+  CHECK(hurried.follow(field, to.cast<float>()) == Status::kWorkBound);
+  CHECK(beside(hurried) == doctest::Approx(15 - 9).epsilon(0.02));
+  CHECK(hurried.follow(field, to.cast<float>()) == Status::kOk);
+  CHECK(beside(hurried) <= 0.1);
+}
+
 TEST_CASE_TEMPLATE("tip proxy on planes of any tilt: k times depth, down to saturated depths", Of, CellNormals<float>,
                    CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;

@@ -15,8 +15,8 @@ enum class Trigger {
 };
 
 struct ProxyOptions {
-  double step = 0.5;     ///< longest move and path step, in voxels
-  int iterations = 16;   ///< tangential moves a tick; what is left is carried on at the next one
+  double step = 0.5;    ///< longest move and path step, in voxels
+  int iterations = 16;  ///< tangential moves a tick beyond those of a straight slide, which are at most 8 times as many
   int path_steps = 512;  ///< samples along a path; a longer path gets longer steps
   /// A probe that moves farther than this between two ticks [m] has jumped (5 m/s at 1 kHz, no hand does that): contact
   /// starts anew, because a proxy left behind would pull the hand across the gap.
@@ -45,8 +45,9 @@ struct ProxyOptions {
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
 ///
-/// Work a tick: at most 2 + path_steps + iterations · (4 · (28 + path to the surface)) samples, and 15 · 77 more where
-/// it has to be pushed out; typically 10–30.
+/// Work a tick: at most 2 + path_steps + 9 · iterations · (4 · (28 + path to the surface)) samples, and 15 · 77 more
+/// where it has to be pushed out; typically 10–30. A slide that is cut short goes on at the next tick, and the tick
+/// says `kWorkBound`.
 template <RealScalar Scalar, Friction FrictionLaw = Frictionless>
 class SurfaceProxy {
  public:
@@ -185,8 +186,10 @@ class SurfaceProxy {
   template <PointField Field>
   Status slide(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
     const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
+    int most = options_.iterations;
     bool slid = false;
-    for (int i = 0; i < options_.iterations; ++i) {
+    Vec3<Scalar> last = q_, last_but_one = q_;
+    for (int i = 0; i < most; ++i) {
       static_cast<void>(field.normal(q_, n_));  // keeps the last normal where there is none
       const Vec3<Scalar> d = p - q_;
       const Scalar depth = -d.dot(n_);
@@ -206,8 +209,13 @@ class SurfaceProxy {
         if (!(slip > Scalar(0)) && !slid) sticking_ = true;
         return Status::kOk;
       }
+      const StepPlan straight =
+          plan_steps(static_cast<double>(slip), static_cast<double>(step), 8 * options_.iterations);
+      most = std::max(most, options_.iterations + straight.count);
       sticking_ = false;
       slid = true;
+      last_but_one = last;
+      last = q_;
       Scalar length = std::min(slip, step);
       bool moved = false;
       for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
@@ -222,7 +230,8 @@ class SurfaceProxy {
       }
       if (!moved) return Status::kOk;
     }
-    return Status::kOk;
+    // Two moves that led on: it lags. In a corner they lead to and fro, and nowhere.
+    return (q_ - last_but_one).norm() > step ? Status::kWorkBound : Status::kOk;
   }
 
   // A surface made of voxels ripples by about a hundredth of one, so near its end a slide may have to climb: a move
