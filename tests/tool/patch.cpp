@@ -4,40 +4,57 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace {
 
 using namespace trephine;
 
-TEST_CASE_TEMPLATE("means over disc and rectangle against sums over their points", Scalar, float, double) {
-  const double tolerance = sizeof(Scalar) == 4 ? 2e-5 : 1e-6;
+// Sums over the points of a square grid on [−1, 1]² that `on` keeps.
+template <class On, class F>
+PatchMoments<double> summed(const On& on, const F& f) {
   constexpr int kPoints = 600;
+  PatchMoments<double> m;
+  double count = 0;
+  for (int i = 0; i < kPoints; ++i)
+    for (int j = 0; j < kPoints; ++j) {
+      const double u = (2 * i + 1.0) / kPoints - 1, v = (2 * j + 1.0) / kPoints - 1;
+      if (!on(u, v)) continue;
+      const double h = std::max(0.0, f(u, v));
+      m.mean += h;
+      m.by_u += u * h;
+      m.by_v += v * h;
+      ++count;
+    }
+  return {m.mean / count, m.by_u / count, m.by_v / count};
+}
+
+template <class Scalar>
+void check_moments(const PatchMoments<Scalar>& m, const PatchMoments<double>& expected, double tolerance) {
+  CHECK(static_cast<double>(m.mean) == doctest::Approx(expected.mean).scale(1).epsilon(tolerance));
+  CHECK(static_cast<double>(m.by_u) == doctest::Approx(expected.by_u).scale(1).epsilon(tolerance));
+  CHECK(static_cast<double>(m.by_v) == doctest::Approx(expected.by_v).scale(1).epsilon(tolerance));
+}
+
+TEST_CASE_TEMPLATE("moments over disc and rectangle against sums over their points", Scalar, float, double) {
   for (const double q : {-1.5, -1.0, -0.9, -0.3, 0.0, 0.4, 0.95, 1.0, 3.0}) {
-    double sum = 0, area = 0;
-    for (int i = 0; i < kPoints; ++i)
-      for (int j = 0; j < kPoints; ++j) {
-        const double x = (2 * i + 1.0) / kPoints - 1, y = (2 * j + 1.0) / kPoints - 1;
-        if (x * x + y * y > 1) continue;
-        sum += std::max(0.0, q + x);
-        ++area;
-      }
-    CHECK(static_cast<double>(mean_over_disc(static_cast<Scalar>(q))) ==
-          doctest::Approx(sum / area).scale(1).epsilon(5e-5));
+    CAPTURE(q);
+    check_moments(
+        moments_over_disc(static_cast<Scalar>(q)),
+        summed([](double u, double v) { return u * u + v * v <= 1; }, [&](double u, double) { return q + u; }), 5e-5);
   }
   for (const double s : {-3.0, -1.1, -0.2, 0.0, 0.3, 1.4, 4.0})
-    for (const auto& sides : {std::pair(1.0, 0.6), {0.5, 1.2}, {1.0, 0.0}, {1.0, 0.04}, {-0.7, 0.3}, {0.0, 0.0}}) {
+    for (const auto& sides :
+         {std::pair(1.0, 0.6), {0.5, 1.2}, {1.0, 0.0}, {1.0, 0.04}, {-0.7, 0.3}, {0.4, -0.9}, {0.0, 0.0}}) {
       const double a = sides.first, b = sides.second;
-      double sum = 0;
-      for (int i = 0; i < kPoints; ++i)
-        for (int j = 0; j < kPoints; ++j)
-          sum += std::max(0.0, s + a * ((2 * i + 1.0) / kPoints - 1) + b * ((2 * j + 1.0) / kPoints - 1));
       CAPTURE(s);
       CAPTURE(a);
       CAPTURE(b);
       // Where one side is short its own share is left out: a twenty-fourth of its square over the other.
-      CHECK(static_cast<double>(
-                mean_over_rectangle(static_cast<Scalar>(s), static_cast<Scalar>(a), static_cast<Scalar>(b))) ==
-            doctest::Approx(sum / (kPoints * kPoints)).scale(1).epsilon(tolerance + 1e-3));
+      check_moments(moments_over_rectangle(static_cast<Scalar>(s), static_cast<Scalar>(a), static_cast<Scalar>(b)),
+                    summed([](double, double) { return true; }, [&](double u, double v) { return s + a * u + b * v; }),
+                    1e-3);
     }
 }
 
@@ -80,20 +97,97 @@ TEST_CASE("a patch on a plane: nothing far above it, the vertex' own way deep be
   const Vec3d inward = Vec3d::UnitZ(), axis = Vec3d::UnitX();
   const Vec3d n = Vec3d(0.3, 0.2, 1).normalized();
   const double cosine = n.z();
-  CHECK(patch.mean_way(-0.0005, n, inward, axis) == 0);
-  const double deep = 0.0015;
-  // A ball's cap bends away from its tangent plane: its points lie deeper in the tool by disc²/(4 R) on the mean.
-  CHECK(patch.mean_way(deep, n, inward, axis) ==
-        doctest::Approx(deep / cosine - 0.0004 * 0.0004 / (4 * 0.002)).epsilon(1e-9));
+  CHECK(patch.pull(-0.0005, n, inward, axis).way == 0);
   double before = 0;
   for (double depth = -0.0003; depth < 0.0003; depth += 1e-6) {
-    const double way = patch.mean_way(depth, n, inward, axis);
-    CHECK(way >= before);
-    CHECK(way - before <= 1.01e-6 / cosine);
-    before = way;
+    const PatchPull<double> pull = patch.pull(depth, n, inward, axis);
+    CHECK(pull.way >= before);
+    CHECK(pull.way - before <= 1.01e-6 / cosine);
+    if (pull.way > 0) CHECK(pull.toward.norm() == doctest::Approx(1));
+    before = pull.way;
   }
   CHECK(before > 0);
-  CHECK(patch.mean_way(deep, -n, inward, axis) == 0);  // a surface that faces away
+  CHECK(patch.pull(0.0015, -n, inward, axis).way == 0);  // a surface that faces away
+}
+
+// The ways out of a patch's own points, toward the centre of a ball or the axis of a shaft, from a bone that is a ball
+// of radius `bone` (hollow where negative) with the outward normal n `depth` above the vertex: their mean pull.
+struct Pulled {
+  double way = 0;
+  Vec3d pull = Vec3d::Zero();
+  double along = 0;
+};
+Pulled pulled(const Patch<double>& patch, double depth, const Vec3d& n, double bone) {
+  constexpr int kPoints = 160;
+  const double r = patch.radius;  // inward is +z, the shaft's axis x, the vertex the origin
+  // The bone's surface under the vertex along n, and its centre.
+  const Vec3d centre = depth * n - bone * n;
+  Pulled sum;
+  double count = 0;
+  for (int i = 0; i < kPoints; ++i)
+    for (int j = 0; j < kPoints; ++j) {
+      double u = (2 * i + 1.0) / kPoints - 1, v = (2 * j + 1.0) / kPoints - 1;
+      Vec3d d, x;
+      if (patch.disc > 0) {
+        if (u * u + v * v > 1) continue;
+        u *= patch.disc;
+        v *= patch.disc;
+        const double t = std::hypot(u, v), angle = t / r;
+        const Vec3d side = t > 0 ? Vec3d(u / t, v / t, 0) : Vec3d(1, 0, 0);
+        d = std::cos(angle) * Vec3d::UnitZ() - std::sin(angle) * side;
+      } else {
+        const double angle = u * patch.half_arc / r;
+        d = Vec3d(0, -std::sin(angle), std::cos(angle));
+        v *= patch.half_length;
+      }
+      x = Vec3d(0, 0, r) - r * d + (patch.disc > 0 ? 0 : v) * Vec3d::UnitX();
+      ++count;
+      // |x + a d − centre| = |bone|, from inside.
+      const Vec3d y = x - centre;
+      const double b = y.dot(d), c = y.squaredNorm() - bone * bone, root = std::sqrt(std::max(0.0, b * b - c));
+      const bool inside = bone > 0 ? c < 0 : c > 0;
+      if (!inside) continue;
+      const double a = bone > 0 ? -b + root : -b - root;
+      sum.way += a;
+      sum.pull += a * d;
+      if (!(patch.disc > 0)) sum.along += a * v;
+    }
+  sum.along /= sum.way;
+  sum.way /= count;
+  sum.pull /= count;
+  return sum;
+}
+
+TEST_CASE("a patch' pull against the ways out of its points: flat, convex and hollow bone, half and whole in it") {
+  const Vec3d inward = Vec3d::UnitZ(), axis = Vec3d::UnitX();
+  const Patch<double> patches[] = {{.radius = 0.0015, .disc = 0.0003},
+                                   {.radius = 0.0015, .disc = 0.0005},
+                                   {.radius = 0.0008, .half_arc = 0.0003, .half_length = 0.0004}};
+  for (const Patch<double>& patch : patches)
+    for (const double bone : {1e3, 0.005, -0.003})
+      for (const Vec3d& lean : {Vec3d(0, 0, 0), Vec3d(0.3, 0, 0), Vec3d(0.2, -0.4, 0)})
+        for (const double share : {-0.15, 0.0, 0.3, 1.0}) {
+          const Vec3d n = (Vec3d::UnitZ() + lean).normalized();
+          const double depth = share * patch.reach();
+          CAPTURE(patch.disc);
+          CAPTURE(bone);
+          CAPTURE(lean.transpose());
+          CAPTURE(share);
+          const Pulled exact = pulled(patch, depth, n, bone);
+          const PatchPull<double> pull = patch.pull(depth, n, inward, axis, {1 / bone, 1 / bone});
+          const Vec3d mine = pull.way * pull.toward;
+          // Of the way of a patch that is wholly in.
+          const double whole = std::max(pulled(patch, patch.reach(), n, bone).way, exact.way);
+          CHECK((mine - exact.pull).norm() <= 0.04 * whole);
+          if (exact.way > 0.1 * whole && !(patch.disc > 0))
+            CHECK(std::abs(pull.along - exact.along) <= 0.1 * patch.half_length);
+          // What the bend is for: without it a hollow or a ball is off by its sagitta.
+          if (std::abs(bone) < 1 && share == 1.0 && lean.norm() == 0) {
+            const PatchPull<double> flat = patch.pull(depth, n, inward, axis);
+            const double along = exact.pull.z();
+            CHECK(std::abs(pull.way - along) < 0.2 * std::abs(flat.way - along));
+          }
+        }
 }
 
 }  // namespace

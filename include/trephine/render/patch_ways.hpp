@@ -7,55 +7,122 @@
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace trephine {
 
-/// Makes of the ways out of vertices their means over the patches that they stand for: of the vertices in bone and of
-/// those whose patch may reach into it, which are the neighbours of the former and, in a group without any, the one
-/// that is nearest to bone with its neighbours. Capacity is fixed at construction.
+/// Makes of the ways out of vertices what the patches pull that they stand for: of the vertices in bone and of those
+/// whose patch may reach into it, which are the neighbours of the former and, in a group without any, the one that is
+/// nearest to bone with its neighbours. How bone bends is told by how its normals turn from neighbour to neighbour.
+/// Capacity is fixed at construction.
 template <RealScalar Scalar>
 class PatchWays {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
   explicit PatchWays(const Tool& tool)
-      : neighbours_(tool), points_(tool.periphery()), done_(static_cast<std::size_t>(tool.periphery())) {}
+      : neighbours_(tool),
+        points_(tool.periphery()),
+        places_(static_cast<std::size_t>(tool.periphery())),
+        at_(static_cast<std::size_t>(tool.periphery())),
+        surfaces_(tool.groups().size()),
+        pulls_(static_cast<std::size_t>(tool.periphery())) {
+    for (int i = 0; i < tool.periphery(); ++i) patches_.push_back(tool.patch(i));
+  }
 
   /// `values`: the field's at all vertices; `way`: of each vertex of the periphery, taken and given; `hits`: those in
-  /// bone.
+  /// bone; `touches`: of each group, given as 1 where it has a way.
   template <ContactField Field>
   void spread(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
-              std::span<const int> hits, std::span<Scalar> way) noexcept {
-    std::fill(done_.begin(), done_.end(), false);
+              std::span<const int> hits, std::span<Scalar> way, std::span<std::uint8_t> touches) noexcept {
+    std::fill(at_.begin(), at_.end(), kNotAsked);
+    std::fill(surfaces_.begin(), surfaces_.end(), Surface{});
     points_.clear();
-    for (const auto& group : tool.groups()) {
-      int nearest = group.first;
-      bool touches = values[static_cast<std::size_t>(group.centre)] >= Scalar(0);
-      if (touches) std::fill_n(done_.begin() + group.first, group.count, true);
-      for (int i = group.first; i < group.first + group.count; ++i) {
-        touches = touches || values[static_cast<std::size_t>(i)] >= Scalar(0);
-        if (values[static_cast<std::size_t>(i)] > values[static_cast<std::size_t>(nearest)]) nearest = i;
-      }
-      if (!touches) want(tool, way, nearest);
-    }
+    for (const auto& group : tool.groups()) want_nearest(tool, group, values, way);
     const int alone = points_.count();
-    measure(field, tool, X_GT, values, way, 0, alone);
-    for (int j = 0; j < alone; ++j)
-      if (way[static_cast<std::size_t>(points_.vertex(j))] > Scalar(0)) want_neighbours(tool, way, points_.vertex(j));
+    find_surface(field, tool, X_GT, values, way, 0, alone);
+    for (int j = 0; j < alone; ++j) {
+      const int i = points_.vertex(j);
+      const Place& place = places_[static_cast<std::size_t>(j)];
+      if (place.near && pull(tool, i, place, {}).way > Scalar(0)) want_neighbours(tool, way, i);
+    }
     for (const int i : hits) {
       want(tool, way, i);
       want_neighbours(tool, way, i);
     }
-    measure(field, tool, X_GT, values, way, alone, points_.count());
+    find_surface(field, tool, X_GT, values, way, alone, points_.count());
+    for (int j = 0; j < points_.count(); ++j) see_bend(points_.vertex(j), places_[static_cast<std::size_t>(j)]);
+    for (int j = 0; j < points_.count(); ++j) {
+      const int i = points_.vertex(j);
+      Place place = places_[static_cast<std::size_t>(j)];
+      const Surface& surface = surfaces_[place.group];
+      if (!(surface.steepest > Scalar(0))) continue;
+      const Bend<Scalar> bend = surface.bend(Scalar(1) / patch(i).reach());
+      if (!place.inside && !settle(tool, i, surface.steepest, bend, place)) continue;
+      PatchPull<Scalar>& p = pulls_[static_cast<std::size_t>(i)];
+      Scalar& mine = way[static_cast<std::size_t>(i)];
+      p = pull(tool, i, place, bend);
+      mine = p.way = std::min(p.way, mine + patch(i).reach());
+      if (mine > Scalar(0)) touches[place.group] = 1;
+    }
   }
 
+  /// Of a vertex whose way `spread` gave as more than 0, in T.
+  [[nodiscard]] const PatchPull<Scalar>& pull(int i) const noexcept { return pulls_[static_cast<std::size_t>(i)]; }
+
  private:
+  static constexpr int kNotAsked = -1, kOfDeepGroup = -2;
+
+  // The bone's surface beside a vertex, in T.
+  struct Place {
+    std::size_t group = 0;
+    bool near = false;    // the vertex' density tells of a surface that its patch may reach
+    bool inside = false;  // the vertex is in bone
+    Scalar value = 0, steepness = 0;
+    Scalar depth = 0;  // of the vertex below the plane there [m]
+    Vec3<Scalar> normal = Vec3<Scalar>::Zero();
+    Vec3<Scalar> foot = Vec3<Scalar>::Zero();
+  };
+
+  // What a group's places tell together of the bone. Its bend: the curvatures with which normals turn best from vertex
+  // to neighbour, in the least squares' sense; along the arc (on the ball all ways) and along the shaft.
+  struct Surface {
+    Scalar steepest = 0;
+    std::array<Scalar, 2> turned{}, apart{};
+
+    // None is taken for sharper than `most`.
+    [[nodiscard]] Bend<Scalar> bend(Scalar most) const noexcept {
+      const auto curvature = [&](std::size_t along) {
+        return apart[along] > Scalar(0) ? std::clamp(turned[along] / apart[along], -most, most) : Scalar(0);
+      };
+      return {curvature(0), curvature(1)};
+    }
+  };
+
+  // Of a group without a vertex in bone the nearest, unless it is in flat air.
+  void want_nearest(const Tool& tool, const typename Tool::Group& group, std::span<const Scalar> values,
+                    std::span<const Scalar> way) noexcept {
+    if (values[static_cast<std::size_t>(group.centre)] >= Scalar(0)) {
+      std::fill_n(at_.begin() + group.first, group.count, kOfDeepGroup);
+      return;
+    }
+    int nearest = group.first;
+    Scalar least = values[static_cast<std::size_t>(group.first)];
+    for (int i = group.first; i < group.first + group.count; ++i) {
+      const Scalar value = values[static_cast<std::size_t>(i)];
+      if (value > values[static_cast<std::size_t>(nearest)]) nearest = i;
+      least = std::min(least, value);
+    }
+    const Scalar most = values[static_cast<std::size_t>(nearest)];
+    if (most < Scalar(0) && most > least) want(tool, way, nearest);
+  }
+
   void want(const Tool& tool, std::span<const Scalar> way, int i) noexcept {
-    if (done_[static_cast<std::size_t>(i)]) return;
-    done_[static_cast<std::size_t>(i)] = true;
+    if (at_[static_cast<std::size_t>(i)] != kNotAsked) return;
+    at_[static_cast<std::size_t>(i)] = points_.count();
     // Of a vertex in bone the surface is taken at the end of its way out.
     const Vec3<Scalar> p = tool.points()[i] + way[static_cast<std::size_t>(i)] * tool.inward()[i];
     points_.add(p, i);
@@ -64,34 +131,106 @@ class PatchWays {
     for (const int j : neighbours_.of(i)) want(tool, way, j);
   }
 
-  // The patches of points from … to: the bone's plane at each is told by the gradient there, and by the way out of a
-  // vertex in bone or the value of one outside.
+  // At points from … to: the plane is told by the gradient there, and by the way out of a vertex in bone or the value
+  // of one outside.
   template <ContactField Field>
-  void measure(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
-               std::span<Scalar> ways, int from, int to) noexcept {
+  void find_surface(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
+                    std::span<const Scalar> ways, int from, int to) noexcept {
     if (from == to) return;
     points_.gradients(field, X_GT, from, to);
-    const Vec3<Scalar> axis = X_GT.linear().col(2);
+    const Mat3<Scalar> to_T = -X_GT.linear().transpose();
     for (int j = from; j < to; ++j) {
       const int i = points_.vertex(j);
+      Place& place = places_[static_cast<std::size_t>(j)];
       const Vec3<Scalar> slope = points_.gradient(j);
-      const Scalar steepness = slope.norm();
-      Scalar& way = ways[static_cast<std::size_t>(i)];
-      const Scalar value = values[static_cast<std::size_t>(i)];
-      const Patch<Scalar> patch = tool.patch(i);
-      const bool inside = value >= Scalar(0);
-      if (!inside && !(-value < patch.reach() * steepness)) continue;
-      if (!(steepness > Scalar(0))) continue;
-      const Vec3<Scalar> n = -slope / steepness;
-      const Vec3<Scalar> d = X_GT.linear() * tool.inward()[i];
-      const Scalar depth = inside ? way * n.dot(d) : value / steepness;
-      way = std::min(patch.mean_way(depth, n, d, axis), way + patch.reach());
+      place.group = tool.group_of(i);
+      place.value = values[static_cast<std::size_t>(i)];
+      place.inside = place.value >= Scalar(0);
+      place.steepness = slope.norm();
+      place.near = place.steepness > Scalar(0) && (place.inside || -place.value < patch(i).reach() * place.steepness);
+      if (!place.near) continue;
+      place.normal = to_T * (slope / place.steepness);
+      const Scalar way = ways[static_cast<std::size_t>(i)];
+      place.depth = place.inside ? way * place.normal.dot(tool.inward()[i]) : place.value / place.steepness;
+      place.foot = tool.points()[i];
+      place.foot += place.inside ? Vec3<Scalar>(way * tool.inward()[i]) : Vec3<Scalar>(place.depth * place.normal);
+      Surface& surface = surfaces_[place.group];
+      surface.steepest = std::max(surface.steepest, place.steepness);
     }
+  }
+
+  // Each pair of neighbours once.
+  void see_bend(int i, const Place& here) noexcept {
+    if (!here.near) return;
+    for (const int k : neighbours_.of(i)) {
+      if (k < i) continue;
+      const Place* there = surface_at(k);
+      if (there == nullptr) continue;
+      const Vec3<Scalar> way = there->foot - here.foot;
+      const Scalar turned = (there->normal - here.normal).dot(way), apart = way.squaredNorm();
+      const std::size_t along = there->group == here.group ? 0 : 1;
+      surfaces_[here.group].turned[along] += turned;
+      surfaces_[here.group].apart[along] += apart;
+      if (along == 0) continue;
+      surfaces_[there->group].turned[along] += turned;
+      surfaces_[there->group].apart[along] += apart;
+    }
+  }
+
+  [[nodiscard]] const Place* surface_at(int i) const noexcept {
+    const int at = at_[static_cast<std::size_t>(i)];
+    return at >= 0 && places_[static_cast<std::size_t>(at)].near ? &places_[static_cast<std::size_t>(at)] : nullptr;
+  }
+
+  [[nodiscard]] const Patch<Scalar>& patch(int i) const noexcept { return patches_[static_cast<std::size_t>(i)]; }
+
+  [[nodiscard]] PatchPull<Scalar> pull(const Tool& tool, int i, const Place& place,
+                                       const Bend<Scalar>& bend) const noexcept {
+    return patch(i).pull(place.depth, place.normal, tool.inward()[i], Vec3<Scalar>::UnitZ(), bend);
+  }
+
+  // How much a place's density tells of the surface: 1 at its edge, 0 where the density is flat.
+  [[nodiscard]] static Scalar trust(const Place& place, Scalar steepest) noexcept {
+    if (!place.near || place.inside) return place.near ? Scalar(1) : Scalar(0);
+    return std::clamp((place.steepness / steepest - Scalar(0.2)) / Scalar(0.4), Scalar(0), Scalar(1));
+  }
+
+  // Depth and normal of a vertex outside. Far down a blurred edge density falls short of a straight line (of a Gaussian
+  // edge by nearly the logarithm below), and is flat at last: what it cannot tell the neighbours' planes do. False: no
+  // surface is known there.
+  [[nodiscard]] bool settle(const Tool& tool, int i, Scalar steepest, const Bend<Scalar>& bend,
+                            Place& place) const noexcept {
+    const Scalar own = trust(place, steepest);
+    if (own > Scalar(0))
+      place.depth = place.value / steepest * (Scalar(1) + std::log(steepest / place.steepness) / Scalar(3));
+    if (own >= Scalar(1)) return true;
+    Scalar sum = Scalar(0), depth = Scalar(0);
+    Vec3<Scalar> normal = Vec3<Scalar>::Zero();
+    for (const int k : neighbours_.of(i)) {
+      const Place* there = surface_at(k);
+      const Scalar weight = there != nullptr ? trust(*there, steepest) : Scalar(0);
+      if (!(weight > Scalar(0))) continue;
+      const Scalar bent = there->group == place.group ? bend.arc : bend.length;
+      const Vec3<Scalar> way = tool.points()[i] - there->foot;
+      const Scalar height = way.dot(there->normal);
+      const Vec3<Scalar> aside = way - height * there->normal;
+      sum += weight;
+      depth -= weight * (height + Scalar(0.5) * bent * aside.squaredNorm());
+      normal += weight * (there->normal + bent * aside);
+    }
+    if (!(sum > Scalar(0))) return place.near;
+    place.depth = own * place.depth + (Scalar(1) - own) * depth / sum;
+    place.normal = (own * place.normal + (Scalar(1) - own) / sum * normal).normalized();
+    return true;
   }
 
   PatchNeighbours neighbours_;
   PatchPoints<Scalar> points_;
-  std::vector<std::uint8_t> done_;  // of each vertex: looked at, or of a group whose centre is in bone
+  std::vector<Place> places_;             // of each point
+  std::vector<int> at_;                   // of each vertex: its point, or why it has none
+  std::vector<Surface> surfaces_;         // of each group
+  std::vector<Patch<Scalar>> patches_;    // of each vertex
+  std::vector<PatchPull<Scalar>> pulls_;  // of each vertex
 };
 
 }  // namespace trephine

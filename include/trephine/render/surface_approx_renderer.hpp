@@ -77,13 +77,12 @@ class SurfaceApproxRenderer {
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> out;
     out.status = begin(X_GT);
-    if (!look(field)) {
+    if (!look(field) || !find_ways_out(field)) {
       if (!idle_) go_idle();
       X_idle_ = X_GT;
       return out;
     }
     if (idle_) catch_up();
-    find_ways_out(field);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
       r = {};
@@ -99,8 +98,9 @@ class SurfaceApproxRenderer {
       }
       r.lever_m = tool_.groups()[g].height;
       if (r.contacts == 0 && !r.deep) continue;
-      r.torque = (tool_.groups()[g].height * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
-      out.wrench.torque += r.torque;                                                // Eq. 21
+      r.lever_m += r.deep ? Scalar(0) : along(g, r.force);
+      r.torque = (r.lever_m * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
+      out.wrench.torque += r.torque;                                 // Eq. 21
       if constexpr (Shaft::kForce) out.wrench.force += r.force;
       out.contact.shaft = out.contact.shaft || r.contacts > 0 || r.deep;
     }
@@ -306,7 +306,7 @@ class SurfaceApproxRenderer {
       contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
       return status;
     }
-    if (!kUsesPatches<Weights> && hit_[g] == 0) {
+    if (hit_[g] == 0) {
       deep_[g].outside(c, Vec3<Scalar>::Zero());
       return Status::kOk;
     }
@@ -315,7 +315,7 @@ class SurfaceApproxRenderer {
     for (int i = group.first; i < group.first + group.count; ++i) {
       const Scalar a = way_[static_cast<std::size_t>(i)];
       if (!(a > Scalar(0))) continue;
-      const Vec3<Scalar> d = X_GT_.linear() * tool_.inward()[i];
+      const Vec3<Scalar> d = X_GT_.linear() * toward(i);
       const Scalar area = tool_.areas()[static_cast<std::size_t>(i)];
       sum.add(d, a, area, group.radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
@@ -329,17 +329,50 @@ class SurfaceApproxRenderer {
     return Status::kOk;
   }
 
+  // Where vertex i pulls to, a unit vector in T.
+  [[nodiscard]] Vec3<Scalar> toward(int i) const noexcept {
+    if constexpr (kUsesPatches<Weights>)
+      return patches_.pull(i).toward;
+    else
+      return tool_.inward()[i];
+  }
+
+  // How far along the shaft from its slice's plane the force of group g acts: 0 but for patches.
+  [[nodiscard]] Scalar along(std::size_t g, const Vec3<Scalar>& force) const noexcept {
+    if constexpr (!kUsesPatches<Weights>) {
+      return Scalar(0);
+    } else {
+      const auto& group = tool_.groups()[g];
+      const Vec3<Scalar> direction = safe_direction(force);
+      Scalar sum = Scalar(0), moment = Scalar(0);
+      for (int i = group.first; i < group.first + group.count; ++i) {
+        const Scalar a = way_[static_cast<std::size_t>(i)];
+        if (!(a > Scalar(0))) continue;
+        const PatchPull<Scalar>& pull = patches_.pull(i);
+        const Scalar share =
+            tool_.areas()[static_cast<std::size_t>(i)] * a * direction.dot(X_GT_.linear() * pull.toward);
+        sum += share;
+        moment += share * pull.along;
+      }
+      return sum > Scalar(0) ? moment / sum : Scalar(0);
+    }
+  }
+
   // a_i of Eq. 15 for every vertex of the groups whose centre is outside: from the vertex, which is in bone, toward the
-  // centre, which is not, to the first surface. Zero for vertices that do not touch.
+  // centre, which is not, to the first surface. Zero for vertices that do not touch. False: nothing does.
   template <ContactField Field>
-  void find_ways_out(const Field& field) noexcept {
+  [[nodiscard]] bool find_ways_out(const Field& field) noexcept {
     std::fill(way_.begin(), way_.end(), Scalar(0));
     ways_out_.clear();
+    bool deep = false;
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       const auto& group = tool_.groups()[g];
       const int before = ways_out_.count();
       hit_[g] = 0;
-      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) continue;
+      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) {
+        deep = true;
+        continue;
+      }
       for (int i = group.first; i < group.first + group.count; ++i) {
         const Scalar value = values_[static_cast<std::size_t>(i)];
         if (!(value >= Scalar(0))) continue;
@@ -353,8 +386,9 @@ class SurfaceApproxRenderer {
       way_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = ways_out_[j];
     if constexpr (kUsesPatches<Weights>) {
       const std::span<const int> hits(hits_.data(), static_cast<std::size_t>(ways_out_.count()));
-      patches_.spread(field, tool_, X_GT_, values_, hits, way_);
+      patches_.spread(field, tool_, X_GT_, values_, hits, way_, hit_);
     }
+    return deep || std::find(hit_.begin(), hit_.end(), std::uint8_t{1}) != hit_.end();
   }
 
   // Contact forces of a group are its springs' shares of the group's force.

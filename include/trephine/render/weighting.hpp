@@ -108,8 +108,13 @@ template <Weighting W, class Tool>
     const double below = depth - radius * (1 - d.dot(n));  // of the vertex under the plane
     const double grazing = d.dot(n);
     double way = below > 0 && grazing > 0 ? below / grazing : 0;
-    if constexpr (kUsesPatches<W>) way = tool.patch(i).template cast<double>().mean_way(below, n, d, Vec3d::UnitZ());
-    if (way > 0) sum.add(d, way, static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]), radius);
+    Vec3d toward = d;
+    if constexpr (kUsesPatches<W>) {
+      const PatchPull<double> pull = tool.patch(i).template cast<double>().pull(below, n, d, Vec3d::UnitZ());
+      way = pull.way;
+      toward = pull.toward;
+    }
+    if (way > 0) sum.add(toward, way, static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]), radius);
   }
   return sum.result(group.count);
 }
