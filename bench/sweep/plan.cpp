@@ -166,6 +166,17 @@ std::vector<Job> make_plan(bool quick) {
       for (const auto& s : {surface(), surface(kSurfacePatch), line(), coupled()}) jobs.push_back({scenario, image, s});
     }
   }
+  // A shaft of five voxels radius.
+  for (const char* scenario : {"shaft_cylinder", "shaft_ridge"}) {
+    if (quick) break;
+    const Image fine{.voxel_mm = 0.15};
+    jobs.push_back({scenario, fine, line()});
+    for (const auto* v : {kSurfaceDefault, kSurfacePatch})
+      for (const int n : {20, 50, 100, 200}) {
+        jobs.push_back({scenario, fine, surface(v)});
+        jobs.back().setting.slices = n;
+      }
+  }
   Random random(kSeed);
   const std::vector<std::string> names = scenario_names();
   const std::vector<std::string> few{"plane", "sphere", "shaft_cylinder"};

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "support/fields.hpp"
+#include "support/raster.hpp"
+#include "truth/contact_integral.hpp"
+
+#include <trephine/render/surface_approx_renderer.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::bench;
+using namespace trephine::test;
+
+struct Bone {
+  const char* name;
+  Shape shape;
+  double radius;  // 0: flat
+};
+
+// As a function object, so that `rasterise` takes it.
+struct Of {
+  const Shape* shape;
+  double operator()(const Vec3d& p) const { return (*shape)(p); }
+};
+
+TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, convex, hollow bone, all depths") {
+  const Burr burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.02};
+  const double r = burr.tip_radius, k = 1e8;
+  const RasterOptions o{.size = {56, 56, 56}};
+  const Vec3d m = o.middle();
+  const Bone bones[] = {{"plane", HalfSpace{m, Vec3d::UnitZ()}, 0},
+                        {"ball", Ball{m - Vec3d(0, 0, 0.0048), 0.0048}, 0.0048},
+                        {"hollow",
+                         [m](const Vec3d& p) {
+                           return -Ball{m + Vec3d(0, 0, 0.0022), 0.0022}(p);
+                         },
+                         0.0022}};
+  for (const Bone& bone : bones) {
+    const auto grid = rasterise<std::uint8_t>(Of{&bone.shape}, o);
+    const auto field = field_of<float, AnalyticGradient>(grid, o);
+    for (const int count : {26, 200})
+      for (const double depth : {r / 6, r / 3, r / 2}) {
+        const ToolDiscretization tool{burr, SurfaceCounts{.sphere = count, .slices = 5, .per_slice = 8}};
+        SurfaceApproxRenderer<float, PatchWeights> renderer{tool, SurfaceOptions{.thesis_stiffness = k}};
+        Random random(17);
+        std::vector<double> errors, degrees;
+        while (errors.size() < 60) {
+          const Vec3d axis = random.unit();
+          if (axis.z() < 0.5) continue;  // the shaft stays out
+          const Vec3d centre = m + Vec3d(0, 0, r - depth);
+          const Posed X =
+              make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), axis) *
+                                    Eigen::AngleAxisd(random.uniform(0, 6.28), Vec3d::UnitZ()).toRotationMatrix(),
+                                centre);
+          renderer.reset();
+          static_cast<void>(renderer.render(field, X.cast<float>()));
+          const Vec3d force = renderer.groups()[0].force.cast<double>();
+          const Vec3d exact = k * ball_integral(bone.shape, X, r, -Vec3d::UnitZ()).spring;
+          errors.push_back((force - exact).norm() / exact.norm());
+          degrees.push_back(angle_deg(force, exact));
+        }
+        std::sort(errors.begin(), errors.end());
+        CAPTURE(std::string(bone.name));
+        CAPTURE(count);
+        CAPTURE(depth);
+        const double degrees_most = *std::max_element(degrees.begin(), degrees.end());
+        MESSAGE(std::string(bone.name), ", ", count, " vertices, ", depth / r, " radii deep: force p95 ", errors[57],
+                ", direction at most ", degrees_most, " deg");
+        // The trilinear surface of a bent one lies off it by h² / 6R on the mean, and force grows with depth squared.
+        const double h = o.spacing.x();
+        const double image = bone.radius > 0 ? 2 * h * h / (6 * bone.radius * depth) : 0;
+        CHECK(errors[57] <= image + (count == 200 ? 0.01 : depth > 0.3 * r ? 0.05 : 0.11));
+        CHECK(degrees_most <= (count == 26 ? 3 : 0.5));
+      }
+  }
+}
+
+}  // namespace
