@@ -17,6 +17,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <random>
 #include <sstream>
@@ -168,14 +169,15 @@ class Study {
   };
 
   [[nodiscard]] std::vector<Feature> features(const std::string& renderer, const Settings& tool) const {
-    Settings ball = tool, budget = tool, statistics = tool;
+    Settings ball = tool, budget = tool, statistics = tool, held = tool;
     ball.burr.shaft_length = 0;
     budget.budget = StiffnessBudget{1e12, 1e9};
     statistics.statistics = true;
+    held.rotational_stiffness = std::numeric_limits<double>::infinity();  // the rotation is the device's
     std::vector<Feature> f{
         {"friction", "bare", "friction", tool, tool, &all_},
         {"torque", "force_only", "bare", tool, tool, &all_, Compare::kForce},
-        {"rotation of the proxy", "translation", "bare", tool, tool, &all_, Compare::kForce},
+        {"rotation of the proxy", "translation", "bare", tool, held, &all_, Compare::kForce},
         {"torque-only shaft", "shaft_torque_force_only", "shaft_torque", tool, tool, &all_, Compare::kForce},
         {"shaft", "bare", "bare", ball, tool, &tip_},
         {"budget", "bare", "bare", tool, budget, &all_},

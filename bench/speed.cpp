@@ -304,6 +304,8 @@ class SamplingRows {
       const auto target = targets.find(other.name);
       report.at_least(other.name + " / ours", other.name, "sampling",
                       v2 || target == targets.end() ? 0 : target->second);
+      // What no sampler of this grid can exceed.
+      report.at_least(other.name + " / bare loads", other.name, "bare loads", 0);
     }
   }
 
@@ -483,6 +485,9 @@ void measure_speed(const Options& options, const Scene& scene) {
     const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
     report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
     report.at_most(what + "its samples, single ones as such", name, std::string(name) + ", as taken", 0);
+    // What no tick that takes these samples can be below.
+    report.at_most(std::string("samples as taken, ") + (name + 9) + " / bare samples", std::string(name) + ", as taken",
+                   std::string(name) + ", bare", 0);
   }
   for (const char* what : {"air", "contact"}) {
     const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;

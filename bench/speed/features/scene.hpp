@@ -37,7 +37,8 @@ struct Place {
 struct Settings {
   Burr burr;
   std::optional<StiffnessBudget> budget{};
-  bool statistics = false;  ///< of a servo loop
+  double rotational_stiffness = 0.3;  ///< of the coupled tool [N·m/rad]
+  bool statistics = false;            ///< of a servo loop
 };
 
 /// What must not depend on a neutral feature.

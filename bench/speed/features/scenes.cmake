@@ -41,12 +41,13 @@ endforeach()
 
 set(tool_line "ToolDiscretization{settings.burr, LineCounts{}}, LineOptions{.budget = settings.budget}")
 set(tool_surface "ToolDiscretization{settings.burr, SurfaceCounts{}}, SurfaceOptions{.budget = settings.budget}")
-set(tool_coupled "ToolDiscretization{settings.burr, SurfaceCounts{}}, FromDepthMap(place.depths)")
+set(tool_coupled "ToolDiscretization{settings.burr, SurfaceCounts{}}, FromDepthMap(place.depths), \
+CoupledOptions{.rotational_stiffness = settings.rotational_stiffness}")
 set(type_line LineApproxRenderer)
 set(type_surface SurfaceApproxRenderer)
 set(type_coupled CoupledToolRenderer)
 set(friction_line ", TranslateRotate{}, Coulomb{0, 0}")
-set(friction_coupled ", CoupledOptions{}, Coulomb{0, 0}")
+set(friction_coupled ", Coulomb{0, 0}")
 set(torque_only_line "LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly>")
 set(torque_only_surface "SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, TorqueOnly>")
 

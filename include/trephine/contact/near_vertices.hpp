@@ -42,6 +42,7 @@ class NearVertices {
     Scalar reach = Scalar(0);   // what counts as a vertex goes that far round it [m]
     double farthest = 0;        // from T's origin [m]
     double far_clearance = -1;  // of those that are not near, at X_looked_ [m]; below 0: not known
+    bool passed_over = false;   // at X_looked_: the clearance is what is left of one that was seen before
   };
 
   /// `ball_reach`, `ring_reach` [m]: how far round it a vertex of the ball, of a slice may touch.
@@ -56,7 +57,6 @@ class NearVertices {
         groups_[g].farthest = std::max(groups_[g].farthest, static_cast<double>(tool.points()[i].norm()));
         group_of_.push_back(g);
       }
-      farthest_ = std::max(farthest_, groups_[g].farthest);
     }
     const auto padded = static_cast<std::size_t>(padded_to_lane(count_));
     for (auto* v : {&points_.x, &points_.y, &points_.z}) v->resize(padded);
@@ -71,10 +71,10 @@ class NearVertices {
   [[nodiscard]] Vec3<Scalar> point(int j) const noexcept { return points_[j]; }
   [[nodiscard]] Scalar value(int j) const noexcept { return near_values_[static_cast<std::size_t>(j)]; }
 
+  /// Where they were looked for.
+  [[nodiscard]] const Posed& pose() const noexcept { return X_looked_; }
   [[nodiscard]] std::span<const Group> groups() const noexcept { return groups_; }
   [[nodiscard]] std::size_t group_of(int vertex) const noexcept { return group_of_[static_cast<std::size_t>(vertex)]; }
-  /// Of all vertices, from T's origin [m].
-  [[nodiscard]] double farthest() const noexcept { return farthest_; }
 
   /// Finds and samples them at pose X_GT.
   template <PenetrationField Field>
@@ -89,13 +89,25 @@ class NearVertices {
       g.far_clearance -= step + turn * g.farthest;
       // Half a voxel before it must, so that what is left does not shorten a step.
       if (!(g.far_clearance >= static_cast<double>(field.voxel()) / 2)) g.far_clearance = -1;
-      anew = anew || g.far_clearance < 0;
+      g.passed_over = g.far_clearance >= 0;
+      anew = anew || !g.passed_over;
     }
-    const Pose<Scalar> X = X_GT.template cast<Scalar>();
-    if (anew) look_again(field, tool, X);
-    if (near_count_ > 0)
-      field.values(X, points_.x.data(), points_.y.data(), points_.z.data(), near_values_.data(),
-                   padded_to_lane(near_count_));
+    sample(field, tool, anew);
+  }
+
+  /// Looks again, at the same pose, at groups that were passed over and whose far vertices are not known to be as clear
+  /// as `wanted(group)` [m]. Whether there was one.
+  template <PenetrationField Field, class Wanted>
+  bool look_closer(const Field& field, const Tool& tool, Wanted&& wanted) noexcept {
+    bool anew = false;
+    for (Group& g : groups_) {
+      if (!g.passed_over || g.far_clearance >= wanted(g)) continue;
+      g.far_clearance = -1;
+      g.passed_over = false;
+      anew = true;
+    }
+    if (anew) sample(field, tool, anew);
+    return anew;
   }
 
   /// Looks at every vertex next time.
@@ -104,6 +116,16 @@ class NearVertices {
   }
 
  private:
+  /// The near vertices at X_looked_, and with `anew` before that which they are.
+  template <PenetrationField Field>
+  void sample(const Field& field, const Tool& tool, bool anew) noexcept {
+    const Pose<Scalar> X = X_looked_.template cast<Scalar>();
+    if (anew) look_again(field, tool, X);
+    if (near_count_ > 0)
+      field.values(X, points_.x.data(), points_.y.data(), points_.z.data(), near_values_.data(),
+                   padded_to_lane(near_count_));
+  }
+
   /// Samples the groups that may have come near, runs of them at once, and tells their near vertices from far ones.
   template <PenetrationField Field>
   void look_again(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
@@ -145,7 +167,6 @@ class NearVertices {
   }
 
   int count_;
-  double farthest_ = 0;
   std::vector<Group> groups_;
   std::vector<std::size_t> group_of_;  // each vertex
   int near_count_ = 0;

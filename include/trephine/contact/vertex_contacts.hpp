@@ -71,9 +71,6 @@ class VertexContacts {
     found_.resize(static_cast<std::size_t>(tool.periphery()));
   }
 
-  /// Farthest that any vertex moves between two poses that are `step` [m] and `turn` [rad] apart.
-  [[nodiscard]] double motion(double step, double turn) const noexcept { return step + turn * near_.farthest(); }
-
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
   /// may touch. Their `out` is the interpolant's own.
@@ -86,11 +83,17 @@ class VertexContacts {
     summary.shaft = summary.shaft || !tip;
   }
   /// The share of a motion by `step` [m] and `turn` [rad] that takes no vertex that does not touch farther than `more`
-  /// [m] beyond what is known to be free; at most 1.
-  [[nodiscard]] double free_share(double step, double turn, double more) const noexcept {
+  /// [m] beyond what is known to be free; at most 1. What is known of vertices that were passed over is made sure of
+  /// before it shortens a motion.
+  template <PenetrationField Field>
+  [[nodiscard]] double free_share(const Field& field, const Tool& tool, double step, double turn,
+                                  double more) noexcept {
+    using Group = typename NearVertices<Scalar>::Group;
+    const auto motion = [&](const Group& g) { return step + turn * g.farthest; };
+    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) touch(field, tool);
     double share = 1;
     for (std::size_t g = 0; g < clearances_.size(); ++g)
-      share = std::min(share, (clearances_[g] + more) / (step + turn * near_.groups()[g].farthest));
+      share = std::min(share, (clearances_[g] + more) / motion(near_.groups()[g]));
     return share;
   }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
@@ -99,8 +102,7 @@ class VertexContacts {
   template <PenetrationField Field>
   void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
     near_.look(field, tool, X_GT);
-    const Pose<Scalar> X = X_GT.template cast<Scalar>();
-    touch(field, tool, X);
+    touch(field, tool);
   }
 
   /// Looks at every vertex next time.
@@ -108,7 +110,8 @@ class VertexContacts {
 
  private:
   template <PenetrationField Field>
-  void touch(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
+  void touch(const Field& field, const Tool& tool) noexcept {
+    const Pose<Scalar> X = near_.pose().template cast<Scalar>();
     found_count_ = 0;
     touching_ = 0;
     deepest_ = 0;

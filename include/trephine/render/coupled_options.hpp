@@ -14,7 +14,7 @@ struct CoupledOptions {
   /// k_v [N/m]: what the hand feels at most. Contacts are at least 50 times as stiff, so what it feels on hard bone is
   /// k_v k_c / (k_v + k_c), at most 2 % less. As high as the device allows at its rate.
   double stiffness = 800;
-  /// k_θ [N·m/rad]
+  /// k_θ [N·m/rad]. Infinite: the tool's rotation is the device's, and the torque zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;
   double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
   double torque = 0.188;  ///< likewise [N·m]
@@ -34,7 +34,7 @@ struct CoupledOptions {
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
     if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
-    if (!positive(rotational_stiffness))
+    if (!(rotational_stiffness > 0))
       refuse("CoupledOptions", "rotational_stiffness must be > 0 N·m/rad", rotational_stiffness);
     if (!positive(force)) refuse("CoupledOptions", "force must be > 0 N", force);
     if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 N·m", torque);

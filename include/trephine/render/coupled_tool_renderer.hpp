@@ -31,8 +31,9 @@ namespace trephine {
 ///
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
-/// once they may have come near. No step moves a vertex farther than a quarter of a voxel beyond what is known to be
-/// free, so none passes a wall unseen. What is left when the steps run out is carried on at the next tick
+/// once they may have come near or what is remembered of them would shorten a step. No step moves a vertex farther than
+/// a quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when the steps run
+/// out is carried on at the next tick
 /// (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
@@ -51,7 +52,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// Farther behind than this [voxels] after a jump the virtual tool starts anew where the device is: it would take 50
   /// ticks to follow.
   static constexpr double kFarthestFollow = 300;
-  static constexpr double kSmallestStep = 1e-3;  ///< [voxels]: motion below it ends a tick's search
+  /// [voxels]: motion below it ends a tick's search, of what touches and of what the coupling weighs. Vertices that
+  /// touch nothing have no say in it: a shaft in air changes no bit of what a tool without one answers, as long as no
+  /// step takes it farther than the depths reach.
+  static constexpr double kSmallestStep = 1e-3;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
@@ -128,8 +132,21 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
+  /// Whether the virtual tool finds its rotation by itself.
+  [[nodiscard]] bool turns() const noexcept { return kDof == 6 && std::isfinite(options_.rotational_stiffness); }
   [[nodiscard]] CouplingSpring coupling() const noexcept {
-    return {options_.stiffness, options_.rotational_stiffness, options_.force, options_.torque};
+    return {options_.stiffness, turns() ? options_.rotational_stiffness : 0, options_.force, options_.torque};
+  }
+  /// Where a turn takes as much energy as the way that it leads through [m]; at the ball, if it takes none.
+  [[nodiscard]] double coupling_lever() const noexcept {
+    return turns() ? std::sqrt(options_.rotational_stiffness / options_.stiffness) : tool_.burr().tip_radius;
+  }
+  /// How much less deep a step leads a place whose −∂φ/∂pose is J.
+  [[nodiscard]] double rise(const VecN& J, const Step& step) const noexcept {
+    const double by_way = J.template head<3>().dot(step.template head<3>());
+    if constexpr (kDof == 6)
+      if (turns()) return by_way + J.template tail<3>().dot(step.template tail<3>());
+    return by_way;
   }
 
   template <class Field>
@@ -147,7 +164,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       X_before_ = X_;
     }
     friction_.begin(X_);
-    predict();
+    predict(field);
     started_ = true;
     return jumped ? Status::kJump : Status::kOk;
   }
@@ -155,17 +172,18 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// A tool that slides along what it touches starts where it comes to if it goes on as in the last tick, which is most
   /// of the way. Not one that is pressed or lifted, nor one that friction may hold: there what is left over when the
   /// search ends would run ahead of the hand.
-  void predict() noexcept {
+  template <class Field>
+  void predict(const Field& field) noexcept {
     if (friction_.holds()) return;
     Step drift;
     drift << X_.translation() - X_before_.translation(), turn_between(X_before_, X_);
     X_before_ = X_;
     const double way = drift.head<3>().norm(), turn = drift.tail<3>().norm();
-    const double motion = vertices_.motion(way, turn);
+    const double motion = way + turn * lever_;
     if (motion <= kSmallestStep * voxel_) return;
     for (const VertexContact& c : vertices_.near())
       if (std::abs(c.out.dot(drift.head<3>() + drift.tail<3>().cross(c.lever))) > kSlides * motion) return;
-    X_ = moved(X_, vertices_.free_share(way, turn, voxel_ / 4) * drift);
+    X_ = moved(X_, vertices_.free_share(field, tool_, way, turn, voxel_ / 4) * drift);
   }
 
   /// Gauss–Newton toward the least energy. Returns whether it got there. Steps into contact overshoot by a quarter of a
@@ -185,7 +203,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const Step step = next_step();
       const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
-      if (vertices_.motion(way, turn) <= kSmallestStep * voxel_) {
+      if (way + turn * lever_ <= kSmallestStep * voxel_) {
         if (rest_at(field, best, now, X_device)) return true;
         if (!friction_.holds()) {
           last_step_ = damping * step;
@@ -195,7 +213,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         held_ = pressing_;
         return true;
       }
-      const double share = vertices_.free_share(way, turn, voxel_ / 4);
+      const double share = vertices_.free_share(field, tool_, way, turn, voxel_ / 4);
       const bool limited = share < 1;
       const bool touched = !vertices_.found().empty();
       X_ = moved(X_, damping * share * step);
@@ -254,7 +272,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   [[nodiscard]] double energy() const noexcept {
     double sum = 0;
     for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth + friction_.energy(c, X_);
-    return 0.5 * contact_stiffness_ * sum + coupling().energy(lag_.way.norm(), kDof == 6 ? lag_.turn.norm() : 0.0);
+    return 0.5 * contact_stiffness_ * sum + coupling().energy(lag_.way.norm(), turns() ? lag_.turn.norm() : 0.0);
   }
 
   /// Translation and rotation [m, rad] of the virtual tool that a Gauss–Newton step asks for.
@@ -265,6 +283,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     step.template head<3>() = pull;
     step.template tail<3>() = turn;
     pressing_ = false;
+    lever_ = coupling_lever();
     if (vertices_.near().empty()) return step;
 
     // One-sided springs of the places in bone and of those near it, linear in the step: which of them the step presses
@@ -291,7 +310,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       std::size_t n = 0;
       for (const VertexContact& c : vertices_.near()) {
         const VecN& J = ways_[n];
-        const double depth = round == 0 ? c.depth : c.depth - J.dot(step.template head<kDof>());
+        const double depth = round == 0 ? c.depth : c.depth - rise(J, step);
         // Later rounds only add: they come to an end.
         const std::uint8_t pressed = depth > 0 || (round > 2 && pressed_[n] != 0) ? 1 : 0;
         if (pressed != pressed_[n]) ++changes;
@@ -303,9 +322,23 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         if (c.depth > 0) friction_.add(c, X_, contact_stiffness_, H, residual);
       }
       if (round > 0 && changes == 0) break;
+      if constexpr (kDof == 6)
+        if (!turns()) hold_rotation(H, residual);
       step.template head<kDof>() = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
+      if (!turns()) step.template tail<3>() = turn;
     }
+    std::size_t n = 0;
+    for (const VertexContact& c : vertices_.near())
+      if (pressed_[n++] != 0) lever_ = std::max(lever_, c.lever.norm());
     return step;
+  }
+
+  /// Leaves of a system what is in translation, to the bits of one that has no more.
+  static void hold_rotation(MatN& H, VecN& residual) noexcept requires(kDof == 6) {
+    H.template bottomRows<3>().setZero();
+    H.template rightCols<3>().setZero();
+    H.diagonal().template tail<3>().setOnes();
+    residual.template tail<3>().setZero();
   }
 
   void report(Rendered<Scalar>& out) noexcept {
@@ -321,7 +354,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     for (const VertexContact& c : vertices_.near()) {
       // The last step of a search, too small to look again after, may be what presses a place a hair's breadth outside.
       const bool stepped = held_ && !friction_.holds();
-      const double depth = stepped ? c.depth - ways_[n].dot(last_step_.template head<kDof>()) : c.depth;
+      const double depth = stepped ? c.depth - rise(ways_[n], last_step_) : c.depth;
       const bool touches = c.depth > 0;
       const bool holds = held_ && pressed_[n] != 0;
       ++n;
@@ -341,8 +374,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     if (!met_) return;
     out.contact.depth = lag_.way.norm() + vertices_.deepest();
     out.wrench.force = force.template cast<Scalar>();
-    if constexpr (kDof == 6)
-      out.wrench.torque = (-spring.angular(lag_.turn.norm()) * lag_.turn).template cast<Scalar>();
+    if (turns()) out.wrench.torque = (-spring.angular(lag_.turn.norm()) * lag_.turn).template cast<Scalar>();
   }
 
   Tool tool_;
@@ -357,6 +389,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   bool met_ = false;       // bone, on this tick's way
   bool pressing_ = false;  // the step in the making presses a place into bone
   bool held_ = false;      // so does the step that ended the search, which is
+  double lever_ = 0;       // by which a turn counts as motion [m]: of the coupling or of what is pressed, the longest
   Step last_step_ = Step::Zero();
   double voxel_ = 0;
   double contact_stiffness_ = 0;

@@ -67,14 +67,18 @@ class AirMap {
   }
 
   /// No bone is nearer than this [m] to p_G; 0 where that is not known.
-  [[nodiscard]] double clearance(const Vec3d& p_G) const noexcept {
+  [[nodiscard]] double clearance(const Vec3d& p_G) const noexcept { return clearance(p_G.x(), p_G.y(), p_G.z()); }
+  /// The same, by numbers: compilers pass a vector through memory, and lookups wait for it (clang: for a third of
+  /// their time).
+  [[nodiscard]] double clearance(double x, double y, double z) const noexcept {
     if (!usable_) return 0;
+    const std::array<double, 3> p{x, y, z};
     std::array<int, 3> at{};
     double to_side = std::numeric_limits<double>::max();
     double beyond = 0;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
-      const double u = p_G[axis] * per_metre_[axis];
+      const double u = p[a] * per_metre_[axis];
       // Bone lies between the border's voxels: of a point beyond them the way there counts in addition. NaN is nowhere.
       double inside = u > -1.0 ? u : -1.0;
       inside = inside < last_[axis] ? inside : last_[axis];
@@ -147,7 +151,8 @@ class FieldWithAir : public Field {
   /// No bone is nearer than this [m] to p_G.
   template <class S>
   [[nodiscard]] S air_around(const Vec3<S>& p_G) const noexcept {
-    return static_cast<S>(map_->clearance(p_G.template cast<double>()));
+    return static_cast<S>(
+        map_->clearance(static_cast<double>(p_G.x()), static_cast<double>(p_G.y()), static_cast<double>(p_G.z())));
   }
 
  private:

@@ -113,8 +113,8 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows and adds up what that removes.
-template <VoxelDensity Density, Cutter C, class Limit>
+/// A cut in progress: lowers rows and, unless nobody asks (`kCounts`), adds up what that removes.
+template <VoxelDensity Density, Cutter C, class Limit, bool kCounts = true>
 class Cut {
  public:
   Cut(VoxelGrid<Density>& grid, double isovalue, double slope, double reach, const C& cutter,
@@ -214,6 +214,7 @@ class Cut {
       to[l] = mine < from[l] ? mine : from[l];
     }
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
+    if constexpr (!kCounts) return;
     const Coverage coverage = coverage_;
     for (std::size_t l = 0; l < kLanes; ++l)
       removed_[l] += coverage(static_cast<float>(from[l])) - coverage(static_cast<float>(to[l]));

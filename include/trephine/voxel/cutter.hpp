@@ -52,11 +52,16 @@ concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLa
 
 namespace detail {
 
-/// Square roots of all lanes. By Eigen, because std::sqrt may set errno, which keeps loops from being vectorised.
+/// Square roots of all lanes. By Eigen, because std::sqrt may set errno, which keeps loops from being vectorised. 32
+/// bytes at a time, which is what compilers make of the loops around: a wider load waits for the stores before it.
 template <class Scalar, std::size_t kLanes>
 void take_roots(std::array<Scalar, kLanes>& x) noexcept {
-  Eigen::Map<Eigen::Array<Scalar, static_cast<int>(kLanes), 1>> lanes(x.data());
-  lanes = lanes.sqrt();
+  constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(Scalar));
+  static_assert(kLanes % kPart == 0);
+  for (std::size_t i = 0; i < kLanes; i += kPart) {
+    Eigen::Map<Eigen::Array<Scalar, static_cast<int>(kPart), 1>> lanes(x.data() + i);
+    lanes = lanes.sqrt();
+  }
 }
 
 /// A cylinder along a segment: what the rows of slender bodies are cut down to. `along` is zero for a point.

@@ -61,9 +61,9 @@ class DepthMap {
   void cut(const C& cutter) noexcept {
     const auto limit = GeometricCut{}.limit<std::int16_t>({});
     const double slope = kPerVoxel * grid_.spacing().maxCoeff() / grid_.spacing().minCoeff();
-    static_cast<void>(
-        detail::Cut<std::int16_t, C, std::remove_const_t<decltype(limit)>>(grid_, 0, slope, reach_, cutter, limit)
-            .run());
+    static_cast<void>(detail::Cut<std::int16_t, C, std::remove_const_t<decltype(limit)>, false>(grid_, 0, slope, reach_,
+                                                                                                cutter, limit)
+                          .run());
   }
 
   /// Lowers depths to what densities allow that were lowered by anything else than a whole cut: in `box` to at most

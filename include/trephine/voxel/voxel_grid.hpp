@@ -186,6 +186,11 @@ class VoxelGrid {
   }
   template <std::size_t kLanes, class Edit>
   void lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last, Edit& edit) noexcept;
+  /// Voxels of rows, in the same bricks and halos of bricks, that are marked already.
+  struct Marked {
+    std::size_t own_row = 0, first_row = 0, last_row = 0;  // of bricks
+    int from = 0, to = -1;
+  };
   void mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept;
   void touch_row(std::size_t row, int bx0, int bx1) noexcept;
   template <class Visit>
@@ -231,6 +236,7 @@ class VoxelGrid {
       {-1, -1, -1}};
   std::vector<std::uint64_t> touched_;      // a bit a brick: version to raise
   std::vector<std::size_t> touched_words_;  // that are not zero; reserved for all, so never allocates
+  Marked marked_;                           // last: most rows lie beside the one before
   // Of a row of bricks with its halo, per x: the least that was written to voxels that fell, and the most they held.
   // Exact ranges need no scan of bricks then.
   std::size_t profile_ = 0;  // length

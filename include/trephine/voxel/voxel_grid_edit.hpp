@@ -164,20 +164,36 @@ inline void VoxelGrid<Density>::touch_row(std::size_t row, int bx0, int bx1) noe
 template <VoxelDensity Density>
 inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept {
   grow_edit_box({x0, j, k}, {x1, j, k});
+  const std::size_t own_row = brick_row(j / kBrick, k / kBrick), last_row = bricks.row[bricks.count - 1];
+  const bool same_rows =
+      own_row == marked_.own_row && bricks.row[0] == marked_.first_row && last_row == marked_.last_row;
+  if (same_rows && x0 >= marked_.from && x1 <= marked_.to) return;
+  const int own_from = x0 / kBrick, own_to = x1 / kBrick;
   const int from = std::max(x0 - 1, 0) / kBrick;
   const int to = std::min((x1 + 1) / kBrick, bricks_[0] - 1);
   for (std::size_t r = 0; r < bricks.count; ++r) touch_row(bricks.row[r], from, to);
-  if (edited_.empty()) return;
-  const std::size_t row = brick_row(j / kBrick, k / kBrick) * words_;
-  for_each_word(x0 / kBrick, x1 / kBrick, [&](std::size_t w, std::uint64_t bits) { edited_[row + w] |= bits; });
+  if (!edited_.empty())
+    for_each_word(own_from, own_to, [&](std::size_t w, std::uint64_t bits) { edited_[own_row * words_ + w] |= bits; });
+  // All voxels that these marks are of, joined with those before where there is no gap.
+  int first = std::max(own_from * kBrick, from == 0 ? 0 : from * kBrick + 1);
+  int last = std::min(own_to * kBrick + kBrick - 1, to * kBrick + kBrick - 2);
+  if (same_rows && first <= marked_.to + 1 && last >= marked_.from - 1) {
+    first = std::min(first, marked_.from);
+    last = std::max(last, marked_.to);
+  }
+  marked_ = {own_row, bricks.row[0], last_row, first, last};
 }
 
 template <VoxelDensity Density>
 void VoxelGrid<Density>::grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept {
-  for (std::size_t a = 0; a < 3; ++a) {
-    edit_box_.lo[a] = std::min(edit_box_.lo[a], lo[a]);
-    edit_box_.hi[a] = std::max(edit_box_.hi[a], hi[a]);
-  }
+  auto& box = edit_box_;
+  // One by one: of loops over three compilers make more.
+  if (lo[0] < box.lo[0]) box.lo[0] = lo[0];
+  if (lo[1] < box.lo[1]) box.lo[1] = lo[1];
+  if (lo[2] < box.lo[2]) box.lo[2] = lo[2];
+  if (hi[0] > box.hi[0]) box.hi[0] = hi[0];
+  if (hi[1] > box.hi[1]) box.hi[1] = hi[1];
+  if (hi[2] > box.hi[2]) box.hi[2] = hi[2];
 }
 
 template <VoxelDensity Density>
@@ -245,6 +261,7 @@ void VoxelGrid<Density>::forget_edit() noexcept {
   });
   for (const std::size_t at : touched_words_) touched_[at] = 0;
   touched_words_.clear();
+  marked_ = {};
   risen_ = false;
   edit_box_ = kNothing;
 }
