@@ -23,6 +23,10 @@ using namespace trephine::bench;
 
 const std::map<std::string, std::string> kHeaders = {
     {"stability_plane", "renderer,damping,stiffness,outcome"},
+    {"stability_sweep",
+     "place,damping,delay,hand,friction,quantum_mm,renderer,options,stable_N_per_m,theory_N_per_m,beyond_mJ,amplitude_"
+     "mm,"
+     "frequency_Hz,force_step_N,torque_step_mNm,drawn"},
     {"stability_thin_walls", "renderer,options,stiffness,voxels,speed,through,held_N"},
     {"stability_energy", "renderer,options,time,energy_mJ,allowed_mJ,force_N"},
 };
@@ -100,8 +104,8 @@ int main(int argc, char** argv) {
   try {
     std::filesystem::create_directories(options.folder);
     Plan plan;
-    for (const auto part :
-         {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_thin_walls, plan_jumps, plan_stages})
+    for (const auto part : {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls,
+                            plan_jumps, plan_stages})
       part(options, plan);
     if (!only.empty()) std::erase_if(plan, [&](const Work& w) { return w.name.find(only) == std::string::npos; });
     const auto results = run(plan);

@@ -326,6 +326,139 @@ def places_words(off, farther):
     return said
 
 
+def finite(rows, key):
+    return [r[key] for r in rows if not isinstance(r[key], str) and not math.isnan(r[key])]
+
+
+def sweep_table(rows):
+    """A line a renderer, a column a place."""
+    places = list(dict.fromkeys(r["place"] for r in rows))
+    table = []
+    for tool in dict.fromkeys((r["renderer"], r["options"]) for r in rows):
+        line = list(tool)
+        for place in places:
+            mine = [r for r in rows if (r["renderer"], r["options"]) == tool and r["place"] == place]
+            usual = next((r["stable_N_per_m"] for r in mine if (r["damping"], r["delay"], r["hand"], r["friction"], r["quantum_mm"]) == (0.5, 0, "light", 0, 0)), math.nan)
+            shares = [r["stable_N_per_m"] / r["theory_N_per_m"] for r in mine]
+            line.append(f"{usual:.0f} ({min(shares):.2g} to {max(shares):.2g}); {max(0, *finite(mine, 'beyond_mJ')):.1g} mJ; {max(finite(mine, 'force_step_N')):.2g} N")
+        table.append(line)
+    return ["renderer", "options"] + places, table
+
+
+def sweep_words(rows):
+    """What the sweep over places and factors comes to."""
+    said = []
+    for renderer, options in dict.fromkeys((r["renderer"], r["options"]) for r in rows):
+        mine = [r for r in rows if (r["renderer"], r["options"]) == (renderer, options)]
+        tips = [r for r in mine if not r["place"].startswith(("shaft", "one bar"))]
+        never = [r for r in mine if r["stable_N_per_m"] == 0]
+        by_place = {}
+        for r in never:
+            by_place[r["place"]] = by_place.get(r["place"], 0) + 1
+        shares = [r["stable_N_per_m"] / r["theory_N_per_m"] for r in tips if r["stable_N_per_m"] > 0 and r["friction"] == 0 and r["quantum_mm"] == 0]
+        cycles = [r for r in mine if not math.isnan(r["frequency_Hz"]) and r["amplitude_mm"] > 0.1]
+        beyond = [r for r in mine if r["beyond_mJ"] > 1e-3]
+        text = f"{renderer}, {options}, swept over {len(mine)} cases of {len(set(r['place'] for r in mine))} places: "
+        if shares:
+            text += f"pressed by the tip, without friction and encoders, the greatest stable stiffness is {min(shares):.2g} to {max(shares):.2g} of theory's for a linear wall; "
+        if never:
+            text += "none of 10² to 10⁶ N/m rests in " + ", ".join(f"{n} of {sum(r['place'] == p for r in mine)} cases at {p}" for p, n in by_place.items()) + "; "
+        if cycles:
+            text += (f"twice as stiff it trembles at {min(r['frequency_Hz'] for r in cycles):.0f} to {max(r['frequency_Hz'] for r in cycles):.0f} Hz, "
+                     f"by {sorted(r['amplitude_mm'] for r in cycles)[len(cycles) // 2]:.2g} mm on the median; ")
+        text += f"beyond Rule E at the border: {len(beyond)} cases" + (f", most {max(r['beyond_mJ'] for r in beyond):.2g} mJ at {max(beyond, key=lambda r: r['beyond_mJ'])['place']}." if beyond else ".")
+        said.append(text)
+    return said
+
+
+# Why our options miss limits: scenario and renderers, and what does it. Derived in words; the figures are the tables'.
+REASONS = [
+    ("21 closed paths: most net work gained", ("line",), "the shaft, never the tip: Eq. 8 to 12 give k r² to rotation at a lever r that moves along the shaft as it turns and slides, and leave out what that does "
+     "(2 k r (1 − cos θ) ∂r/∂x, about θ/2 of the force); and friction holds the line's far end, not the place that touches. With a constant rotational stiffness the net work falls to a sixth"),
+    ("21 closed paths", ("line",), "tip: the spring points along smoothed normals, the proxy slides on the interpolant, a degree apart, and loses; shaft: its lever moves (k r² to rotation, without the part of ∂r/∂x)"),
+    ("21 closed paths", ("surface",), "springs toward a centre are no gradient: pressed sideways, few vertices push by depth; where a centre enters bone, the way out is another"),
+    ("21 closed paths", ("coupled",), "its normals are the slope of the smoothed depth, not quite that of the depths' own energy"),
+    ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
+     "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
+    ("20 greatest force step", ("coupled",), "vertices lose their hold where a worn layer lets go; with an advancing cut only where the drill breaks through skull and block, under 10 N after ten seconds"),
+    ("20 greatest force step", ("surface", "energy"), "pressed beyond what its springs hold it sinks in by more than the ball's radius, where vertices find another way out at once; a rate limit makes it a slope"),
+    ("20 energy beyond Rule E", ("surface",), "where it falls through, the rate limit takes back late what the springs let go at once"),
+    ("13 K_crit off the analytic wall", ("surface", "energy"), "on a tilted wall the interpolant's normals are off by a degree, so that depths along rays change by 2 % more or less than the tool moves"),
+    ("13 K_crit by place", ("coupled",), "sharp edges pass between vertices, so that what touches changes with every micron; with friction contacts beside the tip hold the turn"),
+    ("14 stiffness felt", ("surface", "energy"), "the stated stiffness is the secant at half a radius; at 0.6 mm the tangent is 1.6 times that, and springs of a shaft add up; `budget` bounds both"),
+    ("14 rotational stiffness felt", ("surface", "energy"), "springs of a shaft add up by their levers; `budget` bounds it"),
+    ("amplitude left", ("surface", "energy"), "one tick late: pressed with 1 N the tangent is 2.6 times the stated stiffness, 2070 N/m, beyond theory's 1667; a shaft's springs add up. Rests with a `budget`, or at a stated stiffness below some 500 N/m"),
+    ("16 ripple at rest", ("surface", "energy"), "with encoders of 0.055 mm the quantum times the tangent stiffness of all that touches, 0.1 N and more a step; one tick late as the amplitude"),
+    ("16 side flips", ("surface",), "one tick late, as the amplitude"),
+    ("15 force step", ("line",), "a point that slides off an edge lets go of stiffness times depth, as an exact point does"),
+    ("15 force step", ("surface", "energy"), "vertices that turn from one face to another find another way out at once"),
+    ("15 force step", ("coupled",), "an edge passes between vertices; 200 of them, or a rate limit, make it smaller"),
+    ("energy beyond Rule E", ("surface",), "springs that jump to another way out, at edges and where a centre enters bone"),
+    ("energy beyond Rule E", ("energy",), "beyond a thin wall's middle depths point out at the other side; where the stiffness grows with depth, what is found over the run is less than at the deepest"),
+    ("energy beyond Rule E", ("line",), "at edges the point lets go of its spring at once and takes hold again"),
+    ("energy beyond Rule E", ("coupled",), "at the border on edges and corners contacts pass between vertices from tick to tick"),
+    ("17 falls through", ("surface",), "a vertex looks for its surface toward the centre, and on its way out takes the nearer side"),
+    ("17 falls through", ("energy",), "beyond the wall's middle depths point out at the other side"),
+    ("presets", ("surface",), "400 N/m and 1.7 N on a ball of 1.5 mm: it sinks through"),
+]
+THESIS_OPTIONS = ("thesis", "Eq. 16", "held force", "torque without force", "projected tracking", "stored gradient", "thesis' trigger", "most active vertex", "renderer alone")
+
+
+def failures(rows):
+    """By scenario and options of ours: limits not met, the worst, why."""
+    groups = {}
+    for row in rows:
+        if row["pass"] == "fail" and not row["options"].startswith(THESIS_OPTIONS):
+            groups.setdefault((row["scenario"], row["renderer"], row["options"]), []).append(row)
+    judged = {}
+    for row in rows:
+        if row["pass"] in ("pass", "fail"):
+            key = (row["scenario"], row["renderer"], row["options"])
+            judged[key] = judged.get(key, 0) + 1
+    table = []
+    for (scenario, renderer, options), mine in groups.items():
+        worst = max(mine, key=lambda r: r["measured"])
+        why = next((reason for start, renderers, reason in REASONS if start in scenario and renderer in renderers), "not known")
+        table.append([scenario, renderer, options, f"{len(mine)} of {judged[(scenario, renderer, options)]}", worst["measured"], worst["limit"],
+                      "" if isinstance(worst["unit"], float) else worst["unit"], worst["case"], why])
+    return ["what", "renderer", "options", "not met", "worst", "limit", "unit", "worst case", "why"], table
+
+
+# What each of the thesis' choices does, in words; its figures follow.
+MECHANISMS = [
+    ("line", "torque without force", "the hand is turned but not pushed back: turning in and moving out does work that nothing takes back; without its force nothing holds the shaft"),
+    ("line", "projected tracking", "the touching place follows the line of the tick before, which hardly depends on how the tool turns: the force stays where the contact was"),
+    ("line", "most active vertex", "the touching place jumps from vertex to vertex, by their spacing, and the lever with it"),
+    ("line", "stored gradient", "the normal is that of a single voxel and changes at once at cells' faces"),
+    ("line", "thesis' trigger", "contact is seen at the tick's end alone, so thin bone goes unseen"),
+    ("surface", "Eq. 16", "the sum is divided by how many touch: the force falls by steps when one more vertex does"),
+    ("surface", "held force", "a centre in bone keeps its last force: it does not grow with depth nor turn, so that in and out differ"),
+    ("surface", "torque without force", "as Line's: rotations do work that translations do not take back"),
+]
+
+
+def choice_words(rows):
+    """The thesis' choices one at a time: why each makes energy, how much, and what it costs in stiffness."""
+    said = []
+    pick = lambda start, renderer, choice: {r["case"]: r["measured"] for r in rows if str(r["scenario"]).startswith(start) and r["renderer"] == renderer and r["options"] == choice}
+    for renderer, choice, why in MECHANISMS:
+        net, net_default = (pick("21 closed paths: mean net work", renderer, o) for o in (choice, "default"))
+        stiff, stiff_default = (pick("choices: greatest stable stiffness", renderer, o) for o in (choice, "default"))
+        beyond, beyond_default = (pick("choices: energy beyond", renderer, o) for o in (choice, "default"))
+        if not net or not stiff:
+            continue
+        shares = {place: stiff[place] / stiff_default[place] for place in stiff if stiff_default.get(place, 0) > 0}
+        low, high = min(shares, key=shares.get), max(shares, key=shares.get)
+        most = max(beyond, key=beyond.get) if beyond else None
+        text = (f"{renderer}, {choice}: {why}. Net work of closed paths {max(net.values()):.2g} % on the mean (default {max(net_default.values()):.2g} %); "
+                f"greatest stable stiffness " + ("the default's everywhere" if 0.93 < shares[low] and shares[high] < 1.07 else
+                                                f"{shares[low]:.2g} of the default's at worst ({low.split(';')[0]}), {shares[high]:.2g} at best ({high.split(';')[0]})"))
+        if most is not None:
+            text += f"; pressed with 3 N at 800 N/m it gives the hand " + (f"up to {beyond[most]:.2g} mJ beyond Rule E ({most.split(';')[0]}; default {max(0, beyond_default.get(most, 0)):.2g} mJ)" if beyond[most] > 1e-3 else "nothing beyond Rule E")
+        said.append(text + ".")
+    return said
+
+
 def stability_words(rows):
     """What the closed loops say, failures first."""
     if not rows:
@@ -333,8 +466,7 @@ def stability_words(rows):
     said = []
     judged = [r for r in rows if r["pass"] in ("pass", "fail")]
     failed = [r for r in judged if r["pass"] == "fail"]
-    ours = [r for r in failed if r["options"] not in ("thesis", "Eq. 16", "held force", "torque without force", "projected tracking", "stored gradient", "thesis' trigger",
-                                                      "most active vertex", "renderer alone")]
+    ours = [r for r in failed if not r["options"].startswith(THESIS_OPTIONS)]
     said.append(f"{len(failed)} of {len(judged)} limits are not met, {len(ours)} of them by our options; the tables name each.")
 
     def worst_of(scenario, renderer, options):
@@ -409,11 +541,16 @@ def stability_words(rows):
         why = ": bone that falls below the isovalue lets long springs go at once" if renderer in ("line", "surface") and bad else ""
         said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
                     f"({most['case']}){why}.")
-    generators = [("line", "torque without force"), ("line", "projected tracking"), ("line", "stored gradient"), ("surface", "torque without force"), ("surface", "Eq. 16"), ("surface", "held force")]
-    parts = [f"{renderer} {choice} {worst_of('21 closed paths: mean net work', renderer, choice):.2g} % (default {worst_of('21 closed paths: mean net work', renderer, 'default'):.2g} %)"
-             for renderer, choice in generators if of(rows, "21 closed paths: mean net work", renderer=renderer, options=choice)]
-    if parts:
-        said.append("Which of the thesis' choices make energy, one at a time, mean net work of closed paths: " + "; ".join(parts) + ".")
+    for way in ("advancing cut", "rate limit 190 N/s"):
+        parts = []
+        for renderer in ("line", "surface", "coupled", "energy"):
+            steps = of(rows, "20 greatest force step a tick", renderer=renderer, options="default + " + way)
+            if steps:
+                light = [r["measured"] for r in steps if "; 10 N;" not in r["case"]]
+                parts.append(f"{renderer} {max(light):.2g} N under 1 and 3 N ({max(r['measured'] for r in steps):.2g} N under 10 N)")
+        if parts:
+            said.append(f"Milling with {'an' if way[0] == 'a' else 'a'} {way}, greatest step a tick: " + "; ".join(parts) + ". Under 10 N the drill goes through skull and block.")
+    said += choice_words(rows)
     header, stages = stability_stages(rows)
     by_name = {line[0]: line for line in stages}
     if "none" in by_name:

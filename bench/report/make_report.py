@@ -93,14 +93,16 @@ def plain(rows, columns, caption):
     return table(columns, [[row[c] for c in columns] for row in rows], caption) if rows else ""
 
 
-def stability_section(rows, loops):
+def stability_section(rows, sweep, loops):
     if not rows:
         return ""
-    words = "".join(f"<li>{html.escape(w)}</li>" for w in findings.stability_words(rows))
+    words = "".join(f"<li>{html.escape(w)}</li>" for w in findings.stability_words(rows) + findings.sweep_words(sweep))
     ranked = [row[:-1] for row in findings.ranked_stability(rows)]
     presets = [r for r in rows if str(r["scenario"]).startswith("presets:")]
     return (f"<h2>Stability</h2><ul>{words}</ul>{''.join(loops)}"
             + table(["what", "renderer", "options", "limits met", "worst", "limit", "unit", "worst case"], ranked, "Limits by scenario, failures first; every row is in stability.csv")
+            + table(*findings.failures(rows), "Limits that our options do not meet, and why")
+            + table(*findings.sweep_table(sweep), "Stiffness swept from 10² to 10⁶ N/m: greatest that comes to rest in the usual case (45 g, 0.5 N s/m, light hand) [N/m]; least and greatest share of theory's over all cases; most energy beyond Rule E there [mJ]; most force step a tick there [N]")
             + table(*findings.stability_stages(rows), "What each stage does, Line on a flat wall (K in N/m, amplitudes in mm, forces in N, error in %)")
             + table(*findings.stability_choices(rows), "The thesis' choices one at a time: energy, and greatest stable stiffness in a light hand [N/m]")
             + plain(presets, ["scenario", "case", "renderer", "options", "measured", "unit", "limit", "pass"], "Presets on devices whose damping bears just the stated stiffness"))
@@ -113,7 +115,7 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
-                                                      "ripple", "holes", "force_depth", "energy_laws", "image_floor", "stability", "stability_plane", "stability_energy",
+                                                      "ripple", "holes", "force_depth", "energy_laws", "image_floor", "stability", "stability_plane", "stability_energy", "stability_sweep",
                                                       "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory",
                                                       "features", "features_spread", "compile_cost")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
@@ -136,6 +138,8 @@ def main():
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
         loops = [figure(plots.stability_plane(folder, t["stability_plane"], r), "What a hit comes to, by the device's damping and the wall's stiffness; theory: b / (T/2 + dT).")
                  for r in ("line", "surface", "coupled")]
+        loops += [figure(plots.stability_sweep(folder, t["stability_sweep"], r, o), "Theory is a linear wall's; Surface and the energy law are stiffer than they are told where they are pressed, and tools held by their shaft softer by their lever.")
+                  for r, o in dict.fromkeys((row["renderer"], row["options"]) for row in t["stability_sweep"])]
         loops += [figure(plots.stability_energy(folder, t["stability_energy"], r), "A passive law stays below the dashed line, which is what a held spring leaks (Rule E).")
                   for r in ("line", "surface", "coupled", "energy")]
         loops += [figure(plots.thin_walls(folder, t["stability_thin_walls"], k), "Walls of 0.3 mm voxels.")
@@ -156,7 +160,7 @@ def main():
 Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is at least 0.05 N.</li>
 <li>times: the renderer alone, clock included (some 25 ns), over the second half of each path, bone in the cache.</li></ul>
 <h2>Findings</h2><ul>{words}</ul>
-{stability_section(t['stability'], loops)}
+{stability_section(t['stability'], t['stability_sweep'], loops)}
 <h2>Goals</h2><table><tr><th>what</th><th>goal</th><th>found</th><th></th></tr>{goal_rows}</table>
 <h2>Questions settled</h2>{settled}
 <h2>Ours beside the thesis'</h2>{sweep_tables(sweep)}

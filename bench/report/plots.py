@@ -229,6 +229,41 @@ def stability_plane(folder, rows, renderer):
     return plot.draw()
 
 
+def sweep_factor(row):
+    """The one factor in which a case of the sweep differs from the usual one."""
+    usual = {"damping": 0.5, "delay": 0, "hand": "light", "friction": 0, "quantum_mm": 0}
+    names = {"damping": "b {:g}", "delay": "delay {:g}", "hand": "{} hand", "friction": "friction", "quantum_mm": "encoders"}
+    changed = [names[key].format({"none": "no"}.get(row[key], row[key])) for key in usual if row[key] != usual[key]]
+    return changed[0] if len(changed) == 1 else "usual" if not changed else None
+
+
+def stability_sweep(folder, rows, renderer, options):
+    """Greatest stable stiffness by place, one factor at a time, against theory."""
+    rows = [row for row in rows if (row["renderer"], row["options"]) == (renderer, options) and row["drawn"] == 0]
+    if not rows:
+        return None
+    factors = list(dict.fromkeys(sweep_factor(row) for row in rows))
+    places = list(dict.fromkeys(row["place"] for row in rows))
+    name = "".join(c if c.isalnum() else "_" for c in f"stability_sweep_{renderer}_{options}")
+    plot = Plot(folder, name, f"{renderer}, {options}: greatest stable stiffness by place (usual: 45 g, 0.5 N s/m, light hand); at the bottom: none rests", "",
+                "stiffness, as the option means it [N/m]", 980, 480)
+    plot.line("set logscale y")
+    plot.line("set format y '%g'")
+    plot.line("set yrange [60:1500000]")
+    plot.line(f"set xrange [-0.6:{len(factors) - 0.4}]")
+    plot.line("set xtics (" + ", ".join(f"{quoted(f)} {i}" for i, f in enumerate(factors)) + ") noenhanced")
+    for i, place in enumerate(places):
+        at = 0.07 * (i - 0.5 * (len(places) - 1))
+        plot.add(place, [(factors.index(sweep_factor(r)) + at, max(r["stable_N_per_m"], 80)) for r in rows if r["place"] == place],
+                 f"points pt {(7, 5, 9, 11, 13, 4, 6, 8, 10, 12)[i % 10]} ps 0.8 lc rgb '{(COLOURS + ['#882255'])[i % 10]}'")
+    theory = []
+    for i, factor in enumerate(factors):
+        K = next(r["theory_N_per_m"] for r in rows if sweep_factor(r) == factor)
+        theory.append((i, K, i - 0.42, i + 0.42))
+    plot.add("theory: (b + b_h) / (T/2 + dT)", theory, "xerrorbars pt 0 lw 1.5 lc rgb '#000000'")
+    return plot.draw()
+
+
 def stability_energy(folder, rows, renderer):
     rows = [row for row in rows if row["renderer"] == renderer]
     if not rows:

@@ -37,6 +37,8 @@ test::PathWork round(AnyTool& tool, const Path& path, int steps) {
 
 struct Total {
   double mean = 0, worst = 0, gain = 0, gained = 0, jump = 0;
+  double gained_by_tip = 0, gained_by_shaft = 0;
+  double halving = 0;  ///< mean change by the last halving of the step
   int paths = 0, converged = 0;
 };
 Total all(const Setup& s, int count, bool rough) {
@@ -64,12 +66,14 @@ Total all(const Setup& s, int count, bool rough) {
     // Halved until the work no longer changes by 1e-5 of the path's, twice running, for it may do so by chance; laws
     // that jump never get there, and need not.
     int steps = 500, still = 0;
+    double change = 0;
     test::PathWork w = round(*tool, p, steps);
     const int most = rough ? 1000 : s.renderer == "energy" ? 64000 : 4000;
     while (steps < most && still < 2) {
       steps *= 2;
       const test::PathWork finer = round(*tool, p, steps);
-      still = std::abs(finer.net - w.net) <= 1e-5 * finer.length ? still + 1 : 0;
+      change = std::abs(finer.net - w.net) / std::max(finer.length, 1e-12);
+      still = change <= 1e-5 ? still + 1 : 0;
       w = finer;
       if (still == 0 && std::abs(finer.net) > 1e-3 * finer.length) break;  // plain enough
     }
@@ -81,10 +85,14 @@ Total all(const Setup& s, int count, bool rough) {
     total.gain += ratio;
     total.worst = std::max(total.worst, std::abs(ratio));
     total.gained = std::max(total.gained, ratio);
+    double& by_part = shaft ? total.gained_by_shaft : total.gained_by_tip;
+    by_part = std::max(by_part, ratio);
+    total.halving += change;
     total.jump = std::max(total.jump, w.jump);
   }
   total.mean /= std::max(1, total.paths);
   total.gain /= std::max(1, total.paths);
+  total.halving /= std::max(1, total.paths);
   return total;
 }
 
@@ -134,6 +142,11 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
              m.rows.push_back(
                  told("21 closed paths: mean net work", c, s.renderer, o, 100 * t.mean, "%", 100 * t.gain));
            }
+           for (const auto& [what, gained] : {std::pair("tip", t.gained_by_tip), std::pair("shaft", t.gained_by_shaft)})
+             m.rows.push_back(told("21 closed paths: most net work gained, " + std::string(what) + " first", c,
+                                   s.renderer, o, 100 * gained, "%", nan));
+           m.rows.push_back(
+               told("21 closed paths: the last halving changed it by", c, s.renderer, o, 100 * t.halving, "%", nan));
            m.rows.push_back(told("21 closed paths: greatest force step", c, s.renderer, o, t.jump, "N", nan));
            return m;
          }});

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenario 13: the greatest stable stiffness on a flat wall, against an analytic wall of the same law and against
 // theory.
-#include "stability/loop.hpp"
-#include "stability/places.hpp"
+#include "stability/cases.hpp"
 #include "stability/rows.hpp"
 
 #include <cmath>
@@ -12,46 +11,7 @@
 namespace trephine::bench {
 namespace {
 
-constexpr double kMass = 0.045;  // [kg] a desktop device
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-struct Case {
-  double damping = 0.5;
-  int delay = 0;
-  std::string hand = "none";
-  double friction = 0, quantum = 0;
-
-  [[nodiscard]] std::string text() const {
-    std::ostringstream s;
-    s << "b " << damping << " delay " << delay << " hand " << hand;
-    if (friction > 0) s << " friction " << friction << " N";
-    if (quantum > 0) s << " quantum " << 1e3 * quantum << " mm";
-    return s.str();
-  }
-  [[nodiscard]] SimulatedDeviceOptions device() const {
-    SimulatedDeviceOptions o = device_of(kMass, damping, hand);
-    o.linear.friction = friction;
-    o.linear.quantum = quantum;
-    o.delay_ticks = delay;
-    o.substeps = friction > 0 ? 10 : 1;
-    return o;
-  }
-  /// (b + b_h) / (T/2 + dT).
-  [[nodiscard]] double theory() const {
-    const SimulatedDeviceOptions o = device();
-    return (o.linear.damping + o.hand_linear.damping) / (1e-3 * (0.5 + delay));
-  }
-};
-
-/// The force that presses: 1 N, less where the wall would be so soft that the ball sinks in beyond half its radius.
-double bias_for(double K) { return std::min(1.0, 0.7e-3 * K); }
-
-/// Only what acts along n: nothing slides away, as in one dimension.
-Law along(Law law, Vec3d n) {
-  return [law = std::move(law), n](const Posed& X, double dt) {
-    return Wrenchd{law(X, dt).force.dot(n) * n, Vec3d::Zero()};
-  };
-}
 
 LoopOptions pressed(const Case& c, const Vec3d& n, double K) {
   LoopOptions o;

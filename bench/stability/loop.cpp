@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <numeric>
+#include <utility>
 
 namespace trephine::bench {
 namespace {
@@ -17,10 +18,17 @@ double rms(const std::vector<double>& x, std::size_t from, std::size_t to) {
   return std::sqrt(squares);
 }
 
-/// Beyond Rule E, for a stiffness known only at the end: E is kept with the two integrals that K and K_θ multiply.
+/// Beyond Rule E, for a stiffness known only at the end: E is kept with the two integrals that K and K_θ multiply, and
+/// with what the tick grants in which contact begins, of which only the part in bone counts: there K |Δx| is the force.
 struct Leak {
-  double energy, linear, angular;
+  double energy, linear, angular, entries;
 };
+
+/// ∫ v² dt over a tick from the velocities at its ends and the way between: Simpson's rule.
+double speed_squared(const Vec3d& v0, const Vec3d& v1, const Vec3d& way, double dt) {
+  const Vec3d middle = 1.5 / dt * way - 0.25 * (v0 + v1);
+  return dt / 6 * (v0.squaredNorm() + 4 * middle.squaredNorm() + v1.squaredNorm());
+}
 
 /// 95th percentile: what changes of force per motion are found, without the law's jumps.
 double found(std::vector<double>& ratios) {
@@ -28,6 +36,40 @@ double found(std::vector<double>& ratios) {
   const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(ratios.size() - 1));
   std::nth_element(ratios.begin(), at, ratios.end());
   return *at;
+}
+
+/// Motion about a straight way, whatever drift there is: in windows of an eighth of a second, their median.
+struct Tremble {
+  double height = 0;     // peak to peak [m]
+  double frequency = 0;  // [Hz]
+};
+Tremble tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
+  const auto window = std::max<std::size_t>(8, static_cast<std::size_t>(0.125 / dt));
+  std::vector<std::pair<double, double>> found;
+  for (std::size_t at = from; at + window <= x.size(); at += window) {
+    const double middle = 0.5 * static_cast<double>(window - 1);
+    double mean = 0, slope = 0, squares = 0;
+    for (std::size_t i = 0; i < window; ++i) mean += x[at + i] / static_cast<double>(window);
+    for (std::size_t i = 0; i < window; ++i) {
+      const double t = static_cast<double>(i) - middle;
+      slope += t * (x[at + i] - mean);
+      squares += t * t;
+    }
+    slope /= squares;
+    const auto about = [&](std::size_t i) { return x[at + i] - mean - slope * (static_cast<double>(i) - middle); };
+    double low = about(0), high = low;
+    int crossings = 0;
+    for (std::size_t i = 1; i < window; ++i) {
+      low = std::min(low, about(i));
+      high = std::max(high, about(i));
+      crossings += (about(i) > 0) != (about(i - 1) > 0);
+    }
+    found.emplace_back(high - low, 0.5 * crossings / (static_cast<double>(window) * dt));
+  }
+  if (found.empty()) return {};
+  const auto median = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+  std::nth_element(found.begin(), median, found.end());
+  return {median->first, median->second};
 }
 
 }  // namespace
@@ -51,7 +93,10 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   Posed before = device.X_DH();
   Wrenchd last;
   Vec3d last_read = start.translation();
-  Leak sum{0, 0, 0};
+  Leak sum{0, 0, 0, 0};
+  Twist velocity = device.velocity();
+  bool touched = false;
+  double way_in = 0, turn_in = 0;  // the last tick's [m], [rad]
   const double hold = o.dt * (0.5 + o.device.delay_ticks);
   constexpr double kLever = 0.01;  // [m] what a turn counts as motion with
   for (std::size_t i = 0; i < ticks; ++i) {
@@ -84,25 +129,32 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     const Vec3d move = now.translation() - before.translation();
     const Vec3d turn = turn_between(before, now);
     before = now;
+    const Twist then = std::exchange(velocity, device.velocity());
     sum.energy += (acting.force - biases.front()).dot(move) + acting.torque.dot(turn);
     const bool touches = wrench.force.squaredNorm() > 0 || wrench.torque.squaredNorm() > 0 ||
                          acting.torque.squaredNorm() > 0 || (acting.force - biases.front()).squaredNorm() > 0;
     if (touches) {
-      sum.linear += hold * move.squaredNorm() / o.dt + 0.5 * o.device.linear.quantum * move.norm();
-      sum.angular += hold * turn.squaredNorm() / o.dt + 0.5 * o.device.angular.quantum * turn.norm();
+      if (!touched) sum.entries += hold / o.dt * (wrench.force.norm() * way_in + wrench.torque.norm() * turn_in);
+      sum.linear +=
+          hold * speed_squared(then.linear, velocity.linear, move, o.dt) + 0.5 * o.device.linear.quantum * move.norm();
+      sum.angular += hold * speed_squared(then.angular, velocity.angular, turn, o.dt) +
+                     0.5 * o.device.angular.quantum * turn.norm();
       const double way = std::hypot(move.norm(), kLever * turn.norm());
       if (way > 1e-6) {
         linear_ratios.push_back(df.norm() / way);
         angular_ratios.push_back(dt.norm() / (way / kLever));
       }
     }
+    touched = touches;
+    way_in = move.norm();
+    turn_in = turn.norm();
     leaks.push_back(sum);
     height.push_back(now.translation().dot(o.along));
     forces.push_back(wrench.force);
     turns.push_back(turn_between(start, now));
     if (o.trace)
       o.trace(static_cast<double>(i) * o.dt, now, wrench, sum.energy,
-              o.stiffness * sum.linear + o.angular_stiffness * sum.angular);
+              o.stiffness * sum.linear + o.angular_stiffness * sum.angular + sum.entries);
     if (!now.translation().allFinite() || (now.translation() - start.translation()).norm() > o.escape) {
       r.escaped = true;
       break;
@@ -113,16 +165,19 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found(angular_ratios);
   for (const Leak& leak : leaks) {
     r.energy = std::max(r.energy, leak.energy);
-    r.beyond = std::max(r.beyond, leak.energy - K * leak.linear - K_turn * leak.angular);
+    r.beyond = std::max(r.beyond, leak.energy - K * leak.linear - K_turn * leak.angular - leak.entries);
   }
   if (r.escaped) {
-    r.amplitude = r.late = o.escape;
+    r.amplitude = r.tremble = r.late = o.escape;
     return r;
   }
   const auto tail = static_cast<std::size_t>(o.settle / o.dt);
   const std::size_t from = height.size() > tail ? height.size() - tail : 0;
   const auto ends = std::minmax_element(height.begin() + static_cast<std::ptrdiff_t>(from), height.end());
   r.amplitude = *ends.second - *ends.first;
+  const Tremble tremble = tremble_of(height, from, o.dt);
+  r.tremble = tremble.height;
+  r.tremble_frequency = tremble.frequency;
   const double middle = 0.5 * (*ends.second + *ends.first);
   int crossings = 0;
   for (std::size_t i = from + 1; i < height.size(); ++i) crossings += (height[i] > middle) != (height[i - 1] > middle);

@@ -87,6 +87,20 @@ Site scanned(const std::string& skull) {
   return from(drill::load_bone(o));
 }
 
+/// The ways to mill that keep steps small are the default options' alone.
+std::vector<Setup> tools() {
+  std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
+                            {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
+                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3},
+                            {.renderer = "energy"}};
+  for (const char* renderer : {"line", "surface", "coupled", "energy"}) {
+    all.push_back({.renderer = renderer, .mill_speed = 1e-3});
+    all.push_back({.renderer = renderer});
+    all.back().stack.rate = {.force = 190, .torque = 6};
+  }
+  return all;
+}
+
 }  // namespace
 
 Place scanned_place(const std::string& skull, bool milled) {
@@ -111,6 +125,7 @@ Place scanned_place(const std::string& skull, bool milled) {
   p.touching_line.translation() -= site.burr.tip_radius * site.n;
   p.outward = site.n;
   p.across = site.n.unitOrthogonal();
+  p.mill_rate = site.rate;
   return p;
 }
 
@@ -118,16 +133,10 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
   const double seconds = options.quick ? 3 : 60;
   for (const bool skull : {false, true}) {
     if (skull && options.quick && options.skull.empty()) continue;
-    for (const Setup& tool : std::vector<Setup>{{.renderer = "line"},
-                                                {.renderer = "line", .options = "thesis"},
-                                                {.renderer = "surface"},
-                                                {.renderer = "surface", .options = "thesis"},
-                                                {.renderer = "coupled"},
-                                                {.renderer = "coupled", .friction = 0.3},
-                                                {.renderer = "energy"}})
+    for (const Setup& tool : tools())
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
-          if (!skull && !spindle) continue;
+          if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
           plan.push_back({"milling", [=] {
                             Site site = block();
                             if (skull) site = scanned(options.skull);
@@ -135,7 +144,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
                               site.bone = with_gradients(*site.bone);
                             Setup s = tool;
                             s.burr = site.burr;
-                            s.mill_rate = spindle ? site.rate : 0;
+                            if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
                             const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
                             std::ostringstream name;
                             name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "

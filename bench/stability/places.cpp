@@ -34,6 +34,32 @@ std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape
   return std::make_shared<Bone>(rasterise<std::int16_t>([&](const Vec3d& p) { return shape(p - middle); }, o));
 }
 
+Sample::Sample(const Place& place, double half) {
+  const Bone& bone = *place.bone;
+  const Vec3d middle = (bone.X_WG().inverse() * place.touching.translation()).cwiseQuotient(bone.spacing());
+  std::array<int, 3> lo, hi;
+  for (int a = 0; a < 3; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    const int reach = static_cast<int>(std::ceil(half / bone.spacing()[a]));
+    const int at = static_cast<int>(std::lround(middle[a]));
+    lo[i] = std::max(0, at - reach);
+    hi[i] = std::min(bone.size()[i] - 1, at + reach);
+    geometry_.size[i] = hi[i] - lo[i] + 1;
+  }
+  geometry_.spacing = bone.spacing();
+  geometry_.X_WG = bone.X_WG();
+  geometry_.X_WG.translation() = bone.X_WG() * Vec3d(lo[0], lo[1], lo[2]).cwiseProduct(bone.spacing());
+  geometry_.outside = static_cast<double>(bone.outside());
+  for (int k = lo[2]; k <= hi[2]; ++k)
+    for (int j = lo[1]; j <= hi[1]; ++j)
+      for (int i = lo[0]; i <= hi[0]; ++i) voxels_.push_back(bone.at(i, j, k));
+}
+
+std::shared_ptr<Bone> Sample::fresh() const {
+  return std::make_shared<Bone>(geometry_, std::span<const std::int16_t>(voxels_),
+                                GridOptions{.keep_original = false, .stored_gradients = true});
+}
+
 std::vector<std::string> place_names() {
   return {"flat wall",  "tilted wall",     "edge 90",
           "edge 30",    "corner",          "concave corner",

@@ -25,6 +25,7 @@ struct Place {
   Vec3d across = Vec3d::UnitX();            ///< a way to slide
   double room = 1e-3;                       ///< that far off on the way out it is free [m]
   bool by_shaft = false;                    ///< the shaft holds the tool, so that it turns about where it does
+  double mill_rate = 0;                     ///< a rate-limited cut's that suits the bone [densities/s]; 0: none known
   [[nodiscard]] const Posed& start(const Setup& setup) const {
     return setup.renderer == "line" ? touching_line : touching;
   }
@@ -37,6 +38,17 @@ struct Place {
 /// On the skull's CT (without its folder: the phantom) where a surgeon would begin, or at the bottom of a pit milled
 /// there. The bone is the place's own.
 [[nodiscard]] Place scanned_place(const std::string& skull, bool milled);
+
+/// Scanned bone round the place, `half` [m] to each side, with stored gradients: what each run may carve anew.
+class Sample {
+ public:
+  Sample(const Place& place, double half);
+  [[nodiscard]] std::shared_ptr<Bone> fresh() const;
+
+ private:
+  GridGeometry geometry_{};
+  std::vector<std::int16_t> voxels_;
+};
 
 /// Any shape as a grid of `n` voxels a side whose middle is the world's origin.
 [[nodiscard]] std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n = 64);

@@ -43,6 +43,7 @@ using Plan = std::vector<Work>;
 
 void plan_critical(const StabilityOptions& options, Plan& plan);      // 13: flat wall, theory, stability plane
 void plan_places(const StabilityOptions& options, Plan& plan);        // 14 to 16: shapes in the loop
+void plan_sweep(const StabilityOptions& options, Plan& plan);         // 10² to 10⁶ N/m, every place and factor
 void plan_thin_walls(const StabilityOptions& options, Plan& plan);    // 17
 void plan_jumps(const StabilityOptions& options, Plan& plan);         // 18, 19
 void plan_milling(const StabilityOptions& options, Plan& plan);       // 20, skull

@@ -18,14 +18,37 @@ struct Switched : S {
   }
 };
 
+/// Wears what the burr covers at a rate, or lets the surface recede at a speed.
+class EitherMilling {
+ public:
+  explicit EitherMilling(const Setup& s)
+      : recedes_(s.mill_speed > 0),
+        at_rate_(RateLimitedCut<>{.rate = s.mill_rate > 0 ? s.mill_rate : 1}),
+        at_speed_(AdvancingCut{.speed = recedes_ ? s.mill_speed : 1}) {}
+  void reset() noexcept {
+    at_rate_.reset();
+    at_speed_.reset();
+  }
+  template <class Grid>
+  double carve(Grid& grid, double isovalue, const Posed& from, const Posed& to, const Burr& burr,
+               const CarveContext& context) noexcept {
+    return recedes_ ? at_speed_.carve(grid, isovalue, from, to, burr, context)
+                    : at_rate_.carve(grid, isovalue, from, to, burr, context);
+  }
+
+ private:
+  bool recedes_;
+  Milling<RateLimitedCut<>> at_rate_;
+  Milling<AdvancingCut> at_speed_;
+};
+
 template <class R>
 [[nodiscard]] auto make_scene(R renderer, const Setup& setup, Bone& bone, double isovalue) {
   const Stack& s = setup.stack;
-  const double rate = setup.mill_rate > 0 ? setup.mill_rate : 1;
   return HapticScene{bone,
                      isovalue,
                      std::move(renderer),
-                     Milling{RateLimitedCut<>{.rate = rate}},
+                     EitherMilling(setup),
                      Switched<HuntCrossley>(s.hunt_crossley),
                      Switched<Damping>(s.damping),
                      Switched<FirstOrderFilter>(s.filter),
@@ -51,7 +74,7 @@ class Ticked final : public AnyTool {
 template <class R>
 [[nodiscard]] std::unique_ptr<AnyTool> wrapped(R renderer, const Setup& setup, Bone& bone, double isovalue) {
   auto scene = make_scene(std::move(renderer), setup, bone, isovalue);
-  return std::make_unique<Ticked<decltype(scene)>>(std::move(scene), setup.mill_rate > 0);
+  return std::make_unique<Ticked<decltype(scene)>>(std::move(scene), setup.mill_rate > 0 || setup.mill_speed > 0);
 }
 
 }  // namespace trephine::bench

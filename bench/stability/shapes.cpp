@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scenarios 14 to 16: edges, corners, slots, holes, from one contact to the whole shaft, in the loop and sliding.
-#include "stability/loop.hpp"
-#include "stability/places.hpp"
+#include "stability/cases.hpp"
 #include "stability/rows.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -35,41 +34,12 @@ Setup setup_for(Setup tool, const Place& place, double K) {
   return tool;
 }
 
-/// The hand presses the tool into a place with about 1 N.
-LoopOptions press(const Place& place, const Setup& setup, const std::string& hand, int delay, bool real) {
-  LoopOptions o;
-  o.device = device_of(0.045, 0.5, hand);
-  o.device.delay_ticks = delay;
-  if (real) {
-    o.device.linear.friction = 0.05;
-    o.device.linear.quantum = 0.055e-3;
-    o.device.angular.quantum = 1e-4;
-  }
+/// In a hand at the device's usual damping; `real`: with Coulomb friction and encoders.
+LoopOptions in_hand(const Place& place, const Setup& setup, const std::string& hand, int delay, bool real) {
+  const Case c{.delay = delay, .hand = hand, .friction = real ? 0.05 : 0.0, .quantum = real ? 0.055e-3 : 0.0};
+  LoopOptions o = press(place, setup, c.device());
   o.device.substeps = 5;
-  o.along = place.outward;
-  const Posed touch = place.start(setup);
-  const bool inside = place.name == "slot" || place.name == "shaft in a hole";
-  o.device.X_DH = touch;
-  if (!inside) o.device.X_DH.translation() += 1e-3 * place.outward;
-  const double k = o.device.hand_linear.stiffness;
-  Posed target = touch;
-  if (place.name == "slot")
-    target.translation() += Vec3d(0.7 / k + 0.3e-3, 0, -0.7 / k);
-  else if (place.name == "shaft in a hole")
-    target.translation() += Vec3d(0.7 / k, 0.2 / k, 0);
-  else
-    target.translation() -= (1 / k) * place.outward;
-  const Posed from = o.device.X_DH;
-  o.hand = [from, target](double t) {  // in a quarter of a second
-    const double s = std::min(1.0, 4 * t);
-    return HandTarget(make_pose<double>(from.linear(), (1 - s) * from.translation() + s * target.translation()));
-  };
-  o.seconds = 2;
   return o;
-}
-
-bool rests(const LoopReport& r, bool real) {
-  return !r.escaped && (r.amplitude <= (real ? 2.1e-4 : 1e-4)) && r.turn < 0.02;
 }
 
 struct Felt {
@@ -141,7 +111,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
                 {name + " in the hand", [=] {
                    const Setup s = setup_for(tool, *place, 800);
                    auto any = make_tool(s, *place->bone, place->isovalue);
-                   const LoopReport r = run_loop(law_of(*any), press(*place, s, hand, delay, real));
+                   const LoopReport r = run_loop(law_of(*any), in_hand(*place, s, hand, delay, real));
                    const std::string c = name + ", hand " + hand + ", delay " + std::to_string(delay) +
                                          (real ? ", friction and quantum" : "");
                    const std::string o = label(tool);
@@ -163,23 +133,6 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
                    }
                    return m;
                  }});
-            if (options.quick || tool.options == "patches") continue;
-            plan.push_back({name + ", greatest stable K", [=] {
-                              const double K = largest_stable(1e2, 1e6, 1.1, [&](double k) {
-                                const Setup s = setup_for(tool, *place, k);
-                                auto any = make_tool(s, *place->bone, place->isovalue);
-                                LoopOptions o = press(*place, s, hand, delay, real);
-                                o.seconds = 1.2;
-                                o.escape = 0.03;
-                                return rests(run_loop(law_of(*any), o), real);
-                              });
-                              Measured m;
-                              m.rows.push_back(told("14 greatest stable stiffness (as the option means it)",
-                                                    name + ", hand " + hand + ", delay " + std::to_string(delay) +
-                                                        (real ? ", friction and quantum" : ""),
-                                                    tool.renderer, label(tool), K, "N/m", kNaN));
-                              return m;
-                            }});
           }
       // What a device feels of it.
       if (shaft || name == "flat wall")

@@ -62,6 +62,8 @@ std::string label(const Setup& setup) {
   s << setup.options;
   if (setup.budget) s << " + budget";
   if (setup.friction > 0) s << " + friction " << setup.friction;
+  if (setup.mill_speed > 0) s << " + advancing cut";
+  if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
   if (setup.sphere != Setup{}.sphere) s << " + " << setup.sphere << " vertices";
   return s.str();
 }

@@ -44,6 +44,7 @@ struct Setup {
   double friction = 0;     ///< Line, Coupled: μ
   std::optional<StiffnessBudget> budget{};
   double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
+  double mill_speed = 0;     ///< of an AdvancingCut instead [m/s]
   int sphere = 26;           ///< vertices on the ball, but Line's
   CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
   Stack stack{};

@@ -171,20 +171,41 @@ void play(Scene& scene, Bytes& in, const Bone& bone, long& ticks) {
   require(well.status == Status::kOk && well.contact.count == 0, "the second good tick is well");
 }
 
-template <class Renderer>
-void play_with(Renderer renderer, Bytes& in, const Bone& b, double isovalue, long& ticks) {
-  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels, {.stored_gradients = true});
-  static constexpr double kRates[] = {1e4, 1, 1e30, 300};
+template <class Renderer, class Cut>
+void play_in(VoxelGrid<std::uint8_t>& bone, Renderer renderer, const Cut& cut, Bytes& in, const Bone& b,
+             double isovalue, long& ticks) {
   HapticScene scene{bone,
                     isovalue,
                     std::move(renderer),
-                    Milling{{.rate = in.one_of(kRates)}},
+                    Milling{cut},
                     HuntCrossley(HuntCrossley::Options{}),
                     Damping({.linear = 0.5, .angular = 1e-4}),
                     PassivityController({.contact_stiffness = 800}),
                     WrenchRateLimit(WrenchRateLimit::Options{}),
                     DeviceLimits{kForce, kTorque}};
   play(scene, in, b, ticks);
+}
+
+inline RateLimitedCut<> any_rate(Bytes& in) {
+  static constexpr double kRates[] = {1e4, 1, 1e30, 300};
+  return {.rate = in.one_of(kRates)};
+}
+inline AdvancingCut any_speed(Bytes& in) {
+  static constexpr double kSpeeds[] = {1e-3, 1, 1e30, 5e-324};
+  return {.speed = in.one_of(kSpeeds), .reference_force = in.coin() ? 1.0 : 0.0};
+}
+
+template <class Renderer>
+void play_with(Renderer renderer, Bytes& in, const Bone& b, double isovalue, long& ticks) {
+  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels, {.stored_gradients = true});
+  play_in(bone, std::move(renderer), any_rate(in), in, b, isovalue, ticks);
+}
+
+template <class Make, class Cut>
+void play_on_depths(const Make& make, const Cut& cut, Bytes& in, const Bone& b, double isovalue, long& ticks) {
+  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels);
+  DepthMap depths(bone, isovalue);
+  play_in(bone, make(FromDepthMap(depths)), cut, in, b, isovalue, ticks);
 }
 
 /// One run; returns how many ticks it took. Refusals at construction are fine if they say who refuses.
@@ -199,7 +220,7 @@ inline long drive(std::span<const std::uint8_t> bytes) {
     const double stiffness = any_stiffness(in);
     std::optional<StiffnessBudget> budget;
     if (in.below(3) == 0) budget = StiffnessBudget{any_stiffness(in), 0.3};
-    switch (in.below(4)) {
+    switch (in.below(7)) {
       case 0:
         play_with(LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb>(
                       ToolDiscretization<LineCounts, float>(burr, {.shaft = 1 + in.below(40)}),
@@ -222,6 +243,32 @@ inline long drive(std::span<const std::uint8_t> bytes) {
                       {.stiffness = stiffness, .budget = budget}),
                   in, bone, isovalue, ticks);
         break;
+      case 3:
+        play_on_depths(
+            [&](const FromDepthMap& depths) {
+              return CoupledToolRenderer(ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 26, .slices = 4}),
+                                         depths, CoupledOptions{.stiffness = stiffness});
+            },
+            any_speed(in), in, bone, isovalue, ticks);
+        break;
+      case 4:
+        play_on_depths(
+            [&](const FromDepthMap& depths) {
+              return EnergySurfaceRenderer(
+                  ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 1 + in.below(30), .slices = in.below(8)}),
+                  depths, {.stiffness = stiffness});
+            },
+            any_rate(in), in, bone, isovalue, ticks);
+        break;
+      case 5: {
+        VoxelGrid<std::uint8_t> carved(bone.geometry, bone.voxels);
+        const AdvancingCut cut = any_speed(in);
+        play_in(carved,
+                LineApproxRenderer<float>(ToolDiscretization<LineCounts, float>(burr, {.shaft = 1 + in.below(40)}),
+                                          LineOptions{.stiffness = stiffness}),
+                cut, in, bone, isovalue, ticks);
+        break;
+      }
       default:
         play_with(
             SurfaceApproxRenderer<float, CollisionRatio, HoldForce, TorqueOnly, CentralGradient>(

@@ -139,6 +139,7 @@ class Cut {
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
     lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
+    if constexpr (kBySteepness) lowest_target_ = kLowest;
     const int last_k = voxel_before(hi.z(), size[2]);
     const int last_j = voxel_before(hi.y(), size[1]);
     bool any = false;
@@ -154,6 +155,9 @@ class Cut {
 
  private:
   using Wide = WideDensity<Density>;
+  /// Then the cut's ramp is kept where it makes the surface: a receding front, being steeper, would be held up by it.
+  static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
+  static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
   bool lower_rows(int first, int count, int k) noexcept {
     const Vec3d& h = grid_.spacing();
@@ -181,8 +185,26 @@ class Cut {
       if (is_low(old)) return;
       std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
       cutter_.distances(static_cast<float>(i * grid_.spacing().x() - origin_.x()), step, y, z, d);
-      lower_lanes(static_cast<std::uint32_t>(grid_.index(i, j, k)), count, d, old, value);
+      lower_lanes(grid_.index(i, j, k), count, d, old, value);
     });
+  }
+
+  /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower, and in the
+  /// lanes that belong to other voxels.
+  template <std::size_t kLanes>
+  void fall_toward_lower(std::size_t voxel, int count, std::array<float, kLanes>& steepness) const noexcept {
+    const Density* const here = grid_.data() + voxel;
+    const std::array<std::ptrdiff_t, 3> pitch{1, grid_.row_pitch(), grid_.plane_pitch()};
+    steepness.fill(0);
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto per_metre = static_cast<float>(1 / grid_.spacing()[static_cast<Eigen::Index>(a)]);
+      for (std::ptrdiff_t l = 0; l < count; ++l) {
+        const Density lower = std::min(here[l - pitch[a]], here[l + pitch[a]]);
+        const float fall = (static_cast<float>(here[l]) - static_cast<float>(lower)) * per_metre;
+        steepness[static_cast<std::size_t>(l)] += fall > 0 ? fall * fall : 0.0F;
+      }
+    }
+    for (float& s : steepness) s = std::sqrt(s);
   }
 
   /// Whether no target can be lower than what is there: air, mostly.
@@ -195,7 +217,7 @@ class Cut {
 
   // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
   template <std::size_t kLanes>
-  void lower_lanes(std::uint32_t voxel, int count, const std::array<float, kLanes>& d,
+  void lower_lanes(std::size_t index, int count, const std::array<float, kLanes>& d,
                    const std::array<Density, kLanes>& old, std::array<Density, kLanes>& value) noexcept {
     const float reach = static_cast<float>(reach_);
     const float per_share = -0.5F / reach;
@@ -203,12 +225,23 @@ class Cut {
     const float per_metre = per_metre_;
     const Limit limit = limit_;
     const NearestDensity<Density> nearest = nearest_;
+    const auto voxel = static_cast<std::uint32_t>(index);
+    std::array<float, kBySteepness ? kLanes : 1> steepness;
+    if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
+    const auto limited = [&](std::size_t l, Wide density, Wide target, float share) {
+      const std::uint32_t here = voxel + static_cast<std::uint32_t>(l);
+      if constexpr (kBySteepness)
+        return limit(density, target, share, here, steepness[l]);
+      else
+        return limit(density, target, share, here);
+    };
     std::array<Wide, kLanes> from, to;
     for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float share = 0.5F + d[l] * per_share;
-      const Wide target = nearest(isovalue + d[l] * per_metre);
-      const Wide cut = limit(from[l], target, share < 1.0F ? share : 1.0F, voxel + static_cast<std::uint32_t>(l));
+      Wide target = nearest(isovalue + d[l] * per_metre);
+      if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
+      const Wide cut = limited(l, from[l], target, share < 1.0F ? share : 1.0F);
       const Wide within = d[l] < reach ? cut : from[l];
       const Wide mine = static_cast<int>(l) < count ? within : from[l];
       to[l] = mine < from[l] ? mine : from[l];

@@ -20,6 +20,19 @@ struct DepthOptions {
   }
 };
 
+namespace detail {
+/// A limit by steepness, where that is the same everywhere: of depths, but for those that say no more than "deeper".
+template <class Limit>
+struct EvenlySteep {
+  Limit limit;
+  float steepness;
+  int deepest;
+  [[nodiscard]] int operator()(int old, int target, float share, std::uint32_t voxel) const noexcept {
+    return old < deepest ? limit(old, target, share, voxel, steepness) : old;
+  }
+};
+}  // namespace detail
+
 /// Signed depth in bone on the voxels' own lattice: positive in bone, the distance to its surface, which is where the
 /// trilinear density meets the isovalue. 16 bit in steps of 1/256 voxel. One sample of it says how deep a point is and
 /// where the way out is, which takes a search in the densities; and outside it bounds how far bone is.
@@ -30,7 +43,7 @@ struct DepthOptions {
 ///
 /// *Cut* together with the bone: inside, the depth of A without B is min(depth in A, distance to B), which a cut does
 /// voxel by voxel and exactly, as far as the reach. Outside, depths stay what they were or fall: there they are bounds
-/// of the distance to bone, not distances. A cut by rate lowers the depth in `follow`.
+/// of the distance to bone, not distances. A cut by rate lowers the depth in `follow`, one by speed in `recede`.
 ///
 /// Threads: as a VoxelGrid has it; the map is the haptic thread's.
 class DepthMap {
@@ -66,6 +79,22 @@ class DepthMap {
                           .run());
   }
 
+  /// Lets depths follow a cut that lets the surface recede at a speed: those within reach fall alike where the cutter
+  /// covers them, and all there and beside it to at most a neighbour's depth and the way to it. Haptic thread; no
+  /// allocation; work bounded by the cutter's box.
+  template <Cutter C, class Policy>
+  void recede(const C& cutter, const Policy& policy, const CutAllowance& allowance) noexcept {
+    const detail::EvenlySteep<typename Policy::template Limit<std::int16_t>> limit{
+        policy.template limit<std::int16_t>(allowance), static_cast<float>(1 / unit_),
+        static_cast<int>(reach_ / unit_ - 0.5)};
+    const double slope = kPerVoxel * grid_.spacing().maxCoeff() / grid_.spacing().minCoeff();
+    const std::uint64_t edits = grid_.edit_count();
+    static_cast<void>(detail::Cut<std::int16_t, C, std::remove_const_t<decltype(limit)>>(
+                          grid_, 0, slope, cut_reach(grid_.spacing()), cutter, limit)
+                          .run());
+    if (grid_.edit_count() != edits) keep_slopes(VoxelBox(grid_.last_edit()));
+  }
+
   /// Lowers depths to what densities allow that were lowered by anything else than a whole cut: in `box` to at most
   /// (ρ − iso) / slope voxels, the ramp that cuts leave; and there and beside it to at most a neighbour's depth and the
   /// way to it. Haptic thread; no allocation; work bounded by the box.
@@ -80,12 +109,7 @@ class DepthMap {
       for (std::size_t l = 0; l < value.size(); ++l)
         value[l] = std::min(value[l], at_most(per_density * (static_cast<float>(density[l]) - iso)));
     });
-    Ways ways;
-    for (int n = 0; n < 8; ++n) {
-      const Vec3d step = grid_.spacing().cwiseProduct(Vec3d(n & 1, (n >> 1) & 1, n >> 2)) / unit_;
-      ways[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(std::min(std::ceil(step.norm()), 16000.0));
-    }
-    lower(box, 2, [&](int i, int j, int k, const auto& old, auto& value) { keep_slope(i, j, k, ways, old, value); });
+    keep_slopes(box);
   }
 
   /// The depths as they were made; see VoxelGrid::restore. Throws std::invalid_argument without `keep_original`.
@@ -114,6 +138,16 @@ class DepthMap {
     const float b = bound < kEnd ? (bound > -kEnd ? bound : -kEnd) : kEnd;
     const int whole = static_cast<int>(b);
     return static_cast<std::int16_t>(static_cast<float>(whole) > b ? whole - 1 : whole);
+  }
+
+  /// In `box` and beside it.
+  void keep_slopes(const VoxelBox& box) noexcept {
+    Ways ways;
+    for (int n = 0; n < 8; ++n) {
+      const Vec3d step = grid_.spacing().cwiseProduct(Vec3d(n & 1, (n >> 1) & 1, n >> 2)) / unit_;
+      ways[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(std::min(std::ceil(step.norm()), 16000.0));
+    }
+    lower(box, 2, [&](int i, int j, int k, const auto& old, auto& value) { keep_slope(i, j, k, ways, old, value); });
   }
 
   /// Lowers depths in bone to at most a neighbour's and the way to it.
@@ -194,6 +228,8 @@ double carve(BoneWithDepth<Density>& bone, double isovalue, const C& cutter, con
   if (bone.bone().edit_count() == edits) return removed;
   if constexpr (std::is_same_v<Policy, GeometricCut>)
     bone.depth().cut(cutter);
+  else if constexpr (LimitBySteepness<typename Policy::template Limit<Density>, WideDensity<Density>>)
+    bone.depth().recede(cutter, policy, allowance);
   else
     bone.follow(isovalue, slope);
   return removed;

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: MIT
+// Bone whose surface recedes at a speed under the cutter: AdvancingCut, on densities and on depths.
+#include "support/malloc_hook.hpp"
+#include "support/poses.hpp"
+#include "support/raster.hpp"
+#include "voxel/fields.hpp"
+
+#include <trephine/contact/depth_field.hpp>
+#include <trephine/stage/milling.hpp>
+#include <trephine/voxel/density_field.hpp>
+#include <trephine/voxel/depth_map.hpp>
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr double kVoxel = 3e-4;
+constexpr double kIso = 127.5;
+constexpr double kDt = 1e-3;
+
+/// Bone below z = `top` voxels, its edge a ramp of `slope` densities a voxel between `air` and `bone`.
+template <VoxelDensity Density>
+VoxelGrid<Density> ramp(double top, double slope, double air = 10, double bone = 245) {
+  return make_grid<Density>({.size = {32, 32, 40}, .spacing = Vec3d::Constant(kVoxel), .outside = air},
+                            [&](int, int, int k) { return std::clamp(kIso + slope * (top - k), air, bone); });
+}
+
+/// Height of the surface over the grid's middle [m], looked for from above.
+template <class Field>
+double height(const Field& field, const Vec3d& middle, double from) {
+  double z = from;
+  while (z > 0 && field.value(Vec3d(middle.x(), middle.y(), z)) < 0) z -= 1e-6;
+  return z;
+}
+
+template <VoxelDensity Density, class Policy>
+double cut(VoxelGrid<Density>& grid, const Vec3d& p, double radius, const Policy& policy, std::uint32_t tick) {
+  return carve(grid, kIso, SphereCutter(p, p, radius), policy, {.dt = kDt, .tick = tick});
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("advancing: the surface recedes at the speed, on every contrast", Density, std::uint8_t,
+                   std::int16_t, float) {
+  constexpr double kSpeed = 1e-3;
+  constexpr int kTicks = 600;  // two voxels
+  for (const double slope : {20.0, 50.0, 110.0}) {
+    auto grid = ramp<Density>(20.3, slope);
+    const Vec3d p = kVoxel * Vec3d(16, 16, 20);
+    const DensityField<Density, double> field(grid, kIso);
+    const double before = height(field, p, 30 * kVoxel);
+    double most = 0, last = before;
+    for (int t = 0; t < kTicks; ++t) {
+      (void)cut(grid, p, 9 * kVoxel, AdvancingCut{.speed = kSpeed}, static_cast<std::uint32_t>(t));
+      const double now = height(field, p, 30 * kVoxel);
+      most = std::max(most, std::abs(last - now));
+      last = now;
+    }
+    CAPTURE(slope);
+    constexpr double kRounding = 0.07;  // a sharp edge is rounded first
+    CHECK(std::abs((before - last) / (kSpeed * kDt * kTicks) - 1) <= kRounding);
+    CHECK(most <= 0.1 * kVoxel);  // a density or two of the ramp: integers fall by whole ones
+  }
+}
+
+TEST_CASE("advancing: bone ahead of the surface keeps its densities, and nothing lets go at once") {
+  const Vec3d p = kVoxel * Vec3d(16, 16, 20);
+  const auto greatest_step = [&](const auto& policy, int ticks, bool& kept) {
+    auto grid = ramp<std::uint8_t>(20.3, 80);
+    const int ahead = grid.at(16, 16, 14);
+    const DensityField<std::uint8_t, double> field(grid, kIso);
+    double step = 0, last = height(field, p, 30 * kVoxel);
+    for (int t = 0; t < ticks; ++t) {
+      (void)cut(grid, p, 9 * kVoxel, policy, static_cast<std::uint32_t>(t));
+      const double now = height(field, p, 30 * kVoxel);
+      step = std::max(step, last - now);
+      last = now;
+    }
+    kept = grid.at(16, 16, 14) >= ahead - 2;  // integers fall by whole ones now and then
+    return step;
+  };
+  bool kept = false;
+  CHECK(greatest_step(AdvancingCut{.speed = 1e-3}, 450, kept) <= 0.1 * kVoxel);
+  CHECK(kept);
+  // What wears all that the burr covers alike goes through it in a tick.
+  CHECK(greatest_step(RateLimitedCut<>{.rate = 150}, 900, kept) > kVoxel);
+  CHECK_FALSE(kept);
+}
+
+TEST_CASE("advancing: adds no bone, goes no farther than the geometric cut and gets there") {
+  auto slow = ramp<std::uint8_t>(20.3, 40);
+  auto whole = ramp<std::uint8_t>(20.3, 40);
+  const Vec3d p = kVoxel * Vec3d(16.2, 15.7, 19.4);
+  constexpr double kRadius = 5 * kVoxel;
+  double removed = 0;
+  int added = 0, farther = 0;
+  const double all = cut(whole, p, kRadius, GeometricCut{}, 0);
+  const auto target = copy_of(whole);
+  for (std::uint32_t t = 0; t < 3000; ++t) {
+    const auto before = copy_of(slow);
+    removed += cut(slow, p, kRadius, AdvancingCut{.speed = 2e-3}, t);
+    const auto after = copy_of(slow);
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      added += after[i] > before[i];
+      farther += after[i] < kIso && target[i] >= kIso;
+    }
+  }
+  CHECK(added == 0);
+  CHECK(farther == 0);
+  CHECK(removed == doctest::Approx(all).epsilon(0.05));
+}
+
+TEST_CASE("advancing: depths recede with the densities, by a voxel's way a voxel") {
+  RasterOptions o{.size = {40, 40, 40}};
+  auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle() + Vec3d(0, 0, kVoxel), Vec3d::UnitZ()}, o);
+  DepthMap map(bone, o.isovalue());
+  BoneWithDepth both(bone, map);
+  const SphereCutter cutter(o.middle(), o.middle(), 5 * kVoxel);
+  const DensityField<std::uint8_t, double> density(bone, o.isovalue());
+  const DepthField<double> depth(map);
+  double off = 0, step = 0, last = height(depth, o.middle(), o.middle().z() + 4 * kVoxel);
+  const double start = last;
+  for (std::uint32_t tick = 0; tick < 900; ++tick) {
+    static_cast<void>(carve(both, o.isovalue(), cutter, AdvancingCut{}, CutAllowance{.dt = kDt, .tick = tick}));
+    const double now = height(depth, o.middle(), o.middle().z() + 4 * kVoxel);
+    step = std::max(step, last - now);
+    last = now;
+    off = std::max(off, std::abs(now - height(density, o.middle(), o.middle().z() + 4 * kVoxel)));
+  }
+  CHECK(std::abs((start - last) / 900e-6 - 1) <= 0.05);
+  CHECK(step <= 0.03 * kVoxel);  // steps of depth, dithered
+  CHECK(off <= 0.25 * kVoxel);
+  // In bone nothing is deeper than its neighbour and the way to it.
+  const auto& grid = map.grid();
+  double steepest = 0;
+  for (int k = 8; k < 31; ++k)
+    for (int j = 8; j < 32; ++j)
+      for (int i = 8; i < 32; ++i)
+        if (grid.at(i, j, k) > 0)
+          for (const int above : {grid.at(i + 1, j, k), grid.at(i, j + 1, k), grid.at(i, j, k + 1)})
+            steepest = std::max(steepest, static_cast<double>(grid.at(i, j, k) - std::max(above, 0)));
+  CHECK(steepest <= DepthMap::kPerVoxel + 3);
+}
+
+TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refuses what cannot be") {
+  const Vec3d p = kVoxel * Vec3d(16, 16, 20);
+  const auto run = [&](const AdvancingCut& policy, double force) {
+    auto grid = ramp<std::uint8_t>(20.3, 40);
+    double removed = 0;
+    const auto heap = heap_calls([&] {
+      for (std::uint32_t t = 0; t < 200; ++t)
+        removed += carve(grid, kIso, SphereCutter(p, p, 5 * kVoxel), policy, {.dt = kDt, .force_N = force, .tick = t});
+    });
+    CHECK(heap == 0);
+    return std::pair(removed, copy_of(grid));
+  };
+  const AdvancingCut pressed{.speed = 1e-3, .reference_force = 2};
+  const auto once = run(pressed, 2);
+  CHECK(run(pressed, 2) == once);
+  CHECK(run(AdvancingCut{.speed = 1e-3}, 0) == once);
+  CHECK(run(pressed, 1).first == doctest::Approx(run(AdvancingCut{.speed = 0.5e-3}, 0).first));
+  CHECK(run(pressed, 0).first == 0);
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {0.0, -1.0, nan, inf}) {
+    CHECK_THROWS_WITH_AS((Milling{AdvancingCut{.speed = bad}}),
+                         doctest::Contains("trephine::AdvancingCut: speed must be > 0"), std::invalid_argument);
+    CHECK_THROWS_AS((Milling{AdvancingCut{.most_force_factor = bad}}), std::invalid_argument);
+  }
+  CHECK_THROWS_AS((Milling{AdvancingCut{.reference_force = -1}}), std::invalid_argument);
+  static_assert(Carver<Milling<AdvancingCut>, VoxelGrid<float>>);
+  static_assert(Carver<Milling<AdvancingCut>, BoneWithDepth<std::int16_t>>);
+}
