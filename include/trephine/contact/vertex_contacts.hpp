@@ -207,18 +207,24 @@ class VertexContacts {
   }
 
   /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
-  /// points to within a fifth of the angle that is left.
+  /// points to within a fifth of the angle that is left. Places just outside glide too: where only those in bone did,
+  /// a place would jump into it. They keep the interpolant's own gradient, which tells how soon a step will touch.
   template <PenetrationField Field>
-  void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int vertex, Vec3<Scalar>& lever,
-                   Scalar& value, Vec3<Scalar>& gradient) const noexcept {
-    const Mat3<Scalar> R = X.linear();
-    const Vec3<Scalar> better = R * glided(tool, R, vertex, gradient);
-    const Vec3<Scalar> p_G = X.translation() + better;
-    const Scalar there = field.value(p_G);
-    if (!(there > value)) return;
-    lever = better;
-    value = there;
-    gradient = steady(field, p_G, field.gradient(p_G));
+  void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    Vec3<Scalar> plain = gradients_[place];
+    Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
+    if (again_) {
+      const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
+      const Vec3<Scalar> p_G = X * better;
+      if (const Scalar there = field.value(p_G); there > values_[j]) {
+        places_.put(place, better);
+        values_[j] = there;
+        plain = field.gradient(p_G);
+        if (there > Scalar(0)) smooth = steady(field, p_G, plain);
+      }
+    }
+    gradients_.put(place, values_[j] > Scalar(0) ? smooth : plain);
   }
 
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
@@ -238,28 +244,26 @@ class VertexContacts {
       for (int j = 0; again_ && j < place_count_; ++j) glide_back(field, tool, X, j);
       gradients(field, X);
     }
+    const Scalar outside = Scalar(-0.5) * field.voxel() / metres;  // of the near ones the farthest
+    if constexpr (Vertices::kGlide)
+      for (int j = 0; j < place_count_; ++j)
+        if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
+          glide_again(field, tool, X, j);
     for (int j = 0; j < place_count_; ++j) {
-      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
-      Scalar value = values_[static_cast<std::size_t>(j)];
-      if (!(value > Scalar(0))) {
-        double& clearance = clearances_[near_.group_of(vertex)];
+      const Scalar value = values_[static_cast<std::size_t>(j)];
+      if (value > Scalar(0)) {
+        keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
+      } else {
+        double& clearance = clearances_[near_.group_of(place_vertices_[static_cast<std::size_t>(j)])];
         clearance = std::min(clearance, static_cast<double>(field.clearance(value)));
-        continue;
       }
-      Vec3<Scalar> lever = R * places_[j];
-      Vec3<Scalar> gradient = gradients_[j];
-      if constexpr (Vertices::kGlide) {
-        gradient = steady(field, X.translation() + lever, gradient);
-        if (again_) glide_again(field, tool, X, vertex, lever, value, gradient);
-      }
-      keep(j, value * metres, Vec3<Scalar>(-metres * gradient), lever);
     }
     touching_ = found_count_;
     if constexpr (Vertices::kGlide)
       for (int j = 0; j < place_count_; ++j) {
-        const Scalar depth = metres * values_[static_cast<std::size_t>(j)];
-        if (depth > Scalar(0) || depth < Scalar(-0.5) * field.voxel()) continue;
-        keep(j, depth, Vec3<Scalar>(-metres * gradients_[j]), Vec3<Scalar>(R * places_[j]));
+        const Scalar value = values_[static_cast<std::size_t>(j)];
+        if (value > Scalar(0) || value < outside) continue;
+        keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
       }
   }
 
