@@ -54,7 +54,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr double kFarthestFollow = 300;
   /// [voxels]: motion below it ends a tick's search, of what touches and of what the coupling weighs. Vertices that
   /// touch nothing have no say in it: a shaft in air changes no bit of what a tool without one answers, as long as no
-  /// step takes it farther than the depths reach.
+  /// step takes it farther than the depths know to be free.
   static constexpr double kSmallestStep = 1e-3;
 
   /// Throws std::invalid_argument for options outside their range.
