@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
 #include "speed/kernels.hpp"
+#include "speed/levels.hpp"
 #include "speed/others.hpp"
 #include "speed/run.hpp"
 #include "studies/arguments.hpp"
@@ -466,6 +467,9 @@ void measure_speed(const Options& options, const Scene& scene) {
     }
   }
 
+  for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
+  for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
+
   run.add("carving", [c = std::make_shared<Carving>(0)] { c->prepare(), (*c)(); });
   run.add("carving depths", [c = std::make_shared<Carving>(4)] { c->prepare(), (*c)(); });
 
@@ -507,6 +511,8 @@ void measure_speed(const Options& options, const Scene& scene) {
                    "line, " + where + ", all sampled", 0);
   report.at_most("Line moving beyond the grid / all sampled", "line, beyond the grid",
                  "line, beyond the grid, all sampled", 0);
+  for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
+    report.at_most("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
   for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving", "carving depths"})
     report.figure(name, name);
 }
