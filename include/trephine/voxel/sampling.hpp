@@ -107,8 +107,10 @@ struct CellBatch {
 
   /// Of the first m points (a multiple of kLane), at A p + t in voxel coordinates. Two plain loops (map, load) over
   /// separate arrays, which compilers vectorise; pairs of neighbouring voxels are loaded together.
-  void load(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
-            const Scalar* y, const Scalar* z, std::size_t m) noexcept {
+  /// Inlined, because g++ -O2 else takes the arrays for ones that the points may lie in, and stays scalar: three times
+  /// the time.
+  [[gnu::always_inline]] void load(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t,
+                                   const Scalar* x, const Scalar* y, const Scalar* z, std::size_t m) noexcept {
     const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
     const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
     const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
