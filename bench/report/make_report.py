@@ -130,7 +130,7 @@ def main():
                                           "no other beats in both error and time."))
         others = [figure(plots.convergence(folder, t["convergence"], t["orders"]), "Orders of convergence; every one expected to be at least 1."),
                   figure(plots.thesis_rates(folder, t["thesis_rates"]), "The thesis' Figures 26 and 29, its rates beside ours."),
-                  figure(plots.speed_by_voxel(folder, t["speed"]), "A tick's cost on finer voxels, the tool the same in metres."),
+                  figure(plots.speed_by_voxel(folder, t["speed"]), "A tick's cost on finer voxels, the tool the same in metres, beside how CHAI3D's grows (measured on another machine)."),
                   figure(plots.feature_cost(folder, t["features"], t["features_spread"]),
                          "A bar from 1: what listing a neutral feature costs. Between the dashed lines a scene differs from itself."),
                   figure(plots.force_depth(folder, t["force_depth"]), "What the stated stiffness means: every law passes K R/2 at half its radius.")]
