@@ -26,18 +26,20 @@ struct CoupledOptions {
   double bite = 1;
 
   static constexpr double kContactShare = 50;  ///< least k_c / k_v
+  static constexpr double kMost = 1e12;        ///< of each gain: squares of what follows from it are single precision's
   /// k_c of each vertex [N/m] in voxels of this size [m].
   [[nodiscard]] double contact_stiffness(double voxel) const noexcept {
-    return std::max(4 * force / voxel, kContactShare * stiffness);
+    return std::min(std::max(4 * force / voxel, kContactShare * stiffness), kContactShare * kMost);
   }
 
   void validate() const {
-    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
-    if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 N/m", stiffness);
-    if (!(rotational_stiffness > 0))
-      refuse("CoupledOptions", "rotational_stiffness must be > 0 N·m/rad", rotational_stiffness);
-    if (!positive(force)) refuse("CoupledOptions", "force must be > 0 N", force);
-    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 N·m", torque);
+    const auto positive = [](double v) { return v > 0 && v <= kMost; };
+    if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 and at most 1e12 N/m", stiffness);
+    if (!positive(rotational_stiffness) && !(rotational_stiffness > 0 && std::isinf(rotational_stiffness)))
+      refuse("CoupledOptions", "rotational_stiffness must be > 0 and at most 1e12 N·m/rad, or infinite",
+             rotational_stiffness);
+    if (!positive(force)) refuse("CoupledOptions", "force must be > 0 and at most 1e12 N", force);
+    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 and at most 1e12 N·m", torque);
     if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
     if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
   }
