@@ -171,7 +171,7 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 <h2>Speed</h2>
 {plain(t['speed'], ['measure', 'compiler', 'march', 'ns', 'reference_ns', 'ratio', 'target', 'met'], 'Each beside its reference in one interleaved run; medians. A group whose centre is in bone takes samples one by one, each where the one before tells: its own samples, taken so, bound what its tick can reach')}
 {plain(t['speed_spread'], ['case', 'compiler', 'march', 'p50_ns', 'p99_ns', 'p999_ns', 'max_ns', 'samples_bound'], 'Worst cases, tick by tick; the longest are the operating system')}
-{plain(t['speed_servo'], ['renderer', 'rate_Hz', 'voxel_mm', 'compiler', 'march', 'share_within_period', 'p50_ns', 'p999_ns'], 'Share of ticks, carving included, whose own work fits the period')}
+{plain(t['speed_servo'], ['renderer', 'rate_Hz', 'voxel_mm', 'compiler', 'march', 'share_within_period', 'p50_ns', 'p999_ns', 'missed_periods', 'lateness_p50_ns', 'lateness_p999_ns'], 'A servo loop that spins, on a simulated device: share of ticks, carving included, whose own work fits the period; apart, periods missed and how late ticks began')}
 {plain(t['speed_memory'], ['voxels', 'density', 'grid_MB', 'bytes_per_voxel', 'without_original_MB', 'air_map_MB'], 'Memory of a cube of so many voxels a side')}
 <h2>Leaving out</h2>
 {plain(t['features'], ['renderer', 'feature', 'tick_ns_without', 'tick_ns_with', 'ratio', 'bytes_without', 'bytes_with', 'text_bytes_without', 'text_bytes_with', 'outputs_identical'], 'Scenes without a feature, and with it listed and neutral; the ratio is the median over pairs that ran one after the other')}
