@@ -56,6 +56,9 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// touch nothing have no say in it: a shaft in air changes no bit of what a tool without one answers, as long as no
   /// step takes it farther than the depths know to be free.
   static constexpr double kSmallestStep = 1e-3;
+  /// The same with friction, whose springs keep what a search leaves open from tick to tick: a shaft held in a hole
+  /// rests at all that theory allows, with the other at two thirds.
+  static constexpr double kSmallestStepWithFriction = 2e-4;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
@@ -132,6 +135,9 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
+  [[nodiscard]] double smallest_step() const noexcept {
+    return (friction_.holds() ? kSmallestStepWithFriction : kSmallestStep) * voxel_;
+  }
   /// Whether the virtual tool finds its rotation by itself.
   [[nodiscard]] bool turns() const noexcept { return kDof == 6 && std::isfinite(options_.rotational_stiffness); }
   [[nodiscard]] CouplingSpring coupling() const noexcept {
@@ -203,7 +209,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       const Step step = next_step();
       const double way = damping * step.template head<3>().norm(), turn = damping * step.template tail<3>().norm();
       met_ = met_ || pressing_;
-      if (way + turn * lever_ <= kSmallestStep * voxel_) {
+      if (way + turn * lever_ <= smallest_step()) {
         if (rest_at(field, best, now, X_device)) return true;
         if (!friction_.holds()) {
           last_step_ = damping * step;
