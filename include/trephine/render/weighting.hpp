@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/tool/patch.hpp>
 
 #include <algorithm>
 #include <concepts>
