@@ -50,7 +50,7 @@ TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, 
         SurfaceApproxRenderer<float, PatchWeights> renderer{tool, SurfaceOptions{.thesis_stiffness = k}};
         Random random(17);
         std::vector<double> errors, degrees;
-        while (errors.size() < 60) {
+        while (errors.size() < 600) {
           const Vec3d axis = random.unit();
           if (axis.z() < 0.5) continue;  // the shaft stays out
           const Vec3d centre = m + Vec3d(0, 0, r - depth);
@@ -66,17 +66,17 @@ TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, 
           degrees.push_back(angle_deg(force, exact));
         }
         std::sort(errors.begin(), errors.end());
+        std::sort(degrees.begin(), degrees.end());
         CAPTURE(std::string(bone.name));
         CAPTURE(count);
         CAPTURE(depth);
-        const double degrees_most = *std::max_element(degrees.begin(), degrees.end());
-        MESSAGE(std::string(bone.name), ", ", count, " vertices, ", depth / r, " radii deep: force p95 ", errors[57],
-                ", direction at most ", degrees_most, " deg");
+        MESSAGE(std::string(bone.name), ", ", count, " vertices, ", depth / r, " radii deep: force p95 ", errors[570],
+                ", direction p95 ", degrees[570], " deg");
         // The trilinear surface of a bent one lies off it by h² / 6R on the mean, and force grows with depth squared.
         const double h = o.spacing.x();
         const double image = bone.radius > 0 ? 2 * h * h / (6 * bone.radius * depth) : 0;
-        CHECK(errors[57] <= image + (count == 200 ? 0.01 : depth > 0.3 * r ? 0.05 : 0.11));
-        CHECK(degrees_most <= (count == 26 ? 3 : 0.5));
+        CHECK(errors[570] <= image + (count == 200 ? 0.011 : depth > 0.3 * r ? 0.055 : 0.12));
+        CHECK(degrees[570] <= (count == 26 ? 2.5 : 0.4));
       }
   }
 }
