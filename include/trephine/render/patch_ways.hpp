@@ -63,6 +63,7 @@ class PatchWays {
       if (!(surface.steepest > Scalar(0))) continue;
       const Bend<Scalar> bend = surface.bend(Scalar(1) / patch(i).reach());
       if (!place.inside && !settle(tool, i, surface.steepest, bend, place)) continue;
+      place.depth += image_shift(field, patch(i), bend);
       PatchPull<Scalar>& p = pulls_[static_cast<std::size_t>(i)];
       Scalar& mine = way[static_cast<std::size_t>(i)];
       p = pull(tool, i, place, bend);
@@ -196,6 +197,15 @@ class PatchWays {
     return std::clamp((place.steepness / steepest - Scalar(0.2)) / Scalar(0.4), Scalar(0), Scalar(1));
   }
 
+  // How far inside the bone its trilinear image lies on the mean: h²/12 of the sum of its principal curvatures, which
+  // is h²/6R for a ball.
+  template <ContactField Field>
+  [[nodiscard]] static Scalar image_shift(const Field& field, const Patch<Scalar>& patch,
+                                          const Bend<Scalar>& bend) noexcept {
+    const Scalar curvatures = patch.disc > Scalar(0) ? Scalar(2) * bend.arc : bend.arc + bend.length;
+    return field.voxel() * field.voxel() / Scalar(12) * curvatures;
+  }
+
   // Depth and normal of a vertex outside. Far down a blurred edge density falls short of a straight line (of a Gaussian
   // edge by nearly the logarithm below), and is flat at last: what it cannot tell the neighbours' planes do. False: no
   // surface is known there.
@@ -220,7 +230,9 @@ class PatchWays {
       normal += weight * (there->normal + bent * aside);
     }
     if (!(sum > Scalar(0))) return place.near;
-    place.depth = own * place.depth + (Scalar(1) - own) * depth / sum;
+    // Beyond an edge the neighbours' bone has ended: no nearer than a straight line down to this density.
+    const Scalar least = place.value / steepest;
+    place.depth = std::min(own * place.depth + (Scalar(1) - own) * depth / sum, least);
     place.normal = (own * place.normal + (Scalar(1) - own) / sum * normal).normalized();
     return true;
   }
