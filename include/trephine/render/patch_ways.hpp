@@ -202,6 +202,7 @@ class PatchWays {
   template <ContactField Field>
   [[nodiscard]] static Scalar image_shift(const Field& field, const Patch<Scalar>& patch,
                                           const Bend<Scalar>& bend) noexcept {
+    if constexpr (!requires { requires Field::kTrilinear; }) return Scalar(0);
     const Scalar curvatures = patch.disc > Scalar(0) ? Scalar(2) * bend.arc : bend.arc + bend.length;
     return field.voxel() * field.voxel() / Scalar(12) * curvatures;
   }

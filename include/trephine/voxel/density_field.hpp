@@ -28,6 +28,7 @@ template <VoxelDensity Density, RealScalar S, GradientPolicy GradientChoice = An
 class DensityField {
  public:
   using Scalar = S;
+  static constexpr bool kTrilinear = true;  ///< values lie between the voxels' as a trilinear interpolant's do
   static constexpr bool kSmoothNormals = GradientChoice::kSmooth;
 
   DensityField(const VoxelGrid<Density>& grid, double isovalue) noexcept
