@@ -21,16 +21,16 @@ def microseconds(value):
     return "–" if value is None or math.isnan(value) else f"{value / 1e3:.3g} µs"
 
 
-def recommended(sweep, scenarios, renderer, variant, most_ns):
-    """The setting of a variant with the least worst force error over the scenarios among those within a time."""
+def recommended(sweep, scenarios, renderer, variant, most_ns, voxel_mm=0.3, key="force_error_rel_p95"):
+    """The setting of a variant with the least worst error over the scenarios among those within a time."""
     best = None
-    rows = sweep.where(renderer=renderer, variant=variant, error_kind="discretisation", field=tables.DEFAULT_FIELD, voxel_mm=0.3, scalar="float", steps="1/2vx")
+    rows = sweep.where(renderer=renderer, variant=variant, error_kind="discretisation", field=tables.DEFAULT_FIELD, voxel_mm=voxel_mm, scalar="float", steps="1/2vx")
     settings = {(r["vertices"], r["slices"], r["per_slice"]) for r in rows}
     for setting in settings:
         mine = [r for r in rows if (r["vertices"], r["slices"], r["per_slice"]) == setting and r["scenario"] in scenarios]
         if {r["scenario"] for r in mine} != set(scenarios) or tables.worst(mine, "tick_ns_median") > most_ns:
             continue
-        error = tables.worst(mine, "force_error_rel_p95")
+        error = tables.worst(mine, key)
         if best is None or error < best[0]:
             best = (error, setting, mine)
     return best
@@ -116,21 +116,16 @@ def goals(sweep, t):
     shafts = [s for s in tables.SMOOTH_SHAFTS if sweep.where(scenario=s)]
     for voxel, radius in ((0.3, "2.7"), (0.15, "5.3")):
         for renderer, variant, most in (("line", tables.LINE_DEFAULT, 50e3), ("surface", tables.SURFACE_DEFAULT, 20e3), ("surface", tables.SURFACE_PATCH, 20e3)):
-            rows_all = sweep.where(renderer=renderer, variant=variant, error_kind="discretisation", field=tables.DEFAULT_FIELD, voxel_mm=voxel, scalar="float", steps="1/2vx")
-            best = None
-            for setting in {(r["vertices"], r["slices"], r["per_slice"]) for r in rows_all}:
-                mine = [r for r in rows_all if (r["vertices"], r["slices"], r["per_slice"]) == setting and r["scenario"] in shafts]
-                if {r["scenario"] for r in mine} != set(shafts) or tables.worst(mine, "tick_ns_median") > most:
-                    continue
-                error = tables.worst(mine, "torque_error_rel_p95")
-                if best is None or error < best[0]:
-                    best = (error, setting, mine)
-            if best:
-                counts = f"{best[1][0]:.0f} vertices" if renderer == "line" else f"{best[1][0]:.0f} + {best[1][1]:.0f} x {best[1][2]:.0f}"
-                name = renderer.capitalize() + (", patches" if variant == tables.SURFACE_PATCH else "")
-                found.append(Goal(f"{name}, shaft ({radius} voxels radius) on smooth shapes, {counts}: torque p95, direction p99", "2 %, 2°",
-                                  f"{percent(best[0])}, {degrees(tables.worst(best[2], 'direction_error_deg_p99'))} in {microseconds(tables.worst(best[2], 'tick_ns_median'))}",
-                                  best[0] <= 0.02 and tables.worst(best[2], "direction_error_deg_p99") <= 2))
+            best = recommended(sweep, shafts, renderer, variant, most, voxel, "torque_error_rel_p95")
+            if not best:
+                continue
+            error, (sphere, slices, per_slice), rows = best
+            direction = tables.worst(rows, "direction_error_deg_p99")
+            counts = f"{sphere:.0f} vertices" if renderer == "line" else f"{sphere:.0f} + {slices:.0f} x {per_slice:.0f}"
+            name = renderer.capitalize() + (", patches" if variant == tables.SURFACE_PATCH else "")
+            found.append(Goal(f"{name}, shaft ({radius} voxels radius) on smooth shapes, {counts}: torque p95, direction p99", "2 %, 2°",
+                              f"{percent(error)}, {degrees(direction)} in {microseconds(tables.worst(rows, 'tick_ns_median'))}",
+                              error <= 0.02 and direction <= 2))
     line_model = tables.worst([r for r in (sweep.at_defaults(s, tables.LINE_DEFAULT, "model") for s in tips) if r], "direction_error_deg_p99")
     for what, value in ((f"Line, 50 vertices", line_model),
                         ("Surface, the thesis' 207", tables.worst([r for r in (sweep.at_defaults(s, tables.SURFACE_DEFAULT, "model") for s in tips) if r], "direction_error_deg_p99")),
