@@ -62,17 +62,6 @@ Site block() {
   return s;
 }
 
-std::shared_ptr<Bone> with_gradients(const Bone& bone) {
-  const auto& n = bone.size();
-  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
-                                   static_cast<std::size_t>(n[2]));
-  bone.copy_voxels(voxels);
-  return std::make_shared<Bone>(
-      GridGeometry{
-          .size = n, .spacing = bone.spacing(), .X_WG = bone.X_WG(), .outside = static_cast<double>(bone.outside())},
-      std::span<const std::int16_t>(voxels), GridOptions{.stored_gradients = true});
-}
-
 Site from(drill::Bone bone) {
   const drill::Spot spot = drill::find_spot(bone);
   Site s{

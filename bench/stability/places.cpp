@@ -34,30 +34,28 @@ std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape
   return std::make_shared<Bone>(rasterise<std::int16_t>([&](const Vec3d& p) { return shape(p - middle); }, o));
 }
 
-Sample::Sample(const Place& place, double half) {
+Bone round(const Place& place, double half) {
   const Bone& bone = *place.bone;
   const Vec3d middle = (bone.X_WG().inverse() * place.touching.translation()).cwiseQuotient(bone.spacing());
-  std::array<int, 3> lo, hi;
+  VoxelBox box;
   for (int a = 0; a < 3; ++a) {
-    const auto i = static_cast<std::size_t>(a);
     const int reach = static_cast<int>(std::ceil(half / bone.spacing()[a]));
     const int at = static_cast<int>(std::lround(middle[a]));
-    lo[i] = std::max(0, at - reach);
-    hi[i] = std::min(bone.size()[i] - 1, at + reach);
-    geometry_.size[i] = hi[i] - lo[i] + 1;
+    box.lo[static_cast<std::size_t>(a)] = at - reach;
+    box.hi[static_cast<std::size_t>(a)] = at + reach;
   }
-  geometry_.spacing = bone.spacing();
-  geometry_.X_WG = bone.X_WG();
-  geometry_.X_WG.translation() = bone.X_WG() * Vec3d(lo[0], lo[1], lo[2]).cwiseProduct(bone.spacing());
-  geometry_.outside = static_cast<double>(bone.outside());
-  for (int k = lo[2]; k <= hi[2]; ++k)
-    for (int j = lo[1]; j <= hi[1]; ++j)
-      for (int i = lo[0]; i <= hi[0]; ++i) voxels_.push_back(bone.at(i, j, k));
+  return bone.cropped(box);
 }
 
-std::shared_ptr<Bone> Sample::fresh() const {
-  return std::make_shared<Bone>(geometry_, std::span<const std::int16_t>(voxels_),
-                                GridOptions{.keep_original = false, .stored_gradients = true});
+std::shared_ptr<Bone> with_gradients(const Bone& bone) {
+  const auto& n = bone.size();
+  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
+                                   static_cast<std::size_t>(n[2]));
+  bone.copy_voxels(voxels);
+  return std::make_shared<Bone>(
+      GridGeometry{
+          .size = n, .spacing = bone.spacing(), .X_WG = bone.X_WG(), .outside = static_cast<double>(bone.outside())},
+      std::span<const std::int16_t>(voxels), GridOptions{.stored_gradients = true});
 }
 
 std::vector<std::string> place_names() {

@@ -39,16 +39,10 @@ struct Place {
 /// there. The bone is the place's own.
 [[nodiscard]] Place scanned_place(const std::string& skull, bool milled);
 
-/// Scanned bone round the place, `half` [m] to each side, with stored gradients: what each run may carve anew.
-class Sample {
- public:
-  Sample(const Place& place, double half);
-  [[nodiscard]] std::shared_ptr<Bone> fresh() const;
-
- private:
-  GridGeometry geometry_{};
-  std::vector<std::int16_t> voxels_;
-};
+/// Scanned bone round the place, `half` [m] to each side.
+[[nodiscard]] Bone round(const Place& place, double half);
+/// A copy with stored gradients: what a run may carve, and no other.
+[[nodiscard]] std::shared_ptr<Bone> with_gradients(const Bone& bone);
 
 /// Any shape as a grid of `n` voxels a side whose middle is the world's origin.
 [[nodiscard]] std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n = 64);

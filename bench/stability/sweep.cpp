@@ -27,12 +27,12 @@ class Ground {
     std::call_once(asked_, [&] {
       if (!milled_) return;
       place_ = scanned_place(skull_, false);
-      sample_ = std::make_unique<Sample>(place_, kMilled);
+      sample_ = std::make_unique<Bone>(round(place_, kMilled));
       place_.name += ", milled meanwhile";
     });
     return place_;
   }
-  [[nodiscard]] std::shared_ptr<Bone> bone() { return milled_ ? sample_->fresh() : place_.bone; }
+  [[nodiscard]] std::shared_ptr<Bone> bone() { return milled_ ? with_gradients(*sample_) : place_.bone; }
   [[nodiscard]] bool milled() const { return milled_; }
 
  private:
@@ -40,7 +40,7 @@ class Ground {
   bool milled_ = false;
   std::once_flag asked_;
   Place place_;
-  std::unique_ptr<Sample> sample_;
+  std::unique_ptr<Bone> sample_;
 };
 
 enum class End { kRests, kGoesOn, kFallsThrough };

@@ -160,6 +160,10 @@ TEST_CASE("Other calls refuse too, and leave the grid as it was") {
   CHECK(holds(refusal([&] { (void)grid.cropped(0, -1); }), "crop margin must be >= 0 voxels, got -1"));
   CHECK(holds(refusal([&] { (void)grid.cropped(1e6); }), "no voxel reaches the isovalue (densities "));
   CHECK(holds(refusal([&] { (void)grid.cropped(kNan); }), "no voxel reaches the isovalue"));
+  CHECK(holds(refusal([&] {
+                (void)grid.cropped(VoxelBox{{-5, 0, 0}, {-1, 1, 1}});
+              }),
+              "a box to crop to must have voxels of the grid along every axis, got -5 to -1"));
 }
 
 TEST_CASE_TEMPLATE("A grid holds its buffer, its border and its range", Density, std::uint8_t, std::int8_t,

@@ -103,6 +103,8 @@ class VoxelGrid {
   /// A grid of the occupied box and `margin` voxels round it, at the same place in the world.
   /// Throws std::invalid_argument when no voxel reaches the isovalue.
   [[nodiscard]] VoxelGrid cropped(double isovalue, int margin = 2) const;
+  /// Likewise of what of `box` lies in this grid. Throws std::invalid_argument when nothing does.
+  [[nodiscard]] VoxelGrid cropped(VoxelBox box) const;
 
   // --- Raw layout, for the sampling kernels ------------------------------------------------------------------------
   [[nodiscard]] const Density* data() const noexcept { return voxels_.data(); }  ///< border voxel (−1, −1, −1)

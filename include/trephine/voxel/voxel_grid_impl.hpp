@@ -146,10 +146,22 @@ VoxelGrid<Density> VoxelGrid<Density>::cropped(double isovalue, int margin) cons
            "no voxel reaches the isovalue (densities " + std::to_string(original_range_.min) + " to " +
                std::to_string(original_range_.max) + ")",
            isovalue);
+  for (std::size_t a = 0; a < 3; ++a) {
+    box.lo[a] -= margin;
+    box.hi[a] += std::min(margin, size_[a]);
+  }
+  return cropped(box);
+}
+
+template <VoxelDensity Density>
+VoxelGrid<Density> VoxelGrid<Density>::cropped(VoxelBox box) const {
   GridGeometry g{.size = {}, .spacing = spacing_, .X_WG = X_WG_, .outside = static_cast<double>(outside_)};
   for (std::size_t a = 0; a < 3; ++a) {
-    box.lo[a] = std::max(box.lo[a] - margin, 0);
-    box.hi[a] = std::min(box.hi[a] + margin, size_[a] - 1);
+    const std::string asked = std::to_string(box.lo[a]) + " to " + std::to_string(box.hi[a]);
+    box.lo[a] = std::max(box.lo[a], 0);
+    box.hi[a] = std::min(box.hi[a], size_[a] - 1);
+    if (box.hi[a] < box.lo[a])
+      refuse("VoxelGrid", "a box to crop to must have voxels of the grid along every axis", asked);
     g.size[a] = box.hi[a] - box.lo[a] + 1;
   }
   const Vec3d p_GC = spacing_.cwiseProduct(Vec3d(box.lo[0], box.lo[1], box.lo[2]));
