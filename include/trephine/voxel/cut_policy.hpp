@@ -19,6 +19,10 @@ struct CutAllowance {
   std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
 };
 
+/// A density as limits compute with it: as wide as the distances, so that loops over both vectorise.
+template <VoxelDensity Density>
+using WideDensity = std::conditional_t<std::is_floating_point_v<Density>, float, int>;
+
 namespace detail {
 /// Well mixed bits (the finaliser of MurmurHash3).
 [[nodiscard]] inline std::uint32_t scramble(std::uint32_t x) noexcept {
@@ -30,11 +34,37 @@ namespace detail {
 [[nodiscard]] inline float unit_of(std::uint32_t bits) noexcept {
   return static_cast<float>(static_cast<int>(bits >> 8)) * 0x1p-24F;
 }
-}  // namespace detail
 
-/// A density as limits compute with it: as wide as the distances, so that loops over both vectorise.
+/// `old` less `drop`, not below `target`. Integers fall by whole steps: `dither` decides on the fraction.
 template <VoxelDensity Density>
-using WideDensity = std::conditional_t<std::is_floating_point_v<Density>, float, int>;
+[[nodiscard]] inline WideDensity<Density> lowered(WideDensity<Density> old, float drop, WideDensity<Density> target,
+                                                  std::uint32_t dither) noexcept {
+  if constexpr (std::is_floating_point_v<Density>) {
+    const float value = drop > 0 ? old - drop : old;
+    return value > target ? value : target;
+  } else {
+    // NaN falls by nothing. A whole range is enough for any fall.
+    constexpr float kRange = 65536.0F;
+    const float most = drop > 0 ? (drop < kRange ? drop : kRange) : 0.0F;
+    const int value = old - static_cast<int>(most + unit_of(dither));
+    return value > target ? value : target;
+  }
+}
+
+/// What holds at a force and is proportional to it, up to a bound.
+inline void check_force_factor(const char* type, double reference_force, double most_force_factor) {
+  if (!(reference_force >= 0) || !std::isfinite(reference_force))
+    refuse(type, "reference_force must be >= 0 N", reference_force);
+  if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
+    refuse(type, "most_force_factor must be > 0", most_force_factor);
+}
+/// What a tick at `rate` comes to; without a reference force that plays no part.
+[[nodiscard]] inline float in_a_tick(double rate, const CutAllowance& a, double reference_force,
+                                     double most_force_factor) noexcept {
+  const double factor = reference_force > 0 ? std::min(a.force_N / reference_force, most_force_factor) : 1.0;
+  return static_cast<float>(std::min(rate * a.dt * factor, 1e30));
+}
+}  // namespace detail
 
 /// Cuts at once what the body covers. Independent of the tick rate.
 struct GeometricCut {
@@ -84,10 +114,7 @@ struct RateLimitedCut {
   /// Throws std::invalid_argument.
   void validate() const {
     if (!(rate > 0) || !std::isfinite(rate)) refuse("RateLimitedCut", "rate must be > 0 densities/s", rate);
-    if (!(reference_force >= 0) || !std::isfinite(reference_force))
-      refuse("RateLimitedCut", "reference_force must be >= 0 N", reference_force);
-    if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
-      refuse("RateLimitedCut", "most_force_factor must be > 0", most_force_factor);
+    detail::check_force_factor("RateLimitedCut", reference_force, most_force_factor);
   }
 
   template <VoxelDensity Density>
@@ -98,25 +125,14 @@ struct RateLimitedCut {
 
     using Wide = WideDensity<Density>;
     [[nodiscard]] Wide operator()(Wide old, Wide target, float share, std::uint32_t voxel) const {
-      const float from = static_cast<float>(old);
-      const float drop = fall * share / static_cast<float>((*hardness)(from));
-      if constexpr (std::is_floating_point_v<Density>) {
-        const float value = drop > 0 ? from - drop : from;
-        return value > target ? value : target;
-      } else {
-        // NaN falls by nothing. A whole range is enough for any fall.
-        constexpr float kRange = 65536.0F;
-        const float most = drop > 0 ? (drop < kRange ? drop : kRange) : 0.0F;
-        const int value = old - static_cast<int>(most + detail::unit_of(detail::scramble(voxel ^ seed)));
-        return value > target ? value : target;
-      }
+      const float drop = fall * share / static_cast<float>((*hardness)(static_cast<float>(old)));
+      return detail::lowered<Density>(old, drop, target, detail::scramble(voxel ^ seed));
     }
   };
 
   template <VoxelDensity Density>
   [[nodiscard]] Limit<Density> limit(const CutAllowance& a) const noexcept {
-    const double factor = reference_force > 0 ? std::min(a.force_N / reference_force, most_force_factor) : 1.0;
-    return {static_cast<float>(std::min(rate * a.dt * factor, 1e30)), detail::scramble(a.tick + 0x9E3779B9U),
+    return {detail::in_a_tick(rate, a, reference_force, most_force_factor), detail::scramble(a.tick + 0x9E3779B9U),
             &hardness};
   }
 };
@@ -144,10 +160,7 @@ struct AdvancingCut {
   /// Throws std::invalid_argument.
   void validate() const {
     if (!(speed > 0) || !std::isfinite(speed)) refuse("AdvancingCut", "speed must be > 0 m/s", speed);
-    if (!(reference_force >= 0) || !std::isfinite(reference_force))
-      refuse("AdvancingCut", "reference_force must be >= 0 N", reference_force);
-    if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
-      refuse("AdvancingCut", "most_force_factor must be > 0", most_force_factor);
+    detail::check_force_factor("AdvancingCut", reference_force, most_force_factor);
   }
 
   template <VoxelDensity Density>
@@ -159,24 +172,14 @@ struct AdvancingCut {
     /// `steepness` in densities per metre.
     [[nodiscard]] Wide operator()(Wide old, Wide target, float share, std::uint32_t voxel,
                                   float steepness) const noexcept {
-      const float drop = way * share * steepness;
-      if constexpr (std::is_floating_point_v<Density>) {
-        const float value = drop > 0 ? old - drop : old;
-        return value > target ? value : target;
-      } else {
-        constexpr float kRange = 65536.0F;
-        const float most = drop > 0 ? (drop < kRange ? drop : kRange) : 0.0F;
-        const int value = old - static_cast<int>(most + detail::unit_of(detail::scramble(voxel) + phase));
-        return value > target ? value : target;
-      }
+      return detail::lowered<Density>(old, way * share * steepness, target, detail::scramble(voxel) + phase);
     }
   };
 
   template <VoxelDensity Density>
   [[nodiscard]] Limit<Density> limit(const CutAllowance& a) const noexcept {
-    const double factor = reference_force > 0 ? std::min(a.force_N / reference_force, most_force_factor) : 1.0;
     // The golden section: fractions of steps come evenly in time, so that neighbours do not drift apart.
-    return {static_cast<float>(std::min(speed * a.dt * factor, 1e30)), a.tick * 0x9E3779B9U};
+    return {detail::in_a_tick(speed, a, reference_force, most_force_factor), a.tick * 0x9E3779B9U};
   }
 };
 
