@@ -204,7 +204,7 @@ class Cut {
         steepness[static_cast<std::size_t>(l)] += fall > 0 ? fall * fall : 0.0F;
       }
     }
-    for (float& s : steepness) s = std::sqrt(s);
+    take_roots(steepness);
   }
 
   /// Whether no target can be lower than what is there: air, mostly.
