@@ -6,6 +6,7 @@
 #include <trephine/render/patch_ways.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
+#include <trephine/render/shared_groups.hpp>
 #include <trephine/render/surface_options.hpp>
 #include <trephine/render/weighting.hpp>
 #include <trephine/voxel/density_field.hpp>
@@ -54,7 +55,7 @@ class SurfaceApproxRenderer {
         reports_(tool_.groups().size()) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
-    k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force(0, 0.5);
+    k_per_stiffness_ = burr().tip_radius / 2 / mean_plane_force<Weights>(tool_, 0, 0.5);
     k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
     // A law that overflows with nothing touching would answer nothing else than that it did.
     const auto representable = [&](double v) {
@@ -69,8 +70,8 @@ class SurfaceApproxRenderer {
           std::max(around_middle_, (tool_.points()[i] - Vec3<Scalar>(Scalar(0), Scalar(0), middle_)).norm());
     around_middle_ *= Scalar(1.0001);
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      edge_forces_.push_back(representable(k_ * mean_plane_force(g, 1.0)));
-    if (options.budget) plan_sharing(*options.budget);
+      edge_forces_.push_back(representable(k_ * mean_plane_force<Weights>(tool_, g, 1.0)));
+    if (options.budget) shared_.emplace(*options.budget, tool_, k_, edge_forces_, Shaft::kForce);
   }
 
   template <ContactField Field>
@@ -88,7 +89,7 @@ class SurfaceApproxRenderer {
       r = {};
       out.status = worse(out.status, touch(field, g, r, out.contact));
     }
-    if (shared_) share_stiffness();
+    if (shared_) shared_->share(tool_, way_, reports_, {contacts_.data(), contact_count_});
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
       if (g == 0) {
@@ -96,9 +97,7 @@ class SurfaceApproxRenderer {
         out.contact.tip = r.contacts > 0 || r.deep;
         continue;
       }
-      r.lever_m = tool_.groups()[g].height;
       if (r.contacts == 0 && !r.deep) continue;
-      r.lever_m += r.deep ? Scalar(0) : along(g, r.force);
       r.torque = (r.lever_m * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
       out.wrench.torque += r.torque;                                 // Eq. 21
       if constexpr (Shaft::kForce) out.wrench.force += r.force;
@@ -149,75 +148,6 @@ class SurfaceApproxRenderer {
   };
 
   [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
-
-  // Force per k of group g pressed `depth` radii into a plane, averaged over the plane's directions (for a slice those
-  // square to the shaft): a stated stiffness must hold for a tool however it is turned.
-  [[nodiscard]] double mean_plane_force(std::size_t g, double depth) const {
-    const auto& group = tool_.groups()[g];
-    const double radius = static_cast<double>(group.radius);
-    constexpr int kDirections = 720;
-    const SphereLayout around = spread_over_sphere(kDirections);
-    double sum = 0;
-    for (int i = 0; i < kDirections; ++i) {
-      const double angle = 2 * std::numbers::pi * i / kDirections;
-      const Vec3d n =
-          g == 0 ? around.directions[static_cast<std::size_t>(i)] : Vec3d(std::cos(angle), std::sin(angle), 0);
-      sum += plane_law<Weights>(tool_, g, depth * radius, n).dot(n);
-    }
-    return sum / kDirections;
-  }
-
-  // Largest tangent stiffness of each group: pressed into a plane as far as its centre, or with all its vertices in
-  // bone.
-  void plan_sharing(const StiffnessBudget& budget) {
-    constexpr int kDepths = 10;
-    std::vector<SpringGroup> springs;
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      const auto& group = tool_.groups()[g];
-      const double radius = static_cast<double>(group.radius);
-      const bool same =
-          g > 1 && group.count == tool_.groups()[g - 1].count && group.radius == tool_.groups()[g - 1].radius;
-      double steepest = same ? springs.back().stiffness : 0, work = 0, below = 0;
-      for (int i = 1; i <= kDepths && !same; ++i) {
-        const double force = k_ * mean_plane_force(g, static_cast<double>(i) / kDepths);
-        steepest = std::max(steepest, (force - below) * kDepths / radius);
-        work += 0.5 * (force + below) * radius / kDepths;
-        below = force;
-      }
-      edge_energies_.push_back(same ? edge_energies_.back() : static_cast<Scalar>(work));
-      springs.push_back({steepest, static_cast<double>(group.height), g == 0 || Shaft::kForce});
-    }
-    if (!fits(budget, springs)) shared_.emplace(budget, springs);
-  }
-
-  // Scales what the groups give so that they stay within the budget together.
-  void share_stiffness() noexcept {
-    std::size_t contact = 0;
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      const SliceReport<Scalar>& r = reports_[g];
-      const auto& group = tool_.groups()[g];
-      Scalar energy = Scalar(0);
-      if (r.deep) {
-        ++contact;
-        const Scalar beyond = std::max(Scalar(0), r.force.norm() - edge_forces_[g]);  // of F = edge (1 + depth / R)
-        const Scalar depth = edge_forces_[g] > Scalar(0) ? group.radius * beyond / edge_forces_[g] : Scalar(0);
-        energy = edge_energies_[g] + (edge_forces_[g] + Scalar(0.5) * beyond) * depth;
-      } else if (r.contacts > 0) {
-        for (int i = group.first; i < group.first + group.count; ++i)
-          if (const Scalar a = way_[static_cast<std::size_t>(i)]; a > Scalar(0))
-            energy += Scalar(0.5) * contacts_[contact++].force.norm() * a;
-      }
-      shared_->set_energy(g, energy);
-    }
-    shared_->share();
-    contact = 0;
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      SliceReport<Scalar>& r = reports_[g];
-      const Scalar factor = shared_->factor(g);
-      r.force *= factor;
-      for (int i = r.deep ? 1 : r.contacts; i > 0; --i) contacts_[contact++].force *= factor;
-    }
-  }
 
   // A pose out of a hand's reach within a tick starts deep contact anew and asks for a ramp.
   [[nodiscard]] Status begin(const Pose<Scalar>& X_GT) noexcept {
@@ -299,6 +229,7 @@ class SurfaceApproxRenderer {
   Status touch(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
     const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
+    r.lever_m = group.height;
     r.deep = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
     if (r.deep) {
       const Status status = deep_[g].inside(field, c, group.radius, edge_forces_[g], r.force);
@@ -311,6 +242,7 @@ class SurfaceApproxRenderer {
       return Status::kOk;
     }
     WeightedSum<Weights, Scalar> sum;
+    Vec3<Scalar> along = Vec3<Scalar>::Zero();  // Σ of the sum's terms times how far along the shaft each acts
     const std::size_t first_contact = contact_count_;
     for (int i = group.first; i < group.first + group.count; ++i) {
       const Scalar a = way_[static_cast<std::size_t>(i)];
@@ -320,10 +252,17 @@ class SurfaceApproxRenderer {
       sum.add(d, a, area, group.radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
       // The vertex' share of the sum, to be scaled once the divisor is known.
-      contacts_[contact_count_++] = {c - (group.radius - a) * d, d, (Weights::weight(area, a, group.radius) * a) * d};
+      const Vec3<Scalar> share = (Weights::weight(area, a, group.radius) * a) * d;
+      contacts_[contact_count_++] = {c - (group.radius - a) * d, d, share};
+      if constexpr (kUsesPatches<Weights>) along += patches_.pull(i).along * share;
       ++r.contacts;
     }
-    r.force = static_cast<Scalar>(k_) * sum.result(group.count);  // Eq. 17
+    const Vec3<Scalar> total = sum.result(group.count);
+    r.force = static_cast<Scalar>(k_) * total;  // Eq. 17
+    if constexpr (kUsesPatches<Weights>) {
+      const Vec3<Scalar> direction = safe_direction(r.force);
+      if (const Scalar whole = direction.dot(total); whole > Scalar(0)) r.lever_m += direction.dot(along) / whole;
+    }
     scale_contacts(first_contact, r.force);
     deep_[g].outside(c, r.force);
     return Status::kOk;
@@ -335,27 +274,6 @@ class SurfaceApproxRenderer {
       return patches_.pull(i).toward;
     else
       return tool_.inward()[i];
-  }
-
-  // How far along the shaft from its slice's plane the force of group g acts: 0 but for patches.
-  [[nodiscard]] Scalar along(std::size_t g, const Vec3<Scalar>& force) const noexcept {
-    if constexpr (!kUsesPatches<Weights>) {
-      return Scalar(0);
-    } else {
-      const auto& group = tool_.groups()[g];
-      const Vec3<Scalar> direction = safe_direction(force);
-      Scalar sum = Scalar(0), moment = Scalar(0);
-      for (int i = group.first; i < group.first + group.count; ++i) {
-        const Scalar a = way_[static_cast<std::size_t>(i)];
-        if (!(a > Scalar(0))) continue;
-        const PatchPull<Scalar>& pull = patches_.pull(i);
-        const Scalar share =
-            tool_.areas()[static_cast<std::size_t>(i)] * a * direction.dot(X_GT_.linear() * pull.toward);
-        sum += share;
-        moment += share * pull.along;
-      }
-      return sum > Scalar(0) ? moment / sum : Scalar(0);
-    }
   }
 
   // a_i of Eq. 15 for every vertex of the groups whose centre is outside: from the vertex, which is in bone, toward the
@@ -410,8 +328,7 @@ class SurfaceApproxRenderer {
   double k_ = 0;
   double k_per_stiffness_ = 1;
   std::vector<Scalar> edge_forces_;
-  std::vector<Scalar> edge_energies_;  // of the same place; with a budget alone
-  std::optional<SharedStiffness<Scalar>> shared_;
+  std::optional<SharedGroups<Weights, Scalar>> shared_;
   std::vector<Scalar> values_;
   WaysOut<Scalar> ways_out_;
   std::vector<int> hits_;    // vertex of each way out

@@ -39,9 +39,9 @@ struct SurfaceOptions {
 /// What the last tick found on one group (thesis Fig. 23, 24), in G. Group 0 is the ball, the others the slices.
 template <RealScalar Scalar>
 struct SliceReport {
-  int contacts = 0;                            ///< colliding vertices of the periphery
-  bool deep = false;                           ///< the centre is in bone
-  Scalar lever_m = 0;                          ///< |r_j| from the tip to the slice's centre
+  int contacts = 0;    ///< colliding vertices of the periphery
+  bool deep = false;   ///< the centre is in bone
+  Scalar lever_m = 0;  ///< |r_j| from the tip to where F_j acts: the slice's centre, or near it (patches)
   Vec3<Scalar> force = Vec3<Scalar>::Zero();   ///< F_j
   Vec3<Scalar> torque = Vec3<Scalar>::Zero();  ///< T_j = r_j × F_j (Eq. 20)
 };

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/tool/discretization.hpp>
 #include <trephine/tool/patch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <concepts>
+#include <numbers>
 
 /// How the springs of a group's colliding vertices are summed: thesis Eq. 15–17 and the alternatives. Vertex i is a_i
 /// inside along its unit direction d_i toward the group's centre and stands for the area w_i. A policy gathers
@@ -40,8 +43,8 @@ struct AreaWeights {
   [[nodiscard]] static double total(int) noexcept { return 1; }
 };
 
-/// The same law as `AreaWeights`, summed better: a vertex counts with the mean way out over the patch it stands for,
-/// the bone taken as flat across it, so that it enters contact as gradually as its patch does. k [N/m³].
+/// The same law as `AreaWeights`, summed better: a vertex counts with what of the patch it stands for is in bone, and
+/// pulls where that does, so that it enters contact as gradually as its patch (`PatchWays`). k [N/m³].
 struct PatchWeights : AreaWeights {};
 
 template <class W>
@@ -118,6 +121,22 @@ template <Weighting W, class Tool>
     if (way > 0) sum.add(toward, way, static_cast<double>(tool.areas()[static_cast<std::size_t>(i)]), radius);
   }
   return sum.result(group.count);
+}
+
+/// The same along the normal, at `depth` radii and averaged over the plane's directions (for a slice those square to
+/// the shaft): a stated stiffness must hold for a tool however it is turned.
+template <Weighting W, class Tool>
+[[nodiscard]] double mean_plane_force(const Tool& tool, std::size_t g, double depth) {
+  constexpr int kDirections = 720;
+  const SphereLayout around = spread_over_sphere(kDirections);
+  double sum = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kDirections;
+    const Vec3d n =
+        g == 0 ? around.directions[static_cast<std::size_t>(i)] : Vec3d(std::cos(angle), std::sin(angle), 0);
+    sum += plane_law<W>(tool, g, depth * static_cast<double>(tool.groups()[g].radius), n).dot(n);
+  }
+  return sum / kDirections;
 }
 
 }  // namespace trephine
