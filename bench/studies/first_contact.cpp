@@ -127,9 +127,8 @@ void study_first_contact(const StudyOptions& options) {
       searcher("translate_rotate 1/2 voxel, thesis' trigger", TranslateRotate{}, false, false, true),
   };
   Table table(options.folder + "/first_contact.csv",
-              "shape,motion,search,trials,misses,passed,miss_share,place_error_voxel_p50,place_error_voxel_p95,place_"
-              "error_voxel_max,"
-              "tick_ns_median");
+              "shape,motion,search,trials,misses,passed,miss_share,place_error_voxel_p50,place_error_voxel_p95,"
+              "place_error_voxel_max,tick_ns_median");
   for (const char* name : {"plane", "sphere", "cylinder", "wall_1_voxel", "wall_2_voxels"}) {
     Random random(4711);
     std::vector<Shape> bones;
