@@ -35,20 +35,21 @@ class PatchWays {
   }
 
   /// `values`: the field's at all vertices; `way`: of each vertex of the periphery, taken and given; `hits`: those in
-  /// bone; `touches`: of each group, given as 1 where it has a way.
+  /// bone; `touches`: of each group, taken as 1 where it has a hit, given as 1 where it has a way.
   template <ContactField Field>
   void spread(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
               std::span<const int> hits, std::span<Scalar> way, std::span<std::uint8_t> touches) noexcept {
     std::fill(at_.begin(), at_.end(), kNotAsked);
     std::fill(surfaces_.begin(), surfaces_.end(), Surface{});
     points_.clear();
-    for (const auto& group : tool.groups()) want_nearest(tool, group, values, way);
+    for (std::size_t g = 0; g < tool.groups().size(); ++g)
+      if (touches[g] == 0) want_nearest(tool, tool.groups()[g], values, way);
     const int alone = points_.count();
     find_surface(field, tool, X_GT, values, way, 0, alone);
     for (int j = 0; j < alone; ++j) {
       const int i = points_.vertex(j);
       const Place& place = places_[static_cast<std::size_t>(j)];
-      if (place.near && pull(tool, i, place, {}).way > Scalar(0)) want_neighbours(tool, way, i);
+      if (place.near && pull(tool, i, place.plane, {}).way > Scalar(0)) want_neighbours(tool, way, i);
     }
     for (const int i : hits) {
       want(tool, way, i);
@@ -56,17 +57,18 @@ class PatchWays {
     }
     find_surface(field, tool, X_GT, values, way, alone, points_.count());
     for (int j = 0; j < points_.count(); ++j) see_bend(points_.vertex(j), places_[static_cast<std::size_t>(j)]);
+    for (std::size_t g = 0; g < surfaces_.size(); ++g)
+      if (surfaces_[g].steepest > Scalar(0)) settle_bend(field, surfaces_[g], patch(tool.groups()[g].first));
     for (int j = 0; j < points_.count(); ++j) {
       const int i = points_.vertex(j);
-      Place place = places_[static_cast<std::size_t>(j)];
+      Place& place = places_[static_cast<std::size_t>(j)];
       const Surface& surface = surfaces_[place.group];
-      if (!(surface.steepest > Scalar(0))) continue;
-      const Bend<Scalar> bend = surface.bend(Scalar(1) / patch(i).reach());
-      if (!place.inside && !settle(tool, i, surface.steepest, bend, place)) continue;
-      place.depth += image_shift(field, patch(i), bend);
+      Plane plane = place.plane;
+      if (!(surface.steepest > Scalar(0)) || (!place.inside && !settle(tool, i, surface, place, plane))) continue;
+      plane.depth += surface.image_shift;
       PatchPull<Scalar>& p = pulls_[static_cast<std::size_t>(i)];
       Scalar& mine = way[static_cast<std::size_t>(i)];
-      p = pull(tool, i, place, bend);
+      p = pull(tool, i, plane, surface.bend);
       mine = p.way = std::min(p.way, mine + patch(i).reach());
       if (mine > Scalar(0)) touches[place.group] = 1;
     }
@@ -78,14 +80,19 @@ class PatchWays {
  private:
   static constexpr int kNotAsked = -1, kOfDeepGroup = -2;
 
+  // Of bone under a vertex, in T.
+  struct Plane {
+    Scalar depth = 0;  // of the vertex below it [m]
+    Vec3<Scalar> normal = Vec3<Scalar>::Zero();
+  };
+
   // The bone's surface beside a vertex, in T.
   struct Place {
     std::size_t group = 0;
     bool near = false;    // the vertex' density tells of a surface that its patch may reach
     bool inside = false;  // the vertex is in bone
     Scalar value = 0, steepness = 0;
-    Scalar depth = 0;  // of the vertex below the plane there [m]
-    Vec3<Scalar> normal = Vec3<Scalar>::Zero();
+    Plane plane;
     Vec3<Scalar> foot = Vec3<Scalar>::Zero();
   };
 
@@ -94,14 +101,8 @@ class PatchWays {
   struct Surface {
     Scalar steepest = 0;
     std::array<Scalar, 2> turned{}, apart{};
-
-    // None is taken for sharper than `most`.
-    [[nodiscard]] Bend<Scalar> bend(Scalar most) const noexcept {
-      const auto curvature = [&](std::size_t along) {
-        return apart[along] > Scalar(0) ? std::clamp(turned[along] / apart[along], -most, most) : Scalar(0);
-      };
-      return {curvature(0), curvature(1)};
-    }
+    Bend<Scalar> bend;
+    Scalar image_shift = 0;  // how far inside the bone its image lies [m]
   };
 
   // Of a group without a vertex in bone the nearest, unless it is in flat air.
@@ -151,11 +152,12 @@ class PatchWays {
       place.steepness = slope.norm();
       place.near = place.steepness > Scalar(0) && (place.inside || -place.value < patch(i).reach() * place.steepness);
       if (!place.near) continue;
-      place.normal = to_T * (slope / place.steepness);
+      Plane& plane = place.plane;
+      plane.normal = to_T * ((Scalar(1) / place.steepness) * slope);
       const Scalar way = ways[static_cast<std::size_t>(i)];
-      place.depth = place.inside ? way * place.normal.dot(tool.inward()[i]) : place.value / place.steepness;
+      plane.depth = place.inside ? way * plane.normal.dot(tool.inward()[i]) : place.value / place.steepness;
       place.foot = tool.points()[i];
-      place.foot += place.inside ? Vec3<Scalar>(way * tool.inward()[i]) : Vec3<Scalar>(place.depth * place.normal);
+      place.foot += place.inside ? Vec3<Scalar>(way * tool.inward()[i]) : Vec3<Scalar>(plane.depth * plane.normal);
       Surface& surface = surfaces_[place.group];
       surface.steepest = std::max(surface.steepest, place.steepness);
     }
@@ -169,7 +171,7 @@ class PatchWays {
       const Place* there = surface_at(k);
       if (there == nullptr) continue;
       const Vec3<Scalar> way = there->foot - here.foot;
-      const Scalar turned = (there->normal - here.normal).dot(way), apart = way.squaredNorm();
+      const Scalar turned = (there->plane.normal - here.plane.normal).dot(way), apart = way.squaredNorm();
       const std::size_t along = there->group == here.group ? 0 : 1;
       surfaces_[here.group].turned[along] += turned;
       surfaces_[here.group].apart[along] += apart;
@@ -186,9 +188,9 @@ class PatchWays {
 
   [[nodiscard]] const Patch<Scalar>& patch(int i) const noexcept { return patches_[static_cast<std::size_t>(i)]; }
 
-  [[nodiscard]] PatchPull<Scalar> pull(const Tool& tool, int i, const Place& place,
+  [[nodiscard]] PatchPull<Scalar> pull(const Tool& tool, int i, const Plane& plane,
                                        const Bend<Scalar>& bend) const noexcept {
-    return patch(i).pull(place.depth, place.normal, tool.inward()[i], Vec3<Scalar>::UnitZ(), bend);
+    return patch(i).pull(plane.depth, plane.normal, tool.inward()[i], Vec3<Scalar>::UnitZ(), bend);
   }
 
   // How much a place's density tells of the surface: 1 at its edge, 0 where the density is flat.
@@ -197,24 +199,31 @@ class PatchWays {
     return std::clamp((place.steepness / steepest - Scalar(0.2)) / Scalar(0.4), Scalar(0), Scalar(1));
   }
 
-  // How far inside the bone its trilinear image lies on the mean: h²/12 of the sum of its principal curvatures, which
-  // is h²/6R for a ball.
+  // No bend is taken for sharper than a patch. A trilinear image lies inside the bone by h²/12 of the sum of its
+  // principal curvatures on the mean, which is h²/6R for a ball.
   template <ContactField Field>
-  [[nodiscard]] static Scalar image_shift(const Field& field, const Patch<Scalar>& patch,
-                                          const Bend<Scalar>& bend) noexcept {
-    if constexpr (!requires { requires Field::kTrilinear; }) return Scalar(0);
-    const Scalar curvatures = patch.disc > Scalar(0) ? Scalar(2) * bend.arc : bend.arc + bend.length;
-    return field.voxel() * field.voxel() / Scalar(12) * curvatures;
+  static void settle_bend(const Field& field, Surface& surface, const Patch<Scalar>& patch) noexcept {
+    const Scalar most = Scalar(1) / patch.reach();
+    const auto curvature = [&](std::size_t along) {
+      const Scalar apart = surface.apart[along];
+      return apart > Scalar(0) ? std::clamp(surface.turned[along] / apart, -most, most) : Scalar(0);
+    };
+    surface.bend = {curvature(0), curvature(1)};
+    if constexpr (requires { requires Field::kTrilinear; }) {
+      const Scalar sum = surface.bend.arc + (patch.disc > Scalar(0) ? surface.bend.arc : surface.bend.length);
+      surface.image_shift = field.voxel() * field.voxel() / Scalar(12) * sum;
+    }
   }
 
-  // Depth and normal of a vertex outside. Far down a blurred edge density falls short of a straight line (of a Gaussian
+  // The plane of a vertex outside. Far down a blurred edge density falls short of a straight line (of a Gaussian
   // edge by nearly the logarithm below), and is flat at last: what it cannot tell the neighbours' planes do. False: no
   // surface is known there.
-  [[nodiscard]] bool settle(const Tool& tool, int i, Scalar steepest, const Bend<Scalar>& bend,
-                            Place& place) const noexcept {
+  [[nodiscard]] bool settle(const Tool& tool, int i, const Surface& surface, const Place& place,
+                            Plane& plane) const noexcept {
+    const Scalar steepest = surface.steepest;
     const Scalar own = trust(place, steepest);
     if (own > Scalar(0))
-      place.depth = place.value / steepest * (Scalar(1) + std::log(steepest / place.steepness) / Scalar(3));
+      plane.depth = place.value / steepest * (Scalar(1) + std::log(steepest / place.steepness) / Scalar(3));
     if (own >= Scalar(1)) return true;
     Scalar sum = Scalar(0), depth = Scalar(0);
     Vec3<Scalar> normal = Vec3<Scalar>::Zero();
@@ -222,19 +231,20 @@ class PatchWays {
       const Place* there = surface_at(k);
       const Scalar weight = there != nullptr ? trust(*there, steepest) : Scalar(0);
       if (!(weight > Scalar(0))) continue;
-      const Scalar bent = there->group == place.group ? bend.arc : bend.length;
+      const Scalar bent = there->group == place.group ? surface.bend.arc : surface.bend.length;
       const Vec3<Scalar> way = tool.points()[i] - there->foot;
-      const Scalar height = way.dot(there->normal);
-      const Vec3<Scalar> aside = way - height * there->normal;
+      const Vec3<Scalar>& n = there->plane.normal;
+      const Scalar height = way.dot(n);
+      const Vec3<Scalar> aside = way - height * n;
       sum += weight;
       depth -= weight * (height + Scalar(0.5) * bent * aside.squaredNorm());
-      normal += weight * (there->normal + bent * aside);
+      normal += weight * (n + bent * aside);
     }
     if (!(sum > Scalar(0))) return place.near;
     // Beyond an edge the neighbours' bone has ended: no nearer than a straight line down to this density.
     const Scalar least = place.value / steepest;
-    place.depth = std::min(own * place.depth + (Scalar(1) - own) * depth / sum, least);
-    place.normal = (own * place.normal + (Scalar(1) - own) / sum * normal).normalized();
+    plane.depth = std::min(own * plane.depth + (Scalar(1) - own) * depth / sum, least);
+    plane.normal = (own * plane.normal + (Scalar(1) - own) / sum * normal).normalized();
     return true;
   }
 

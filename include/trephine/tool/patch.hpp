@@ -126,14 +126,15 @@ struct Patch {
     if (disc > Scalar(0)) {
       const Vec3<Scalar> uphill = n - cosine * inward;
       const Scalar s = depth - disc * disc * (cosine / radius + sag * bend.arc) / Scalar(4);
-      const Scalar slope = disc * uphill.norm();
-      if (slope > Scalar(1e-4) * std::abs(s)) {
+      const Scalar slope2 = disc * disc * uphill.squaredNorm();
+      if (s * s >= slope2) {  // all of it in bone, or nothing: no root needed
+        mean = s;
+        centroid = (Scalar(-0.25) * disc * disc) * uphill;
+      } else {
+        const Scalar slope = std::sqrt(slope2);
         const PatchMoments<Scalar> m = moments_over_disc(s / slope);
         mean = slope * m.mean;
         centroid = (-disc * disc * m.by_u) * uphill;
-      } else {
-        mean = std::max(s, Scalar(0));
-        centroid.setZero();
       }
     } else {
       const Vec3<Scalar> arc = axis.cross(inward);
@@ -145,8 +146,9 @@ struct Patch {
       along = half_length * m.by_v;
     }
     if (!(mean > Scalar(0))) return {};
-    centroid /= mean;
-    return {mean / (cosine - n.dot(centroid) / radius), (inward - centroid / radius).normalized(), along / mean};
+    const Scalar per_mean = Scalar(1) / mean;
+    const Vec3<Scalar> toward = inward - (per_mean / radius) * centroid;
+    return {mean / n.dot(toward), (Scalar(1) / std::sqrt(toward.squaredNorm())) * toward, along * per_mean};
   }
 };
 
