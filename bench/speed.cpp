@@ -11,6 +11,7 @@
 
 #include <trephine/trephine.hpp>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -85,6 +86,28 @@ struct Scene {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
   return Coupled(ToolDiscretization{burr, SurfaceCounts{}}, FromDepthMap(depths));
 }
+
+/// The thesis' own formulas, and ours that sum over patches.
+using Thesis = SurfaceApproxRenderer<float, CollisionRatio, HoldForce, TorqueOnly>;
+using Patches = SurfaceApproxRenderer<float, PatchWeights>;
+
+/// The thesis' ticks with a gradient for each hit: the least that any law adds to them that asks how bone lies.
+struct WithGradients {
+  Thesis thesis;
+  Field field;
+  Pose<float> X;
+  int hits;
+  std::array<std::vector<float>, 3> out{};
+
+  void operator()() {
+    benchmark::DoNotOptimize(thesis.render(field, X));
+    const auto& p = thesis.tool().points();
+    for (auto& v : out) v.resize(static_cast<std::size_t>(padded_to_lane(hits)));
+    field.gradients(X, p.x.data(), p.y.data(), p.z.data(), out[0].data(), out[1].data(), out[2].data(),
+                    padded_to_lane(hits));
+    benchmark::ClobberMemory();
+  }
+};
 
 /// A pose at which about `hits` of the tool's vertices are in bone.
 [[nodiscard]] Pose<float> pose_of_hits(const Scene& scene, const Surface& like, int hits) {
@@ -419,6 +442,12 @@ void measure_speed(const Options& options, const Scene& scene) {
     auto r = std::make_shared<Surface>(Flat::drill());
     run.add(name, [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); });
     run.add(name + ", bare", Samples(on_flat, flat_drill, X, taken_by(on_flat, Flat::drill(), X).samples));
+    auto thesis_way = std::make_shared<Thesis>(flat_drill.tool());
+    auto patches = std::make_shared<Patches>(flat_drill.tool());
+    const std::string count = ", " + std::to_string(hits) + " hits";
+    run.add("thesis" + count, [&on_flat, thesis_way, X] { benchmark::DoNotOptimize(thesis_way->render(on_flat, X)); });
+    run.add("patches" + count, [&on_flat, patches, X] { benchmark::DoNotOptimize(patches->render(on_flat, X)); });
+    run.add("thesis with gradients" + count, WithGradients{Thesis(flat_drill.tool()), on_flat, X, hits});
   }
   // The same with a map of air; bare samples are those of a tick that looks at all.
   auto air = std::make_shared<AirMap<std::uint8_t>>(scene.tooth, kIsovalue);
@@ -485,6 +514,11 @@ void measure_speed(const Options& options, const Scene& scene) {
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
   report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
   report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
+  for (const std::string hits : {", 20 hits", ", 84 hits"}) {
+    report.at_most("patches / the thesis' way" + hits, "patches" + hits, "thesis" + hits, 1);
+    report.at_most("the thesis' way and a gradient a hit / without" + hits, "thesis with gradients" + hits,
+                   "thesis" + hits, 0);
+  }
   for (const char* name : {"surface, 1 centre in bone", "surface, 6 centres in bone"}) {
     const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
     report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
