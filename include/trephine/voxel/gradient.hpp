@@ -91,21 +91,21 @@ struct SplineGradient {
                                        const Vec3<Scalar>& u) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
     const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
-    // Copied, then turned into Scalar by one plain loop, which compilers vectorise: in half the time.
-    std::array<Density, 64> copy;
+    // Turned into Scalar in a loop of its own, which compilers vectorise.
+    std::array<Scalar, 64> around;
     if ((u.array() >= Scalar(1)).all() && (u.array() < v.last.array() - Scalar(1)).all()) {
       const Density* first = v.voxels + c.base - v.plane - v.row - 1;
+      auto next = around.begin();
       for (int k = 0; k < 4; ++k)
-        for (int j = 0; j < 4; ++j) std::copy_n(first + k * v.plane + j * v.row, 4, copy.begin() + 16 * k + 4 * j);
+        for (int j = 0; j < 4; ++j, next += 4)
+          for (int i = 0; i < 4; ++i) next[i] = static_cast<Scalar>(first[k * v.plane + j * v.row + i]);
     } else {
-      copy_at_border(v, c.base, copy);
+      copy_at_border(v, c.base, around);
     }
-    std::array<Scalar, 64> around;
-    for (std::size_t i = 0; i < around.size(); ++i) around[i] = static_cast<Scalar>(copy[i]);
     Four<Scalar> in_x = Four<Scalar>::Zero(), in_y = in_x, in_z = in_x;  // sums over y and z, for each tap along x
-    for (int k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; k < 4; ++k) {
       Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean;
-      for (int j = 0; j < 4; ++j) {
+      for (std::size_t j = 0; j < 4; ++j) {
         const Four<Scalar> density = Four<Scalar>::Map(around.data() + 16 * k + 4 * j);
         mean += y.weight[j] * density;
         rise += y.slope[j] * density;
@@ -114,7 +114,8 @@ struct SplineGradient {
       in_y += z.weight[k] * rise;
       in_z += z.slope[k] * mean;
     }
-    return {(x.slope * in_x).sum(), (x.weight * in_y).sum(), (x.weight * in_z).sum()};
+    const Four<Scalar> weight = x.four(x.weight);
+    return {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
   }
 
  private:
@@ -124,20 +125,22 @@ struct SplineGradient {
   /// Of the four voxels round a place f beyond the second of them: the spline's weights and their derivatives.
   template <RealScalar Scalar>
   struct Taps {
-    Four<Scalar> weight, slope;
+    // Numbers, not vectors: those along y and z are used one by one.
+    std::array<Scalar, 4> weight, slope;
     explicit Taps(Scalar f) noexcept {
       constexpr Scalar kSixth = Scalar(1) / Scalar(6);
       const Scalar g = Scalar(1) - f;
-      weight << g * g * g * kSixth, (f * f * (Scalar(3) * f - Scalar(6)) + Scalar(4)) * kSixth,
-          (g * g * (Scalar(3) * g - Scalar(6)) + Scalar(4)) * kSixth, f * f * f * kSixth;
-      slope << Scalar(-0.5) * g * g, f * (Scalar(1.5) * f - Scalar(2)), -g * (Scalar(1.5) * g - Scalar(2)),
-          Scalar(0.5) * f * f;
+      weight = {g * g * g * kSixth, (f * f * (Scalar(3) * f - Scalar(6)) + Scalar(4)) * kSixth,
+                (g * g * (Scalar(3) * g - Scalar(6)) + Scalar(4)) * kSixth, f * f * f * kSixth};
+      slope = {Scalar(-0.5) * g * g, f * (Scalar(1.5) * f - Scalar(2)), -g * (Scalar(1.5) * g - Scalar(2)),
+               Scalar(0.5) * f * f};
     }
+    [[nodiscard]] static Four<Scalar> four(const std::array<Scalar, 4>& x) noexcept { return {x[0], x[1], x[2], x[3]}; }
   };
 
   /// The 4 x 4 x 4 voxels round a cell, some of which lie beyond the array: there the border goes on.
   template <VoxelDensity Density, RealScalar Scalar>
-  static void copy_at_border(const SampleView<Density, Scalar>& v, int base, std::array<Density, 64>& to) noexcept {
+  static void copy_at_border(const SampleView<Density, Scalar>& v, int base, std::array<Scalar, 64>& to) noexcept {
     const std::array<int, 3> cell{base % v.row, base % v.plane / v.row, base / v.plane};
     const auto offset = [&](int axis, int tap, int pitch) {
       return std::clamp(cell[static_cast<std::size_t>(axis)] - 1 + tap, 0, static_cast<int>(v.last[axis])) * pitch;
@@ -145,7 +148,8 @@ struct SplineGradient {
     auto next = to.begin();
     for (int k = 0; k < 4; ++k)
       for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i) *next++ = v.voxels[offset(2, k, v.plane) + offset(1, j, v.row) + offset(0, i, 1)];
+        for (int i = 0; i < 4; ++i)
+          *next++ = static_cast<Scalar>(v.voxels[offset(2, k, v.plane) + offset(1, j, v.row) + offset(0, i, 1)]);
   }
 };
 
