@@ -43,6 +43,7 @@ class NearVertices {
     double farthest = 0;        // from T's origin [m]
     double far_clearance = -1;  // of those that are not near, at X_looked_ [m]; below 0: not known
     bool passed_over = false;   // at X_looked_: the clearance is what is left of one that was seen before
+    bool closer = false;        // was passed over there first
   };
 
   /// `ball_reach`, `ring_reach` [m]: how far round it a vertex of the ball, of a slice may touch.
@@ -90,6 +91,7 @@ class NearVertices {
       // Half a voxel before it must, so that what is left does not shorten a step.
       if (!(g.far_clearance >= static_cast<double>(field.voxel()) / 2)) g.far_clearance = -1;
       g.passed_over = g.far_clearance >= 0;
+      g.closer = false;
       anew = anew || !g.passed_over;
     }
     sample(field, tool, anew);
@@ -104,7 +106,7 @@ class NearVertices {
       if (!g.passed_over || g.far_clearance >= wanted(g)) continue;
       g.far_clearance = -1;
       g.passed_over = false;
-      anew = true;
+      g.closer = anew = true;
     }
     if (anew) sample(field, tool, anew);
     return anew;

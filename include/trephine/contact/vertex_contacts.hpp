@@ -57,8 +57,8 @@ class VertexContacts {
         ball_(tool.groups()[0].count),
         ball_reach_(ball_patch(tool)),
         ring_reach_(ring_patch(tool)),
-        ball_cosine_(std::cos(ball_reach_)),
-        ring_cosine_(std::cos(ring_reach_)),
+        ball_edge_(ball_reach_, static_cast<Scalar>(tool.burr().tip_radius)),
+        ring_edge_(ring_reach_, static_cast<Scalar>(tool.burr().shaft_radius)),
         near_(tool, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         clearances_(tool.groups().size()) {
@@ -90,7 +90,7 @@ class VertexContacts {
                                   double more) noexcept {
     using Group = typename NearVertices<Scalar>::Group;
     const auto motion = [&](const Group& g) { return step + turn * g.farthest; };
-    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) touch(field, tool);
+    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
     double share = 1;
     for (std::size_t g = 0; g < clearances_.size(); ++g)
       share = std::min(share, (clearances_[g] + more) / motion(near_.groups()[g]));
@@ -118,22 +118,35 @@ class VertexContacts {
     for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = near_.groups()[g].far_clearance;
     place_count_ = 0;
     for (int j = 0; j < near_.count(); ++j) {
-      const int vertex = near_.vertex(j);
-      const std::size_t g = near_.group_of(vertex);
-      const Scalar reach = near_.groups()[g].reach;
-      const Scalar clear = field.clearance(near_.value(j));
-      if (near_.value(j) > Scalar(0) || (Vertices::kGlide && clear < reach)) {
-        place_vertices_[static_cast<std::size_t>(place_count_)] = vertex;
-        vertex_values_[static_cast<std::size_t>(place_count_)] = near_.value(j);
-        places_.put(place_count_++, near_.point(j));
-      } else {
-        clearances_[g] = std::min(clearances_[g], static_cast<double>(clear - reach));
-      }
+      if (is_clear(field, j)) continue;
+      place_vertices_[static_cast<std::size_t>(place_count_)] = near_.vertex(j);
+      vertex_values_[static_cast<std::size_t>(place_count_)] = near_.value(j);
+      places_.put(place_count_++, near_.point(j));
     }
     if (place_count_ == 0) return;
     places_.fill_lane(place_count_);
     gradients(field, X);
     collect(field, tool, X);
+  }
+
+  /// What groups tell that were looked at again at the same pose. Without a place among them all places stay.
+  template <PenetrationField Field>
+  void see_closer(const Field& field, const Tool& tool) noexcept {
+    for (std::size_t g = 0; g < clearances_.size(); ++g)
+      if (near_.groups()[g].closer) clearances_[g] = near_.groups()[g].far_clearance;
+    for (int j = 0; j < near_.count(); ++j)
+      if (near_.groups()[near_.group_of(near_.vertex(j))].closer && !is_clear(field, j)) return touch(field, tool);
+  }
+
+  /// Whether the j-th vertex near touches nothing, nor any of its patch; then its group is no clearer than it.
+  template <PenetrationField Field>
+  [[gnu::always_inline]] bool is_clear(const Field& field, int j) noexcept {
+    const std::size_t g = near_.group_of(near_.vertex(j));
+    const Scalar reach = near_.groups()[g].reach;
+    const Scalar clear = field.clearance(near_.value(j));
+    if (near_.value(j) > Scalar(0) || (Vertices::kGlide && clear < reach)) return false;
+    clearances_[g] = std::min(clearances_[g], static_cast<double>(clear - reach));
+    return true;
   }
 
   /// Angle from a vertex to its patch's edge [rad]. The ball's is a quarter wider than a disc of the same area, so that
@@ -143,6 +156,11 @@ class VertexContacts {
     const auto count = static_cast<Scalar>(tool.groups()[0].count);
     return std::min(Scalar(1), Scalar(1.25) * std::sqrt(Scalar(4) / count));
   }
+  struct PatchEdge {
+    PatchEdge(Scalar angle, Scalar r) noexcept : radius(r), cosine(std::cos(angle)), sine(std::sin(angle)) {}
+    Scalar radius;  // of ball or shaft [m]
+    Scalar cosine, sine;
+  };
   [[nodiscard]] static Scalar ring_patch(const Tool& tool) noexcept {
     if (!Vertices::kGlide || tool.groups().size() < 2) return Scalar(0);
     return std::numbers::pi_v<Scalar> / static_cast<Scalar>(tool.groups()[1].count);
@@ -168,22 +186,23 @@ class VertexContacts {
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
                                     const Vec3<Scalar>& gradient) const noexcept {
     const bool ball = vertex < ball_;
+    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
     const Vec3<Scalar> from = -tool.inward()[vertex];
     Vec3<Scalar> to = R.transpose() * gradient;
     if (!ball) to.z() = Scalar(0);
-    const Scalar length = to.norm();
-    if (!(length > Scalar(0))) return tool.points()[vertex];
-    to /= length;
-    const Scalar cosine = from.dot(to);
-    const Scalar most = ball ? ball_cosine_ : ring_cosine_;
-    if (cosine < most) {
-      const Vec3<Scalar> beside = to - cosine * from;
-      const Scalar b = beside.norm();
-      if (!(b > Scalar(1e-6))) return tool.points()[vertex];
-      to = most * from + (std::sqrt(Scalar(1) - most * most) / b) * beside;
+    const Scalar length2 = to.squaredNorm();
+    if (!(length2 > Scalar(0))) return tool.points()[vertex];
+    // Within the patch, which is narrower than a right angle, or beyond it: at its edge's nearest place.
+    const Scalar along = from.dot(to);
+    Vec3<Scalar> p;
+    if (along > Scalar(0) && along * along >= edge.cosine * edge.cosine * length2) {
+      p = (edge.radius / std::sqrt(length2)) * to;
+    } else {
+      const Vec3<Scalar> beside = to - along * from;
+      const Scalar beside2 = beside.squaredNorm();
+      if (!(beside2 > Scalar(1e-12) * length2)) return tool.points()[vertex];
+      p = (edge.radius * edge.cosine) * from + (edge.radius * edge.sine / std::sqrt(beside2)) * beside;
     }
-    const Scalar radius = static_cast<Scalar>(ball ? tool.burr().tip_radius : tool.burr().shaft_radius);
-    Vec3<Scalar> p = radius * to;
     if (!ball) p.z() = tool.points()[vertex].z();
     return p;
   }
@@ -280,8 +299,7 @@ class VertexContacts {
   int ball_;
   Scalar ball_reach_;  // [rad] from a vertex to its patch's edge
   Scalar ring_reach_;
-  Scalar ball_cosine_;
-  Scalar ring_cosine_;
+  PatchEdge ball_edge_, ring_edge_;
   NearVertices<Scalar> near_;
   std::vector<double> clearances_;  // of each group's vertices that do not touch [m]
   double deepest_ = 0;
