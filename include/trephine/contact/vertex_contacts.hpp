@@ -149,6 +149,12 @@ class VertexContacts {
     return true;
   }
 
+  struct PatchEdge {
+    PatchEdge(Scalar angle, Scalar r) noexcept : radius(r), cosine(std::cos(angle)), sine(std::sin(angle)) {}
+    Scalar radius;  // of ball or shaft [m]
+    Scalar cosine, sine;
+  };
+
   /// Angle from a vertex to its patch's edge [rad]. The ball's is a quarter wider than a disc of the same area, so that
   /// patches leave no gaps.
   [[nodiscard]] static Scalar ball_patch(const Tool& tool) noexcept {
@@ -156,11 +162,6 @@ class VertexContacts {
     const auto count = static_cast<Scalar>(tool.groups()[0].count);
     return std::min(Scalar(1), Scalar(1.25) * std::sqrt(Scalar(4) / count));
   }
-  struct PatchEdge {
-    PatchEdge(Scalar angle, Scalar r) noexcept : radius(r), cosine(std::cos(angle)), sine(std::sin(angle)) {}
-    Scalar radius;  // of ball or shaft [m]
-    Scalar cosine, sine;
-  };
   [[nodiscard]] static Scalar ring_patch(const Tool& tool) noexcept {
     if (!Vertices::kGlide || tool.groups().size() < 2) return Scalar(0);
     return std::numbers::pi_v<Scalar> / static_cast<Scalar>(tool.groups()[1].count);
