@@ -110,7 +110,7 @@ class DepthMap {
     });
     keep_slopes(box);
     const Ways ways = ways_to_neighbours();
-    lower(box, 2, [&](int i, int j, int k, const auto& old, auto& value) {
+    lower(box, 1, [&](int i, int j, int k, const auto& old, auto& value) {
       fall_outside(bone, static_cast<float>(isovalue), i, j, k, ways, old, value);
     });
   }
@@ -160,6 +160,13 @@ class DepthMap {
     constexpr std::size_t kLanes = std::tuple_size_v<Lanes>;
     const Density* const here = bone.data() + voxel;
     const std::array<std::ptrdiff_t, 3> pitch{1, bone.row_pitch(), bone.plane_pitch()};
+    const auto to_air = [&](std::size_t l) {
+      return static_cast<float>(here[l]) >= isovalue ? old[l] : std::min(old[l], std::int16_t{0});
+    };
+    if (!meets_surface<kLanes>(here, pitch, isovalue)) {
+      for (std::size_t l = 0; l < kLanes; ++l) value[l] = to_air(l);
+      return;
+    }
     std::array<float, kLanes> steepness{};  // [densities per step of depth]
     std::array<std::int32_t, kLanes> beside{};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -179,9 +186,28 @@ class DepthMap {
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float above = static_cast<float>(here[l]) - isovalue;
       const std::int16_t met = at_most(above / steepness[l]);
-      const std::int16_t other = above >= 0 ? old[l] : std::min(old[l], std::int16_t{0});
-      value[l] = beside[l] != 0 ? std::min(old[l], met) : other;
+      value[l] = beside[l] != 0 ? std::min(old[l], met) : to_air(l);
     }
+  }
+
+  /// Whether any of these voxels may have a neighbour on the surface's other side.
+  template <std::size_t kLanes, VoxelDensity Density>
+  [[nodiscard]] static bool meets_surface(const Density* here, const std::array<std::ptrdiff_t, 3>& pitch,
+                                          float isovalue) noexcept {
+    Density least = *here, most = *here;
+    const auto widen = [&](std::ptrdiff_t by) {
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const Density d = here[static_cast<std::ptrdiff_t>(l) + by];
+        least = std::min(least, d);
+        most = std::max(most, d);
+      }
+    };
+    widen(0);
+    for (const std::ptrdiff_t p : pitch) {
+      widen(-p);
+      widen(p);
+    }
+    return static_cast<float>(least) < isovalue && static_cast<float>(most) >= isovalue;
   }
 
   /// Lowers depths outside bone to at least a neighbour's less seven eighths of the way to it: the shortest way goes
@@ -195,8 +221,8 @@ class DepthMap {
       highest = std::max(highest, v);
       lowest = std::min(lowest, v);
     }
-    const auto enough = static_cast<std::int16_t>(-2 * ways[7]);  // for all who ask
-    if (lowest > 0 || highest < enough) return;
+    const auto enough = static_cast<std::int16_t>(-2 * std::max({ways[1], ways[2], ways[4]}));  // for all who ask
+    if (lowest > 0 || highest <= enough) return;
     const std::int16_t* here = grid_.data() + grid_.index(i, j, k);
     Lanes most;
     most.fill(enough);
@@ -214,10 +240,9 @@ class DepthMap {
     const std::array<std::ptrdiff_t, 3> pitch{1, bone.row_pitch(), bone.plane_pitch()};
     for (std::size_t l = 0; l < most.size(); ++l) {
       const Density* const mine = density + l;
-      float highest_beside = static_cast<float>(*mine);
-      for (const std::ptrdiff_t p : pitch)
-        highest_beside = std::max(highest_beside, static_cast<float>(std::max(mine[-p], mine[p])));
-      value[l] = highest_beside >= isovalue ? old[l] : std::min(old[l], most[l]);
+      float densest = static_cast<float>(*mine);
+      for (const std::ptrdiff_t p : pitch) densest = std::max(densest, static_cast<float>(std::max(mine[-p], mine[p])));
+      value[l] = densest >= isovalue ? old[l] : std::min(old[l], most[l]);
     }
   }
 
