@@ -44,7 +44,7 @@ Bone round(const Place& place, double half) {
     box.lo[static_cast<std::size_t>(a)] = at - reach;
     box.hi[static_cast<std::size_t>(a)] = at + reach;
   }
-  return bone.cropped(box);
+  return Bone(bone.cropped(box));
 }
 
 std::shared_ptr<Bone> with_gradients(const Bone& bone) {

@@ -377,6 +377,25 @@ TEST_CASE("friction: sticks without creep, slips on the cone's edge") {
   CHECK(worst <= 0.05);
 }
 
+// Of a motion of 2 µm on a wall the virtual tool takes a fiftieth: less than what ends a search.
+TEST_CASE("friction: a motion too small for a search is felt in full") {
+  Bench<double, Coulomb> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, {}, kDrill, kGains, Coulomb(0.3, 0.3));
+  const double k_v = kGains.stiffness, k_c = bench.tool.options().contact_stiffness(kVoxel);
+  const Vec3d touching = kRoom.middle() + kDrill.tip_radius * Vec3d::UnitZ();
+  const auto pose = [&](double depth) { return tool_at(touching - depth * Vec3d::UnitZ(), Vec3d::UnitZ()); };
+  bench.lead_to(pose(-1e-3), pose(1e-3), 100);
+  const auto force = [&](double depth) { return in_double(bench.at(pose(depth)).wrench).force.z(); };
+  double off = 0, before = force(1e-3);
+  for (int i = 0; i < 40; ++i) {
+    const bool in = i % 2 == 0;
+    const double now = force(1e-3 + (in ? 2e-6 : 0));
+    off = std::max(off, std::abs(std::abs(now - before) / 2e-6 * (k_v + k_c) / (k_v * k_c) - 1));
+    before = now;
+  }
+  MESSAGE("felt off the springs in series by ", 100 * off, " %");
+  CHECK(off <= 0.002);
+}
+
 TEST_CASE("friction takes energy on closed paths, never gives") {
   Bench<double, Coulomb> bench(Ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel}, kRoom, {.sphere = 50}, kDrill,
                                kGains, Coulomb(0.3, 0.3));

@@ -257,6 +257,65 @@ TEST_CASE("depths follow bone that wears down: their surface is that of the dens
   CHECK(off <= 0.15 * 3e-4);
 }
 
+// Densities fall from far above the isovalue to just below it where the burr was: neither is a ramp's.
+TEST_CASE("depths follow bone of a scanner's contrast at every stage of its wear") {
+  RasterOptions o{.size = {40, 40, 32}, .spacing = {3e-4, 3e-4, 4.5e-4}};
+  o.contrast = 2500;
+  o.air = -1000;
+  const double h = 3e-4;
+  auto bone = rasterise<std::int16_t>(HalfSpace{o.middle() + Vec3d(0, 0, h), Vec3d(0.2, 0.1, 1).normalized()}, o);
+  DepthMap map(bone, o.isovalue());
+  BoneWithDepth both(bone, map);
+  const SphereCutter cutter(o.middle(), o.middle(), 6 * h);
+  const RateLimitedCut<> slow{.rate = 5000};
+  constexpr double kSteep = 200;  // [densities per voxel]
+  double off = 0, squares = 0, off_anew = 0;
+  int rays = 0, voxels = 0, other_side = 0;
+  for (std::uint32_t tick = 0; tick < 600; ++tick) {
+    static_cast<void>(carve(both, o.isovalue(), cutter, slow, CutAllowance{.dt = 1e-3, .tick = tick}));
+    if (tick % 60 != 59) continue;
+    const DensityField<std::int16_t, double> density(bone, o.isovalue());
+    const DepthField<double> depth(map);
+    Random random(4);
+    for (int i = 0; i < 200; ++i) {
+      Vec3d d = random.unit();
+      d.z() = -std::abs(d.z()) - 0.3;
+      d.normalize();
+      double reached = 0;
+      while (reached < 9 * h && !(density.value(o.middle() + reached * d) >= 0)) reached += 3e-6;
+      if (reached == 0 || reached >= 9 * h) continue;
+      const Vec3d p = o.middle() + reached * d;
+      // Where bone is worn to a few densities about the isovalue, the image hardly says where it ends.
+      if (density.gradient(p).norm() < kSteep / h) continue;
+      const double depth_there = depth.metres() * depth.value(p);
+      off = std::max(off, std::abs(depth_there));
+      squares += depth_there * depth_there;
+      ++rays;
+    }
+    const DepthMap anew(bone, o.isovalue());
+    for (int k = 4; k < 28; ++k)
+      for (int j = 4; j < 36; ++j)
+        for (int i = 4; i < 36; ++i) {
+          const double is = map.grid().at(i, j, k), should = anew.grid().at(i, j, k);
+          const bool in = static_cast<double>(bone.at(i, j, k)) >= o.isovalue();
+          if (in ? is < 0 : is > 0) ++other_side;
+          if (!(should > 0 && should < 2 * DepthMap::kPerVoxel)) continue;
+          const double difference = (is - should) / DepthMap::kPerVoxel;
+          off_anew += difference * difference;
+          ++voxels;
+        }
+  }
+  off_anew = std::sqrt(off_anew / voxels);
+  const double rms = std::sqrt(squares / rays);
+  MESSAGE("depth at the densities' surface: ", rms / h, " voxels rms, at most ", off / h,
+          "; against maps made anew: ", off_anew, " voxels rms");
+  REQUIRE(rays > 300);
+  CHECK(rms <= 0.12 * h);
+  CHECK(off <= 0.5 * h);
+  CHECK(off_anew <= 0.1);
+  CHECK(other_side == 0);
+}
+
 TEST_CASE("depth maps that cannot be are refused") {
   RasterOptions o{.size = {8, 8, 8}};
   const auto bone = rasterise<std::uint8_t>(Ball{o.middle(), 3 * 3e-4}, o);

@@ -56,8 +56,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// touch nothing have no say in it: a shaft in air changes no bit of what a tool without one answers, as long as no
   /// step takes it farther than the depths know to be free.
   static constexpr double kSmallestStep = 1e-3;
-  /// The same with friction, whose springs keep what a search leaves open from tick to tick: a shaft held in a hole
-  /// rests at all that theory allows, with the other at two thirds.
+  /// The same with friction, whose springs keep what a search leaves open from tick to tick: on closed paths the force
+  /// steps by at most .21 N a tick, with the other by .30.
   static constexpr double kSmallestStepWithFriction = 2e-4;
 
   /// Throws std::invalid_argument for options outside their range.
@@ -211,11 +211,9 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       met_ = met_ || pressing_;
       if (way + turn * lever_ <= smallest_step()) {
         if (rest_at(field, best, now, X_device)) return true;
-        if (!friction_.holds()) {
-          last_step_ = damping * step;
-          X_ = moved(X_, last_step_);
-          lag_ = lag_behind(X_device);
-        }
+        last_step_ = damping * step;
+        X_ = moved(X_, last_step_);
+        lag_ = lag_behind(X_device);
         held_ = pressing_;
         return true;
       }
@@ -359,14 +357,18 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     };
     for (const VertexContact& c : vertices_.near()) {
       // The last step of a search, too small to look again after, may be what presses a place a hair's breadth outside.
-      const bool stepped = held_ && !friction_.holds();
-      const double depth = stepped ? c.depth - rise(ways_[n], last_step_) : c.depth;
+      const double depth = held_ ? c.depth - rise(ways_[n], last_step_) : c.depth;
       const bool touches = c.depth > 0;
       const bool holds = held_ && pressed_[n] != 0;
       ++n;
       if (!nearest || c.depth > nearest->depth) nearest = &c;
       if (!touches && !holds) continue;
-      const Vec3d rubs = touches ? friction_.settle(c, X_) : Vec3d(Vec3d::Zero());
+      VertexContact there = c;
+      if (held_) {
+        there.depth = std::max(0.0, depth);
+        there.lever += last_step_.template tail<3>().cross(c.lever);
+      }
+      const Vec3d rubs = touches ? friction_.settle(there, X_) : Vec3d(Vec3d::Zero());
       add(c, contact_stiffness_ * (std::max(0.0, depth) * c.out + rubs));
     }
     // A search may end as far out that nothing is pressed: the nearest place is what holds the tool back.

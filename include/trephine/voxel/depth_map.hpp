@@ -4,8 +4,10 @@
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/depth_build.hpp>
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace trephine {
 
@@ -95,21 +97,22 @@ class DepthMap {
     if (grid_.edit_count() != edits) keep_slopes(VoxelBox(grid_.last_edit()));
   }
 
-  /// Lowers depths to what densities allow that were lowered by anything else than a whole cut: in `box` to at most
-  /// (ρ − iso) / slope voxels, the ramp that cuts leave; and there and beside it to at most a neighbour's depth and the
-  /// way to it. Haptic thread; no allocation; work bounded by the box.
+  /// Lets depths follow densities that were lowered by anything else than a whole cut, in `box`: voxels beside the
+  /// surface are as deep as it lies off by the densities' fall toward it, those behind it at most as deep as a
+  /// neighbour and the way to it, on either side. Bone that wears is no ramp: of a neighbour emptied to far below the
+  /// isovalue, or hard bone behind it, only both together tell where the surface is. What lies behind is looked at one
+  /// voxel a call. Haptic thread; no allocation; work bounded by the box.
   template <VoxelDensity Density>
-  void follow(const VoxelGrid<Density>& bone, double isovalue, double slope, const VoxelBox& box) noexcept {
-    if (box.empty() || !(slope > 0)) return;
-    const auto per_density =
-        static_cast<float>(kPerVoxel * bone.spacing().maxCoeff() / bone.spacing().minCoeff() / slope);
-    const auto iso = static_cast<float>(isovalue);
-    lower(box, 0, [&](int i, int j, int k, const auto&, auto& value) {
-      const Density* density = bone.data() + bone.index(i, j, k);
-      for (std::size_t l = 0; l < value.size(); ++l)
-        value[l] = std::min(value[l], at_most(per_density * (static_cast<float>(density[l]) - iso)));
+  void follow(const VoxelGrid<Density>& bone, double isovalue, const VoxelBox& box) noexcept {
+    if (box.empty()) return;
+    lower(box, 1, [&](int i, int j, int k, const auto& old, auto& value) {
+      meet_surface(bone, static_cast<float>(isovalue), bone.index(i, j, k), old, value);
     });
     keep_slopes(box);
+    const Ways ways = ways_to_neighbours();
+    lower(box, 1, [&](int i, int j, int k, const auto& old, auto& value) {
+      fall_outside(bone, static_cast<float>(isovalue), i, j, k, ways, old, value);
+    });
   }
 
   /// The depths as they were made; see VoxelGrid::restore. Throws std::invalid_argument without `keep_original`.
@@ -140,13 +143,112 @@ class DepthMap {
     return static_cast<std::int16_t>(static_cast<float>(whole) > b ? whole - 1 : whole);
   }
 
-  /// In `box` and beside it.
-  void keep_slopes(const VoxelBox& box) noexcept {
+  [[nodiscard]] Ways ways_to_neighbours() const noexcept {
     Ways ways;
     for (int n = 0; n < 8; ++n) {
       const Vec3d step = grid_.spacing().cwiseProduct(Vec3d(n & 1, (n >> 1) & 1, n >> 2)) / unit_;
       ways[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(std::min(std::ceil(step.norm()), 16000.0));
     }
+    return ways;
+  }
+
+  /// Lowers the depths of voxels beside the surface to where it lies by the densities' fall toward it (exact where they
+  /// are linear), and of those that are bone no more to 0.
+  template <VoxelDensity Density, class Lanes>
+  void meet_surface(const VoxelGrid<Density>& bone, float isovalue, std::size_t voxel, const Lanes& old,
+                    Lanes& value) const noexcept {
+    constexpr std::size_t kLanes = std::tuple_size_v<Lanes>;
+    const Density* const here = bone.data() + voxel;
+    const std::array<std::ptrdiff_t, 3> pitch{1, bone.row_pitch(), bone.plane_pitch()};
+    const auto to_air = [&](std::size_t l) {
+      return static_cast<float>(here[l]) >= isovalue ? old[l] : std::min(old[l], std::int16_t{0});
+    };
+    if (!meets_surface<kLanes>(here, pitch, isovalue)) {
+      for (std::size_t l = 0; l < kLanes; ++l) value[l] = to_air(l);
+      return;
+    }
+    std::array<float, kLanes> steepness{};  // [densities per step of depth]
+    std::array<std::int32_t, kLanes> beside{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto per_step = static_cast<float>(unit_ / bone.spacing()[static_cast<Eigen::Index>(a)]);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const auto at = static_cast<std::ptrdiff_t>(l);
+        const auto mine = static_cast<float>(here[at]);
+        const auto one = static_cast<float>(here[at - pitch[a]]), other = static_cast<float>(here[at + pitch[a]]);
+        const float least = std::min(one, other), most = std::max(one, other);
+        const bool in = mine >= isovalue;
+        const float fall = std::max(0.0F, in ? mine - least : most - mine) * per_step;
+        steepness[l] += fall * fall;
+        beside[l] |= static_cast<std::int32_t>(in ? least < isovalue : most >= isovalue);
+      }
+    }
+    detail::take_roots(steepness);
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float above = static_cast<float>(here[l]) - isovalue;
+      const std::int16_t met = at_most(above / steepness[l]);
+      value[l] = beside[l] != 0 ? std::min(old[l], met) : to_air(l);
+    }
+  }
+
+  /// Whether any of these voxels may have a neighbour on the surface's other side.
+  template <std::size_t kLanes, VoxelDensity Density>
+  [[nodiscard]] static bool meets_surface(const Density* here, const std::array<std::ptrdiff_t, 3>& pitch,
+                                          float isovalue) noexcept {
+    Density least = *here, most = *here;
+    const auto widen = [&](std::ptrdiff_t by) {
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const Density d = here[static_cast<std::ptrdiff_t>(l) + by];
+        least = std::min(least, d);
+        most = std::max(most, d);
+      }
+    };
+    widen(0);
+    for (const std::ptrdiff_t p : pitch) {
+      widen(-p);
+      widen(p);
+    }
+    return static_cast<float>(least) < isovalue && static_cast<float>(most) >= isovalue;
+  }
+
+  /// Lowers depths outside bone to at least a neighbour's less seven eighths of the way to it: the shortest way goes
+  /// between neighbours. Not beside the surface, where depths are told.
+  template <VoxelDensity Density, class Lanes>
+  void fall_outside(const VoxelGrid<Density>& bone, float isovalue, int i, int j, int k, const Ways& ways,
+                    const Lanes& old, Lanes& value) const noexcept {
+    std::int16_t highest = std::numeric_limits<std::int16_t>::min();
+    std::int16_t lowest = std::numeric_limits<std::int16_t>::max();
+    for (const std::int16_t v : old) {
+      highest = std::max(highest, v);
+      lowest = std::min(lowest, v);
+    }
+    const auto enough = static_cast<std::int16_t>(-2 * std::max({ways[1], ways[2], ways[4]}));  // for all who ask
+    if (lowest > 0 || highest <= enough) return;
+    const std::int16_t* here = grid_.data() + grid_.index(i, j, k);
+    Lanes most;
+    most.fill(enough);
+    for (int dk = -1; dk <= 1; ++dk)
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          if (di == 0 && dj == 0 && dk == 0) continue;
+          const int whole = ways[static_cast<std::size_t>(di * di + 2 * dj * dj + 4 * dk * dk)];
+          const auto way = static_cast<std::int16_t>(whole - whole / 8);
+          const std::int16_t* there = here + (dk * grid_.plane_pitch() + dj * grid_.row_pitch() + di);
+          for (std::size_t l = 0; l < most.size(); ++l)
+            most[l] = std::max(most[l], static_cast<std::int16_t>(there[l] - way));
+        }
+    const Density* const density = bone.data() + bone.index(i, j, k);
+    const std::array<std::ptrdiff_t, 3> pitch{1, bone.row_pitch(), bone.plane_pitch()};
+    for (std::size_t l = 0; l < most.size(); ++l) {
+      const Density* const mine = density + l;
+      float densest = static_cast<float>(*mine);
+      for (const std::ptrdiff_t p : pitch) densest = std::max(densest, static_cast<float>(std::max(mine[-p], mine[p])));
+      value[l] = densest >= isovalue ? old[l] : std::min(old[l], most[l]);
+    }
+  }
+
+  /// In `box` and beside it.
+  void keep_slopes(const VoxelBox& box) noexcept {
+    const Ways ways = ways_to_neighbours();
     lower(box, 2, [&](int i, int j, int k, const auto& old, auto& value) { keep_slope(i, j, k, ways, old, value); });
   }
 
@@ -204,9 +306,7 @@ class BoneWithDepth {
   [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return bone_->rise_stamp(); }
 
   /// Lets the depths follow the bone's last edit, made by anything else than a whole cut.
-  void follow(double isovalue, double slope = 0) noexcept {
-    depth_->follow(*bone_, isovalue, slope_or_auto(slope, *bone_, isovalue), bone_->last_edit());
-  }
+  void follow(double isovalue) noexcept { depth_->follow(*bone_, isovalue, bone_->last_edit()); }
 
   /// Puts the originals back, as VoxelGrid::restore does; returns how many bricks are left in the one that has more.
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max()) {
@@ -231,7 +331,7 @@ double carve(BoneWithDepth<Density>& bone, double isovalue, const C& cutter, con
   else if constexpr (LimitBySteepness<typename Policy::template Limit<Density>, WideDensity<Density>>)
     bone.depth().recede(cutter, policy, allowance);
   else
-    bone.follow(isovalue, slope);
+    bone.follow(isovalue);
   return removed;
 }
 
