@@ -90,12 +90,14 @@ template <VoxelDensity Density, RealScalar Scalar>
   if constexpr (std::is_floating_point_v<Density>) {
     return lerp(Scalar(word[0]), Scalar(word[1]), f);
   } else {
+    // Left and right in a whole int: a cast to Density would have g++ pack vectors to bytes and unpack them again.
     constexpr int kBits = 8 * sizeof(Density);
+    using Word = std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>;
     const auto w = static_cast<std::uint32_t>(word);
-    const auto low = static_cast<Density>(w & ((1U << kBits) - 1U));
-    const auto high = static_cast<Density>(w >> kBits);
+    const auto low = static_cast<int>(static_cast<Word>(w << (32 - kBits)) >> (32 - kBits));
+    const auto high = static_cast<int>(static_cast<Word>(w << (32 - 2 * kBits)) >> (32 - kBits));
     constexpr bool kLittle = std::endian::native == std::endian::little;
-    return lerp(Scalar(static_cast<int>(kLittle ? low : high)), Scalar(static_cast<int>(kLittle ? high : low)), f);
+    return lerp(Scalar(kLittle ? low : high), Scalar(kLittle ? high : low), f);
   }
 }
 
