@@ -24,7 +24,7 @@ template <RealScalar Scalar>
 class WaysOut {
  public:
   explicit WaysOut(int most_rays) {
-    const auto n = static_cast<std::size_t>(most_rays);
+    const auto n = static_cast<std::size_t>(most_rays + kRays - 1) / kRays * kRays;  // batches are copied whole
     for (auto* v : {&x_, &y_, &z_, &dx_, &dy_, &dz_, &length_, &value_, &way_}) v->resize(n);
   }
 
@@ -50,10 +50,10 @@ class WaysOut {
   template <ContactField Field>
   void search(const Field& field, const Pose<Scalar>& X, Scalar step) noexcept {
     for (int first = 0; first < count_; first += kRays) {
-      Brackets b;
-      b.count = std::min(count_ - first, kRays);
-      march(field, X, step, static_cast<std::size_t>(first), b);
-      close(field, X, static_cast<std::size_t>(first), b);
+      Batch b(*this, static_cast<std::size_t>(first));
+      march(field, X, step, b);
+      close(field, X, b);
+      std::copy_n(b.way.begin(), kRays, way_.begin() + first);
     }
   }
 
@@ -64,11 +64,36 @@ class WaysOut {
   static constexpr int kMostClosing = 8;  // of false position
   using Rays = std::array<Scalar, kRays>;
 
-  // Of each ray: [lo, hi] with the field's values there, hi outside once the ray is `out`.
-  struct Brackets {
-    int count = 0;
-    Rays lo{}, hi{}, at_lo{}, at_hi{};
-    std::array<int, kRays> out{};
+  // Rays of one batch, copied. Loops over it go on to a multiple of kLane, and its arrays are no one else's: g++ -O2
+  // vectorises no others. Rays beyond `count` are left from earlier searches; they have no length and are out from the
+  // start.
+  struct Batch {
+    int count;
+    Rays x, y, z, dx, dy, dz, length;
+    // [lo, hi] with the field's values there, hi outside once the ray is `out`.
+    Rays lo{}, hi{}, at_lo, at_hi{}, way;
+    std::array<int, kRays> out;
+
+    Batch(const WaysOut& all, std::size_t first) noexcept
+        : count(std::min(all.count_ - static_cast<int>(first), kRays)) {
+      const auto copy = [first](const std::vector<Scalar>& from, Rays& to) {
+        std::copy_n(from.data() + first, kRays, to.begin());
+      };
+      copy(all.x_, x);
+      copy(all.y_, y);
+      copy(all.z_, z);
+      copy(all.dx_, dx);
+      copy(all.dy_, dy);
+      copy(all.dz_, dz);
+      copy(all.length_, length);
+      copy(all.value_, at_lo);
+      for (std::size_t r = 0; r < kRays; ++r) {
+        const bool is_ray = static_cast<int>(r) < count;
+        length[r] = is_ray ? length[r] : Scalar(0);
+        out[r] = is_ray ? 0 : 1;
+      }
+    }
+    [[nodiscard]] std::size_t padded() const noexcept { return static_cast<std::size_t>(padded_to_lane(count)); }
   };
 
   // field.value at n points of a stack buffer, n padded to a lane by copies of the last.
@@ -86,42 +111,40 @@ class WaysOut {
     }
   };
 
-  [[nodiscard]] static int lanes_for(Scalar length, Scalar step) noexcept {
+  // Of 16 steps, how many make a step at most `step`.
+  [[nodiscard]] static Scalar lanes_for(Scalar length, Scalar step) noexcept {
     const Scalar wanted = std::ceil(length / (step * Scalar(kLane)));
-    return wanted < Scalar(kMostLanes) ? std::max(1, static_cast<int>(wanted)) : kMostLanes;
+    return wanted < Scalar(kMostLanes) ? std::max(Scalar(1), wanted) : Scalar(kMostLanes);
   }
 
-  void place(std::size_t ray, Scalar s, Points& p, std::size_t at) const noexcept {
-    p.x[at] = x_[ray] + s * dx_[ray];
-    p.y[at] = y_[ray] + s * dy_[ray];
-    p.z[at] = z_[ray] + s * dz_[ray];
+  static void place(const Batch& b, std::size_t ray, Scalar s, Points& p, std::size_t at) noexcept {
+    p.x[at] = b.x[ray] + s * b.dx[ray];
+    p.y[at] = b.y[ray] + s * b.dy[ray];
+    p.z[at] = b.z[ray] + s * b.dz[ray];
   }
 
   template <ContactField Field>
-  void march(const Field& field, const Pose<Scalar>& X, Scalar step, std::size_t first, Brackets& b) const noexcept {
+  static void march(const Field& field, const Pose<Scalar>& X, Scalar step, Batch& b) noexcept {
     const auto n = static_cast<std::size_t>(b.count);
+    const std::size_t m = b.padded();
     Rays spacing;
-    int most = 0;
-    for (std::size_t r = 0; r < n; ++r) {
-      const int lanes = lanes_for(length_[first + r], step);
-      most = std::max(most, lanes);
-      spacing[r] = length_[first + r] / static_cast<Scalar>(lanes * kLane);
-      b.at_lo[r] = value_[first + r];
-    }
+    Scalar most = 1;
+    for (std::size_t r = 0; r < n; ++r) most = std::max(most, lanes_for(b.length[r], step));
+    for (std::size_t r = 0; r < m; ++r) spacing[r] = b.length[r] / (lanes_for(b.length[r], step) * Scalar(kLane));
+    const int last = static_cast<int>(most) * kLane;
     Points p;
-    for (int done = 0; done < most * kLane; done += kSteps) {
+    for (int done = 0; done < last; done += kSteps) {
+      // What is placed beyond the rays of a step, those of the next replace.
       for (std::size_t j = 0; j < kSteps; ++j) {
         const Scalar steps = static_cast<Scalar>(done + static_cast<int>(j) + 1);
-        for (std::size_t r = 0; r < n; ++r)
-          place(first + r, std::min(steps * spacing[r], length_[first + r]), p, j * n + r);
+        for (std::size_t r = 0; r < m; ++r) place(b, r, std::min(steps * spacing[r], b.length[r]), p, j * n + r);
       }
       p.sample(field, X, kSteps * b.count);
-      int out = 0;
       for (std::size_t j = 0; j < kSteps; ++j) {
         const Scalar steps = static_cast<Scalar>(done + static_cast<int>(j) + 1);
-        for (std::size_t r = 0; r < n; ++r) {
+        for (std::size_t r = 0; r < m; ++r) {
           const Scalar v = p.value[j * n + r];
-          const Scalar s = std::min(steps * spacing[r], length_[first + r]);
+          const Scalar s = std::min(steps * spacing[r], b.length[r]);
           const bool open = b.out[r] == 0;
           const bool leaves = v < Scalar(0);
           b.hi[r] = open ? s : b.hi[r];
@@ -131,46 +154,50 @@ class WaysOut {
           b.out[r] = open && leaves ? 1 : b.out[r];
         }
       }
-      for (std::size_t r = 0; r < n; ++r) out += b.out[r];
-      if (out == b.count) return;
+      int in_bone = 0;
+      for (std::size_t r = 0; r < m; ++r) in_bone += 1 - b.out[r];
+      if (in_bone == 0) return;
     }
+  }
+
+  // Where the chord of a bracket crosses 0.
+  [[nodiscard]] static Scalar root(const Batch& b, std::size_t r) noexcept {
+    const Scalar f = b.at_lo[r] / (b.at_lo[r] - b.at_hi[r]);
+    return b.lo[r] + f * (b.hi[r] - b.lo[r]);
   }
 
   // Illinois: an end that is kept twice counts for half, so that both close in. Ends with the last chord's root.
   template <ContactField Field>
-  void close(const Field& field, const Pose<Scalar>& X, std::size_t first, Brackets& b) noexcept {
-    const auto n = static_cast<std::size_t>(b.count);
+  static void close(const Field& field, const Pose<Scalar>& X, Batch& b) noexcept {
+    const std::size_t m = b.padded();
     const Scalar enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
     std::array<int, kRays> kept{};
     Points p;
-    const auto root = [&b](std::size_t r) {
-      const Scalar f = b.at_lo[r] / (b.at_lo[r] - b.at_hi[r]);
-      return b.lo[r] + f * (b.hi[r] - b.lo[r]);
-    };
-    for (std::size_t r = 0; r < n; ++r) way_[first + r] = b.out[r] != 0 ? root(r) : length_[first + r];
+    for (std::size_t r = 0; r < m; ++r) {
+      const Scalar chord = root(b, r);
+      b.way[r] = b.out[r] != 0 ? chord : b.length[r];
+    }
     for (int i = 0; i < kMostClosing; ++i) {
-      for (std::size_t r = 0; r < n; ++r) place(first + r, way_[first + r], p, r);
+      for (std::size_t r = 0; r < m; ++r) place(b, r, b.way[r], p, r);
       p.sample(field, X, b.count);
-      Scalar moved = 0;
-      for (std::size_t r = 0; r < n; ++r) {
-        if (b.out[r] == 0) continue;
+      int moving = 0;
+      for (std::size_t r = 0; r < m; ++r) {
         const Scalar v = p.value[r];
-        if (v < Scalar(0)) {
-          b.hi[r] = way_[first + r];
-          b.at_hi[r] = v;
-          if (kept[r] == 1) b.at_lo[r] /= Scalar(2);
-          kept[r] = 1;
-        } else {
-          b.lo[r] = way_[first + r];
-          b.at_lo[r] = v;
-          if (kept[r] == 2) b.at_hi[r] /= Scalar(2);
-          kept[r] = 2;
-        }
-        const Scalar next = root(r);
-        moved = std::max(moved, std::abs(next - way_[first + r]));
-        way_[first + r] = next;
+        const Scalar s = b.way[r];
+        const bool leaves = v < Scalar(0);
+        const Scalar lo_again = kept[r] == 1 ? b.at_lo[r] / Scalar(2) : b.at_lo[r];
+        const Scalar hi_again = kept[r] == 2 ? b.at_hi[r] / Scalar(2) : b.at_hi[r];
+        b.hi[r] = leaves ? s : b.hi[r];
+        b.lo[r] = leaves ? b.lo[r] : s;
+        b.at_hi[r] = leaves ? v : hi_again;
+        b.at_lo[r] = leaves ? lo_again : v;
+        kept[r] = leaves ? 1 : 2;
+        const Scalar chord = root(b, r);
+        const bool closing = b.out[r] != 0 && static_cast<int>(r) < b.count;
+        b.way[r] = closing ? chord : s;
+        moving += closing && std::abs(chord - s) > enough ? 1 : 0;
       }
-      if (moved <= enough) return;
+      if (moving == 0) return;
     }
   }
 

@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -284,21 +285,10 @@ class SurfaceApproxRenderer {
     ways_out_.clear();
     bool deep = false;
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      const auto& group = tool_.groups()[g];
-      const int before = ways_out_.count();
       hit_[g] = 0;
-      if (values_[static_cast<std::size_t>(group.centre)] >= Scalar(0)) {
-        deep = true;
-        continue;
-      }
-      for (int i = group.first; i < group.first + group.count; ++i) {
-        const Scalar value = values_[static_cast<std::size_t>(i)];
-        if (!(value >= Scalar(0))) continue;
-        hits_[static_cast<std::size_t>(ways_out_.count())] = i;
-        ways_out_.add(tool_.points()[i], tool_.inward()[i], group.radius, value);
-      }
-      hit_[g] = ways_out_.count() > before ? 1 : 0;
+      deep = deep || is_deep(g);
     }
+    for (int first = 0; first < tool_.periphery(); first += kBatch) add_ways_out(first);
     ways_out_.search(field, X_GT_, static_cast<Scalar>(options_.search_step) * field.voxel());
     for (int j = 0; j < ways_out_.count(); ++j)
       way_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = ways_out_[j];
@@ -307,6 +297,32 @@ class SurfaceApproxRenderer {
       patches_.spread(field, tool_, X_GT_, values_, hits, way_, hit_);
     }
     return deep || std::find(hit_.begin(), hit_.end(), std::uint8_t{1}) != hit_.end();
+  }
+
+  // Those of a batch of vertices that touch, in groups whose centre is outside. Most do not: eight at a time are told.
+  void add_ways_out(int first) noexcept {
+    const auto from = static_cast<std::size_t>(first);
+    const std::size_t m = std::min(values_.size() - from, std::size_t{kBatch}) / kLane * kLane;
+    std::array<std::uint8_t, kBatch> in_bone;
+    for (std::size_t i = 0; i < m; ++i) in_bone[i] = values_[from + i] >= Scalar(0) ? 1 : 0;
+    for (std::size_t eight = 0; eight < m; eight += 8) {
+      std::uint64_t any;
+      std::memcpy(&any, in_bone.data() + eight, sizeof(any));
+      if (any == 0) continue;
+      for (std::size_t k = eight; k < eight + 8; ++k) {
+        const int i = first + static_cast<int>(k);
+        if (in_bone[k] == 0 || i >= tool_.periphery()) continue;
+        const std::size_t g = tool_.group_of(i);
+        if (is_deep(g)) continue;
+        hits_[static_cast<std::size_t>(ways_out_.count())] = i;
+        ways_out_.add(tool_.points()[i], tool_.inward()[i], tool_.groups()[g].radius, values_[from + k]);
+        hit_[g] = 1;
+      }
+    }
+  }
+
+  [[nodiscard]] bool is_deep(std::size_t g) const noexcept {
+    return values_[static_cast<std::size_t>(tool_.groups()[g].centre)] >= Scalar(0);
   }
 
   // Contact forces of a group are its springs' shares of the group's force.

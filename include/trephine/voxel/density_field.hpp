@@ -108,8 +108,9 @@ class DensityField {
     const Mat3<Scalar> A = per_metre_.asDiagonal() * X.linear();
     const Vec3<Scalar> t = coordinates(X.translation());
     sample_points(view_, A, t, x, y, z, out, n);
+    const Scalar isovalue = isovalue_;  // which `out` is not
     for (int i = 0; i < n; i += kLane)
-      for (int l = 0; l < kLane; ++l) out[i + l] -= isovalue_;
+      for (int l = 0; l < kLane; ++l) out[i + l] -= isovalue;
   }
 
   /// gradient() of n points, as `values` takes them.

@@ -44,8 +44,11 @@ template <RealScalar Scalar>
   return u < last ? u : last;
 }
 
+/// Inlined, and `sample` with it: a search waits for one sample to know where the next is, and points and cells that
+/// go through memory are an eighth of that.
 template <VoxelDensity Density, RealScalar Scalar>
-[[nodiscard]] Cell<Scalar> cell_at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
+[[nodiscard, gnu::always_inline]] inline Cell<Scalar> cell_at(const SampleView<Density, Scalar>& v,
+                                                              const Vec3<Scalar>& u) noexcept {
   const Scalar x = clamp_coordinate(u.x(), v.last.x());
   const Scalar y = clamp_coordinate(u.y(), v.last.y());
   const Scalar z = clamp_coordinate(u.z(), v.last.z());
@@ -71,7 +74,8 @@ template <RealScalar Scalar>
 
 /// Density of the trilinear interpolant.
 template <VoxelDensity Density, RealScalar Scalar>
-[[nodiscard]] Scalar sample(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
+[[nodiscard, gnu::always_inline]] inline Scalar sample(const SampleView<Density, Scalar>& v,
+                                                       const Vec3<Scalar>& u) noexcept {
   const Cell<Scalar> c = cell_at(v, u);
   const auto r = corners(v, c.base);
   const Scalar y0 = lerp(lerp(r[0], r[1], c.fx), lerp(r[2], r[3], c.fx), c.fy);
@@ -90,12 +94,14 @@ template <VoxelDensity Density, RealScalar Scalar>
   if constexpr (std::is_floating_point_v<Density>) {
     return lerp(Scalar(word[0]), Scalar(word[1]), f);
   } else {
+    // Left and right in a whole int: a cast to Density would have g++ pack vectors to bytes and unpack them again.
     constexpr int kBits = 8 * sizeof(Density);
+    using Word = std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>;
     const auto w = static_cast<std::uint32_t>(word);
-    const auto low = static_cast<Density>(w & ((1U << kBits) - 1U));
-    const auto high = static_cast<Density>(w >> kBits);
+    const auto low = static_cast<int>(static_cast<Word>(w << (32 - kBits)) >> (32 - kBits));
+    const auto high = static_cast<int>(static_cast<Word>(w << (32 - 2 * kBits)) >> (32 - kBits));
     constexpr bool kLittle = std::endian::native == std::endian::little;
-    return lerp(Scalar(static_cast<int>(kLittle ? low : high)), Scalar(static_cast<int>(kLittle ? high : low)), f);
+    return lerp(Scalar(kLittle ? low : high), Scalar(kLittle ? high : low), f);
   }
 }
 
