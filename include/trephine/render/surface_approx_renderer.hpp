@@ -196,11 +196,11 @@ class SurfaceApproxRenderer {
       sample(field, groups[first].centre, groups[last - 1].centre + 1);
     }
     if constexpr (kUsesPatches<Weights>) return true;
-    std::array<Scalar, kLane> most;
-    most.fill(std::numeric_limits<Scalar>::lowest());
-    for (std::size_t i = 0; i < values_.size(); i += kLane)
-      for (std::size_t l = 0; l < kLane; ++l) most[l] = values_[i + l] > most[l] ? values_[i + l] : most[l];
-    return *std::max_element(most.begin(), most.end()) >= Scalar(0);
+    // A plain count, which compilers vectorise.
+    const std::size_t whole_lanes = values_.size() / kLane * kLane;
+    int in_bone = 0;
+    for (std::size_t i = 0; i < whole_lanes; ++i) in_bone += values_[i] >= Scalar(0) ? 1 : 0;
+    return in_bone > 0;
   }
 
   // Vertices first … last − 1, and others where a lane has room for them.
