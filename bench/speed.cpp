@@ -277,14 +277,14 @@ class Carving {
     if (tick_ == kTicks) restart();
   }
   [[nodiscard]] const Grid& block() const { return block_; }
+  [[nodiscard]] static Grid make() {
+    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
+    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
+  }
 
  private:
   static constexpr double kVoxel = 3e-4;
   static constexpr int kTicks = 600;
-  static Grid make() {
-    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
-    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
-  }
   void restart() {
     block_.restore();
     if (depth_) depth_->restore();
@@ -678,6 +678,27 @@ void measure_spread(const Options& options, const Scene& scene) {
     Carving depths(4);
     spread.measure(
         "carving its depths", ticks, 0, [&](int) { depths.prepare(); }, [&](int) { depths(); });
+  }
+  {
+    // Bone and depths, in a block's face at a hundredth of a voxel a tick.
+    const auto in_time = [&](const char* name, const auto& policy) {
+      Grid block = Carving::make();
+      DepthMap depths(block, 127);
+      BoneWithDepth both(block, depths);
+      const double h = block.spacing().x();
+      spread.measure(
+          name, ticks, 0,
+          [&](int i) {
+            if (i % 400 == 0) block.restore(), depths.restore();
+          },
+          [&](int i) {
+            const Vec3d p = h * Vec3d(32, 32, 66 - 0.01 * (i % 400));
+            const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(i)};
+            benchmark::DoNotOptimize(carve(both, 127, SphereCutter(p, p, 5 * h), policy, allowance));
+          });
+    };
+    in_time("carving a burr of 5 voxels and its depths by a rate", RateLimitedCut<>{.rate = 300});
+    in_time("carving a burr of 5 voxels and its depths at a speed", AdvancingCut{});
   }
   {
     // A host reads every changed brick, as fast as it can, while the drill goes on.

@@ -99,6 +99,8 @@ class WaysOut {
   // field.value at n points of a stack buffer, n padded to a lane by copies of the last.
   struct Points {
     std::array<Scalar, kRays * kSteps> x, y, z, value;
+    // Of the first alone, so that g++ does not take the arrays for ones that nobody writes.
+    Points() noexcept { x[0] = y[0] = z[0] = value[0] = Scalar(0); }
     template <ContactField Field>
     void sample(const Field& field, const Pose<Scalar>& X, int n) noexcept {
       const int padded = padded_to_lane(n);
