@@ -63,8 +63,11 @@ def goals(sweep, t):
                 ratios.append(thesis["force_error_rel_p95"] / ours["force_error_rel_p95"])
                 times.append(ours["tick_ns_median"] / thesis["tick_ns_median"])
         if ratios:
+            # A law that asks how bone lies takes a gradient for each vertex in bone, beside all that the thesis takes.
+            least = [r["ratio"] for r in t["speed"] if r["measure"].startswith("the thesis' way and a gradient a hit") and r["march"] == "native"]
+            bound = f"; with no more than a gradient a hit: {min(least):.3g} to {max(least):.3g}" if least and variant == tables.SURFACE_PATCH else ""
             found.append(Goal(f"Surface, {law}, tip on smooth shapes, the thesis' 207 vertices: times less force error (p95) than the thesis' formulas; time",
-                              "at least 4; at most 1", f"{min(ratios):.2g} to {max(ratios):.2g}; {min(times):.2g} to {max(times):.2g}",
+                              "at least 4; at most 1", f"{min(ratios):.2g} to {max(ratios):.2g}; {min(times):.2g} to {max(times):.2g}{bound}",
                               min(ratios) >= 4 and max(times) <= 1.05))
     # The same at equal time, whatever the counts.
     equal = []
