@@ -34,7 +34,7 @@ std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape
   return std::make_shared<Bone>(rasterise<std::int16_t>([&](const Vec3d& p) { return shape(p - middle); }, o));
 }
 
-Bone round(const Place& place, double half) {
+std::unique_ptr<Bone> round(const Place& place, double half) {
   const Bone& bone = *place.bone;
   const Vec3d middle = (bone.X_WG().inverse() * place.touching.translation()).cwiseQuotient(bone.spacing());
   VoxelBox box;
@@ -44,7 +44,7 @@ Bone round(const Place& place, double half) {
     box.lo[static_cast<std::size_t>(a)] = at - reach;
     box.hi[static_cast<std::size_t>(a)] = at + reach;
   }
-  return Bone(bone.cropped(box));
+  return std::make_unique<Bone>(bone.cropped(box));
 }
 
 std::shared_ptr<Bone> with_gradients(const Bone& bone) {

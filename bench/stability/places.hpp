@@ -40,7 +40,7 @@ struct Place {
 [[nodiscard]] Place scanned_place(const std::string& skull, bool milled);
 
 /// Scanned bone round the place, `half` [m] to each side.
-[[nodiscard]] Bone round(const Place& place, double half);
+[[nodiscard]] std::unique_ptr<Bone> round(const Place& place, double half);
 /// A copy with stored gradients: what a run may carve, and no other.
 [[nodiscard]] std::shared_ptr<Bone> with_gradients(const Bone& bone);
 

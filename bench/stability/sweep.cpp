@@ -27,7 +27,7 @@ class Ground {
     std::call_once(asked_, [&] {
       if (!milled_) return;
       place_ = scanned_place(skull_, false);
-      sample_ = std::make_unique<Bone>(round(place_, kMilled));
+      sample_ = round(place_, kMilled);
       place_.name += ", milled meanwhile";
     });
     return place_;
