@@ -744,6 +744,8 @@ struct TimedScene {
     return result;
   }
 };
+template <class Scene>
+TimedScene(Scene&, std::vector<double>&) -> TimedScene<Scene>;
 
 /// A servo loop that spins from tick to tick on a simulated device, whose hand drills over the crown: which ticks' own
 /// work fits the period, and, apart, how late the machine lets them begin.
