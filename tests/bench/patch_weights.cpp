@@ -43,7 +43,8 @@ TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, 
                          0.0022}};
   for (const Bone& bone : bones) {
     const auto grid = rasterise<std::uint8_t>(Of{&bone.shape}, o);
-    const auto field = field_of<float, AnalyticGradient>(grid, o);
+    const auto base = field_of<float, AnalyticGradient>(grid, o);
+    const CountingField field(base);  // as the sweep reads it
     for (const int count : {26, 200})
       for (const double depth : {r / 6, r / 3, r / 2}) {
         const ToolDiscretization tool{burr, SurfaceCounts{.sphere = count, .slices = 5, .per_slice = 8}};

@@ -54,6 +54,7 @@ class CountingField {
  public:
   using Scalar = typename Base::Scalar;
   static constexpr bool kSmoothNormals = trephine::kSmoothNormals<Base>;
+  static constexpr bool kTrilinear = trephine::kTrilinear<Base>;
   explicit CountingField(const Base& base) : base_(&base) {}
 
   mutable std::int64_t samples = 0;

@@ -209,7 +209,7 @@ class PatchWays {
       return apart > Scalar(0) ? std::clamp(surface.turned[along] / apart, -most, most) : Scalar(0);
     };
     surface.bend = {curvature(0), curvature(1)};
-    if constexpr (requires { requires Field::kTrilinear; }) {
+    if constexpr (kTrilinear<Field>) {
       const Scalar sum = surface.bend.arc + (patch.disc > Scalar(0) ? surface.bend.arc : surface.bend.length);
       surface.image_shift = field.voxel() * field.voxel() / Scalar(12) * sum;
     }

@@ -22,13 +22,19 @@ concept ContactField = requires(const F& f, const Vec3<typename F::Scalar>& p, c
 };
 // clang-format on
 
+/// Whether a field's values lie between the voxels' as a trilinear interpolant's do, which bent bone shows.
+template <class F>
+inline constexpr bool kTrilinear = requires {
+  requires F::kTrilinear;
+};
+
 /// The density of a VoxelGrid above the isovalue, as a field in G. Bone is where it is >= 0: one fixed rule for ties.
 /// A view: cheap to make, valid while the grid lives; haptic thread only.
 template <VoxelDensity Density, RealScalar S, GradientPolicy GradientChoice = AnalyticGradient>
 class DensityField {
  public:
   using Scalar = S;
-  static constexpr bool kTrilinear = true;  ///< values lie between the voxels' as a trilinear interpolant's do
+  static constexpr bool kTrilinear = true;
   static constexpr bool kSmoothNormals = GradientChoice::kSmooth;
 
   DensityField(const VoxelGrid<Density>& grid, double isovalue) noexcept
