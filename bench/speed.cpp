@@ -1,91 +1,21 @@
 // SPDX-License-Identifier: MIT
-#include "../examples/drill/phantom.hpp"
 #include "speed/kernels.hpp"
 #include "speed/levels.hpp"
 #include "speed/others.hpp"
 #include "speed/run.hpp"
+#include "speed/scene.hpp"
 #include "studies/arguments.hpp"
-#include "studies/table.hpp"
 #include "support/fields.hpp"
-#include "sweep/row.hpp"
-
-#include <trephine/trephine.hpp>
 
 #include <array>
-#include <atomic>
-#include <chrono>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <thread>
 
 /// What the library costs, each figure beside its reference in one interleaved run.
 ///   bench_speed --out DIR [--march NAME] [--append] [--quick]
 /// writes DIR/speed.csv, speed_spread.csv (worst cases), speed_servo.csv and speed_memory.csv.
+namespace trephine::bench::speed {
 namespace {
-
-using namespace trephine;
-using Clock = std::chrono::steady_clock;
-using Grid = VoxelGrid<std::uint8_t>;
-using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float>;
-using Line = LineApproxRenderer<float>;
-using Coupled = CoupledToolRenderer<float>;
-using bench::SpeedRun;
-
-constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
-#if defined(__clang__)
-constexpr const char* kCompiler = "clang++";
-#else
-constexpr const char* kCompiler = "g++";
-#endif
-
-struct Options {
-  std::string folder = "build/report";
-  std::string march = "native";
-  bool append = false;
-  bool quick = false;
-};
-
-/// The thesis' tooth in voxels of another size [m].
-[[nodiscard]] Grid tooth_of(double voxel) {
-  const double shrink = 1e-4 / voxel;
-  const int across = static_cast<int>(256 * shrink);
-  return drill::tooth_phantom<std::uint8_t>(
-      {.size = {across, across, static_cast<int>(176 * shrink)}, .spacing = voxel});
-}
-
-/// A tooth and poses of a tool that leans on its crown.
-struct Scene {
-  Grid tooth = drill::tooth_phantom<std::uint8_t>();
-  Vec3d top;
-
-  Scene() {
-    const Field field(tooth, kIsovalue);
-    top = 0.5e-4 * Vec3d(255, 255, 175);
-    top.z() = 0.0175;
-    while (top.z() > 0 && field.value(top.cast<float>()) < 0) top.z() -= 5e-5;
-  }
-  /// The ball's centre `height` above the crown.
-  [[nodiscard]] Pose<float> pose(double height, double lean = 0.3) const {
-    return make_pose<double>(rotation_from_vector(Vec3d(lean, 0.1, 0)), top + Vec3d(0, 0, height)).cast<float>();
-  }
-};
-
-[[nodiscard]] Surface surface(int slices = 20, int per_slice = 8, int sphere = 26, double length = 0.04) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
-  return Surface(ToolDiscretization{burr, SurfaceCounts{.sphere = sphere, .slices = slices, .per_slice = per_slice}});
-}
-
-[[nodiscard]] Line line() {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Line(ToolDiscretization{burr, LineCounts{}});
-}
-
-[[nodiscard]] Coupled coupled(DepthMap& depths) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Coupled(ToolDiscretization{burr, SurfaceCounts{}}, FromDepthMap(depths));
-}
 
 /// The thesis' own formulas, and ours that sum over patches.
 using Thesis = SurfaceApproxRenderer<float, CollisionRatio, HoldForce, TorqueOnly>;
@@ -108,21 +38,6 @@ struct WithGradients {
     benchmark::ClobberMemory();
   }
 };
-
-/// A pose at which about `hits` of the tool's vertices are in bone.
-[[nodiscard]] Pose<float> pose_of_hits(const Scene& scene, const Surface& like, int hits) {
-  const Field field(scene.tooth, kIsovalue);
-  const auto& tool = like.tool();
-  std::vector<float> values(static_cast<std::size_t>(tool.padded()));
-  for (double height = 0.002; height > -0.015; height -= 2e-5) {
-    const Pose<float> X = scene.pose(height);
-    field.values(X, tool.points().x.data(), tool.points().y.data(), tool.points().z.data(), values.data(),
-                 tool.padded());
-    if (std::count_if(values.begin(), values.begin() + tool.periphery(), [](float v) { return v >= 0; }) >= hits)
-      return X;
-  }
-  return scene.pose(-0.015);
-}
 
 /// Flat bone with two voxels of blur, and a drill laid on it: its vertices touch and no group's centre is in bone.
 struct Flat {
@@ -212,12 +127,6 @@ template <class Known>
   };
 }
 
-/// A name as a table may hold it.
-[[nodiscard]] std::string without_commas(std::string name) {
-  std::replace(name.begin(), name.end(), ',', ':');
-  return name;
-}
-
 class Report {
  public:
   Report(const SpeedRun& run, const Options& options)
@@ -252,50 +161,6 @@ class Report {
   const SpeedRun& run_;
   std::string march_;
   bench::Table table_;
-};
-
-/// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
-class Carving {
- public:
-  explicit Carving(double reach) : block_(make()) {
-    if (reach > 0) depth_.emplace(block_, 127.0, DepthOptions{.reach = reach});
-    restart();
-  }
-  void operator()() {
-    ++tick_;
-    const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
-    const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
-    if (depth_)
-      depth_->cut(cutter);
-    else
-      benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
-    p_ = q;
-  }
-
-  /// Before a tick, and not part of it.
-  void prepare() {
-    if (tick_ == kTicks) restart();
-  }
-  [[nodiscard]] const Grid& block() const { return block_; }
-  [[nodiscard]] static Grid make() {
-    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
-    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
-  }
-
- private:
-  static constexpr double kVoxel = 3e-4;
-  static constexpr int kTicks = 600;
-  void restart() {
-    block_.restore();
-    if (depth_) depth_->restore();
-    p_ = Vec3d::Constant(20 * kVoxel);
-    tick_ = 0;
-  }
-
-  Grid block_;
-  std::optional<DepthMap> depth_;
-  Vec3d p_;
-  int tick_ = 0;
 };
 
 /// Sampling by ours and by others, of the same points of the same field: a drill of the thesis' counts that goes
@@ -551,281 +416,12 @@ void measure_speed(const Options& options, const Scene& scene) {
     report.figure(name, name);
 }
 
-/// Times one by one, where the worst counts: p50, p99, p99.9 and the longest [ns].
-class Spread {
- public:
-  explicit Spread(const Options& options)
-      : march_(options.march),
-        table_(options.folder + "/speed_spread.csv",
-               "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns,samples_bound", options.append) {}
-
-  /// `prepare` is not timed.
-  template <class Prepare, class Work>
-  void measure(const std::string& name, int ticks, std::int64_t bound, Prepare&& prepare, Work&& work) {
-    std::vector<double> times;
-    for (int i = 0; i < ticks; ++i) {
-      prepare(i);
-      const auto begin = Clock::now();
-      work(i);
-      times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
-    }
-    table_.row(without_commas(name), kCompiler, march_, ticks, bench::percentile(times, 0.5),
-               bench::percentile(times, 0.99), bench::percentile(times, 0.999), bench::percentile(times, 1), bound);
-    std::fprintf(stderr, "speed: %-44s p50 %.0f ns, p99.9 %.0f ns\n", name.c_str(), bench::percentile(times, 0.5),
-                 bench::percentile(times, 0.999));
-  }
-
- private:
-  std::string march_;
-  bench::Table table_;
-};
-
-/// The coupled tool at the thesis' counts, pressed three voxels deep and led over a plane or round a ball.
-void measure_coupled(Spread& spread, int ticks) {
-  constexpr double kVoxel = 3e-4, kRadius = 20 * kVoxel, kDeep = 3 * kVoxel;
-  const test::RasterOptions o{.size = {80, 80, 80}};
-  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), u = n.unitOrthogonal(), v = n.cross(u);
-  for (const bool ball : {false, true}) {
-    const Vec3d top = o.middle();
-    const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
-                           : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-    DepthMap depths(bone, o.isovalue());
-    for (const bool fast : {false, true}) {
-      Coupled tool = coupled(depths);
-      const auto field = tool.field(bone, o.isovalue());
-      const double speed = fast ? 0.1 : 0.03, turn = fast ? 13 : 0;  // [m/s], [rad/s] about the normal
-      const double above = tool.shape().tip_radius - kDeep;
-      // To and fro over 6 mm.
-      const auto pose = [&](int i) {
-        const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
-        const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
-        const Vec3d p =
-            ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
-        const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
-        return make_pose<float>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)).cast<float>() * R.cast<float>(),
-                                p.cast<float>());
-      };
-      spread.measure(
-          std::string("Coupled, slid over a ") + (ball ? "ball" : "plane") + (fast ? ", .1 m/s, turning" : ", .03 m/s"),
-          ticks, 0, [](int) {}, [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
-    }
-  }
-}
-
-void measure_spread(const Options& options, const Scene& scene) {
-  Spread spread(options);
-  const int ticks = options.quick ? 2000 : 20000;
-  const Field field(scene.tooth, kIsovalue);
-  const auto nothing = [](int) {};
-  // What the machine adds by itself.
-  spread.measure("a thousand divisions in a chain: the machine's own", ticks, 0, nothing, [](int i) {
-    float x = static_cast<float>(i);
-    for (int k = 0; k < 1000; ++k) x = 1.0F / (1.0F + x);
-    benchmark::DoNotOptimize(x);
-  });
-  const auto wiggled = [](Pose<float> X, int i) {
-    X.translation() +=
-        5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
-    return X;
-  };
-  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X, std::int64_t bound) {
-    spread.measure(name, ticks, bound, nothing,
-                   [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
-  };
-  const Surface thesis = surface();
-  const auto& tool = thesis.tool();
-  // Samples at most: all vertices, and of each in bone a march of a lane for every 8 voxels of its way and 8 closing
-  // steps, padded.
-  const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
-  const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
-  const Pose<float> buried = scene.pose(-0.006, 0.0);
-  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
-  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
-  renders("Surface, as deep as it goes", surface(), buried, bound);
-  renders("Line, as deep as it goes", line(), buried, 0);
-  measure_coupled(spread, ticks);
-  {
-    // From air to contact within a tick, as far as no jump is: both renderers' longest way.
-    Surface s = surface();
-    const Pose<float> X = pose_of_hits(scene, thesis, 20);
-    Pose<float> above = X;
-    above.translation().z() += 0.0045F;
-    spread.measure(
-        "Surface, first contact after a way of 4.5 mm", ticks, bound,
-        [&](int) { benchmark::DoNotOptimize(s.render(field, above)); },
-        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
-    Line l = line();
-    spread.measure(
-        "Line, first contact after a way of 4.5 mm", ticks, 0,
-        [&](int) {
-          l.reset();
-          benchmark::DoNotOptimize(l.render(field, above));
-        },
-        [&](int) { benchmark::DoNotOptimize(l.render(field, X)); });
-  }
-  {
-    // What else runs on the machine between ticks leaves nothing in the caches.
-    std::vector<char> other(std::size_t{48} << 20);
-    Surface s = surface();
-    const Pose<float> X = pose_of_hits(scene, thesis, 20);
-    spread.measure(
-        "Surface, light contact, cold caches", options.quick ? 50 : 300, bound,
-        [&](int i) {
-          for (std::size_t at = 0; at < other.size(); at += 64) other[at] = static_cast<char>(i);
-          benchmark::DoNotOptimize(other.data());
-          benchmark::ClobberMemory();
-        },
-        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
-  }
-  {
-    Carving carving(0);
-    spread.measure(
-        "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
-    Carving depths(4);
-    spread.measure(
-        "carving its depths", ticks, 0, [&](int) { depths.prepare(); }, [&](int) { depths(); });
-  }
-  {
-    // Bone and depths, in a block's face at a hundredth of a voxel a tick.
-    const auto in_time = [&](const char* name, const auto& policy) {
-      Grid block = Carving::make();
-      DepthMap depths(block, 127);
-      BoneWithDepth both(block, depths);
-      const double h = block.spacing().x();
-      spread.measure(
-          name, ticks, 0,
-          [&](int i) {
-            if (i % 400 == 0) block.restore(), depths.restore();
-          },
-          [&](int i) {
-            const Vec3d p = h * Vec3d(32, 32, 66 - 0.01 * (i % 400));
-            const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(i)};
-            benchmark::DoNotOptimize(carve(both, 127, SphereCutter(p, p, 5 * h), policy, allowance));
-          });
-    };
-    in_time("carving a burr of 5 voxels and its depths by a rate", RateLimitedCut<>{.rate = 300});
-    in_time("carving a burr of 5 voxels and its depths at a speed", AdvancingCut{});
-  }
-  {
-    // A host reads every changed brick, as fast as it can, while the drill goes on.
-    Carving carving(0);
-    std::atomic<bool> stop{false};
-    GridReader<std::uint8_t> reader(carving.block());
-    std::thread host([&] {
-      std::array<std::uint8_t, 1000> copy;
-      while (!stop) {
-        reader.poll([&](std::size_t b) { reader.copy_brick(b, copy); });
-        std::this_thread::yield();
-      }
-    });
-    spread.measure(
-        "carving beside a host that reads changed bricks", ticks, 0, [&](int) { carving.prepare(); },
-        [&](int) { carving(); });
-    stop = true;
-    host.join();
-  }
-  {
-    AirMap<std::uint8_t> map(scene.tooth, kIsovalue);
-    spread.measure("map of air made anew, off the haptic thread", 20, 0, nothing, [&](int) { map.refresh(); });
-  }
-}
-
-/// A scene whose ticks are timed by themselves, without device and pacing.
-template <class Scene>
-struct TimedScene {
-  Scene& scene;
-  std::vector<double>& times;  // [ns], as long as there is room
-
-  TickResult tick(const TickInput& input, double dt) noexcept {
-    const auto begin = Clock::now();
-    const TickResult result = scene.tick(input, dt);
-    if (times.size() < times.capacity())
-      times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
-    return result;
-  }
-};
-template <class Scene>
-TimedScene(Scene&, std::vector<double>&) -> TimedScene<Scene>;
-
-/// A servo loop that spins from tick to tick on a simulated device, whose hand drills over the crown: which ticks' own
-/// work fits the period, and, apart, how late the machine lets them begin.
-void measure_servo(const Options& options, const Scene& scene) {
-  bench::Table table(options.folder + "/speed_servo.csv",
-                     "renderer,rate_Hz,voxel_mm,compiler,march,ticks,share_within_period,p50_ns,p999_ns,"
-                     "missed_periods,lateness_p50_ns,lateness_p999_ns",
-                     options.append);
-  const auto run = [&](const char* name, auto make, double rate, double voxel) {
-    Grid tooth = tooth_of(voxel);
-    std::optional<DepthMap> depths;
-    HapticScene drill{tooth, kIsovalue, make(tooth, depths), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
-    const auto hand = [&scene](double t) {
-      const Vec3d at =
-          scene.top + Vec3d(0.002 * std::sin(3 * t), 0.002 * std::cos(2 * t), 0.001 * std::sin(12.566 * t));
-      return HandTarget(make_pose<double>(rotation_from_vector(Vec3d(0.3, 0.1 * std::sin(5 * t), 0)), at), 1);
-    };
-    SimulatedDeviceOptions simulated;
-    simulated.rate = rate;
-    simulated.substeps = 1;  // a tenth of a millisecond and less
-    simulated.X_DH = hand(0).X_DH;
-    SimulatedDevice device(simulated, hand);
-    const double seconds = options.quick ? 0.2 : 1.0;
-    std::vector<double> times;
-    times.reserve(static_cast<std::size_t>(rate * seconds) + 1);
-    TimedScene timed{drill, times};
-    ServoOptions servo;
-    servo.rate = rate;
-    ServoLoop loop(device, timed, Registration{}, servo, SleepSpinPacing{});
-    const RunReport report = loop.run_for(std::chrono::duration<double>(seconds));
-    const auto within = std::count_if(times.begin(), times.end(), [&](double ns) { return ns <= 1e9 / rate; });
-    const double share = static_cast<double>(within) / static_cast<double>(times.size());
-    table.row(name, rate, 1e3 * voxel, kCompiler, options.march, times.size(), share, bench::percentile(times, 0.5),
-              bench::percentile(times, 0.999), report.missed_deadlines, 1e9 * report.lateness.p50,
-              1e9 * report.lateness.p99_9);
-    std::fprintf(stderr, "speed: %s at %.0f Hz, %.1f mm: %.5f of ticks within the period\n", name, rate, 1e3 * voxel,
-                 share);
-  };
-  for (const double voxel : {4e-4, 1e-4})
-    for (const double rate : {10e3, 40e3}) {
-      run(
-          "surface", [](auto&, auto&) { return surface(); }, rate, voxel);
-      run(
-          "line", [](auto&, auto&) { return line(); }, rate, voxel);
-      run(
-          "coupled",
-          [](Grid& tooth, std::optional<DepthMap>& depths) { return coupled(depths.emplace(tooth, kIsovalue)); }, rate,
-          voxel);
-    }
-}
-
-/// Bytes of a grid and what goes with it.
-void measure_memory(const Options& options) {
-  bench::Table table(options.folder + "/speed_memory.csv",
-                     "voxels,density,grid_MB,bytes_per_voxel,without_original_MB,air_map_MB");
-  const auto row = [&]<class Density>(int side, Density) {
-    const double count = std::pow(side, 3);
-    const std::vector<Density> none(static_cast<std::size_t>(count));
-    const std::array<int, 3> size{side, side, side};
-    const GridGeometry geometry{.size = size, .spacing = Vec3d::Constant(1e-4)};
-    double bare = 0;
-    double air = 0;
-    {
-      const VoxelGrid<Density> grid(geometry, none, {.keep_original = false});
-      bare = static_cast<double>(grid.bytes());
-      air = static_cast<double>(AirMap<Density>(grid, 1).bytes());
-    }
-    const double all = bare + std::pow(side + 2, 3) * sizeof(Density);
-    table.row(side, sizeof(Density) == 1 ? "8 bit" : "16 bit", all / 1e6, all / count, bare / 1e6, air / 1e6);
-  };
-  for (const int side : {256, 512}) {
-    row(side, std::uint8_t{});
-    row(side, std::int16_t{});
-  }
-  if (!options.quick) row(1024, std::uint8_t{});
-}
-
 }  // namespace
+}  // namespace trephine::bench::speed
 
 int main(int argc, char** argv) {
+  using namespace trephine;
+  using namespace trephine::bench::speed;
   Options options;
   if (!bench::read_arguments(argc, argv, "bench_speed", {{"--quick", &options.quick}, {"--append", &options.append}},
                              {{"--out", &options.folder}, {"--march", &options.march}}))

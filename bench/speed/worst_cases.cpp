@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "speed/scene.hpp"
+#include "support/fields.hpp"
+#include "support/raster.hpp"
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <thread>
+
+namespace trephine::bench::speed {
+namespace {
+
+/// Times one by one, where the worst counts: p50, p99, p99.9 and the longest [ns].
+class Spread {
+ public:
+  explicit Spread(const Options& options)
+      : march_(options.march),
+        table_(options.folder + "/speed_spread.csv",
+               "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns,samples_bound", options.append) {}
+
+  /// `prepare` is not timed.
+  template <class Prepare, class Work>
+  void measure(const std::string& name, int ticks, std::int64_t bound, Prepare&& prepare, Work&& work) {
+    std::vector<double> times;
+    for (int i = 0; i < ticks; ++i) {
+      prepare(i);
+      const auto begin = Clock::now();
+      work(i);
+      times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
+    }
+    table_.row(without_commas(name), kCompiler, march_, ticks, percentile(times, 0.5), percentile(times, 0.99),
+               percentile(times, 0.999), percentile(times, 1), bound);
+    std::fprintf(stderr, "speed: %-44s p50 %.0f ns, p99.9 %.0f ns\n", name.c_str(), percentile(times, 0.5),
+                 percentile(times, 0.999));
+  }
+
+ private:
+  std::string march_;
+  Table table_;
+};
+
+/// The coupled tool at the thesis' counts, pressed three voxels deep and led over a plane or round a ball.
+void measure_coupled(Spread& spread, int ticks) {
+  constexpr double kVoxel = 3e-4, kRadius = 20 * kVoxel, kDeep = 3 * kVoxel;
+  const test::RasterOptions o{.size = {80, 80, 80}};
+  const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), u = n.unitOrthogonal(), v = n.cross(u);
+  for (const bool ball : {false, true}) {
+    const Vec3d top = o.middle();
+    const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
+                           : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+    DepthMap depths(bone, o.isovalue());
+    for (const bool fast : {false, true}) {
+      Coupled tool = coupled(depths);
+      const auto field = tool.field(bone, o.isovalue());
+      const double speed = fast ? 0.1 : 0.03, turn = fast ? 13 : 0;  // [m/s], [rad/s] about the normal
+      const double above = tool.shape().tip_radius - kDeep;
+      // To and fro over 6 mm.
+      const auto pose = [&](int i) {
+        const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
+        const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
+        const Vec3d p =
+            ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
+        const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
+        return make_pose<float>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)).cast<float>() * R.cast<float>(),
+                                p.cast<float>());
+      };
+      spread.measure(
+          std::string("Coupled, slid over a ") + (ball ? "ball" : "plane") + (fast ? ", .1 m/s, turning" : ", .03 m/s"),
+          ticks, 0, [](int) {}, [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
+    }
+  }
+}
+
+}  // namespace
+
+void measure_spread(const Options& options, const Scene& scene) {
+  Spread spread(options);
+  const int ticks = options.quick ? 2000 : 20000;
+  const Field field(scene.tooth, kIsovalue);
+  const auto nothing = [](int) {};
+  // What the machine adds by itself.
+  spread.measure("a thousand divisions in a chain: the machine's own", ticks, 0, nothing, [](int i) {
+    float x = static_cast<float>(i);
+    for (int k = 0; k < 1000; ++k) x = 1.0F / (1.0F + x);
+    benchmark::DoNotOptimize(x);
+  });
+  const auto wiggled = [](Pose<float> X, int i) {
+    X.translation() +=
+        5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
+    return X;
+  };
+  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X, std::int64_t bound) {
+    spread.measure(name, ticks, bound, nothing,
+                   [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
+  };
+  const Surface thesis = surface();
+  const auto& tool = thesis.tool();
+  // Samples at most: all vertices, and of each in bone a march of a lane for every 8 voxels of its way and 8 closing
+  // steps, padded.
+  const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
+  const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
+  const Pose<float> buried = scene.pose(-0.006, 0.0);
+  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
+  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
+  renders("Surface, as deep as it goes", surface(), buried, bound);
+  renders("Line, as deep as it goes", line(), buried, 0);
+  measure_coupled(spread, ticks);
+  {
+    // From air to contact within a tick, as far as no jump is: both renderers' longest way.
+    Surface s = surface();
+    const Pose<float> X = pose_of_hits(scene, thesis, 20);
+    Pose<float> above = X;
+    above.translation().z() += 0.0045F;
+    spread.measure(
+        "Surface, first contact after a way of 4.5 mm", ticks, bound,
+        [&](int) { benchmark::DoNotOptimize(s.render(field, above)); },
+        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
+    Line l = line();
+    spread.measure(
+        "Line, first contact after a way of 4.5 mm", ticks, 0,
+        [&](int) {
+          l.reset();
+          benchmark::DoNotOptimize(l.render(field, above));
+        },
+        [&](int) { benchmark::DoNotOptimize(l.render(field, X)); });
+  }
+  {
+    // What else runs on the machine between ticks leaves nothing in the caches.
+    std::vector<char> other(std::size_t{48} << 20);
+    Surface s = surface();
+    const Pose<float> X = pose_of_hits(scene, thesis, 20);
+    spread.measure(
+        "Surface, light contact, cold caches", options.quick ? 50 : 300, bound,
+        [&](int i) {
+          for (std::size_t at = 0; at < other.size(); at += 64) other[at] = static_cast<char>(i);
+          benchmark::DoNotOptimize(other.data());
+          benchmark::ClobberMemory();
+        },
+        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
+  }
+  {
+    Carving carving(0);
+    spread.measure(
+        "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
+    Carving depths(4);
+    spread.measure(
+        "carving its depths", ticks, 0, [&](int) { depths.prepare(); }, [&](int) { depths(); });
+  }
+  {
+    // Bone and depths, in a block's face at a hundredth of a voxel a tick.
+    const auto in_time = [&](const char* name, const auto& policy) {
+      Grid block = Carving::make();
+      DepthMap depths(block, 127);
+      BoneWithDepth both(block, depths);
+      const double h = block.spacing().x();
+      spread.measure(
+          name, ticks, 0,
+          [&](int i) {
+            if (i % 400 == 0) block.restore(), depths.restore();
+          },
+          [&](int i) {
+            const Vec3d p = h * Vec3d(32, 32, 66 - 0.01 * (i % 400));
+            const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(i)};
+            benchmark::DoNotOptimize(carve(both, 127, SphereCutter(p, p, 5 * h), policy, allowance));
+          });
+    };
+    in_time("carving a burr of 5 voxels and its depths by a rate", RateLimitedCut<>{.rate = 300});
+    in_time("carving a burr of 5 voxels and its depths at a speed", AdvancingCut{});
+  }
+  {
+    // A host reads every changed brick, as fast as it can, while the drill goes on.
+    Carving carving(0);
+    std::atomic<bool> stop{false};
+    GridReader<std::uint8_t> reader(carving.block());
+    std::thread host([&] {
+      std::array<std::uint8_t, 1000> copy;
+      while (!stop) {
+        reader.poll([&](std::size_t b) { reader.copy_brick(b, copy); });
+        std::this_thread::yield();
+      }
+    });
+    spread.measure(
+        "carving beside a host that reads changed bricks", ticks, 0, [&](int) { carving.prepare(); },
+        [&](int) { carving(); });
+    stop = true;
+    host.join();
+  }
+  {
+    AirMap<std::uint8_t> map(scene.tooth, kIsovalue);
+    spread.measure("map of air made anew, off the haptic thread", 20, 0, nothing, [&](int) { map.refresh(); });
+  }
+}
+
+}  // namespace trephine::bench::speed
