@@ -78,6 +78,8 @@ TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, 
         const double h = o.spacing.x();
         const double image = bone.radius > 0 ? 2 * h * h / (6 * bone.radius * depth) : 0;
         CHECK(errors[570] <= image + (count == 200 ? 0.011 : depth > 0.3 * r ? 0.055 : 0.13));
+        // In a hollow of seven voxels radius 2 to 5 % where that is not undone.
+        if (bone.name == std::string("hollow") && count == 200) CHECK(errors[570] <= 0.02);
         CHECK(degrees[570] <= (count == 26 ? 2.5 : 0.4));
       }
   }
