@@ -17,6 +17,13 @@ class PatchPoints {
   }
 
   void clear() noexcept { count_ = 0; }
+  /// Point j takes the place of point `to` <= j; the first `count` stay.
+  void move(int j, int to) noexcept {
+    const auto from = static_cast<std::size_t>(j), n = static_cast<std::size_t>(to);
+    for (auto* v : {&x_, &y_, &z_}) (*v)[n] = (*v)[from];
+    vertex_[n] = vertex_[from];
+  }
+  void keep(int count) noexcept { count_ = count; }
   [[nodiscard]] int count() const noexcept { return count_; }
   [[nodiscard]] int vertex(int j) const noexcept { return vertex_[static_cast<std::size_t>(j)]; }
   [[nodiscard]] Vec3<Scalar> gradient(int j) const noexcept {

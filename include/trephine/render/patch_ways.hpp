@@ -17,8 +17,9 @@ namespace trephine {
 
 /// Makes of the ways out of vertices what the patches pull that they stand for: of the vertices in bone and of those
 /// whose patch may reach into it, which are the neighbours of the former and, in a group without any, the one that is
-/// nearest to bone with its neighbours. How bone bends is told by how its normals turn from neighbour to neighbour.
-/// Capacity is fixed at construction.
+/// nearest to bone with its neighbours, if bone is where its patch reaches deepest: so a tool in whose patches' reach
+/// no bone is gets nothing. How bone bends is told by how its normals turn from neighbour to neighbour. Capacity is
+/// fixed at construction.
 template <RealScalar Scalar>
 class PatchWays {
  public:
@@ -44,19 +45,16 @@ class PatchWays {
     points_.clear();
     for (std::size_t g = 0; g < tool.groups().size(); ++g)
       if (touches[g] == 0) want_nearest(tool, tool.groups()[g], values, way);
+    find_surface(field, tool, X_GT, values, way, 0, points_.count());
+    keep_those_that_reach(field, tool, X_GT);
     const int alone = points_.count();
-    find_surface(field, tool, X_GT, values, way, 0, alone);
-    for (int j = 0; j < alone; ++j) {
-      const int i = points_.vertex(j);
-      const Place& place = places_[static_cast<std::size_t>(j)];
-      if (place.near && pull(tool, i, place.plane, {}).way > Scalar(0)) want_neighbours(tool, way, i);
-    }
+    for (int j = 0; j < alone; ++j) want_neighbours(tool, way, points_.vertex(j));
     for (const int i : hits) {
       want(tool, way, i);
       want_neighbours(tool, way, i);
     }
     find_surface(field, tool, X_GT, values, way, alone, points_.count());
-    for (int j = 0; j < points_.count(); ++j) see_bend(points_.vertex(j), places_[static_cast<std::size_t>(j)]);
+    for (int j = 0; j < points_.count(); ++j) see(points_.vertex(j), places_[static_cast<std::size_t>(j)]);
     for (std::size_t g = 0; g < surfaces_.size(); ++g)
       if (surfaces_[g].steepest > Scalar(0)) settle_bend(field, surfaces_[g], patch(tool.groups()[g].first));
     for (int j = 0; j < points_.count(); ++j) {
@@ -134,6 +132,24 @@ class PatchWays {
     for (const int j : neighbours_.of(i)) want(tool, way, j);
   }
 
+  // Of the points so far those whose patch is in bone, were it flat there, and bone is where the patch reaches deepest.
+  template <ContactField Field>
+  void keep_those_that_reach(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT) noexcept {
+    int kept = 0;
+    for (int j = 0; j < points_.count(); ++j) {
+      const int i = points_.vertex(j);
+      const Place& place = places_[static_cast<std::size_t>(j)];
+      const auto is_bone = [&](const Vec3<Scalar>& p_T) { return field.value(X_GT * p_T) >= Scalar(0); };
+      const bool reaches = place.near && pull(tool, i, place.plane, {}).way > Scalar(0) &&
+                           is_bone(tool.points()[i] - patch(i).reach() * place.plane.normal);
+      at_[static_cast<std::size_t>(i)] = reaches ? kept : kNotAsked;
+      if (!reaches) continue;
+      points_.move(j, kept);
+      places_[static_cast<std::size_t>(kept++)] = place;
+    }
+    points_.keep(kept);
+  }
+
   // At points from … to: the plane is told by the gradient there, and by the way out of a vertex in bone or the value
   // of one outside.
   template <ContactField Field>
@@ -158,14 +174,13 @@ class PatchWays {
       plane.depth = place.inside ? way * plane.normal.dot(tool.inward()[i]) : place.value / place.steepness;
       place.foot = tool.points()[i];
       place.foot += place.inside ? Vec3<Scalar>(way * tool.inward()[i]) : Vec3<Scalar>(plane.depth * plane.normal);
-      Surface& surface = surfaces_[place.group];
-      surface.steepest = std::max(surface.steepest, place.steepness);
     }
   }
 
-  // Each pair of neighbours once.
-  void see_bend(int i, const Place& here) noexcept {
+  // What a place says of its group's surface; of its bend each pair of neighbours once.
+  void see(int i, const Place& here) noexcept {
     if (!here.near) return;
+    surfaces_[here.group].steepest = std::max(surfaces_[here.group].steepest, here.steepness);
     for (const int k : neighbours_.of(i)) {
       if (k < i) continue;
       const Place* there = surface_at(k);

@@ -70,8 +70,10 @@ class SurfaceApproxRenderer {
       around_middle_ =
           std::max(around_middle_, (tool_.points()[i] - Vec3<Scalar>(Scalar(0), Scalar(0), middle_)).norm());
     around_middle_ *= Scalar(1.0001);
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g)
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       edge_forces_.push_back(representable(k_ * mean_plane_force<Weights>(tool_, g, 1.0)));
+      reaches_.push_back(Scalar(1.0001) * (tool_.groups()[g].radius + patch_reach(g)));
+    }
     if (options.budget) shared_.emplace(*options.budget, tool_, k_, edge_forces_, Shaft::kForce);
   }
 
@@ -166,8 +168,8 @@ class SurfaceApproxRenderer {
   [[nodiscard]] bool look(const Field& field) noexcept {
     const Vec3<Scalar> middle = X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), middle_);
     if constexpr (KnowsBeyond<Field>)
-      if (!kUsesPatches<Weights> && field.is_beyond(middle, around_middle_)) return false;
-    if constexpr (kUsesPatches<Weights> || !KnowsAir<Field>) {
+      if (field.is_beyond(middle, around_middle_)) return false;
+    if constexpr (!KnowsAir<Field>) {
       sample(field, 0, tool_.padded());
     } else {
       // Groups stand in a row: from the first that is near to the last. What one's air reaches beyond it, it clears
@@ -175,32 +177,49 @@ class SurfaceApproxRenderer {
       const auto& groups = tool_.groups();
       std::size_t first = 0;
       std::size_t last = groups.size();
-      const auto clears = [&](Scalar air, Scalar from, const typename Tool::Group& g) {
-        return air > std::abs(g.height - from) + g.radius * Scalar(1.0001);
+      const auto clears = [&](Scalar air, Scalar from, std::size_t g) {
+        return air > std::abs(groups[g].height - from) + reaches_[g];
       };
       while (first < last) {
         const Scalar from = groups[first].height;
         const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
-        if (!clears(air, from, groups[first])) break;
-        while (first < last && clears(air, from, groups[first])) ++first;
+        if (!clears(air, from, first)) break;
+        while (first < last && clears(air, from, first)) ++first;
       }
       while (last > first) {
         const Scalar from = groups[last - 1].height;
         const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
-        if (!clears(air, from, groups[last - 1])) break;
-        while (last > first && clears(air, from, groups[last - 1])) --last;
+        if (!clears(air, from, last - 1)) break;
+        while (last > first && clears(air, from, last - 1)) --last;
       }
       if (first == last) return false;
+      if constexpr (kUsesPatches<Weights>) {  // patches in bone ask their neighbours
+        first = first > 0 ? first - 1 : 0;
+        last = std::min(last + 1, groups.size());
+      }
       std::fill(values_.begin(), values_.end(), std::numeric_limits<Scalar>::lowest());
       sample(field, groups[first].first, groups[last - 1].first + groups[last - 1].count);
       sample(field, groups[first].centre, groups[last - 1].centre + 1);
     }
-    if constexpr (kUsesPatches<Weights>) return true;
-    // A plain count, which compilers vectorise.
+    // Plain counts, which compilers vectorise.
     const std::size_t whole_lanes = values_.size() / kLane * kLane;
-    int in_bone = 0;
-    for (std::size_t i = 0; i < whole_lanes; ++i) in_bone += values_[i] >= Scalar(0) ? 1 : 0;
-    return in_bone > 0;
+    int telling = 0;
+    if constexpr (kUsesPatches<Weights>) {  // flat air tells of no bone beside it
+      const Scalar flat = std::min(values_[0], std::numeric_limits<Scalar>::denorm_min() * Scalar(-1));
+      for (std::size_t i = 0; i < whole_lanes; ++i) telling += values_[i] != flat ? 1 : 0;
+    } else {
+      for (std::size_t i = 0; i < whole_lanes; ++i) telling += values_[i] >= Scalar(0) ? 1 : 0;
+    }
+    return telling > 0;
+  }
+
+  // Farthest that a patch of group g reaches from its vertex [m].
+  [[nodiscard]] Scalar patch_reach(std::size_t g) const noexcept {
+    Scalar most = Scalar(0);
+    const auto& group = tool_.groups()[g];
+    if constexpr (kUsesPatches<Weights>)
+      for (int i = group.first; i < group.first + group.count; ++i) most = std::max(most, tool_.patch(i).reach());
+    return most;
   }
 
   // Vertices first … last − 1, and others where a lane has room for them.
@@ -344,6 +363,7 @@ class SurfaceApproxRenderer {
   double k_ = 0;
   double k_per_stiffness_ = 1;
   std::vector<Scalar> edge_forces_;
+  std::vector<Scalar> reaches_;  // of each group, from its centre: bone farther off does not touch it [m]
   std::optional<SharedGroups<Weights, Scalar>> shared_;
   std::vector<Scalar> values_;
   WaysOut<Scalar> ways_out_;
