@@ -116,7 +116,7 @@ typedef struct trephine_scene_options {
   double isovalue;   /* density from which on there is bone. Default NaN: must be given */
   trephine_tool tool;
   double stiffness;        /* [N/m]; Coupled: of the coupling, which is all that the hand feels */
-  int32_t sphere_vertices; /* Surface, Coupled: on the tip */
+  int32_t sphere_vertices; /* Surface, Coupled: on the tip. The defaults are Surface's; Coupled does with 26, 20, 8 */
   int32_t slices;          /* Surface, Coupled: along the shaft */
   int32_t per_slice;       /* Surface, Coupled: vertices round each slice */
   int32_t shaft_vertices;  /* Line: along the shaft's centre */

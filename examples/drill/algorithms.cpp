@@ -19,10 +19,6 @@ auto simulated_scene(Grid& bone, const Bone& about, const Renderer& renderer) {
   return scene_of(bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque});
 }
 
-SurfaceCounts counts_of(const Options& options) {
-  return {.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice};
-}
-
 }  // namespace
 
 RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
@@ -32,13 +28,13 @@ RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Sur
 }
 
 RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
-  const ToolDiscretization tool{about.burr, counts_of(options)};
+  const ToolDiscretization tool{about.burr, counts_of(options, SurfaceCounts{})};
   auto scene = simulated_scene(bone, about, SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = kStiffness}});
   return perform("surface", scene, surgeon, pictured, options.real_time, "surface");
 }
 
 RunLog run_coupled(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
-  const ToolDiscretization tool{about.burr, counts_of(options)};
+  const ToolDiscretization tool{about.burr, counts_of(options, SurfaceCounts::thesis())};
   DepthMap depths(bone, about.isovalue);
   const CoupledOptions gains{
       .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};

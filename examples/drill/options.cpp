@@ -76,9 +76,9 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.shaft_length = metres(v[0]); }},
     Entry{"--line-vertices", 1, "N", "Line: vertices along the shaft (50)",
           [](Options& o, Values v) { o.line_vertices = whole(v[0], 1, 100000); }},
-    Entry{"--sphere-vertices", 1, "N", "Surface, Coupled: vertices on the burr (26)",
+    Entry{"--sphere-vertices", 1, "N", "Surface, Coupled: vertices on the burr (260; 26)",
           [](Options& o, Values v) { o.sphere_vertices = whole(v[0], 4, 100000); }},
-    Entry{"--slices", 1, "N", "Surface, Coupled: slices of the shaft (20)",
+    Entry{"--slices", 1, "N", "Surface, Coupled: slices of the shaft (100; 20)",
           [](Options& o, Values v) { o.slices = whole(v[0], 1, 10000); }},
     Entry{"--per-slice", 1, "N", "Surface, Coupled: vertices on a slice (8)",
           [](Options& o, Values v) { o.per_slice = whole(v[0], 3, 1000); }},
@@ -99,6 +99,12 @@ const Entry& entry_named(const std::string& name) {
 }
 
 }  // namespace
+
+trephine::SurfaceCounts counts_of(const Options& options, const trephine::SurfaceCounts& own) {
+  return {.sphere = options.sphere_vertices.value_or(own.sphere),
+          .slices = options.slices.value_or(own.slices),
+          .per_slice = options.per_slice.value_or(own.per_slice)};
+}
 
 Options parse_options(int argc, const char* const* argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/tool/discretization.hpp>
 
 #include <optional>
 #include <stdexcept>
@@ -28,14 +29,15 @@ struct Options {
   std::optional<trephine::Vec3d> at;                             ///< where to drill, in the volume's world [m]
   std::optional<double> tip_radius, shaft_radius, shaft_length;  // [m]
   int line_vertices = 50;
-  int sphere_vertices = 26;
-  int slices = 20;
-  int per_slice = 8;
+  std::optional<int> sphere_vertices, slices, per_slice;
   double seconds = 8;
   bool real_time = false;
   std::string out = "build/drill";
   bool pictures = true;
 };
+
+/// What the command line says of the counts, and the algorithm's own for the rest.
+[[nodiscard]] trephine::SurfaceCounts counts_of(const Options& options, const trephine::SurfaceCounts& own);
 
 /// Throws UsageError with one clear line.
 [[nodiscard]] Options parse_options(int argc, const char* const* argv);

@@ -46,9 +46,7 @@ double rate_of(const LogRow& r) {
 Verification run_verification(const Options& options) {
   const Surgeon surgeon(top_of(cube()), kBurr, {.seconds = 6, .hole_depth = 2.6, .lean = 0.36});
   const ToolDiscretization line{kBurr, LineCounts{.shaft = options.line_vertices}};
-  const ToolDiscretization surface{
-      kBurr,
-      SurfaceCounts{.sphere = options.sphere_vertices, .slices = options.slices, .per_slice = options.per_slice}};
+  const ToolDiscretization surface{kBurr, counts_of(options, SurfaceCounts::thesis())};
   return {
       lean_on_edge("line", LineApproxRenderer{line, LineOptions{.stiffness = kStiffness}}, surgeon, options.real_time),
       lean_on_edge("surface", SurfaceApproxRenderer{surface, SurfaceOptions{.stiffness = kStiffness}}, surgeon,

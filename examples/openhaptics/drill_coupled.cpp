@@ -11,7 +11,7 @@ template <trephine::CoupledMotion Motion>
 Outcome drill_moving(const Session& session, const trephine::CoupledOptions& options) {
   using namespace trephine;
   using Renderer = CoupledToolRenderer<float, FromDepthMap, Frictionless, Motion>;
-  const ToolDiscretization tool{session.bone.burr, SurfaceCounts{}};
+  const ToolDiscretization tool{session.bone.burr, SurfaceCounts::thesis()};
   DepthMap depths(session.bone.grid, session.bone.isovalue);
   return drill_with(Renderer(tool, FromDepthMap(depths), options), session);
 }

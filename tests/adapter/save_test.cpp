@@ -108,7 +108,7 @@ TEST_CASE("a session is saved with its recording, reloaded, verified and continu
     return VoxelGrid<std::int16_t>({.size = {32, 32, 32}, .spacing = {0.5e-3, 0.5e-3, 0.5e-3}}, hounsfield);
   };
   const auto make_scene = [](auto& bone) {
-    return HapticScene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}, Milling{},
+    return HapticScene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}, Milling{},
                        DeviceLimits{.force = 3.3, .torque = 0.1}};
   };
   const auto input = [](int tick) {

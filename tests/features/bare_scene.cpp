@@ -6,6 +6,6 @@
 trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephine::TickInput& input);
 trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephine::TickInput& input) {
   using namespace trephine;
-  HapticScene scene{bone, 100, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}};
+  HapticScene scene{bone, 100, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}};
   return scene.tick(input, 1e-3);
 }

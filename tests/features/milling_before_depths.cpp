@@ -8,7 +8,7 @@
 using namespace trephine;
 
 TickResult mill(VoxelGrid<std::int16_t>& bone, DepthMap& depths) {
-  const ToolDiscretization tool{Burr{}, SurfaceCounts{}};
+  const ToolDiscretization tool{Burr{}, SurfaceCounts::thesis()};
   HapticScene scene{bone, 300, CoupledToolRenderer{tool, FromDepthMap(depths)}, Milling{}};
   return scene.tick({}, 1e-3);
 }

@@ -101,7 +101,7 @@ int main(int argc, char** argv) {
                              ToolDiscretization<LineCounts, float>(burr, LineCounts{})),
                          minutes);
   const bool surface =
-      soak("surface", SurfaceApproxRenderer<float>(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts{})),
+      soak("surface", SurfaceApproxRenderer<float>(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts::thesis())),
            minutes);
   return line && surface ? 0 : 1;
 }

@@ -50,26 +50,26 @@ template <class S>
 template <class S>
 [[nodiscard]] auto make_surface() {
   using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return SurfaceApproxRenderer<S>(Tool(kDrill, SurfaceCounts{}));
+  return SurfaceApproxRenderer<S>(Tool(kDrill, SurfaceCounts::thesis()));
 }
 template <class S>
 [[nodiscard]] auto make_thesis_surface() {
   using Tool = ToolDiscretization<SurfaceCounts, S>;
   return SurfaceApproxRenderer<S, CollisionRatio, HoldForce, TorqueOnly, CentralGradient>(
-      Tool(kDrill, SurfaceCounts{}));
+      Tool(kDrill, SurfaceCounts::thesis()));
 }
 
 /// The coupled tool on a bone's depths, with friction.
 template <class S>
 [[nodiscard]] auto make_coupled(DepthMap& depths) {
   using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return CoupledToolRenderer<S, FromDepthMap, Coulomb>(Tool(kDrill, SurfaceCounts{}), FromDepthMap(depths));
+  return CoupledToolRenderer<S, FromDepthMap, Coulomb>(Tool(kDrill, SurfaceCounts::thesis()), FromDepthMap(depths));
 }
 /// On densities alone.
 template <class S>
 [[nodiscard]] auto make_coupled_on_densities() {
   using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return CoupledToolRenderer<S, FromDensities>(Tool(kDrill, SurfaceCounts{}), FromDensities{});
+  return CoupledToolRenderer<S, FromDensities>(Tool(kDrill, SurfaceCounts::thesis()), FromDensities{});
 }
 
 inline constexpr double kForceLimit = 3.3;

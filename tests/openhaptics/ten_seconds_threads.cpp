@@ -28,7 +28,7 @@ TEST_CASE("OpenHaptics servo: ten seconds of drilling against the stand-in") {
   const Posed X_WG(Eigen::Translation3d(-31.5 * h, -31.5 * h, -49.5 * h));
   VoxelGrid<std::int16_t> bone{{.size = {n, n, n}, .spacing = {h, h, h}, .X_WG = X_WG}, voxels};
   const Burr burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.04};
-  const ToolDiscretization tool{burr, SurfaceCounts{}};
+  const ToolDiscretization tool{burr, SurfaceCounts::thesis()};
 
   // D is W turned so that its y is up.
   Mat3d R_WD;

@@ -67,8 +67,8 @@ TEST_CASE("a shaft that touches nothing changes no bit") {
     DepthMap map(bone, kRoom.isovalue());
     using Renderer = CoupledToolRenderer<float, FromDepthMap, Law>;
     for (const double pace : {1.0, 5.0}) {
-      const Renderer ball(Tool(kBall, SurfaceCounts{}), FromDepthMap(map), {}, law);
-      const Renderer drill(Tool(kDrill, SurfaceCounts{}), FromDepthMap(map), {}, law);
+      const Renderer ball(Tool(kBall, SurfaceCounts::thesis()), FromDepthMap(map), {}, law);
+      const Renderer drill(Tool(kDrill, SurfaceCounts::thesis()), FromDepthMap(map), {}, law);
       const Same same = compare(ball, drill, bone, wander(top, 4000, pace), true);
       CAPTURE(pace);
       CHECK(same.differ == 0);
@@ -93,10 +93,10 @@ TEST_CASE("a rotation that is held answers as a tool that finds translation alon
   const CoupledOptions held{.rotational_stiffness = std::numeric_limits<double>::infinity()};
   const auto check = [&](auto law) {
     using Law = decltype(law);
-    const CoupledToolRenderer<float, FromDepthMap, Law, TranslationOnly> moves(Tool(kDrill, SurfaceCounts{}),
+    const CoupledToolRenderer<float, FromDepthMap, Law, TranslationOnly> moves(Tool(kDrill, SurfaceCounts::thesis()),
                                                                                FromDepthMap(map), {}, law);
-    const CoupledToolRenderer<float, FromDepthMap, Law, SixDof> turns(Tool(kDrill, SurfaceCounts{}), FromDepthMap(map),
-                                                                      held, law);
+    const CoupledToolRenderer<float, FromDepthMap, Law, SixDof> turns(Tool(kDrill, SurfaceCounts::thesis()),
+                                                                      FromDepthMap(map), held, law);
     for (const double pace : {1.0, 5.0}) {
       const Same same = compare(moves, turns, bone, wander(top - Vec3d(0, 0, 0.006), 4000, pace), true);
       CAPTURE(pace);

@@ -33,8 +33,8 @@ struct Bench {
   Coupled<Scalar, Law, Motion> tool;
 
   template <class Shape>
-  Bench(const Shape& shape, const RasterOptions& o, const SurfaceCounts& counts = {}, const Burr& burr = kDrill,
-        const CoupledOptions& gains = kGains, const Law& law = Law{})
+  Bench(const Shape& shape, const RasterOptions& o, const SurfaceCounts& counts = SurfaceCounts::thesis(),
+        const Burr& burr = kDrill, const CoupledOptions& gains = kGains, const Law& law = Law{})
       : options(o),
         bone(rasterise<std::uint8_t>(shape, o)),
         map(bone, o.isovalue()),
@@ -55,7 +55,7 @@ const RasterOptions kRoom{.size = {96, 96, 96}};
 // Pressed d beyond touching, a series of springs k_v and k_c: F = d k_v k_c / (k_v + k_c) along the normal, no torque.
 TEST_CASE_TEMPLATE("on a plane: the coupling's stiffness, the plane's direction, no sinking", Scalar, float, double) {
   for (const int sphere : {26, 100, 300}) {
-    Bench<Scalar> bench(HalfSpace{kRoom.middle(), kTilted}, kRoom, {.sphere = sphere});
+    Bench<Scalar> bench(HalfSpace{kRoom.middle(), kTilted}, kRoom, {.sphere = sphere, .slices = 20});
     CAPTURE(sphere);
     const Vec3d touching = kRoom.middle() + kDrill.tip_radius * kTilted;
     const auto pose = [&](double depth) { return tool_at(touching - depth * kTilted, kTilted); };
@@ -93,7 +93,7 @@ struct Sliding {
 // Held a fixed way beyond touching and slid along a shape.
 template <class Shape>
 Sliding slide(const Shape& shape, const Vec3d& n, int sphere) {
-  Bench<> bench(shape, kRoom, {.sphere = sphere});
+  Bench<> bench(shape, kRoom, {.sphere = sphere, .slices = 20});
   const Vec3d t = n.unitOrthogonal();
   std::vector<double> angles, forces;
   Sliding s;
@@ -221,7 +221,7 @@ TEST_CASE("a blurred wall of one voxel holds wherever it lies between the voxels
     for (const double stiffness : {800.0, 3000.0}) {
       CoupledOptions gains = kGains;
       gains.stiffness = stiffness;
-      Bench<> bench(wall, o, {}, kDrill, gains);
+      Bench<> bench(wall, o, SurfaceCounts::thesis(), kDrill, gains);
       const DepthField<double> depth(bench.map);
       double deepest = -1;
       for (double z = -0.5; z <= 0.5; z += 0.01)
@@ -287,7 +287,8 @@ TEST_CASE("a start inside bone comes out, or says that it cannot") {
   CHECK(angle_deg(out.wrench.force.cast<double>(), Vec3d::UnitZ()) < 2);
   CHECK(bench.tool.penetration() < kVoxel);
   // The whole tool deep inside: no way out is known. A finite wrench, and a status as long as it lasts.
-  Bench<> buried(HalfSpace{kRoom.middle() + Vec3d(0, 0, 1), Vec3d::UnitZ()}, kRoom, {}, Burr{.shaft_length = 0});
+  Bench<> buried(HalfSpace{kRoom.middle() + Vec3d(0, 0, 1), Vec3d::UnitZ()}, kRoom, SurfaceCounts::thesis(),
+                 Burr{.shaft_length = 0});
   for (int i = 0; i < 20; ++i) {
     const auto r = buried.at(tool_at(kRoom.middle(), Vec3d::UnitZ()));
     CHECK(r.status == Status::kStartedInside);
@@ -350,7 +351,8 @@ TEST_CASE("samples a tick are bounded, and few while the tool slides") {
 
 TEST_CASE("friction: sticks without creep, slips on the cone's edge") {
   const double mu_s = 0.3, mu_k = 0.2;
-  Bench<float, Coulomb> bench(HalfSpace{kRoom.middle(), kTilted}, kRoom, {}, kDrill, kGains, Coulomb(mu_s, mu_k));
+  Bench<float, Coulomb> bench(HalfSpace{kRoom.middle(), kTilted}, kRoom, SurfaceCounts::thesis(), kDrill, kGains,
+                              Coulomb(mu_s, mu_k));
   const Vec3d t = kTilted.unitOrthogonal();
   const double deep = 0.002;
   const auto pose = [&](double along) {
@@ -379,7 +381,8 @@ TEST_CASE("friction: sticks without creep, slips on the cone's edge") {
 
 // Of a motion of 2 µm on a wall the virtual tool takes a fiftieth: less than what ends a search.
 TEST_CASE("friction: a motion too small for a search is felt in full") {
-  Bench<double, Coulomb> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, {}, kDrill, kGains, Coulomb(0.3, 0.3));
+  Bench<double, Coulomb> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, SurfaceCounts::thesis(), kDrill,
+                               kGains, Coulomb(0.3, 0.3));
   const double k_v = kGains.stiffness, k_c = bench.tool.options().contact_stiffness(kVoxel);
   const Vec3d touching = kRoom.middle() + kDrill.tip_radius * Vec3d::UnitZ();
   const auto pose = [&](double depth) { return tool_at(touching - depth * Vec3d::UnitZ(), Vec3d::UnitZ()); };
@@ -397,8 +400,8 @@ TEST_CASE("friction: a motion too small for a search is felt in full") {
 }
 
 TEST_CASE("friction takes energy on closed paths, never gives") {
-  Bench<double, Coulomb> bench(Ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel}, kRoom, {.sphere = 50}, kDrill,
-                               kGains, Coulomb(0.3, 0.3));
+  Bench<double, Coulomb> bench(Ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel}, kRoom,
+                               {.sphere = 50, .slices = 20}, kDrill, kGains, Coulomb(0.3, 0.3));
   Random random(31);
   double most = -1;
   for (int loop = 0; loop < 10; ++loop) {
@@ -456,7 +459,7 @@ TEST_CASE("no tick adds to what the springs hold, with friction, as places come 
   CAPTURE(seed);
   const Vec3d centre = kRoom.middle();
   const double R = 20 * kVoxel;
-  Bench<float, Coulomb> bench(Ball{centre, R}, kRoom, {}, kDrill, kGains, Coulomb(0.3, 0.3));
+  Bench<float, Coulomb> bench(Ball{centre, R}, kRoom, SurfaceCounts::thesis(), kDrill, kGains, Coulomb(0.3, 0.3));
   Random random(seed);
   double most = 0, gained = -1;
   for (int loop = 0; loop < 150; ++loop) {
@@ -503,8 +506,8 @@ TEST_CASE("no tick adds to what the springs hold, with friction, as places come 
 
 TEST_CASE("friction: a law that holds nothing is as none, to the bit") {
   const Ball ball{kRoom.middle() - 20 * kVoxel * kTilted, 20 * kVoxel};
-  Bench<float> none(ball, kRoom, {}, kDrill, kGains);
-  Bench<float, Coulomb> zero(ball, kRoom, {}, kDrill, kGains, Coulomb(0, 0));
+  Bench<float> none(ball, kRoom, SurfaceCounts::thesis(), kDrill, kGains);
+  Bench<float, Coulomb> zero(ball, kRoom, SurfaceCounts::thesis(), kDrill, kGains, Coulomb(0, 0));
   int touching = 0;
   for (int i = 0; i < 600; ++i) {
     const double phase = 0.02 * i;
@@ -564,9 +567,12 @@ TEST_CASE("the map of another bone is refused; a force-only device pays for tran
                                  tool_at(kRoom.middle() + (kDrill.tip_radius - 0.001) * kTilted, kTilted), 100);
   CHECK(out.wrench.torque.norm() == 0);
   CHECK(static_cast<double>(out.wrench.force.norm()) == doctest::Approx(0.7).epsilon(0.03));
-  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, {}, kDrill, {.stiffness = 0}), std::invalid_argument);
-  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, {}, kDrill, {.force = -1}), std::invalid_argument);
-  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, {}, kDrill, {.bite = 5}), std::invalid_argument);
+  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, SurfaceCounts::thesis(), kDrill, {.stiffness = 0}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, SurfaceCounts::thesis(), kDrill, {.force = -1}),
+                  std::invalid_argument);
+  CHECK_THROWS_AS(Bench<>(HalfSpace{kRoom.middle(), kTilted}, o, SurfaceCounts::thesis(), kDrill, {.bite = 5}),
+                  std::invalid_argument);
 }
 
 // --- Closed loop

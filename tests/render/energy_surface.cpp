@@ -126,8 +126,9 @@ TEST_CASE("on a plane: the stated stiffness at half a radius, the plane's direct
       before = w.force.norm();
     }
   }
-  CHECK_THROWS_AS(EnergySurfaceRenderer(ToolDiscretization(kDrill, SurfaceCounts{}), FromDensities{}, {.stiffness = 0}),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(
+      EnergySurfaceRenderer(ToolDiscretization(kDrill, SurfaceCounts::thesis()), FromDensities{}, {.stiffness = 0}),
+      std::invalid_argument);
 }
 
 }  // namespace

@@ -62,14 +62,14 @@ TEST_CASE_TEMPLATE("started inside: held gives nothing, the extension pushes out
   const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
   const auto field = field_of<Scalar>(grid, o);
   const Posed X = ball_at(o.middle() - 4 * kVoxel * n);
-  Held<Scalar> held(Tool<Scalar>(kBall, {}));
+  Held<Scalar> held(Tool<Scalar>(kBall, SurfaceCounts::thesis()));
   for (int i = 0; i < 3; ++i) {
     const auto out = render_at(held, field, X);
     CHECK(out.status == Status::kStartedInside);
     CHECK(out.wrench == Wrench<Scalar>{});
     CHECK(out.contact.tip);
   }
-  Extended<Scalar> extended(Tool<Scalar>(kBall, {}));
+  Extended<Scalar> extended(Tool<Scalar>(kBall, SurfaceCounts::thesis()));
   CHECK(render_at(extended, field, X).status == Status::kStartedInside);
   const auto out = render_at(extended, field, X);
   CHECK(out.status == Status::kOk);
@@ -118,8 +118,8 @@ TEST_CASE_TEMPLATE("a jump starts deep contact anew and is said", Scalar, float,
   const RasterOptions o{.size = {64, 64, 64}};
   const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
   const auto field = field_of<Scalar>(grid, o);
-  Held<Scalar> held(Tool<Scalar>(kBall, {}));
-  Extended<Scalar> extended(Tool<Scalar>(kBall, {}));
+  Held<Scalar> held(Tool<Scalar>(kBall, SurfaceCounts::thesis()));
+  Extended<Scalar> extended(Tool<Scalar>(kBall, SurfaceCounts::thesis()));
   const Posed far = ball_at(o.middle() + Vec3d(0, 0, 0.02)), in = ball_at(o.middle() - Vec3d(0, 0, 0.001));
   for (double z = 6; z > -3; z -= 0.2) {
     static_cast<void>(render_at(held, field, ball_at(o.middle() + Vec3d(0, 0, z * kVoxel))));
@@ -184,7 +184,8 @@ TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Sca
   const RasterOptions o{.size = {96, 48, 48}};
   const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
   const auto field = field_of<Scalar>(grid, o);
-  Held<Scalar> renderer(Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0012, .shaft_length = 0.02}, {}));
+  Held<Scalar> renderer(
+      Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0012, .shaft_length = 0.02}, SurfaceCounts::thesis()));
   std::vector<Vec3d> last(21);
   for (double z = 6.1; z > -3; z -= 0.2) {
     const auto out = render_at(renderer, field, tool_at(o.middle() + Vec3d(-0.01, 0, z * kVoxel), Vec3d::UnitX()));

@@ -24,7 +24,7 @@ constexpr double kTorqueError = 0.06, kTorqueFloor = 1e-3;  // 6 % or 1 mN·m
 TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
   // 26 cube directions, R = 3, turned .3 about y and then .2 about x, both fixed axes; force along the plane's normal,
   // k = 1.
-  const Tool<double> tool(Burr{.tip_radius = 3, .shaft_length = 0}, {});
+  const Tool<double> tool(Burr{.tip_radius = 3, .shaft_length = 0}, SurfaceCounts::thesis());
   const Mat3d R = rotation_from_vector(Vec3d(0.2, 0, 0)) * rotation_from_vector(Vec3d(0, 0.3, 0));
   const auto force = [&](const Mat3d& turned, double depth) {
     const Vec3d n = turned.transpose() * Vec3d::UnitZ();
@@ -77,7 +77,7 @@ TEST_CASE("many vertices give the continuum's laws") {
 
 TEST_CASE("on a plane, 26 vertices against the continuum") {
   const double radius = 0.0015;
-  const Tool<double> tool(Burr{.tip_radius = radius, .shaft_length = 0}, {});
+  const Tool<double> tool(Burr{.tip_radius = radius, .shaft_length = 0}, SurfaceCounts::thesis());
   for (const double share : {1.0 / 6, 1.0 / 3}) {
     std::vector<double> errors;
     Random random(72);
@@ -338,7 +338,7 @@ TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps o
   const DensityField<std::uint8_t, Scalar> base(grid, 127.5);
   const CountingField field(base);
   const Burr burr{.tip_radius = 0.003, .shaft_radius = 0.001, .shaft_length = 0.01};
-  SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> renderer(Tool<Scalar>(burr, {}));
+  SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> renderer(Tool<Scalar>(burr, SurfaceCounts::thesis()));
   const auto lanes = [&](double radius) { return 16 * static_cast<std::int64_t>(std::ceil(radius / (8 * h) - 1e-6)); };
   const std::int64_t bound = 208 + 26 * (lanes(0.003) + 14) + 160 * (lanes(0.001) + 14);
   std::int64_t most = 0;
@@ -352,7 +352,7 @@ TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps o
   CHECK(most <= bound);
   // One bad radius cannot make it endless: 64 lanes a vertex at most.
   SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> huge(
-      Tool<Scalar>(Burr{.tip_radius = 10, .shaft_length = 0}, {}));
+      Tool<Scalar>(Burr{.tip_radius = 10, .shaft_length = 0}, SurfaceCounts::thesis()));
   field.samples = 0;
   static_cast<void>(render_at(huge, field, tool_at({0, 0, 9.999}, Vec3d::UnitZ())));
   CHECK(field.samples <= 32 + 26 * (64 * 16 + 14));

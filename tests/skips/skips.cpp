@@ -123,16 +123,20 @@ void check(const std::string& name, const Renderer& make, int poses, unsigned se
   CHECK(out.shaft > poses / 1000);
 }
 
-const ToolDiscretization<SurfaceCounts> kSurfaceTool(kBurr, SurfaceCounts{});
+const ToolDiscretization<SurfaceCounts> kSurfaceTool(kBurr, SurfaceCounts::thesis());
 const ToolDiscretization<LineCounts> kLineTool(kBurr, LineCounts{});
 
 TEST_CASE("Surface answers the same, whatever it passes over: 500 000 poses") {
+  using Areas = SurfaceApproxRenderer<float, AreaWeights>;
   using Hold = SurfaceApproxRenderer<float, AreaWeights, HoldForce>;
-  using Extend = SurfaceApproxRenderer<float>;
+  using Patches = SurfaceApproxRenderer<float>;
   using Doubles = SurfaceApproxRenderer<double>;
-  check("Extend", Extend(kSurfaceTool), 300000, 1);
+  check("patches", Patches(kSurfaceTool), 150000, 1);
+  check("patches, few", Patches(ToolDiscretization(kBurr, SurfaceCounts{.sphere = 14, .slices = 8, .per_slice = 4})),
+        50000, 9);
+  check("areas", Areas(kSurfaceTool), 100000, 10);
   check("Hold", Hold(kSurfaceTool), 100000, 2);
-  check("doubles", Doubles(ToolDiscretization<SurfaceCounts, double>(kBurr, SurfaceCounts{})), 100000, 3);
+  check("doubles", Doubles(ToolDiscretization<SurfaceCounts, double>(kBurr, SurfaceCounts::thesis())), 100000, 3);
 }
 
 TEST_CASE("Line answers the same, whatever it passes over: 500 000 poses") {

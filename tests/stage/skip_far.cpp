@@ -26,7 +26,7 @@ Grid bone() {
 template <class Deep>
 auto renderer() {
   const Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0.03};
-  return SurfaceApproxRenderer<float, AreaWeights, Deep>(ToolDiscretization{burr, SurfaceCounts{}});
+  return SurfaceApproxRenderer<float, AreaWeights, Deep>(ToolDiscretization{burr, SurfaceCounts::thesis()});
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST_CASE_TEMPLATE("the surface tool's areas and directions", Scalar, float, dou
 }
 
 TEST_CASE_TEMPLATE("the thesis' counts are 207 and 51 vertices", Scalar, float, double) {
-  const ToolDiscretization<SurfaceCounts, Scalar> surface(kBurr, {});
+  const ToolDiscretization<SurfaceCounts, Scalar> surface(kBurr, SurfaceCounts::thesis());
   CHECK(surface.count() == 207);
   CHECK(surface.padded() == 208);
   // The 51st is the one at the ball's centre, which the tip's proxy is.
@@ -200,7 +200,7 @@ TEST_CASE("counts outside their range are refused") {
 
 TEST_CASE("the counts say which tool is meant") {
   const auto line = ToolDiscretization{kBurr, LineCounts{}};
-  const auto surface = ToolDiscretization{kBurr, SurfaceCounts{}};
+  const auto surface = ToolDiscretization{kBurr, SurfaceCounts::thesis()};
   static_assert(std::is_same_v<decltype(line), const ToolDiscretization<LineCounts, float>>);
   static_assert(std::is_same_v<decltype(surface), const ToolDiscretization<SurfaceCounts, float>>);
   CHECK(line.burr().tip_radius == kBurr.tip_radius);

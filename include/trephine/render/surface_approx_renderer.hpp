@@ -34,7 +34,7 @@ namespace trephine {
 /// Work a tick: `padded` samples where a vertex may touch, none where the field says that all is clear, and for each
 /// vertex in bone what `WaysOut` says; a group whose centre is in bone costs what `Deep` costs instead. With
 /// `PatchWeights` one gradient more for each vertex in bone and for those next to them.
-template <RealScalar S, Weighting Weights = AreaWeights, DeepContact Deep = ExtendAlongSurface,
+template <RealScalar S, Weighting Weights = PatchWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer {
  public:
