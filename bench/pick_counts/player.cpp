@@ -67,7 +67,7 @@ std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const 
   const ToolDiscretization tool{scene.burr, counts};
   const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step};
   if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options});
-  return player_of(SurfaceApproxRenderer{tool, options});
+  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options});
 }
 
 std::unique_ptr<Player> make(const CoupledSetting& s, const Scene& scene, const Bones& bones) {

@@ -36,8 +36,8 @@ std::string renderer_code(const SurfaceSetting& s, const Scene& scene) {
   return tool_code(s.sphere, s.slices, s.per_slice) +
          text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", scene.stiffness,
               s.search_step) +
-         (s.patches ? "trephine::SurfaceApproxRenderer<float, trephine::PatchWeights> renderer{tool, options};\n"
-                    : "trephine::SurfaceApproxRenderer renderer{tool, options};\n");
+         (s.patches ? "trephine::SurfaceApproxRenderer renderer{tool, options};\n"
+                    : "trephine::SurfaceApproxRenderer<float, trephine::AreaWeights> renderer{tool, options};\n");
 }
 
 std::string renderer_code(const CoupledSetting& s, const Scene& scene) {

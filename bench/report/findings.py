@@ -54,7 +54,7 @@ def goals(sweep, t):
                               f"{degrees(direction)}, {percent(tables.worst(finest, 'force_error_rel_p95'))}, {microseconds(tables.worst(finest, 'tick_ns_median'))}", direction <= 1))
 
     # At the thesis' counts and no more time: the thesis' own formulas against ours.
-    for law, variant in (("default law", tables.SURFACE_DEFAULT), ("patches", tables.SURFACE_PATCH)):
+    for law, variant in (("default law", tables.SURFACE_DEFAULT), ("AreaWeights", tables.SURFACE_AREA)):
         ratios, times = [], []
         for scenario in tips:
             thesis = sweep.at_defaults(scenario, tables.SURFACE_THESIS)
@@ -65,7 +65,7 @@ def goals(sweep, t):
         if ratios:
             # A law that asks how bone lies takes a gradient for each vertex in bone, beside all that the thesis takes.
             least = [r["ratio"] for r in t["speed"] if r["measure"].startswith("the thesis' way and a gradient a hit") and r["march"] == "native"]
-            bound = f"; with no more than a gradient a hit: {min(least):.3g} to {max(least):.3g}" if least and variant == tables.SURFACE_PATCH else ""
+            bound = f"; with no more than a gradient a hit: {min(least):.3g} to {max(least):.3g}" if least and variant == tables.SURFACE_DEFAULT else ""
             found.append(Goal(f"Surface, {law}, tip on smooth shapes, the thesis' 207 vertices: times less force error (p95) than the thesis' formulas; time",
                               "at least 4; at most 1", f"{min(ratios):.2g} to {max(ratios):.2g}; {min(times):.2g} to {max(times):.2g}{bound}",
                               min(ratios) >= 4 and max(times) <= 1.05))
@@ -100,7 +100,8 @@ def goals(sweep, t):
         found.append(Goal("Line, tip on smooth shapes, 50 vertices: times less force error (p95) than the thesis' way; time", "at least 4; at most 1",
                           f"{min(ratios):.2g} to {max(ratios):.2g}; {min(times):.2g} to {max(times):.2g}{bound}", min(ratios) >= 4 and max(times) <= 1.05))
 
-    for law, variant in (("default law", tables.SURFACE_DEFAULT), ("patches", tables.SURFACE_PATCH)):
+    found += default_goals(sweep)
+    for law, variant in (("default law", tables.SURFACE_DEFAULT), ("AreaWeights", tables.SURFACE_AREA)):
         best = recommended(sweep, tips, "surface", variant, 20e3) if tips else None
         if not best:
             continue
@@ -118,21 +119,21 @@ def goals(sweep, t):
                           error <= 0.01 and direction <= 2 and point <= 0.05))
     shafts = [s for s in tables.SMOOTH_SHAFTS if sweep.where(scenario=s)]
     for voxel, radius in ((0.3, "2.7"), (0.15, "5.3")):
-        for renderer, variant, most in (("line", tables.LINE_DEFAULT, 50e3), ("surface", tables.SURFACE_DEFAULT, 20e3), ("surface", tables.SURFACE_PATCH, 20e3)):
+        for renderer, variant, most in (("line", tables.LINE_DEFAULT, 50e3), ("surface", tables.SURFACE_AREA, 20e3), ("surface", tables.SURFACE_DEFAULT, 20e3)):
             best = recommended(sweep, shafts, renderer, variant, most, voxel, "torque_error_rel_p95")
             if not best:
                 continue
             error, (sphere, slices, per_slice), rows = best
             direction = tables.worst(rows, "direction_error_deg_p99")
             counts = f"{sphere:.0f} vertices" if renderer == "line" else f"{sphere:.0f} + {slices:.0f} x {per_slice:.0f}"
-            name = renderer.capitalize() + (", patches" if variant == tables.SURFACE_PATCH else "")
+            name = renderer.capitalize() + (", AreaWeights" if variant == tables.SURFACE_AREA else "")
             found.append(Goal(f"{name}, shaft ({radius} voxels radius) on smooth shapes, {counts}: torque p95, direction p99", "2 %, 2°",
                               f"{percent(error)}, {degrees(direction)} in {microseconds(tables.worst(rows, 'tick_ns_median'))}",
                               error <= 0.02 and direction <= 2))
     line_model = tables.worst([r for r in (sweep.at_defaults(s, tables.LINE_DEFAULT, "model") for s in tips) if r], "direction_error_deg_p99")
     for what, value in ((f"Line, 50 vertices", line_model),
                         ("Surface, the thesis' 207", tables.worst([r for r in (sweep.at_defaults(s, tables.SURFACE_DEFAULT, "model") for s in tips) if r], "direction_error_deg_p99")),
-                        ("Surface, 200 + 20 x 8", tables.worst([r for r in (sweep.at_defaults(s, tables.SURFACE_DEFAULT, "model", vertices=200.0) for s in tips) if r], "direction_error_deg_p99"))):
+                        ("Surface, AreaWeights, the thesis' 207", tables.worst([r for r in (sweep.at_defaults(s, tables.SURFACE_AREA, "model") for s in tips) if r], "direction_error_deg_p99"))):
         if not math.isnan(value):
             found.append(Goal(f"Direction against rigid contact, smooth tips (p99): {what}", "5°", degrees(value), value <= 5))
     if t["first_contact"]:
@@ -168,17 +169,49 @@ def pair(sweep, scenarios, first, second, key, kind="discretisation", form=perce
     return f"{form(a)} against {form(b)}"
 
 
+def counts_pair(sweep, scenarios, key, form=percent):
+    ours = tables.worst([sweep.at_defaults(s, tables.SURFACE_DEFAULT, **tables.SURFACE_COUNTS) for s in scenarios], key)
+    return f"{form(ours)} against {form(tables.worst([sweep.at_defaults(s, tables.SURFACE_DEFAULT) for s in scenarios], key))}"
+
+
+def default_goals(sweep):
+    """What a Surface scene is off that names neither law nor counts, image by image, and what no number of vertices mends there."""
+    found = []
+    for field, name in (("ct_blur_8bit", "CT blur, 8 bit"), ("ct_blur_16bit", "CT blur, 16 bit"), ("ct_blur_8bit_c60", "CT blur, contrast 60"),
+                        ("partial_volume_8bit", "partial volume, 8 bit"), ("partial_volume_16bit", "partial volume, 16 bit")):
+        def rows(scenarios, counts, kind="discretisation"):
+            return [r for r in (sweep.at_defaults(s, tables.SURFACE_DEFAULT, kind, field=field, **counts) for s in scenarios) if r]
+        tips, shafts = rows(tables.SMOOTH_TIPS, tables.SURFACE_COUNTS), rows(tables.SMOOTH_SHAFTS, tables.SURFACE_COUNTS)
+        if not tips:
+            continue
+        model = rows(tables.SMOOTH_TIPS + tables.SMOOTH_SHAFTS, tables.SURFACE_COUNTS, "model")
+        figures = [tables.worst(tips, "force_error_rel_p95"), tables.worst(tips + shafts, "direction_error_deg_p99"), tables.worst(shafts, "torque_error_rel_p95"),
+                   tables.worst(model, "direction_error_deg_p99"), tables.worst(tips + shafts, "tick_ns_median")]
+        met = all(math.isnan(v) or v <= most for v, most in zip(figures, (0.01, 2, 0.02, 5, 20e3)))
+        told = f"{percent(figures[0])}, {degrees(figures[1])}, {percent(figures[2])}, {degrees(figures[3])}, {microseconds(figures[4])}"
+        if not met:
+            least = (tables.worst(rows(tables.SMOOTH_TIPS, tables.DENSEST), "force_error_rel_p95"), tables.worst(rows(tables.SMOOTH_SHAFTS, tables.DENSEST), "torque_error_rel_p95"))
+            told += f"; with 1000 + 200 x 16 vertices, the image's own: {percent(least[0])}, torque {percent(least[1])}"
+        found.append(Goal(f"Surface, default law and counts, {name}, smooth shapes: force p95, direction p99, torque p95, direction against rigid contact p99, greatest median tick",
+                          "1 %, 2°, 2 %, 5°, 20 µs", told, met))
+    return found
+
+
 def settled(sweep, t):
     """Rows: question, thesis, ours, figures (ours first)."""
     tips = [s for s in tables.SMOOTH_TIPS if sweep.where(scenario=s)]
     shafts = [s for s in tables.SMOOTH_SHAFTS if sweep.where(scenario=s)]
     line = tables.LINE_DEFAULT
     rows = [
-        ["sum of the vertex springs", "Eq. 16, CollisionRatio", "AreaWeights",
+        ["sum of the vertex springs", "Eq. 16, CollisionRatio", "PatchWeights",
          "force p95, smooth tips, 26 vertices: " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "force_error_rel_p95")
          + "; direction p99 " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "direction_error_deg_p99", form=degrees)
-         + ". PatchWeights at 200 vertices: " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "force_error_rel_p95", vertices=200.0)
-         + " of AreaWeights, for " + pair(sweep, tips, tables.SURFACE_PATCH, tables.SURFACE_DEFAULT, "tick_ns_median", form=microseconds, vertices=200.0)],
+         + "; time " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_THESIS, "tick_ns_median", form=microseconds)
+         + ". At 200 vertices: " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_AREA, "force_error_rel_p95", vertices=200.0)
+         + " of AreaWeights, for " + pair(sweep, tips, tables.SURFACE_DEFAULT, tables.SURFACE_AREA, "tick_ns_median", form=microseconds, vertices=200.0)],
+        ["vertices", "26 + 20 x 8", "{vertices:.0f} + {slices:.0f} x {per_slice:.0f}".format(**tables.SURFACE_COUNTS),
+         "force p95, smooth tips: " + counts_pair(sweep, tips, "force_error_rel_p95") + "; torque p95, smooth shafts: " + counts_pair(sweep, shafts, "torque_error_rel_p95")
+         + "; time " + counts_pair(sweep, tips, "tick_ns_median", microseconds)],
         ["normals", "StoredGradient", "SplineGradient (Line)",
          "tip, force p95: " + pair(sweep, tips, line, line.replace("spline", "stored"), "force_error_rel_p95") + "; direction p99: "
          + pair(sweep, tips, line, line.replace("spline", "stored"), "direction_error_deg_p99", form=degrees)
@@ -243,14 +276,14 @@ def words(sweep, t):
                         f"the price is time, {microseconds(ours['tick_ns_median'])} against {microseconds(thesis['tick_ns_median'])}.")
     said.append("Where the thesis was right: ray casting and translate-rotate differ in neither error nor misses, and its rates hold: computing is no longer what limits the counts.")
     ripple = {name: max((r["ripple_N_rms_max"] for r in t["ripple"] if r["contrast"] >= 60 and r["noise"] == 0 and r["renderer"] == name), default=math.nan)
-              for name in ("line", "line (cell normals)", "surface area 26", "surface patch 200")}
+              for name in ("line", "line (cell normals)", "surface patch 26", "surface patch 200")}
     said.append(f"Whether Surface's sum is smoother than Line's single point depends on the normals: slid at 1 N Line ripples by {ripple['line (cell normals)']:.2g} N rms with those of "
-                f"single cells and by {ripple['line']:.2g} N with smoothed ones, Surface by {ripple['surface area 26']:.2g} N with 26 vertices and by {ripple['surface patch 200']:.2g} N with 200.")
+                f"single cells and by {ripple['line']:.2g} N with smoothed ones, Surface by {ripple['surface patch 26']:.2g} N with 26 vertices and by {ripple['surface patch 200']:.2g} N with 200.")
     binary = sweep.where(scenario="plane", field="binary_8bit", renderer="line", error_kind="discretisation", vertices=50.0, steps="1/2vx")
     if binary:
         said.append(f"Binary masks spoil what any counts can reach: Line on a plane errs by {percent(binary[0]['force_error_rel_p95'])} (p95) there. Keep the scanner's grey levels.")
     if t["holes"]:
-        falls = sorted({r["width_over_diameter"] for r in t["holes"] if r["renderer"] == "surface area" and r["place"] == "round hole" and r["falls_in"] == 1})
+        falls = sorted({r["width_over_diameter"] for r in t["holes"] if r["renderer"] == "surface patch" and r["place"] == "round hole" and r["falls_in"] == 1})
         if falls:
             said.append(f"Line's point tip falls into every hole; Surface holds over narrow ones and falls into holes from {falls[0]:g} burr diameters on, where only a thin ring of its vertices touches.")
     return said

@@ -56,8 +56,8 @@ def sweep_tables(sweep):
     for kind in ("discretisation", "model"):
         rows = []
         for scenario in dict.fromkeys(row["scenario"] for row in sweep.rows):
-            for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("default", tables.SURFACE_DEFAULT),
-                                                 ("patch", tables.SURFACE_PATCH)]),
+            for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("area weights", tables.SURFACE_AREA),
+                                                 ("default", tables.SURFACE_DEFAULT)]),
                                     ("line", [("thesis", tables.LINE_THESIS), ("default", tables.LINE_DEFAULT)]),
                                     ("coupled", [("coupled", tables.COUPLED), ("energy", tables.ENERGY)])):
                 for name, variant in names:

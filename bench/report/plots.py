@@ -204,7 +204,7 @@ def ridge_spacing(folder, rows, radius):
                 "spacing of vertices or slices [mm]", "torque error, p95 [%]")
     logarithmic(plot)
     names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-spline": "line, vertices only",
-             tables.SURFACE_DEFAULT: "surface, area", tables.SURFACE_PATCH: "surface, patch"}
+             tables.SURFACE_AREA: "surface, area", tables.SURFACE_DEFAULT: "surface, patch"}
     for (variant, name), colour in zip(names.items(), COLOURS):
         mine = [row for row in rows if row["variant"] == variant]
         plot.add(name, [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine], f"linespoints pt 7 ps 0.6 lc rgb '{colour}'")

@@ -26,9 +26,9 @@ trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, @more@const t
 """
 SCENES = {
     "line": ("render/line_approx_renderer.hpp", "", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
-    "surface": ("render/surface_approx_renderer.hpp", "", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}"),
+    "surface": ("render/surface_approx_renderer.hpp", "", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
     "coupled": ("render/coupled_tool_renderer.hpp", "trephine::DepthMap& depths, ",
-                "CoupledToolRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}, FromDepthMap(depths)}"),
+                "CoupledToolRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}, FromDepthMap(depths)}"),
 }
 
 

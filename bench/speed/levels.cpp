@@ -26,7 +26,7 @@ namespace {
 
 using namespace trephine;
 using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float>;
+using Surface = SurfaceApproxRenderer<float, AreaWeights>;
 
 /// Flat bone, whose surface two voxels blur.
 struct Bone {

@@ -21,7 +21,7 @@ namespace trephine::bench::speed {
 using Clock = std::chrono::steady_clock;
 using Grid = VoxelGrid<std::uint8_t>;
 using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float>;
+using Surface = SurfaceApproxRenderer<float, AreaWeights>;
 using Line = LineApproxRenderer<float>;
 using Coupled = CoupledToolRenderer<float>;
 inline constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
@@ -75,7 +75,7 @@ struct Scene {
 
 [[nodiscard]] inline Coupled coupled(DepthMap& depths) {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Coupled(ToolDiscretization{burr, SurfaceCounts{}}, FromDepthMap(depths));
+  return Coupled(ToolDiscretization{burr, SurfaceCounts::thesis()}, FromDepthMap(depths));
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.

@@ -112,7 +112,7 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
                              {{.renderer = "surface", .options = "thesis"}},
                              {{.renderer = "surface", .budget = kBudget}},
                              {{.renderer = "line", .budget = kBudget}},
-                             {{.renderer = "surface", .options = "patches"}},
+                             {{.renderer = "surface", .options = "area weights"}},
                              {{.renderer = "surface", .sphere = 200}},
                              {{.renderer = "coupled"}},
                              {{.renderer = "coupled", .friction = 0.3}},

@@ -10,7 +10,7 @@ namespace {
 ToolDiscretization<SurfaceCounts, float> tool_of(const Setup& setup) {
   if (setup.options != "default")
     throw std::invalid_argument("make_tool: " + setup.renderer + " has no options '" + setup.options + "'");
-  return {setup.burr, SurfaceCounts{.sphere = setup.sphere}};
+  return {setup.burr, counts_of(setup)};
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface"},
                                    {.renderer = "surface", .options = "thesis"},
                                    {.renderer = "surface", .budget = kPremium},
-                                   {.renderer = "surface", .options = "patches"},
+                                   {.renderer = "surface", .options = "area weights"},
                                    {.renderer = "coupled"},
                                    {.renderer = "coupled", .friction = 0.3},
                                    {.renderer = "energy"}};
@@ -101,7 +101,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
     const bool shaft = place->burr.shaft_length > 0;
     for (const Setup& tool : kTools) {
       if (tool.budget && !shaft) continue;
-      if (options.quick && tool.options == "patches") continue;
+      if (options.quick && tool.options == "area weights") continue;
       // In the hand at the nominal stiffness.
       for (const std::string hand : {"light", "firm"})
         for (const int delay : {0, 1})

@@ -13,7 +13,7 @@ constexpr int kSteps = 2000;
 
 template <class Weights>
 std::vector<double> press(const Setup& setup, const Vec3d& n) {
-  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, SurfaceCounts{.sphere = setup.sphere});
+  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, counts_of(setup));
   const SurfaceApproxRenderer<double, Weights> renderer(tool, {.stiffness = setup.stiffness});
   std::vector<double> force;
   for (int i = 0; i <= kSteps; ++i)
@@ -24,7 +24,7 @@ std::vector<double> press(const Setup& setup, const Vec3d& n) {
 
 /// Of EnergySurfaceRenderer: an area times its depth, along n.
 std::vector<double> press_energy(const Setup& setup, const Vec3d& n) {
-  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, SurfaceCounts{.sphere = setup.sphere});
+  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, counts_of(setup));
   const double R = setup.burr.tip_radius, k = setup.stiffness / (std::numbers::pi * R * R / 2);
   std::vector<double> force;
   for (int i = 0; i <= kSteps; ++i) {
@@ -93,10 +93,10 @@ PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_
     return;
   }
   const bool ratio = setup.options == "thesis" || setup.options == "Eq. 16";
-  table_ = setup.renderer == "energy"   ? press_energy(setup, n)
-           : ratio                      ? press<CollisionRatio>(setup, n)
-           : setup.options == "patches" ? press<PatchWeights>(setup, n)
-                                        : press<AreaWeights>(setup, n);
+  table_ = setup.renderer == "energy"        ? press_energy(setup, n)
+           : ratio                           ? press<CollisionRatio>(setup, n)
+           : setup.options == "area weights" ? press<AreaWeights>(setup, n)
+                                             : press<PatchWeights>(setup, n);
   edge_ = table_.back();
 }
 

@@ -50,6 +50,13 @@ struct Setup {
   Stack stack{};
 };
 
+/// The thesis', but for the ball.
+[[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
+  SurfaceCounts counts = SurfaceCounts::thesis();
+  counts.sphere = setup.sphere;
+  return counts;
+}
+
 class AnyTool {
  public:
   virtual ~AnyTool() = default;

@@ -111,8 +111,8 @@ void compare(Table& table, const char* law, const char* on, const Scene& s, cons
   double degrees = kNaN, nanoseconds = kNaN, mean = kNaN, worst = kNaN;
   if (s.normal) {
     using Fast = std::conditional_t<std::same_as<Law, DepthLaw>, DepthLaw, RayLaw<float>>;
-    EnergySurfaceRenderer<float, Depth, Fast> fast(ToolDiscretization<SurfaceCounts, float>(kDrill, {}), depths,
-                                                   {.jump = 1});
+    EnergySurfaceRenderer<float, Depth, Fast> fast(
+        ToolDiscretization<SurfaceCounts, float>(kDrill, SurfaceCounts::thesis()), depths, {.jump = 1});
     press(fast, fast.field(bone, isovalue), s, work.cases, degrees, nanoseconds);
     go_round(exact, field, s, work.paths, mean, worst);
   }

@@ -52,7 +52,7 @@ void study_force_depth(const StudyOptions& options) {
       table.row(name, 0.05 * k, mean, least, most, off);
     }
   };
-  const ToolDiscretization tool{ball, SurfaceCounts{}};
+  const ToolDiscretization tool{ball, SurfaceCounts::thesis()};
   measure("line", LineApproxRenderer{ToolDiscretization{ball, LineCounts{}}}, true);
   measure("ratio hold (thesis)", SurfaceApproxRenderer<float, CollisionRatio, HoldForce>{tool}, false);
   measure("ratio extend", SurfaceApproxRenderer<float, CollisionRatio>{tool}, false);

@@ -52,9 +52,12 @@ void study_holes(const StudyOptions& options) {
     // Line is pressed with its point or centreline, Surface with its side.
     row("line", LineApproxRenderer{ToolDiscretization{burr, LineCounts{}}}, 0);
     row("surface ratio (thesis)",
-        SurfaceApproxRenderer<float, CollisionRatio, HoldForce>{ToolDiscretization{burr, SurfaceCounts{}}}, reach);
-    row("surface area", SurfaceApproxRenderer<float, AreaWeights>{ToolDiscretization{burr, SurfaceCounts{}}}, reach);
-    row("surface patch", SurfaceApproxRenderer<float, PatchWeights>{ToolDiscretization{burr, SurfaceCounts{}}}, reach);
+        SurfaceApproxRenderer<float, CollisionRatio, HoldForce>{ToolDiscretization{burr, SurfaceCounts::thesis()}},
+        reach);
+    row("surface area", SurfaceApproxRenderer<float, AreaWeights>{ToolDiscretization{burr, SurfaceCounts::thesis()}},
+        reach);
+    row("surface patch", SurfaceApproxRenderer<float, PatchWeights>{ToolDiscretization{burr, SurfaceCounts::thesis()}},
+        reach);
     row("surface patch (fine)",
         SurfaceApproxRenderer<float, PatchWeights>{
             ToolDiscretization{burr, SurfaceCounts{.sphere = 400, .slices = 80, .per_slice = 16}}},

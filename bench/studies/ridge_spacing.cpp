@@ -38,7 +38,7 @@ void study_ridge_spacing(const StudyOptions& options) {
       s.renderer = "surface";
       s.slices = count;
       s.per_slice = 16;
-      for (const char* variant : {kSurfaceDefault, kSurfacePatch}) {
+      for (const char* variant : {kSurfaceArea, kSurfaceDefault}) {
         s.variant = variant;
         add(s, count);
       }

@@ -5,6 +5,8 @@
 #include "sweep/runs.hpp"
 #include "truth/scenario.hpp"
 
+#include <trephine/tool/discretization.hpp>
+
 #include <algorithm>
 #include <set>
 #include <sstream>
@@ -18,6 +20,23 @@ constexpr unsigned kSeed = 20080068;
 
 [[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
   return {.renderer = "surface", .variant = variant, .scalar = "float"};
+}
+// What a scene gets that names neither law nor counts.
+[[nodiscard]] Setting surface_at_defaults() {
+  Setting s = surface();
+  const SurfaceCounts counts;
+  s.sphere = counts.sphere;
+  s.slices = counts.slices;
+  s.per_slice = counts.per_slice;
+  return s;
+}
+// As near to infinitely many vertices on an image as is tried: what is left is the image's.
+[[nodiscard]] Setting surface_densest() {
+  Setting s = surface();
+  s.sphere = 1000;
+  s.slices = 200;
+  s.per_slice = 16;
+  return s;
 }
 [[nodiscard]] Setting line(const std::string& variant = kLineDefault) {
   return {.renderer = "line", .variant = variant, .scalar = "float"};
@@ -44,12 +63,12 @@ template <class T>
       all.back().scalar = "double";
     }
     // The counts of ball and shaft for the laws that are compared.
-    for (const auto* v : {kSurfaceThesis, kSurfaceDefault, kSurfacePatch}) {
+    for (const auto* v : {kSurfaceThesis, kSurfaceArea, kSurfaceDefault}) {
       const auto with = [&](auto member, int n) {
         all.push_back(surface(v));
         all.back().*member = n;
       };
-      for (const int n : thinned<int>({14, 20, 26, 38, 50, 74, 98, 146, 200, 300, 400, 600, 800, 1000}, quick))
+      for (const int n : thinned<int>({14, 20, 26, 38, 50, 74, 98, 146, 200, 260, 300, 400, 600, 800, 1000}, quick))
         with(&Setting::sphere, n);
       for (const int n : thinned<int>({5, 10, 20, 30, 50, 100, 200}, quick)) with(&Setting::slices, n);
       for (const int n : thinned<int>({4, 6, 8, 12, 16, 24, 32}, quick)) with(&Setting::per_slice, n);
@@ -159,11 +178,14 @@ std::vector<Job> make_plan(bool quick) {
     for (const bool is_surface : {true, false})
       for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
     for (const auto& s : coupled_factors(quick)) jobs.push_back({scenario, Image(), s});
+    jobs.push_back({scenario, Image(), surface_at_defaults()});
     for (const auto& image : images()) {
       const bool other_voxels = image.voxel_mm != 0.3;
       if ((quick || other_voxels) && !representative) continue;
       if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
-      for (const auto& s : {surface(), surface(kSurfacePatch), line(), coupled()}) jobs.push_back({scenario, image, s});
+      for (const auto& s :
+           {surface(kSurfaceArea), surface(), surface_at_defaults(), surface_densest(), line(), coupled()})
+        jobs.push_back({scenario, image, s});
     }
   }
   // A shaft of five voxels radius.
@@ -171,7 +193,7 @@ std::vector<Job> make_plan(bool quick) {
     if (quick) break;
     const Image fine{.voxel_mm = 0.15};
     jobs.push_back({scenario, fine, line()});
-    for (const auto* v : {kSurfaceDefault, kSurfacePatch})
+    for (const auto* v : {kSurfaceArea, kSurfaceDefault})
       for (const int n : {20, 50, 100, 200}) {
         jobs.push_back({scenario, fine, surface(v)});
         jobs.back().setting.slices = n;

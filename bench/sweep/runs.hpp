@@ -30,8 +30,8 @@ class Bones {
 [[nodiscard]] std::vector<std::string> line_variants(const std::string& scalar, int bits);
 /// The thesis' own and this library's default.
 inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
-inline constexpr const char* kSurfaceDefault = "area-extend-full-analytic";
-inline constexpr const char* kSurfacePatch = "patch-extend-full-analytic";
+inline constexpr const char* kSurfaceArea = "area-extend-full-analytic";
+inline constexpr const char* kSurfaceDefault = "patch-extend-full-analytic";
 inline constexpr const char* kCoupledDefault = "coupled-depth_map";
 inline constexpr const char* kEnergySurface = "energy-depth_map";
 inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";

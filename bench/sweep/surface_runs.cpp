@@ -83,17 +83,17 @@ const Runs<std::uint8_t>& surface_runs_8() {
     Table<std::uint8_t> t;
     t.add<float, CollisionRatio, HoldForce, TorqueOnly, AnalyticGradient>(kSurfaceThesis);
     t.add<float, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
-    t.add<float, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
+    t.add<float, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceArea);
     t.add<float, AreaWeights, Extend, TorqueOnly, AnalyticGradient>("area-extend-torque-analytic");
     t.add<float, AreaWeights, HoldForce, FullWrench, AnalyticGradient>("area-hold-full-analytic");
     t.add<float, MeanWeights, Extend, FullWrench, AnalyticGradient>("mean-extend-full-analytic");
-    t.add<float, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfacePatch);
+    t.add<float, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
     t.add<float, PatchWeights, Extend, FullWrench, CentralGradient>("patch-extend-full-central");
     t.add<float, PatchWeights, Extend, FullWrench, StoredGradient>("patch-extend-full-stored");
     t.add<float, PatchWeights, Extend, FullWrench, SplineGradient>("patch-extend-full-spline");
     t.add<double, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
-    t.add<double, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
-    t.add<double, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfacePatch);
+    t.add<double, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceArea);
+    t.add<double, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
     return t.runs;
   }();
   return table;
@@ -102,8 +102,8 @@ const Runs<std::uint8_t>& surface_runs_8() {
 const Runs<std::int16_t>& surface_runs_16() {
   static const auto table = [] {
     Table<std::int16_t> t;
-    t.add<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceDefault);
-    t.add<float, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfacePatch);
+    t.add<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceArea);
+    t.add<float, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceDefault);
     return t.runs;
   }();
   return table;

@@ -40,8 +40,8 @@ foreach(stage IN LISTS stages)
 endforeach()
 
 set(tool_line "ToolDiscretization{settings.burr, LineCounts{}}, LineOptions{.budget = settings.budget}")
-set(tool_surface "ToolDiscretization{settings.burr, SurfaceCounts{}}, SurfaceOptions{.budget = settings.budget}")
-set(tool_coupled "ToolDiscretization{settings.burr, SurfaceCounts{}}, FromDepthMap(place.depths), \
+set(tool_surface "ToolDiscretization{settings.burr, SurfaceCounts::thesis()}, SurfaceOptions{.budget = settings.budget}")
+set(tool_coupled "ToolDiscretization{settings.burr, SurfaceCounts::thesis()}, FromDepthMap(place.depths), \
 CoupledOptions{.rotational_stiffness = settings.rotational_stiffness}")
 set(type_line LineApproxRenderer)
 set(type_surface SurfaceApproxRenderer)
@@ -49,7 +49,7 @@ set(type_coupled CoupledToolRenderer)
 set(friction_line ", TranslateRotate{}, Coulomb{0, 0}")
 set(friction_coupled ", Coulomb{0, 0}")
 set(torque_only_line "LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly>")
-set(torque_only_surface "SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, TorqueOnly>")
+set(torque_only_surface "SurfaceApproxRenderer<float, PatchWeights, ExtendAlongSurface, TorqueOnly>")
 
 foreach(renderer line surface coupled)
   set(header render/${renderer}_approx_renderer)
