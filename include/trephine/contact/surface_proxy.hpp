@@ -126,11 +126,12 @@ class SurfaceProxy {
       q_ = p;
       return Status::kOk;
     }
-    if (!(field.value(q_) < Scalar(0))) {  // bone appeared where the free proxy stood
+    const Scalar at_q = field.value(q_);
+    if (!(at_q < Scalar(0))) {  // bone appeared where the free proxy stood
       begin(field, p);
       return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
     }
-    const auto hit = first_crossing(field, q_, p, step, options_.path_steps);
+    const auto hit = first_crossing(field, q_, at_q, p, step, options_.path_steps);
     if (!hit.found) {
       q_ = p;
       return Status::kOk;
@@ -147,16 +148,16 @@ class SurfaceProxy {
       let_go(p);
       return Status::kOk;
     }
-    Status status = Status::kOk;
-    if (!(field.value(q_) < Scalar(0))) {
+    const Scalar at_q = field.value(q_);
+    if (!(at_q < Scalar(0))) {
       if (!push_out(field, q_)) {
         begin(field, p);
         return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
       }
     } else if (probe_free || !supported(field)) {
-      if (!advance(field, p, step)) return Status::kOk;
+      if (!advance(field, at_q, p, step)) return Status::kOk;
     }
-    return worse(status, slide(field, p, step));
+    return slide(field, p, step);
   }
 
   void let_go(const Vec3<Scalar>& p) noexcept {
@@ -171,10 +172,11 @@ class SurfaceProxy {
     return field.value(q_ - (Scalar(0.02) * field.voxel()) * n_) >= Scalar(0);
   }
 
-  // Straight toward the probe up to the next surface. False: the way is free and the contact ends.
+  // Straight toward the probe up to the next surface; `at_q` is the field's value at the proxy. False: the way is free
+  // and the contact ends.
   template <PointField Field>
-  bool advance(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
-    const auto hit = first_crossing(field, q_, p, step, options_.path_steps);
+  bool advance(const Field& field, Scalar at_q, const Vec3<Scalar>& p, Scalar step) noexcept {
+    const auto hit = first_crossing(field, q_, at_q, p, step, options_.path_steps);
     if (!hit.found) {
       let_go(p);
       return false;
@@ -195,7 +197,7 @@ class SurfaceProxy {
       const Scalar depth = -d.dot(n_);
       if (depth < Scalar(0)) {  // the probe is in front of the tangent plane: straight on
         const Vec3<Scalar> from = q_;
-        if (!advance(field, p, step)) return Status::kOk;
+        if (!advance(field, field.value(q_), p, step)) return Status::kOk;
         if (!((q_ - from).norm() > enough)) return Status::kOk;
         continue;
       }

@@ -49,15 +49,15 @@ struct Crossing {
 /// First place where `value` changes side along the segment a → b, seen from a: marches in steps of at most `step` [m]
 /// (at most `most` of them), then halves or interpolates the bracket down to kSurfaceTolerance voxels. A wall thinner
 /// than a step can be stepped over; steps of half a voxel see every wall that the trilinear interpolant of a sampled
-/// volume shows as thick as a voxel. Cost: steps + up to 12 samples.
+/// volume shows as thick as a voxel. `at_a`: the field's value at a. Cost: steps + up to 12 samples.
 template <PointField Field, RealScalar Scalar = typename Field::Scalar>
-[[nodiscard]] Crossing<Scalar> first_crossing(const Field& field, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
-                                              Scalar step, int most) noexcept {
+[[nodiscard]] Crossing<Scalar> first_crossing(const Field& field, const Vec3<Scalar>& a, Scalar at_a,
+                                              const Vec3<Scalar>& b, Scalar step, int most) noexcept {
   const Vec3<Scalar> d = b - a;
   const Scalar length = d.norm();
   const StepPlan plan = plan_steps(static_cast<double>(length), static_cast<double>(step), most);
   Crossing<Scalar> c{.bounded = plan.bounded};
-  Scalar v0 = field.value(a);
+  Scalar v0 = at_a;
   const bool from_bone = v0 >= Scalar(0);
   Scalar v1 = v0;
   for (int i = 1; i <= plan.count && !c.found; ++i) {
@@ -90,6 +90,13 @@ template <PointField Field, RealScalar Scalar = typename Field::Scalar>
     }
   }
   return c;
+}
+
+/// The same where the value at a is not known: one sample more.
+template <PointField Field, RealScalar Scalar = typename Field::Scalar>
+[[nodiscard]] Crossing<Scalar> first_crossing(const Field& field, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
+                                              Scalar step, int most) noexcept {
+  return first_crossing(field, a, field.value(a), b, step, most);
 }
 
 }  // namespace trephine
