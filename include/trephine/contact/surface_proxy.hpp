@@ -46,7 +46,7 @@ struct ProxyOptions {
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
 ///
 /// Work a tick: at most 2 + path_steps + 9 · iterations · (4 · (28 + path to the surface)) samples, and 15 · 77 more
-/// where it has to be pushed out; typically 10–30. A slide that is cut short goes on at the next tick, and the tick
+/// where it has to be pushed out; typically 3–25. A slide that is cut short goes on at the next tick, and the tick
 /// says `kWorkBound`.
 template <RealScalar Scalar, Friction FrictionLaw = Frictionless>
 class SurfaceProxy {
@@ -106,6 +106,7 @@ class SurfaceProxy {
 
  private:
   enum class State { kNone, kFree, kContact, kInside };
+  enum class Move { kOnSurface, kTooHigh, kFree };
 
   // No history: free where the probe is free; in bone, out of it by the shortest way found.
   template <PointField Field>
@@ -218,16 +219,23 @@ class SurfaceProxy {
       slid = true;
       last_but_one = last;
       last = q_;
+      const Scalar distance = d.norm();
       Scalar length = std::min(slip, step);
       bool moved = false;
       for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
         Vec3<Scalar> q = q_ + (length / tangential) * t;
-        if (!to_surface(field, q, p, step)) {
+        const Scalar nearer = distance - Scalar(0.05) * length * (tangential / distance);
+        // A height h over q the probe is √((tangential − length)² + (depth + h)²) away.
+        const Scalar farthest = kSmoothNormals<Field> ? distance + climb(field) : nearer;
+        const Scalar left = tangential - length;
+        const Scalar rise = std::sqrt(farthest * farthest - left * left) - depth + enough;
+        const Move move = to_surface(field, q, p, step, rise);
+        if (move == Move::kFree) {
           let_go(p);
           return Status::kOk;
         }
-        moved = (p - q).norm() < d.norm() - Scalar(0.05) * length * (tangential / d.norm()) ||
-                settles(field, q, p, tangential, d.norm());
+        if (move == Move::kTooHigh) continue;
+        moved = (p - q).norm() < nearer || settles(field, q, p, tangential, distance);
         if (moved) q_ = q;
       }
       if (!moved) return Status::kOk;
@@ -243,36 +251,42 @@ class SurfaceProxy {
                              Scalar distance) const noexcept {
     if constexpr (!kSmoothNormals<Field>) return false;
     const Vec3<Scalar> d = p - q;
-    const Scalar climb = std::min(Scalar(0.02) * field.voxel(), Scalar(0.1) * probe_moved_);
-    if (!(d.norm() < distance + climb)) return false;
+    if (!(d.norm() < distance + climb(field))) return false;
     Vec3<Scalar> n = n_;
     static_cast<void>(field.normal(q, n));
     const Scalar depth = -d.dot(n);
     return depth > Scalar(0) && (d + depth * n).norm() < Scalar(0.8) * tangential;
   }
-
-  // Puts q back just outside the surface along the normal; where the surface falls away, on toward the probe. False:
-  // the way to the probe is free.
   template <PointField Field>
-  bool to_surface(const Field& field, Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar step) const noexcept {
+  [[nodiscard]] Scalar climb(const Field& field) const noexcept {
+    return std::min(Scalar(0.02) * field.voxel(), Scalar(0.1) * probe_moved_);
+  }
+
+  // Puts q back just outside the surface along the normal; where the surface falls away, on toward the probe. A surface
+  // higher than `rise` is too high for the move to be kept, and where it is its height is not sought: a proxy that
+  // nothing moves is turned down so four times a tick.
+  template <PointField Field>
+  Move to_surface(const Field& field, Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar step, Scalar rise) const noexcept {
     const Scalar reach = Scalar(2) * step;
-    if (field.value(q) >= Scalar(0)) {
+    const Scalar at_q = field.value(q);
+    if (at_q >= Scalar(0)) {
+      if (rise <= step && field.value(q + rise * n_) >= Scalar(0)) return Move::kTooHigh;
       const Vec3<Scalar> out = q + reach * n_;
-      const auto hit = first_crossing(field, q, out, step, 8);
-      // A wall that is higher than the reach: give up this move (the caller halves it) by staying where the proxy is.
-      q = hit.found ? Vec3<Scalar>(q + hit.after * (out - q)) : q_;
-      return true;
+      const auto hit = first_crossing(field, q, at_q, out, step, 8);
+      if (!hit.found) return Move::kTooHigh;
+      q += hit.after * (out - q);
+      return Move::kOnSurface;
     }
     const Vec3<Scalar> in = q - reach * n_;
-    auto hit = first_crossing(field, q, in, step, 8);
+    auto hit = first_crossing(field, q, at_q, in, step, 8);
     if (hit.found) {
       q += hit.before * (in - q);
-      return true;
+      return Move::kOnSurface;
     }
-    hit = first_crossing(field, q, p, step, options_.path_steps);
-    if (!hit.found) return false;
+    hit = first_crossing(field, q, at_q, p, step, options_.path_steps);
+    if (!hit.found) return Move::kFree;
     q += hit.before * (p - q);
-    return true;
+    return Move::kOnSurface;
   }
 
   // Out of bone: along the normal if there is one, else along the nearest exit of 14 directions, at most 32 voxels.
