@@ -8,7 +8,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <functional>
 #include <string>
 
 namespace {
@@ -17,72 +16,87 @@ using namespace trephine;
 using namespace trephine::bench;
 using namespace trephine::test;
 
-struct Bone {
-  const char* name;
-  Shape shape;
-  double radius;  // 0: flat
-};
-
 // As a function object, so that `rasterise` takes it.
 struct Of {
   const Shape* shape;
   double operator()(const Vec3d& p) const { return (*shape)(p); }
 };
 
-TEST_CASE("patches on a ball of few vertices press as infinitely many do: flat, convex, hollow bone, all depths") {
+struct Bone {
+  const char* name;
+  double radius;  // of the ball that is bone, or (negative) air; 0: flat
+};
+
+// Pressed `depth` into the bone's foremost point, straight, at random turns, the bone anywhere between the voxels.
+struct Pressed {
+  std::vector<double> errors, degrees;
+  double bias = 0;  // mean share by which the force is too great
+};
+
+Pressed press(const Bone& bone, int vertices, double depth) {
+  constexpr int kImages = 5, kPoses = 120;
   const Burr burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.02};
   const double r = burr.tip_radius, k = 1e8;
+  const ToolDiscretization tool{burr, SurfaceCounts{.sphere = vertices, .slices = 5, .per_slice = 8}};
+  SurfaceApproxRenderer<float, PatchWeights> renderer{tool, SurfaceOptions{.thesis_stiffness = k}};
   const RasterOptions o{.size = {56, 56, 56}};
-  const Vec3d m = o.middle();
-  const Bone bones[] = {{"plane", HalfSpace{m, Vec3d::UnitZ()}, 0},
-                        {"ball", Ball{m - Vec3d(0, 0, 0.0048), 0.0048}, 0.0048},
-                        {"hollow",
-                         [m](const Vec3d& p) {
-                           return -Ball{m + Vec3d(0, 0, 0.0022), 0.0022}(p);
-                         },
-                         0.0022}};
-  for (const Bone& bone : bones) {
-    const auto grid = rasterise<std::uint8_t>(Of{&bone.shape}, o);
+  Random random(17);
+  Pressed out;
+  for (int image = 0; image < kImages; ++image) {
+    const Vec3d top = o.middle() + 0.5 * o.spacing.x() * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+    const Vec3d n = random.unit();
+    const double R = bone.radius;
+    const Shape shape = R > 0   ? Shape(Ball{top - R * n, R})
+                        : R < 0 ? Shape(Hollow{Ball{top - R * n, -R}})
+                                : Shape(HalfSpace{top, n});
+    const auto grid = rasterise<std::uint8_t>(Of{&shape}, o);
     const auto base = field_of<float, AnalyticGradient>(grid, o);
     const CountingField field(base);  // as the sweep reads it
-    for (const int count : {26, 200})
-      for (const double depth : {r / 6, r / 3, r / 2}) {
-        const ToolDiscretization tool{burr, SurfaceCounts{.sphere = count, .slices = 5, .per_slice = 8}};
-        SurfaceApproxRenderer<float, PatchWeights> renderer{tool, SurfaceOptions{.thesis_stiffness = k}};
-        Random random(17);
-        std::vector<double> errors, degrees;
-        while (errors.size() < 600) {
-          const Vec3d axis = random.unit();
-          if (axis.z() < 0.5) continue;  // the shaft stays out
-          const Vec3d centre = m + Vec3d(0, 0, r - depth);
-          const Posed X =
-              make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), axis) *
-                                    Eigen::AngleAxisd(random.uniform(0, 6.28), Vec3d::UnitZ()).toRotationMatrix(),
-                                centre);
-          renderer.reset();
-          static_cast<void>(renderer.render(field, X.cast<float>()));
-          const Vec3d force = renderer.groups()[0].force.cast<double>();
-          const Vec3d exact = k * ball_integral(bone.shape, X, r, -Vec3d::UnitZ()).spring;
-          errors.push_back((force - exact).norm() / exact.norm());
-          degrees.push_back(angle_deg(force, exact));
-        }
-        std::sort(errors.begin(), errors.end());
-        std::sort(degrees.begin(), degrees.end());
+    for (int i = 0; i < kPoses; ++i) {
+      Vec3d axis = random.unit();
+      while (axis.dot(n) < 0.5) axis = random.unit();  // the shaft stays out
+      const Mat3d turn = rotation_between<double>(Vec3d::UnitZ(), axis) *
+                         Eigen::AngleAxisd(random.uniform(0, 6.28), Vec3d::UnitZ()).toRotationMatrix();
+      const Posed X = make_pose<double>(turn, top + (r - depth) * n);
+      renderer.reset();
+      static_cast<void>(renderer.render(field, X.cast<float>()));
+      const Vec3d force = renderer.groups()[0].force.cast<double>();
+      const Vec3d exact = k * ball_integral(shape, X, r, -n).spring;
+      out.errors.push_back((force - exact).norm() / exact.norm());
+      out.degrees.push_back(angle_deg(force, exact));
+      out.bias += (force.dot(exact) / exact.squaredNorm() - 1) / (kImages * kPoses);
+    }
+  }
+  std::sort(out.errors.begin(), out.errors.end());
+  std::sort(out.degrees.begin(), out.degrees.end());
+  return out;
+}
+
+TEST_CASE("patches on a ball press as infinitely many vertices do: flat, convex, hollow bone, all depths") {
+  constexpr double kRadius = 0.0015;
+  for (const Bone& bone : {Bone{"plane", 0}, {"ball", 0.0048}, {"small ball", 0.0022}, {"hollow", -0.0022}})
+    for (const int count : {26, 260})
+      for (const double share : {1.0 / 6, 1.0 / 3, 0.5}) {
+        const Pressed p = press(bone, count, share * kRadius);
+        const double error = p.errors[p.errors.size() * 95 / 100], degrees = p.degrees[p.degrees.size() * 95 / 100];
         CAPTURE(std::string(bone.name));
         CAPTURE(count);
-        CAPTURE(depth);
-        MESSAGE(std::string(bone.name), ", ", count, " vertices, ", depth / r, " radii deep: force p95 ", errors[570],
-                ", direction p95 ", degrees[570], " deg");
-        // The trilinear surface of a bent bone lies off it by h² / 6R on the mean, which patches undo, but here by less
-        // and there by more; force grows with depth squared. With few vertices a disc is not quite their cell.
-        const double h = o.spacing.x();
-        const double image = bone.radius > 0 ? 2 * h * h / (6 * bone.radius * depth) : 0;
-        CHECK(errors[570] <= image + (count == 200 ? 0.011 : depth > 0.3 * r ? 0.055 : 0.13));
-        // In a hollow of seven voxels radius 2 to 5 % where that is not undone.
-        if (bone.name == std::string("hollow") && count == 200) CHECK(errors[570] <= 0.02);
-        CHECK(degrees[570] <= (count == 26 ? 2.5 : 0.4));
+        CAPTURE(share);
+        MESSAGE(std::string(bone.name), ", ", count, " vertices, ", share, " radii deep: force p95 ", error,
+                ", too great by ", p.bias, ", direction p95 ", degrees, " deg");
+        // Were what the trilinear image takes off bent bone (h²/6R) not undone, the mean force would be off by 5 % and
+        // 2.5 % at the two lesser depths on the small ball and in the hollow; were the slant of its ways not seen, by
+        // 0.8 % on the small ball half a radius deep. Few vertices err by less than half of what one of them bears.
+        if (count == 260) {
+          CHECK(error <= (share < 0.2 ? 0.02 : 0.01));
+          CHECK(std::abs(p.bias) <= 0.006);
+          CHECK(degrees <= 0.4);
+        } else {
+          const double R = bone.radius, touching = count * share / 2 * (R == 0 ? 1 : R / (R + kRadius));
+          CHECK(error <= 0.5 / touching);
+          CHECK(degrees <= 4);
+        }
       }
-  }
 }
 
 TEST_CASE("patches of a shaft across a round bar turn it as infinitely many vertices do, slices 0.8 mm apart") {
