@@ -379,6 +379,26 @@ TEST_CASE("friction: sticks without creep, slips on the cone's edge") {
   CHECK(worst <= 0.05);
 }
 
+// No vertex meets the edge: what holds it lies between them.
+TEST_CASE("friction: edges hold between vertices") {
+  const Vec3d up = Vec3d::UnitZ(), top = kRoom.middle() + Vec3d(3e-5, 0, 0);
+  for (const auto& [degrees, most] : {std::pair(90.0, 0.2e-3), std::pair(30.0, 0.6e-3)}) {
+    const double half = degrees / 2 * 0.017453292519943295;
+    const Vec3d a(std::cos(half), 0, std::sin(half)), b(-std::cos(half), 0, std::sin(half));
+    Bench<float, Coulomb> bench(Both<HalfSpace, HalfSpace>{{top, a}, {top, b}}, kRoom, SurfaceCounts::thesis(), kDrill,
+                                kGains, Coulomb(0.3, 0.3));
+    double deepest = 0;
+    for (int i = 0; i < 20; ++i) {
+      const Vec3d touching = top + kDrill.tip_radius * up + Vec3d(1e-5 * i, 4e-5 * i, 0);
+      bench.tool.reset();
+      bench.lead_to(tool_at(touching + 1e-4 * up, up), tool_at(touching - 1.2e-3 * up, up), 100);
+      deepest = std::max(deepest, (touching - bench.tool.proxy_pose().translation().cast<double>()).z());
+    }
+    MESSAGE("on an edge of ", degrees, " degrees the tool sinks in by ", 1e3 * deepest, " mm");
+    CHECK(deepest < most);
+  }
+}
+
 // Of a motion of 2 µm on a wall the virtual tool takes a fiftieth: less than what ends a search.
 TEST_CASE("friction: a motion too small for a search is felt in full") {
   Bench<double, Coulomb> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, SurfaceCounts::thesis(), kDrill,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/cutting_planes.hpp>
 #include <trephine/contact/near_vertices.hpp>
 #include <trephine/core/tick.hpp>
 
@@ -51,7 +52,7 @@ class VertexContacts {
 
   /// `again`: places glide once more, from the gradient at the place itself: normals are then right on curved bone
   /// however few the vertices, and edges hold. Not with friction: its springs end at the places, and give energy where
-  /// these move on (16 of 1000 closed paths instead of 2).
+  /// these move on (16 of 1000 closed paths instead of 2). There edges are held by cutting planes.
   explicit VertexContacts(const Tool& tool, bool again = true)
       : again_(again),
         ball_(tool.groups()[0].count),
@@ -63,7 +64,7 @@ class VertexContacts {
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
-    for (PointArrays<Scalar>* points : {&places_, &gradients_})
+    for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
     vertex_values_.resize(padded);
@@ -149,6 +150,14 @@ class VertexContacts {
     return true;
   }
 
+  static constexpr Scalar kOutside = Scalar(-0.5);     // [voxels]: depth of the farthest of near places
+  static constexpr Scalar kBeyondEdge = Scalar(0.25);  // [voxels] less deep than expected: a place beyond an edge
+  static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
+  static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
+  static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
+  static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
+  static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
+
   struct PatchEdge {
     PatchEdge(Scalar angle, Scalar r) noexcept : radius(r), cosine(std::cos(angle)), sine(std::sin(angle)) {}
     Scalar radius;  // of ball or shaft [m]
@@ -186,10 +195,13 @@ class VertexContacts {
   /// the vertex' slice. The vertex' own where no direction is told.
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
                                     const Vec3<Scalar>& gradient) const noexcept {
+    return glided(tool, vertex, Vec3<Scalar>(R.transpose() * gradient));
+  }
+  /// The same from a gradient in T axes.
+  [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, int vertex, Vec3<Scalar> to) const noexcept {
     const bool ball = vertex < ball_;
     const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
     const Vec3<Scalar> from = -tool.inward()[vertex];
-    Vec3<Scalar> to = R.transpose() * gradient;
     if (!ball) to.z() = Scalar(0);
     const Scalar length2 = to.squaredNorm();
     if (!(length2 > Scalar(0))) return tool.points()[vertex];
@@ -226,6 +238,60 @@ class VertexContacts {
     values_[j] = value;
   }
 
+  /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
+  /// from where its gradient led, and from where those so far meet. What they mix to is the slope of the patch' depth;
+  /// divided by the smoothed gradient's length, which is short there, depth is the way out, and an edge about as stiff
+  /// as a face. Returns whether the place is on one. `gradients_` are the interpolant's own at the places.
+  template <PenetrationField Field>
+  bool hold_on_edge(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    const int vertex = place_vertices_[j];
+    const Mat3<Scalar> R = X.linear();
+    const Vec3<Scalar>& from = tool.points()[vertex];
+    const Vec3<Scalar> led = vertex_gradients_[place];
+    const Scalar voxel = field.voxel() / field.metres();
+    const Scalar expected = vertex_values_[j] + led.dot(R * (places_[place] - from));
+    if (expected < kOutside * voxel) return false;
+    if (!(expected - values_[j] > kBeyondEdge * voxel || led.squaredNorm() * field.metres() * field.metres() < kBlunt))
+      return false;
+
+    const auto farthest = [&](const Vec3<Scalar>& g_T) { return glided(tool, vertex, g_T); };
+    CuttingPlanes<Scalar> planes;
+    planes.add({from, vertex_values_[j], R.transpose() * led});
+    planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
+    Vec3<Scalar> best = places_[place];
+    Scalar most = values_[j];
+    for (int round = 1;; ++round) {
+      const Vec3<Scalar> p = planes.deepest(farthest);
+      const Scalar bound = planes.mixture()(p);
+      if (bound < kOutside * voxel) return false;
+      const Vec3<Scalar> p_G = X * p;
+      const Scalar value = field.value(p_G);
+      if (value > most) {
+        most = value;
+        best = p;
+      }
+      if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
+      planes.lift(p, value);
+      planes.add({p, value, R.transpose() * field.gradient(p_G)});
+    }
+    // Of a thin wall's two sides the mixture tells nothing.
+    const Vec3<Scalar> slope = planes.mixture().gradient * field.metres();
+    if (slope.squaredNorm() < kSharpest * kSharpest) return false;
+    const Scalar length = field.metres() * field.smooth_gradient(X * best).norm();
+    const Scalar share = std::clamp(length, kSharpest, Scalar(1));
+    places_.put(place, best);
+    values_[j] = most / share;
+    // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
+    const bool ball = vertex < ball_;
+    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
+    const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
+    const bool within = -tool.inward()[vertex].dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
+    gradients_.put(place, within ? Vec3<Scalar>(R * radius / (edge.radius * field.metres()))
+                                 : Vec3<Scalar>(R * planes.mixture().gradient / share));
+    return true;
+  }
+
   /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
   /// points to within a fifth of the angle that is left. Places just outside glide too: where only those in bone did,
   /// a place would jump into it. They keep the interpolant's own gradient, which tells how soon a step will touch.
@@ -256,6 +322,7 @@ class VertexContacts {
       for (int j = 0; j < place_count_; ++j) {
         gradients_.put(j, steady(field, X * places_[j], gradients_[j]));
         places_.put(j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
+        if (!again_) vertex_gradients_.put(j, gradients_[j]);
       }
       places_.fill_lane(place_count_);
     }
@@ -264,11 +331,13 @@ class VertexContacts {
       for (int j = 0; again_ && j < place_count_; ++j) glide_back(field, tool, X, j);
       gradients(field, X);
     }
-    const Scalar outside = Scalar(-0.5) * field.voxel() / metres;  // of the near ones the farthest
+    const Scalar outside = kOutside * field.voxel() / metres;  // of the near ones the farthest
     if constexpr (Vertices::kGlide)
-      for (int j = 0; j < place_count_; ++j)
+      for (int j = 0; j < place_count_; ++j) {
+        if (!again_ && hold_on_edge(field, tool, X, j)) continue;
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
+      }
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (value > Scalar(0)) {
@@ -311,6 +380,7 @@ class VertexContacts {
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;
+  PointArrays<Scalar> vertex_gradients_;  // steady, at the places' vertices
   std::vector<VertexContact> found_;
 };
 

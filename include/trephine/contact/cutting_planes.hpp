@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+
+namespace trephine {
+
+/// A bound on depth, linear in the place: where bone is convex, what its depth and gradient at one place tell of all.
+template <RealScalar Scalar>
+struct DepthPlane {
+  Vec3<Scalar> gradient = Vec3<Scalar>::Zero();
+  Scalar offset = Scalar(0);
+  DepthPlane() = default;
+  DepthPlane(const Vec3<Scalar>& p, Scalar depth, const Vec3<Scalar>& g) noexcept
+      : gradient(g), offset(depth - g.dot(p)) {}
+  [[nodiscard]] Scalar operator()(const Vec3<Scalar>& p) const noexcept { return offset + gradient.dot(p); }
+};
+
+/// The least of a few planes, and where on a patch that is greatest (Kelley's cutting planes): by duality the place
+/// that lies farthest along that mixture of their gradients, of weights that sum to 1, whose bound is least. Pairs of
+/// weights are minimised in turn, a fixed number of times.
+template <RealScalar Scalar>
+class CuttingPlanes {
+ public:
+  static constexpr int kMost = 3;  // planes: what holds a place on a surface, a corner's
+
+  /// In the place of the one that weighs least.
+  void add(const DepthPlane<Scalar>& plane) noexcept {
+    int at = count_;
+    if (count_ < kMost)
+      ++count_;
+    else
+      at = static_cast<int>(std::min_element(weights_.begin(), weights_.end()) - weights_.begin());
+    const auto a = static_cast<std::size_t>(at);
+    planes_[a] = plane;
+    if (count_ == 1) {
+      weights_[a] = Scalar(1);
+      return;
+    }
+    weights_[a] = Scalar(0);
+    Scalar sum = Scalar(0);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) sum += weights_[i];
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) weights_[i] /= sum;
+  }
+
+  /// Raises planes that cut off a depth that was found: bone is not convex everywhere.
+  void lift(const Vec3<Scalar>& p, Scalar depth) noexcept {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i)
+      planes_[i].offset += std::max(Scalar(0), depth - planes_[i](p));
+  }
+
+  /// `farthest(g)`: the place that lies farthest along g.
+  template <class Farthest>
+  Vec3<Scalar> deepest(const Farthest& farthest) noexcept {
+    for (int sweep = 0; sweep < (count_ > 2 ? kSweeps : 1); ++sweep)
+      for (int k = 1; k < count_; ++k)
+        for (int l = 0; l < k; ++l) balance(static_cast<std::size_t>(k), static_cast<std::size_t>(l), farthest);
+    return farthest(mixture().gradient);
+  }
+
+  [[nodiscard]] DepthPlane<Scalar> mixture() const noexcept {
+    DepthPlane<Scalar> m;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
+      m.gradient += weights_[i] * planes_[i].gradient;
+      m.offset += weights_[i] * planes_[i].offset;
+    }
+    return m;
+  }
+
+ private:
+  static constexpr int kSweeps = 2;
+  static constexpr int kSecants = 4;
+
+  /// Shares the weight of two planes so that both bind, or that alone which binds.
+  template <class Farthest>
+  void balance(std::size_t k, std::size_t l, const Farthest& farthest) noexcept {
+    const Scalar both = weights_[k] + weights_[l];
+    if (!(both > Scalar(0))) return;
+    const auto excess = [&](Scalar w) {
+      weights_[k] = w;
+      weights_[l] = both - w;
+      const Vec3<Scalar> p = farthest(mixture().gradient);
+      return planes_[k](p) - planes_[l](p);
+    };
+    Scalar low = Scalar(0), high = both;
+    Scalar at_low = excess(low);
+    if (at_low >= Scalar(0)) return;
+    Scalar at_high = excess(high);
+    if (at_high <= Scalar(0)) return;
+    int side = 0;
+    for (int i = 0; i < kSecants; ++i) {  // regula falsi, the end that stays halved (Illinois)
+      const Scalar w = (low * at_high - high * at_low) / (at_high - at_low);
+      const Scalar e = excess(w);
+      if (e < Scalar(0)) {
+        low = w;
+        at_low = e;
+        if (std::exchange(side, -1) == -1) at_high /= Scalar(2);
+      } else {
+        high = w;
+        at_high = e;
+        if (std::exchange(side, 1) == 1) at_low /= Scalar(2);
+      }
+    }
+  }
+
+  std::array<DepthPlane<Scalar>, kMost> planes_;
+  std::array<Scalar, kMost> weights_{};
+  int count_ = 0;
+};
+
+}  // namespace trephine
