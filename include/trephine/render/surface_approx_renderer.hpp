@@ -33,7 +33,8 @@ namespace trephine {
 ///
 /// Work a tick: `padded` samples where a vertex may touch, none where the field says that all is clear, and for each
 /// vertex in bone what `WaysOut` says; a group whose centre is in bone costs what `Deep` costs instead. With
-/// `PatchWeights` one gradient more for each vertex in bone and for those next to them.
+/// `PatchWeights` one gradient more for each vertex in bone and for those next to them, and for each group without one
+/// a gradient and a sample, and if bone is within its patch's reach those of its neighbours.
 template <RealScalar S, Weighting Weights = PatchWeights, DeepContact Deep = ExtendAlongSurface,
           ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer {

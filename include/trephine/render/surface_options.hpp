@@ -15,7 +15,7 @@ struct SurfaceOptions {
   /// Secant stiffness [N/m] of the tip pressed on a plane at δ = R/2: what a hand would call its stiffness.
   double stiffness = 800;
   /// The literal k of Eq. 15 instead, in the unit of the weighting: N/m for CollisionRatio and MeanWeights, N/m³ for
-  /// AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.
+  /// PatchWeights and AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.
   std::optional<double> thesis_stiffness{};
   /// Steps of a vertex's search for the surface are at most this many voxels.
   double search_step = 0.5;
