@@ -10,7 +10,7 @@ SURFACE_AREA = "area-extend-full-analytic"
 SURFACE_DEFAULT = "patch-extend-full-analytic"
 LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-spline-refined"
-SURFACE_COUNTS = dict(vertices=260.0, slices=100.0, per_slice=8.0)  # SurfaceCounts{}
+SURFACE_COUNTS = dict(vertices=260.0, slices=70.0, per_slice=8.0)  # SurfaceCounts{}
 DENSEST = dict(vertices=1000.0, slices=200.0, per_slice=16.0)
 COUPLED = "coupled-depth_map"
 ENERGY = "energy-depth_map"

@@ -193,6 +193,7 @@ std::vector<Job> make_plan(bool quick) {
     if (quick) break;
     const Image fine{.voxel_mm = 0.15};
     jobs.push_back({scenario, fine, line()});
+    jobs.push_back({scenario, fine, surface_at_defaults()});
     for (const auto* v : {kSurfaceArea, kSurfaceDefault})
       for (const int n : {20, 50, 100, 200}) {
         jobs.push_back({scenario, fine, surface(v)});

@@ -78,7 +78,7 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.line_vertices = whole(v[0], 1, 100000); }},
     Entry{"--sphere-vertices", 1, "N", "Surface, Coupled: vertices on the burr (260; 26)",
           [](Options& o, Values v) { o.sphere_vertices = whole(v[0], 4, 100000); }},
-    Entry{"--slices", 1, "N", "Surface, Coupled: slices of the shaft (100; 20)",
+    Entry{"--slices", 1, "N", "Surface, Coupled: slices of the shaft (70; 20)",
           [](Options& o, Values v) { o.slices = whole(v[0], 1, 10000); }},
     Entry{"--per-slice", 1, "N", "Surface, Coupled: vertices on a slice (8)",
           [](Options& o, Values v) { o.per_slice = whole(v[0], 3, 1000); }},

@@ -30,7 +30,7 @@ struct LineCounts {
 /// glide, does with the thesis' counts.
 struct SurfaceCounts {
   int sphere = 260;
-  int slices = 100;
+  int slices = 70;
   int per_slice = 8;
   ShaftStart start = ShaftStart::kEmerging;
 
