@@ -24,7 +24,8 @@ TEST_CASE_TEMPLATE("passing over far vertices changes no contact", Vertices, Gli
   Random random(91);
   std::size_t found = 0, near = 0;
   int differ = 0, shortened = 0;
-  for (const SurfaceCounts counts : {SurfaceCounts::thesis(), SurfaceCounts{.sphere = 5, .slices = 1, .per_slice = 3}}) {
+  for (const SurfaceCounts counts :
+       {SurfaceCounts::thesis(), SurfaceCounts{.sphere = 5, .slices = 1, .per_slice = 3}}) {
     DepthMap map(bone, o.isovalue(), {.keep_original = true});
     const DepthField<float> field(map);
     const ToolDiscretization<SurfaceCounts, float> tool(burr, counts);

@@ -100,8 +100,8 @@ int main(int argc, char** argv) {
                          LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb>(
                              ToolDiscretization<LineCounts, float>(burr, LineCounts{})),
                          minutes);
-  const bool surface =
-      soak("surface", SurfaceApproxRenderer<float>(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts::thesis())),
-           minutes);
+  const bool surface = soak(
+      "surface", SurfaceApproxRenderer<float>(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts::thesis())),
+      minutes);
   return line && surface ? 0 : 1;
 }

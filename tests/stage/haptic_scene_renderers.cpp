@@ -122,7 +122,8 @@ void check_forces_alone(const Counts& counts, bool drops) {
 TEST_CASE("a scene for forces alone drops the vertices of a shaft that gives torque alone, and no bit of the force") {
   check_forces_alone<LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly>>(
       LineCounts{}, true);
-  check_forces_alone<SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, TorqueOnly>>(SurfaceCounts::thesis(), true);
+  check_forces_alone<SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, TorqueOnly>>(SurfaceCounts::thesis(),
+                                                                                                true);
   check_forces_alone<LineApproxRenderer<float>>(LineCounts{}, false);
   check_forces_alone<SurfaceApproxRenderer<float>>(SurfaceCounts::thesis(), false);
 }
