@@ -55,12 +55,6 @@ Rates measure(Grid& tooth, Renderer renderer, const Strokes& strokes, double sec
   return {bench::percentile(times, 0.5), static_cast<double>(report.ticks) / report.wall_time};
 }
 
-SurfaceCounts with_slices(int n) {
-  SurfaceCounts counts = SurfaceCounts::thesis();
-  counts.slices = n;
-  return counts;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -95,5 +89,9 @@ int main(int argc, char** argv) {
       973);
   for (const auto& [n, thesis] : {std::pair(10, 974), {20, 951}, {30, 922}, {50, 837}, {100, 622}})
     row("surface", "", 26 + 1 + n * 9, n,
-        measure(tooth, SurfaceApproxRenderer{ToolDiscretization{burr, with_slices(n)}}, strokes, seconds), thesis);
+        measure(
+            tooth,
+            SurfaceApproxRenderer{ToolDiscretization{burr, SurfaceCounts{.sphere = 26, .slices = n, .per_slice = 8}}},
+            strokes, seconds),
+        thesis);
 }

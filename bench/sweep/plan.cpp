@@ -21,23 +21,15 @@ constexpr unsigned kSeed = 20080068;
 [[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
   return {.renderer = "surface", .variant = variant, .scalar = "float"};
 }
-// What a scene gets that names neither law nor counts.
-[[nodiscard]] Setting surface_at_defaults() {
+[[nodiscard]] Setting surface(const SurfaceCounts& counts) {
   Setting s = surface();
-  const SurfaceCounts counts;
   s.sphere = counts.sphere;
   s.slices = counts.slices;
   s.per_slice = counts.per_slice;
   return s;
 }
 // As near to infinitely many vertices on an image as is tried: what is left is the image's.
-[[nodiscard]] Setting surface_densest() {
-  Setting s = surface();
-  s.sphere = 1000;
-  s.slices = 200;
-  s.per_slice = 16;
-  return s;
-}
+constexpr SurfaceCounts kDensest{.sphere = 1000, .slices = 200, .per_slice = 16};
 [[nodiscard]] Setting line(const std::string& variant = kLineDefault) {
   return {.renderer = "line", .variant = variant, .scalar = "float"};
 }
@@ -178,13 +170,13 @@ std::vector<Job> make_plan(bool quick) {
     for (const bool is_surface : {true, false})
       for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
     for (const auto& s : coupled_factors(quick)) jobs.push_back({scenario, Image(), s});
-    jobs.push_back({scenario, Image(), surface_at_defaults()});
+    jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {
       const bool other_voxels = image.voxel_mm != 0.3;
       if ((quick || other_voxels) && !representative) continue;
       if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
       for (const auto& s :
-           {surface(kSurfaceArea), surface(), surface_at_defaults(), surface_densest(), line(), coupled()})
+           {surface(kSurfaceArea), surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
         jobs.push_back({scenario, image, s});
     }
   }
@@ -193,7 +185,7 @@ std::vector<Job> make_plan(bool quick) {
     if (quick) break;
     const Image fine{.voxel_mm = 0.15};
     jobs.push_back({scenario, fine, line()});
-    jobs.push_back({scenario, fine, surface_at_defaults()});
+    jobs.push_back({scenario, fine, surface(SurfaceCounts{})});
     for (const auto* v : {kSurfaceArea, kSurfaceDefault})
       for (const int n : {20, 50, 100, 200}) {
         jobs.push_back({scenario, fine, surface(v)});
