@@ -38,11 +38,7 @@ class CuttingPlanes {
       at = static_cast<int>(std::min_element(weights_.begin(), weights_.end()) - weights_.begin());
     const auto a = static_cast<std::size_t>(at);
     planes_[a] = plane;
-    if (count_ == 1) {
-      weights_[a] = Scalar(1);
-      return;
-    }
-    weights_[a] = Scalar(0);
+    weights_[a] = count_ == 1 ? Scalar(1) : Scalar(0);
     Scalar sum = Scalar(0);
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) sum += weights_[i];
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) weights_[i] /= sum;

@@ -276,8 +276,8 @@ class VertexContacts {
       planes.add({p, value, R.transpose() * field.gradient(p_G)});
     }
     // Of a thin wall's two sides the mixture tells nothing.
-    const Vec3<Scalar> slope = planes.mixture().gradient * field.metres();
-    if (slope.squaredNorm() < kSharpest * kSharpest) return false;
+    const Vec3<Scalar> slope = planes.mixture().gradient;
+    if ((slope * field.metres()).squaredNorm() < kSharpest * kSharpest) return false;
     const Scalar length = field.metres() * field.smooth_gradient(X * best).norm();
     const Scalar share = std::clamp(length, kSharpest, Scalar(1));
     places_.put(place, best);
@@ -287,8 +287,8 @@ class VertexContacts {
     const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
     const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
     const bool within = -tool.inward()[vertex].dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
-    gradients_.put(place, within ? Vec3<Scalar>(R * radius / (edge.radius * field.metres()))
-                                 : Vec3<Scalar>(R * planes.mixture().gradient / share));
+    gradients_.put(
+        place, within ? Vec3<Scalar>(R * radius / (edge.radius * field.metres())) : Vec3<Scalar>(R * slope / share));
     return true;
   }
 
