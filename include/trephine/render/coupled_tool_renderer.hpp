@@ -34,8 +34,7 @@ namespace trephine {
 /// once they may have come near or what is remembered of them would shorten a step; with friction at most six samples
 /// and gradients more for each vertex on an edge. No step moves a vertex farther than a quarter of a voxel beyond what
 /// is known to be free, so none passes a wall unseen. What is left when the steps run out is carried on at the next
-/// tick
-/// (`kWorkBound`).
+/// tick (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.

@@ -202,16 +202,13 @@ class SurfaceApproxRenderer {
       sample(field, groups[first].first, groups[last - 1].first + groups[last - 1].count);
       sample(field, groups[first].centre, groups[last - 1].centre + 1);
     }
-    // Plain counts, which compilers vectorise.
+    // A plain count, which compilers vectorise. Bone beside vertices shows in air that is not flat.
     const std::size_t whole_lanes = values_.size() / kLane * kLane;
+    const Scalar one = values_[0];
     int telling = 0;
-    if constexpr (kUsesPatches<Weights>) {  // flat air tells of no bone beside it
-      const Scalar flat = std::min(values_[0], std::numeric_limits<Scalar>::denorm_min() * Scalar(-1));
-      for (std::size_t i = 0; i < whole_lanes; ++i) telling += values_[i] != flat ? 1 : 0;
-    } else {
-      for (std::size_t i = 0; i < whole_lanes; ++i) telling += values_[i] >= Scalar(0) ? 1 : 0;
-    }
-    return telling > 0;
+    for (std::size_t i = 0; i < whole_lanes; ++i)
+      telling += (kUsesPatches<Weights> ? values_[i] != one : values_[i] >= Scalar(0)) ? 1 : 0;
+    return telling > 0 || one >= Scalar(0);
   }
 
   // Farthest that a patch of group g reaches from its vertex [m].
