@@ -253,5 +253,6 @@ class VoxelGrid {
 
 }  // namespace trephine
 
+#include <trephine/voxel/voxel_grid_derived.hpp>
 #include <trephine/voxel/voxel_grid_edit.hpp>
 #include <trephine/voxel/voxel_grid_impl.hpp>

@@ -12,7 +12,7 @@
 #include <limits>
 #include <utility>
 
-/// How a VoxelGrid's densities are lowered and put back, and its bricks' marks, versions and ranges kept meanwhile.
+/// How a VoxelGrid's densities are lowered and put back, and its bricks' marks and versions kept meanwhile.
 namespace trephine {
 
 namespace detail {
@@ -217,40 +217,6 @@ void VoxelGrid<Density>::commit() noexcept {
   forget_edit();
 }
 
-/// Whether a corner of the box holds `most` or more: often enough it does, and saves a scan.
-template <VoxelDensity Density>
-bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density most) const noexcept {
-  for (const int k : {box.lo[2], box.hi[2]})
-    for (const int j : {box.lo[1], box.hi[1]})
-      for (const int i : {box.lo[0], box.hi[0]})
-        if (!(at(i, j, k) < most)) return true;
-  return false;
-}
-
-template <VoxelDensity Density>
-void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
-  auto& range = ranges_[b];
-  if (risen_) {
-    const auto scanned = scan_range(b);
-    store_relaxed(range.min, scanned.min);
-    store_relaxed(range.max, scanned.max);
-    return;
-  }
-  const auto [bx, by, bz] = brick_coordinates(b);
-  const std::size_t from = profile_index(brick_row(by, bz), bx * kBrick - 1);
-  Density new_min = range.min;
-  Density old_max = std::numeric_limits<Density>::lowest();
-  for (std::size_t i = from; i < from + kBrick + 2; ++i) {
-    new_min = new_min_[i] < new_min ? new_min_[i] : new_min;
-    old_max = old_max_[i] > old_max ? old_max_[i] : old_max;
-  }
-  if (new_min < range.min) store_relaxed(range.min, new_min);
-  if (old_max < range.max) return;
-  // A voxel that held the maximum was lowered; no other can exceed it.
-  const VoxelBox box = haloed_box(b);
-  if (!corner_reaches(box, range.max)) store_relaxed(range.max, scan(box, &range.max).max);
-}
-
 template <VoxelDensity Density>
 void VoxelGrid<Density>::forget_edit() noexcept {
   for_each_touched([&](std::size_t b) {
@@ -264,100 +230,6 @@ void VoxelGrid<Density>::forget_edit() noexcept {
   marked_ = {};
   risen_ = false;
   edit_box_ = kNothing;
-}
-
-/// The brick and its halo, as far as they lie in the grid and its border.
-template <VoxelDensity Density>
-VoxelBox VoxelGrid<Density>::haloed_box(std::size_t b) const noexcept {
-  const auto at_brick = brick_coordinates(b);
-  VoxelBox box;
-  for (std::size_t a = 0; a < 3; ++a) {
-    box.lo[a] = at_brick[a] * kBrick - 1;
-    box.hi[a] = std::min(box.lo[a] + kBrick + 1, size_[a]);
-  }
-  return box;
-}
-
-namespace detail {
-
-/// Smallest and largest of the n numbers from `p` on, lane by lane: whole lanes, the last of which may overlap the one
-/// before; needs n >= the lanes.
-template <class T, std::size_t kLanes>
-struct LaneRange {
-  std::array<T, kLanes> min;
-  std::array<T, kLanes> max;
-  LaneRange() noexcept {
-    min.fill(std::numeric_limits<T>::max());
-    max.fill(std::numeric_limits<T>::lowest());
-  }
-  void add(const T* p, int n) noexcept {
-    for (int i = 0;; i = std::min(i + static_cast<int>(kLanes), n - static_cast<int>(kLanes))) {
-      std::array<T, kLanes> v;
-      std::memcpy(v.data(), p + i, sizeof(v));
-      for (std::size_t l = 0; l < kLanes; ++l) min[l] = v[l] < min[l] ? v[l] : min[l];
-      for (std::size_t l = 0; l < kLanes; ++l) max[l] = v[l] > max[l] ? v[l] : max[l];
-      if (i + static_cast<int>(kLanes) >= n) return;
-    }
-  }
-  [[nodiscard]] DensityRange<T> all() const noexcept {
-    return {*std::min_element(min.begin(), min.end()), *std::max_element(max.begin(), max.end())};
-  }
-};
-
-}  // namespace detail
-
-/// Range of the densities in a box; where `enough` is given, done after the first plane that reaches it.
-template <VoxelDensity Density>
-DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Density* enough) const noexcept {
-  const int n = box.hi[0] - box.lo[0] + 1;
-  const auto over_planes = [&](auto lanes) {
-    for (int k = box.lo[2]; k <= box.hi[2]; ++k) {
-      for (int j = box.lo[1]; j <= box.hi[1]; ++j) lanes.add(voxels_.data() + index(box.lo[0], j, k), n);
-      if (enough != nullptr && !(lanes.all().max < *enough)) break;
-    }
-    return lanes.all();
-  };
-  if (n >= kBrick) return over_planes(detail::LaneRange<Density, kBrick>());
-  return over_planes(detail::LaneRange<Density, 1>());
-}
-
-template <VoxelDensity Density>
-DensityRange<Density> VoxelGrid<Density>::scan_range(std::size_t b) const noexcept {
-  return scan(haloed_box(b), nullptr);
-}
-
-/// Differences change in the edited voxels and their neighbours, and all of those lie in marked bricks (or in the
-/// border beside them): brick by brick the work stays bounded when the edits lie far apart.
-template <VoxelDensity Density>
-void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
-  const auto at_brick = brick_coordinates(b);
-  VoxelBox box;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int lo = at_brick[a] == 0 ? -1 : at_brick[a] * kBrick;
-    const int hi = at_brick[a] == bricks_[a] - 1 ? size_[a] : at_brick[a] * kBrick + kBrick - 1;
-    box.lo[a] = std::max(lo, edit_box_.lo[a] - 1);
-    box.hi[a] = std::min(hi, edit_box_.hi[a] + 1);
-  }
-  update_differences(box);
-}
-
-template <VoxelDensity Density>
-void VoxelGrid<Density>::update_differences(const VoxelBox& box) noexcept {
-  // At the border the array ends: one-sided there, twice as short.
-  const auto difference = [this](std::size_t centre, int i, int last, std::ptrdiff_t step) {
-    const Density* v = voxels_.data() + centre;
-    return static_cast<Difference>(static_cast<Difference>(i < last ? v[step] : *v) -
-                                   static_cast<Difference>(i > -1 ? v[-step] : *v));
-  };
-  for (int k = box.lo[2]; k <= box.hi[2]; ++k)
-    for (int j = box.lo[1]; j <= box.hi[1]; ++j)
-      for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
-        const std::size_t at_voxel = index(i, j, k);
-        Difference* d = differences_.data() + 3 * at_voxel;
-        d[0] = difference(at_voxel, i, size_[0], 1);
-        d[1] = difference(at_voxel, j, size_[1], row_);
-        d[2] = difference(at_voxel, k, size_[2], plane_);
-      }
 }
 
 template <VoxelDensity Density>
