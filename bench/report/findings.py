@@ -465,6 +465,7 @@ MECHANISMS = [
     ("surface", "Eq. 16", "the sum is divided by how many touch: the force falls by steps when one more vertex does"),
     ("surface", "held force", "a centre in bone keeps its last force: it does not grow with depth nor turn, so that in and out differ"),
     ("surface", "torque without force", "as Line's: rotations do work that translations do not take back"),
+    ("surface", "thesis' counts", "26 vertices on the ball: each stands for much, so that edges pass between them and one more that touches tells"),
 ]
 
 

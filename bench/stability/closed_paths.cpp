@@ -113,7 +113,6 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
                              {{.renderer = "surface", .budget = kBudget}},
                              {{.renderer = "line", .budget = kBudget}},
                              {{.renderer = "surface", .options = "area weights"}},
-                             {{.renderer = "surface", .sphere = 200}},
                              {{.renderer = "coupled"}},
                              {{.renderer = "coupled", .friction = 0.3}},
                              {{.renderer = "coupled", .sphere = 200}, false},

@@ -145,9 +145,13 @@ double practical_critical(const Setup& setup, const Case& c, const Place& place,
   });
 }
 
-const std::vector<Setup> kTools = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
-                                   {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
-                                   {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3},
+const std::vector<Setup> kTools = {{.renderer = "line"},
+                                   {.renderer = "line", .options = "thesis"},
+                                   {.renderer = "surface"},
+                                   {.renderer = "surface", .options = "thesis"},
+                                   {.renderer = "surface", .options = "thesis' counts"},
+                                   {.renderer = "coupled"},
+                                   {.renderer = "coupled", .friction = 0.3},
                                    {.renderer = "energy"}};
 
 }  // namespace

@@ -23,6 +23,7 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface"},
                                    {.renderer = "surface", .options = "thesis"},
                                    {.renderer = "surface", .budget = kPremium},
+                                   {.renderer = "surface", .options = "thesis' counts"},
                                    {.renderer = "surface", .options = "area weights"},
                                    {.renderer = "coupled"},
                                    {.renderer = "coupled", .friction = 0.3},
@@ -101,7 +102,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
     const bool shaft = place->burr.shaft_length > 0;
     for (const Setup& tool : kTools) {
       if (tool.budget && !shaft) continue;
-      if (options.quick && tool.options == "area weights") continue;
+      if (options.quick && (tool.options == "area weights" || tool.options == "thesis' counts")) continue;
       // In the hand at the nominal stiffness.
       for (const std::string hand : {"light", "firm"})
         for (const int delay : {0, 1})

@@ -18,7 +18,8 @@ std::unique_ptr<AnyTool> surface(const Setup& setup, Bone& bone, double isovalue
 
 std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue) {
   const std::string& name = setup.options;
-  if (name == "default") return surface<PatchWeights, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
+  if (name == "default" || name == "thesis' counts")
+    return surface<PatchWeights, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
   if (name == "Eq. 16") return surface<CollisionRatio, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
   if (name == "held force") return surface<PatchWeights, HoldForce, FullWrench>(setup, bone, isovalue);
   if (name == "torque without force")

@@ -52,6 +52,7 @@ void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
                                     {.renderer = "line", .options = "thesis"},
                                     {.renderer = "surface"},
                                     {.renderer = "surface", .options = "thesis"},
+                                    {.renderer = "surface", .options = "thesis' counts"},
                                     {.renderer = "surface", .options = "area weights"},
                                     {.renderer = "coupled"},
                                     {.renderer = "coupled", .friction = 0.3},

@@ -64,7 +64,7 @@ std::string label(const Setup& setup) {
   if (setup.friction > 0) s << " + friction " << setup.friction;
   if (setup.mill_speed > 0) s << " + advancing cut";
   if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
-  if (setup.sphere != Setup{}.sphere) s << " + " << setup.sphere << " vertices";
+  if (setup.sphere > 0) s << " + " << setup.sphere << " vertices";
   return s.str();
 }
 
@@ -79,7 +79,7 @@ std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isoval
 std::vector<std::string> thesis_choices(const std::string& renderer) {
   if (renderer == "line")
     return {"torque without force", "stored gradient", "projected tracking", "thesis' trigger", "most active vertex"};
-  if (renderer == "surface") return {"Eq. 16", "held force", "torque without force"};
+  if (renderer == "surface") return {"Eq. 16", "held force", "torque without force", "thesis' counts"};
   return {};
 }
 

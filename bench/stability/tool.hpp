@@ -45,15 +45,17 @@ struct Setup {
   std::optional<StiffnessBudget> budget{};
   double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
   double mill_speed = 0;     ///< of an AdvancingCut instead [m/s]
-  int sphere = 26;           ///< vertices on the ball, but Line's
+  int sphere = 0;            ///< vertices on the ball, but Line's; 0: as many as the options mean
   CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
   Stack stack{};
 };
 
-/// The thesis', but for the ball.
+/// Those of a Surface scene that names none, or the thesis', which is what the coupled tool's and the energy law's
+/// glide or sum over too.
 [[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
-  SurfaceCounts counts = SurfaceCounts::thesis();
-  counts.sphere = setup.sphere;
+  const bool dense = setup.renderer == "surface" && setup.options != "thesis" && setup.options != "thesis' counts";
+  SurfaceCounts counts = dense ? SurfaceCounts{} : SurfaceCounts::thesis();
+  if (setup.sphere > 0) counts.sphere = setup.sphere;
   return counts;
 }
 
