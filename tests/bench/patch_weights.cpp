@@ -24,7 +24,8 @@ struct Of {
 
 struct Bone {
   const char* name;
-  double radius;  // of the ball that is bone, or (negative) air; 0: flat
+  double radius;     // of the ball that is bone, or (negative) air; 0: flat
+  bool bar = false;  // a round bar of that radius instead
 };
 
 // Pressed `depth` into the bone's foremost point, straight, at random turns, the bone anywhere between the voxels.
@@ -46,9 +47,10 @@ Pressed press(const Bone& bone, int vertices, double depth) {
     const Vec3d top = o.middle() + 0.5 * o.spacing.x() * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), 0);
     const Vec3d n = random.unit();
     const double R = bone.radius;
-    const Shape shape = R > 0   ? Shape(Ball{top - R * n, R})
-                        : R < 0 ? Shape(Hollow{Ball{top - R * n, -R}})
-                                : Shape(HalfSpace{top, n});
+    const Shape shape = bone.bar ? Shape(Rod{top - R * n, n.unitOrthogonal(), R})
+                        : R > 0  ? Shape(Ball{top - R * n, R})
+                        : R < 0  ? Shape(Hollow{Ball{top - R * n, -R}})
+                                 : Shape(HalfSpace{top, n});
     const auto grid = rasterise<std::uint8_t>(Of{&shape}, o);
     const auto base = field_of<float, AnalyticGradient>(grid, o);
     const CountingField field(base);  // as the sweep reads it
@@ -97,6 +99,16 @@ TEST_CASE("patches on a ball press as infinitely many vertices do: flat, convex,
           CHECK(degrees <= 4);
         }
       }
+}
+
+TEST_CASE("patches that slant on a bar see it bend one way only") {
+  // Pairs of neighbours that slant lie farther apart along the slant, across the bar; were they counted by their way on
+  // the bone, the bar's image would be moved by a tenth too much, and the force be 0.15 % too great.
+  for (const double share : {1.0 / 3, 0.5}) {
+    const Pressed p = press({"bar", 0.0015, true}, 1000, share * 0.0015);
+    MESSAGE("bar, 1000 vertices, ", share, " radii deep: too great by ", p.bias);
+    CHECK(std::abs(p.bias) <= 0.0007);
+  }
 }
 
 TEST_CASE("patches of a shaft across a round bar turn it as infinitely many vertices do, slices 0.8 mm apart") {

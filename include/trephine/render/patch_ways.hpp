@@ -54,7 +54,7 @@ class PatchWays {
       want_neighbours(tool, way, i);
     }
     find_surface(field, tool, X_GT, values, way, alone, points_.count());
-    for (int j = 0; j < points_.count(); ++j) see(points_.vertex(j), places_[static_cast<std::size_t>(j)]);
+    for (int j = 0; j < points_.count(); ++j) see(tool, points_.vertex(j), places_[static_cast<std::size_t>(j)]);
     for (std::size_t g = 0; g < surfaces_.size(); ++g)
       if (surfaces_[g].steepest > Scalar(0)) settle_bend(field, surfaces_[g], patch(tool.groups()[g].first));
     for (int j = 0; j < points_.count(); ++j) {
@@ -177,15 +177,18 @@ class PatchWays {
     }
   }
 
-  // What a place says of its group's surface; of its bend each pair of neighbours once.
-  void see(int i, const Place& here) noexcept {
+  // What a place says of its group's surface; of its bend each pair of neighbours once. On the ball pairs are seen
+  // along the way in, from where they lie to all sides alike, so that their mean is that of both principal curvatures:
+  // on bone that slants they stand farther apart along the slant.
+  void see(const Tool& tool, int i, const Place& here) noexcept {
     if (!here.near) return;
     surfaces_[here.group].steepest = std::max(surfaces_[here.group].steepest, here.steepness);
     for (const int k : neighbours_.of(i)) {
       if (k < i) continue;
       const Place* there = surface_at(k);
       if (there == nullptr) continue;
-      const Vec3<Scalar> way = there->foot - here.foot;
+      Vec3<Scalar> way = there->foot - here.foot;
+      if (patch(i).disc > Scalar(0)) way -= way.dot(tool.inward()[i]) * tool.inward()[i];
       const Scalar turned = (there->plane.normal - here.plane.normal).dot(way), apart = way.squaredNorm();
       const std::size_t along = there->group == here.group ? 0 : 1;
       surfaces_[here.group].turned[along] += turned;
