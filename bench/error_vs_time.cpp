@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Sweep {
   std::ofstream csv;
-  std::size_t done = 0, total = 0, resumed = 0;
+  std::size_t done = 0, total = 0;
   Clock::time_point begin = Clock::now();
   bool quick = false;
   std::map<std::string, std::unique_ptr<Scenario>> scenarios;
@@ -158,6 +158,10 @@ int main(int argc, char** argv) {
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   sweep.csv.close();
+  if (sweep.done == 0 && sweep.total > 0) {  // listed only, or filtered away: the last table stays
+    if (finished.empty()) std::filesystem::remove(part);
+    return 0;
+  }
   finish(part, out + "/error_vs_time.csv");
   std::filesystem::remove(part);
   std::cerr << "error_vs_time: wrote " << out << "/error_vs_time.csv\n";
