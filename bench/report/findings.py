@@ -177,6 +177,8 @@ def counts_pair(sweep, scenarios, key, form=percent):
 def default_goals(sweep):
     """What a Surface scene is off that names neither law nor counts, image by image, and what no number of vertices mends there."""
     found = []
+    if sweep.where(renderer="surface") and not sweep.where(renderer="surface", field=tables.DEFAULT_FIELD, **tables.SURFACE_COUNTS):
+        raise ValueError("the sweep has no rows of SurfaceCounts{}: tables.SURFACE_COUNTS says something else")
     for field, name in (("ct_blur_8bit", "CT blur, 8 bit"), ("ct_blur_16bit", "CT blur, 16 bit"), ("ct_blur_8bit_c60", "CT blur, contrast 60"),
                         ("partial_volume_8bit", "partial volume, 8 bit"), ("partial_volume_16bit", "partial volume, 16 bit")):
         def rows(scenarios, counts, kind="discretisation"):
