@@ -116,6 +116,7 @@ struct Pulled {
   double way = 0;
   Vec3d pull = Vec3d::Zero();
   double along = 0;
+  double contact = 0;
 };
 Pulled pulled(const Patch<double>& patch, double depth, const Vec3d& n, double bone) {
   constexpr int kPoints = 160;
@@ -149,10 +150,12 @@ Pulled pulled(const Patch<double>& patch, double depth, const Vec3d& n, double b
       if (!inside) continue;
       const double a = bone > 0 ? -b + root : -b - root;
       sum.way += a;
+      sum.contact += a * a;
       sum.pull += a * d;
       if (!(patch.disc > 0)) sum.along += a * v;
     }
   sum.along /= sum.way;
+  sum.contact /= sum.way;
   sum.way /= count;
   sum.pull /= count;
   return sum;
@@ -179,8 +182,10 @@ TEST_CASE("a patch' pull against the ways out of its points: flat, convex and ho
           // Of the way of a patch that is wholly in.
           const double whole = std::max(pulled(patch, patch.reach(), n, bone).way, exact.way);
           CHECK((mine - exact.pull).norm() <= 0.04 * whole);
-          if (exact.way > 0.1 * whole && !(patch.disc > 0))
-            CHECK(std::abs(pull.along - exact.along) <= 0.1 * patch.half_length);
+          if (exact.way > 0.1 * whole) {
+            if (!(patch.disc > 0)) CHECK(std::abs(pull.along - exact.along) <= 0.1 * patch.half_length);
+            CHECK(std::abs(pull.contact - exact.contact) <= 0.06 * whole);  // the mean way is off by up to 0.14
+          }
           // What the bend is for: without it a hollow or a ball is off by its sagitta.
           if (std::abs(bone) < 1 && share == 1.0 && lean.norm() == 0) {
             const PatchPull<double> flat = patch.pull(depth, n, inward, axis);

@@ -271,8 +271,13 @@ class SurfaceApproxRenderer {
       summary.depth = std::max(summary.depth, static_cast<double>(a));
       // The vertex' share of the sum, to be scaled once the divisor is known.
       const Vec3<Scalar> share = (Weights::weight(area, a, group.radius) * a) * d;
-      contacts_[contact_count_++] = {c - (group.radius - a) * d, d, share};
-      if constexpr (kUsesPatches<Weights>) along += patches_.pull(i).along * share;
+      Vec3<Scalar> at = c - (group.radius - a) * d;
+      if constexpr (kUsesPatches<Weights>) {
+        const PatchPull<Scalar>& pull = patches_.pull(i);
+        at += (std::min(pull.contact, group.radius) - a) * d + pull.along * X_GT_.linear().col(2);
+        along += pull.along * share;
+      }
+      contacts_[contact_count_++] = {at, d, share};
       ++r.contacts;
     }
     const Vec3<Scalar> total = sum.result(group.count);

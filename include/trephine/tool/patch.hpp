@@ -86,7 +86,8 @@ template <RealScalar Scalar>
 struct PatchPull {
   Scalar way = Scalar(0);
   Vec3<Scalar> toward = Vec3<Scalar>::Zero();
-  Scalar along = Scalar(0);  ///< from the vertex along the shaft [m]
+  Scalar along = Scalar(0);    ///< from the vertex along the shaft [m]
+  Scalar contact = Scalar(0);  ///< from there to where it touches: the mean way out, each by its own length [m]
 };
 
 /// The extent of a vertex' patch. Of a ball: a disc of the area it stands for. Of a slice: a rectangle, the arc between
@@ -122,6 +123,7 @@ struct Patch {
     const Scalar shrunk = Scalar(1) - std::clamp(depth / (cosine * radius), Scalar(0), Scalar(1));
     const Scalar sag = shrunk * shrunk;
     Scalar mean;            // of h
+    Scalar square;          // mean of h²: of h times (its value at the vertex and its slopes times u and v)
     Vec3<Scalar> centroid;  // times the mean
     Scalar along = Scalar(0);
     if (disc > Scalar(0)) {
@@ -133,26 +135,32 @@ struct Patch {
       const Scalar s = depth - disc * disc * (cosine / radius + sag * slant * bend.arc) / Scalar(4);
       if (s * s >= slope2) {  // all of it in bone, or nothing: no root needed
         mean = s;
+        square = s * s + Scalar(0.25) * slope2;
         centroid = (Scalar(-0.25) * disc * disc) * uphill;
       } else {
         const Scalar slope = std::sqrt(slope2);
         const PatchMoments<Scalar> m = moments_over_disc(s / slope);
         mean = slope * m.mean;
+        square = s * mean + slope2 * m.by_u;
         centroid = (-disc * disc * m.by_u) * uphill;
       }
     } else {
       const Vec3<Scalar> arc = axis.cross(inward);
       const Scalar s = depth - half_arc * half_arc * (cosine / radius + sag * bend.arc) / Scalar(6) -
                        half_length * half_length * bend.length / Scalar(6);
-      const PatchMoments<Scalar> m = moments_over_rectangle(s, -half_arc * n.dot(arc), -half_length * n.dot(axis));
+      const Scalar by_arc = -half_arc * n.dot(arc), by_length = -half_length * n.dot(axis);
+      const PatchMoments<Scalar> m = moments_over_rectangle(s, by_arc, by_length);
       mean = m.mean;
+      square = s * mean + by_arc * m.by_u + by_length * m.by_v;
       centroid = (half_arc * m.by_u) * arc;
       along = half_length * m.by_v;
     }
     if (!(mean > Scalar(0))) return {};
     const Scalar per_mean = Scalar(1) / mean;
     const Vec3<Scalar> toward = inward - (per_mean / radius) * centroid;
-    return {mean / n.dot(toward), (Scalar(1) / std::sqrt(toward.squaredNorm())) * toward, along * per_mean};
+    const Scalar per_cosine = Scalar(1) / n.dot(toward);
+    return {mean * per_cosine, (Scalar(1) / std::sqrt(toward.squaredNorm())) * toward, along * per_mean,
+            square * per_mean * per_cosine};
   }
 };
 
