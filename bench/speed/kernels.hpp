@@ -9,6 +9,7 @@ namespace trephine::bench {
 /// The least that sampling must do: the four pairs of voxels of each cell, loaded, at addresses known beforehand.
 class BareLoads {
  public:
+  /// `n` is a multiple of kLane.
   template <RealScalar Scalar>
   BareLoads(const SampleView<std::uint8_t, Scalar>& view, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
             const Scalar* y, const Scalar* z, int n)
@@ -18,17 +19,25 @@ class BareLoads {
     words_.resize(4 * base_.size());
   }
 
-  /// Loads into a buffer, as a kernel would.
+  /// Loads into a buffer, as a kernel would: two neighbours of an array after the other, which processors write at
+  /// once.
   const std::uint16_t* operator()() noexcept {
     const std::size_t n = base_.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::uint8_t* c = voxels_ + base_[i];
-      std::memcpy(&words_[i], c, 2);
-      std::memcpy(&words_[n + i], c + row_, 2);
-      std::memcpy(&words_[2 * n + i], c + plane_, 2);
-      std::memcpy(&words_[3 * n + i], c + plane_ + row_, 2);
+    const int* base = base_.data();
+    const auto load = [base](const std::uint8_t* corner, std::uint16_t* words, std::size_t i) {
+      std::memcpy(words + i, corner + base[i], 2);
+      std::memcpy(words + i + 1, corner + base[i + 1], 2);
+    };
+    const std::uint8_t* voxels = voxels_;
+    const std::ptrdiff_t row = row_, plane = plane_;
+    std::uint16_t* words = words_.data();
+    for (std::size_t i = 0; i < n; i += 2) {
+      load(voxels, words, i);
+      load(voxels + row, words + n, i);
+      load(voxels + plane, words + 2 * n, i);
+      load(voxels + plane + row, words + 3 * n, i);
     }
-    return words_.data();
+    return words;
   }
 
  private:

@@ -142,19 +142,29 @@ class WaysOut {
         for (std::size_t r = 0; r < m; ++r) place(b, r, std::min(steps * spacing[r], b.length[r]), p, j * n + r);
       }
       p.sample(field, X, kSteps * b.count);
-      for (std::size_t j = 0; j < kSteps; ++j) {
-        const Scalar steps = static_cast<Scalar>(done + static_cast<int>(j) + 1);
+      // How many of these steps each ray takes in bone, which vectors count, and then for each ray what is at their
+      // end.
+      std::array<int, kRays> open, inside{};
+      for (std::size_t r = 0; r < m; ++r) open[r] = 1 - b.out[r];
+      for (std::size_t j = 0; j < kSteps; ++j)
         for (std::size_t r = 0; r < m; ++r) {
-          const Scalar v = p.value[j * n + r];
-          const Scalar s = std::min(steps * spacing[r], b.length[r]);
-          const bool open = b.out[r] == 0;
-          const bool leaves = v < Scalar(0);
-          b.hi[r] = open ? s : b.hi[r];
-          b.at_hi[r] = open ? v : b.at_hi[r];
-          b.lo[r] = open && !leaves ? s : b.lo[r];
-          b.at_lo[r] = open && !leaves ? v : b.at_lo[r];
-          b.out[r] = open && leaves ? 1 : b.out[r];
+          open[r] = p.value[j * n + r] < Scalar(0) ? 0 : open[r];
+          inside[r] += open[r];
         }
+      const auto way = [&](std::size_t r, std::size_t j) {
+        return std::min(static_cast<Scalar>(done + static_cast<int>(j) + 1) * spacing[r], b.length[r]);
+      };
+      for (std::size_t r = 0; r < n; ++r) {
+        if (b.out[r] != 0) continue;
+        const auto first_out = static_cast<std::size_t>(inside[r]);
+        if (first_out > 0) {
+          b.lo[r] = way(r, first_out - 1);
+          b.at_lo[r] = p.value[(first_out - 1) * n + r];
+        }
+        if (first_out == kSteps) continue;
+        b.hi[r] = way(r, first_out);
+        b.at_hi[r] = p.value[first_out * n + r];
+        b.out[r] = 1;
       }
       int in_bone = 0;
       for (std::size_t r = 0; r < m; ++r) in_bone += 1 - b.out[r];

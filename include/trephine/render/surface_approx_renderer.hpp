@@ -84,15 +84,11 @@ class SurfaceApproxRenderer {
     out.status = begin(X_GT);
     if (!look(field) || !find_ways_out(field)) {
       if (!idle_) go_idle();
-      X_idle_ = X_GT;
       return out;
     }
-    if (idle_) catch_up();
-    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
-      SliceReport<Scalar>& r = reports_[g];
-      r = {};
-      out.status = worse(out.status, touch(field, g, r, out.contact));
-    }
+    idle_ = false;
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g)
+      out.status = worse(out.status, touch(field, g, reports_[g], out.contact));
     if (shared_) shared_->share(tool_, way_, reports_, {contacts_.data(), contact_count_});
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
@@ -158,6 +154,8 @@ class SurfaceApproxRenderer {
     const bool jumped =
         has_previous_ && !((X_GT.translation() - X_GT_.translation()).norm() <= static_cast<Scalar>(options_.jump));
     if (jumped) reset();
+    knows_before_ = has_previous_;
+    X_before_ = X_GT_;
     X_GT_ = X_GT;
     has_previous_ = true;
     contact_count_ = 0;
@@ -229,7 +227,7 @@ class SurfaceApproxRenderer {
     field.values(X_GT_, p.x.data() + from, p.y.data() + from, p.z.data() + from, values_.data() + from, count);
   }
 
-  // Nothing touches: what groups found is cleared once, and where their centres stand is told them when they need it.
+  // Nothing touches: what groups found is cleared once.
   void go_idle() noexcept {
     idle_ = true;
     for (std::size_t g = 0; g < reports_.size(); ++g) {
@@ -237,27 +235,23 @@ class SurfaceApproxRenderer {
       if (g > 0) reports_[g].lever_m = tool_.groups()[g].height;
     }
   }
-  void catch_up() noexcept {
-    idle_ = false;
-    for (std::size_t g = 0; g < deep_.size(); ++g)
-      deep_[g].outside(X_idle_ * tool_.points()[tool_.groups()[g].centre], Vec3<Scalar>::Zero());
-  }
 
+  // One group. Where the centre of a group that touched nothing stood is told to it once it is in bone, not every tick.
   template <ContactField Field>
   Status touch(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
-    const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
+    const bool touched = r.contacts > 0 || r.deep;  // in the tick before
+    if (touched) r = {};
     r.lever_m = group.height;
-    r.deep = values_[static_cast<std::size_t>(group.centre)] >= Scalar(0);
+    r.deep = is_deep(g);
+    if (!r.deep && hit_[g] == 0) return Status::kOk;
+    const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
     if (r.deep) {
+      if (!touched && knows_before_) deep_[g].outside(X_before_ * tool_.points()[group.centre], Vec3<Scalar>::Zero());
       const Status status = deep_[g].inside(field, c, group.radius, edge_forces_[g], r.force);
       summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
       contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
       return status;
-    }
-    if (hit_[g] == 0) {
-      deep_[g].outside(c, Vec3<Scalar>::Zero());
-      return Status::kOk;
     }
     WeightedSum<Weights, Scalar> sum;
     Vec3<Scalar> along = Vec3<Scalar>::Zero();  // Σ of the sum's terms times how far along the shaft each acts
@@ -378,14 +372,15 @@ class SurfaceApproxRenderer {
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;
   std::size_t contact_count_ = 0;
-  // Since when nothing touches, and where the tool was last.
-  bool idle_ = false;
-  Pose<Scalar> X_idle_ = Pose<Scalar>::Identity();
+  bool idle_ = false;  // nothing touched in the tick before
   // A ball round all vertices, its centre on the shaft's axis.
   Scalar middle_ = Scalar(0);
   Scalar around_middle_ = Scalar(0);
   bool has_previous_ = false;
   Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
+  // Of the tick before, if there was one that led here.
+  bool knows_before_ = false;
+  Pose<Scalar> X_before_ = Pose<Scalar>::Identity();
 };
 
 template <class S>

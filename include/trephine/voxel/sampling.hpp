@@ -21,13 +21,15 @@ struct SampleView {
   const Density* voxels;
   int row;
   int plane;
-  Vec3<Scalar> last;  ///< size + 1 per axis: coordinate of the far border
+  Vec3<Scalar> last;             ///< size + 1 per axis: coordinate of the far border
+  std::array<int, 3> last_cell;  ///< size per axis: the cell that ends there
 
   explicit SampleView(const VoxelGrid<Density>& g) noexcept
       : voxels(g.data()),
         row(g.row_pitch()),
         plane(g.plane_pitch()),
-        last(Scalar(g.size()[0] + 1), Scalar(g.size()[1] + 1), Scalar(g.size()[2] + 1)) {}
+        last(Scalar(g.size()[0] + 1), Scalar(g.size()[1] + 1), Scalar(g.size()[2] + 1)),
+        last_cell(g.size()) {}
 };
 
 /// The cell a point lies in (index of its lowest corner) and where in it, each coordinate in [0, 1].
@@ -53,9 +55,9 @@ template <VoxelDensity Density, RealScalar Scalar>
   const Scalar y = clamp_coordinate(u.y(), v.last.y());
   const Scalar z = clamp_coordinate(u.z(), v.last.z());
   // At the far border the cell before it serves, with fraction 1: every cell has its eight corners in the array.
-  const int i = std::min(static_cast<int>(x), static_cast<int>(v.last.x()) - 1);
-  const int j = std::min(static_cast<int>(y), static_cast<int>(v.last.y()) - 1);
-  const int k = std::min(static_cast<int>(z), static_cast<int>(v.last.z()) - 1);
+  const int i = std::min(static_cast<int>(x), v.last_cell[0]);
+  const int j = std::min(static_cast<int>(y), v.last_cell[1]);
+  const int k = std::min(static_cast<int>(z), v.last_cell[2]);
   return {k * v.plane + j * v.row + i, x - Scalar(i), y - Scalar(j), z - Scalar(k)};
 }
 
@@ -83,10 +85,20 @@ template <VoxelDensity Density, RealScalar Scalar>
   return lerp(y0, y1, c.fz);
 }
 
-/// Two neighbouring voxels in one word: a load moves both, and shifts take them apart in vector registers.
+/// Two neighbouring voxels in one word: a load moves both, and shifts take them apart in vector registers. A word is as
+/// wide as the numbers that it turns into, so that vectors of words are not widened first.
 template <VoxelDensity Density>
-using PairWord = std::conditional_t<sizeof(Density) == 1, std::uint16_t,
-                                    std::conditional_t<sizeof(Density) == 2, std::uint32_t, std::array<float, 2>>>;
+using PairWord = std::conditional_t<std::is_floating_point_v<Density>, std::array<float, 2>,
+                                    std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>>;
+
+/// A voxel and the next.
+template <VoxelDensity Density>
+[[nodiscard]] inline PairWord<Density> load_pair(const Density* voxel) noexcept {
+  using Bytes = std::conditional_t<std::is_signed_v<Density>, std::int16_t, std::uint16_t>;
+  std::conditional_t<sizeof(Density) == 1, Bytes, PairWord<Density>> pair;
+  std::memcpy(&pair, voxel, sizeof(pair));
+  return pair;
+}
 
 /// lerp of the two voxels in a word.
 template <VoxelDensity Density, RealScalar Scalar>
@@ -96,10 +108,8 @@ template <VoxelDensity Density, RealScalar Scalar>
   } else {
     // Left and right in a whole int: a cast to Density would have g++ pack vectors to bytes and unpack them again.
     constexpr int kBits = 8 * sizeof(Density);
-    using Word = std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>;
-    const auto w = static_cast<std::uint32_t>(word);
-    const auto low = static_cast<int>(static_cast<Word>(w << (32 - kBits)) >> (32 - kBits));
-    const auto high = static_cast<int>(static_cast<Word>(w << (32 - 2 * kBits)) >> (32 - kBits));
+    const auto low = static_cast<int>(word << (32 - kBits) >> (32 - kBits));
+    const auto high = static_cast<int>(word >> kBits);
     constexpr bool kLittle = std::endian::native == std::endian::little;
     return lerp(Scalar(kLittle ? low : high), Scalar(kLittle ? high : low), f);
   }
@@ -121,9 +131,8 @@ struct CellBatch {
     const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
     const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
     const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
-    const int cell_x = static_cast<int>(last_x) - 1;
-    const int cell_y = static_cast<int>(last_y) - 1;
-    const int cell_z = static_cast<int>(last_z) - 1;
+    // Not counted from `last`: g++ would keep the far border's cell apart from the others, at two selections an axis.
+    const auto [cell_x, cell_y, cell_z] = v.last_cell;
     const int row = v.row;
     const int plane = v.plane;
     std::array<int, kSize> base;
@@ -140,12 +149,17 @@ struct CellBatch {
       fy[i] = uy - static_cast<Scalar>(iy);
       fz[i] = uz - static_cast<Scalar>(iz);
     }
-    for (std::size_t i = 0; i < m; ++i) {
-      const Density* c = v.voxels + base[i];
-      std::memcpy(&p00[i], c, sizeof(p00[i]));
-      std::memcpy(&p10[i], c + row, sizeof(p10[i]));
-      std::memcpy(&p01[i], c + plane, sizeof(p01[i]));
-      std::memcpy(&p11[i], c + plane + row, sizeof(p11[i]));
+    // Two neighbours of one array after the other: processors write them at once where they share a line of the cache,
+    // and one by one what goes to four arrays in turn.
+    for (std::size_t i = 0; i < m; i += 2) {
+      const auto load_two = [&](auto& pairs, const Density* corner) {
+        pairs[i] = load_pair(corner + base[i]);
+        pairs[i + 1] = load_pair(corner + base[i + 1]);
+      };
+      load_two(p00, v.voxels);
+      load_two(p10, v.voxels + row);
+      load_two(p01, v.voxels + plane);
+      load_two(p11, v.voxels + plane + row);
     }
   }
 };
