@@ -51,13 +51,17 @@ void measure_coupled(Spread& spread, int ticks) {
     const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
                            : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
     DepthMap depths(bone, o.isovalue());
-    for (const bool fast : {false, true}) {
+    struct Motion {
+      const char* name;
+      double speed, turn;  // [m/s], [rad/s] about the normal
+    };
+    for (const auto& [name, speed, turn] :
+         {Motion{".03 m/s", 0.03, 0}, Motion{".1 m/s", 0.1, 0}, Motion{".1 m/s, turning", 0.1, 13}}) {
       Coupled tool = coupled(depths);
       const auto field = tool.field(bone, o.isovalue());
-      const double speed = fast ? 0.1 : 0.03, turn = fast ? 13 : 0;  // [m/s], [rad/s] about the normal
       const double above = tool.shape().tip_radius - kDeep;
       // To and fro over 6 mm.
-      const auto pose = [&](int i) {
+      const auto pose = [&, speed = speed, turn = turn](int i) {
         const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
         const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
         const Vec3d p =
@@ -67,8 +71,8 @@ void measure_coupled(Spread& spread, int ticks) {
                                 p.cast<float>());
       };
       spread.measure(
-          std::string("Coupled, slid over a ") + (ball ? "ball" : "plane") + (fast ? ", .1 m/s, turning" : ", .03 m/s"),
-          ticks, 0, [](int) {}, [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
+          std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
+          [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
     }
   }
 }

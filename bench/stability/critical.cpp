@@ -90,26 +90,41 @@ double voxel_critical(const Setup& setup, const Case& c, const Place& place, dou
   });
 }
 
-/// dF/dδ of a tool at rest [N/m].
+constexpr double kMove = 5e-6;  // [m]
+
+/// dF/dδ of a tool at rest [N/m], led anew to either side.
 double felt_at(Rest& rest) {
-  constexpr double kMove = 5e-6;  // [m]
   const double in = rest.lead(rest.depth + kMove);
   return (in - rest.lead(rest.depth - kMove)) / (2 * kMove);
 }
 
-/// The coupled tool's greatest stable stiffness is the coupling's wherever it is pressed. Held by its shaft it turns
-/// too, and is felt softer than the coupling by its lever: there what is felt at the border is theory's.
+/// The same of a tool that stays where it is pressed and moves to and fro there.
+double felt_staying(Rest& rest) {
+  static_cast<void>(rest.lead(rest.depth));
+  const auto held = [&](double down) {
+    return lead_tool(*rest.tool, rest.at(down), rest.at(down), 50).force.dot(rest.n);
+  };
+  static_cast<void>(held(rest.depth));
+  const double in = held(rest.depth + kMove);
+  return (in - held(rest.depth - kMove)) / (2 * kMove);
+}
+
+/// The coupled tool's greatest stable stiffness is the coupling's wherever it is pressed, but where it gives way
+/// sideways: there what is felt at the border is theory's. Held by its shaft it turns too, and is felt softer than the
+/// coupling by its lever. A ball without friction rolls over an edge or a corner: the spring from its centre, R away
+/// from there, to the device's, r away, along u, is felt as K (1 − (R/r) (1 − (n·u)²)) (`coupled_edges.cpp` tests it).
 Measured coupled_critical(const Setup& setup, const Case& c, const Place& place) {
   const double analytic = analytic_critical(setup, c, place.outward);
   const double found = voxel_critical(setup, c, place, kOffShape, place.by_shaft ? 16 : 1.6);
   const Setup s = with_tangent(setup, place.outward, found, bias_for(found));
   const std::string name = place.name + ", " + c.text();
   Rest rest(s, place, bias_for(found), kOffShape);
-  const double felt = felt_at(rest);
+  const bool rolls = place.rolls && !(setup.friction > 0);
+  const double felt = rolls ? felt_staying(rest) : felt_at(rest);
   Measured m;
   m.rows.push_back(told("13 K_crit by place", name, s.renderer, label(s), found, "N/m", c.theory()));
   m.rows.push_back(at_most("13 K_crit by place off theory's", name, s.renderer, label(s),
-                           100 * std::abs((place.by_shaft ? felt : found) / analytic - 1), 2, "%", analytic));
+                           100 * std::abs((place.by_shaft || rolls ? felt : found) / analytic - 1), 2, "%", analytic));
   m.rows.push_back(told("13 stiffness felt by place at K_crit", name, s.renderer, label(s), felt, "N/m", analytic));
   m.rows.push_back(told("13 farther in than the shape lets it", name, s.renderer, label(s),
                         1e3 * (rest.depth - rest.guess), "mm", kNaN));

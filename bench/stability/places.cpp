@@ -97,7 +97,9 @@ Place make_place(const std::string& name) {
     p.bone = make_bone(Both<HalfSpace, HalfSpace>{{Vec3d(kInside, 0, kInside), a}, {Vec3d(kInside, 0, kInside), b}});
     stand(kInside, up);
     p.touching.translation().x() = p.touching_line.translation().x() = kInside;
+    p.rolls = true;
   } else if (name == "corner") {
+    p.rolls = true;
     p.bone = make_bone([](const Vec3d& q) {  // a cube's corner, its diagonal up
       const Vec3d d = Quatd::FromTwoVectors(Vec3d::UnitZ(), Vec3d::Ones()) * (q - Vec3d(0, 0, kInside));
       return d.maxCoeff();

@@ -25,6 +25,7 @@ struct Place {
   Vec3d across = Vec3d::UnitX();            ///< a way to slide
   double room = 1e-3;                       ///< that far off on the way out it is free [m]
   bool by_shaft = false;                    ///< the shaft holds the tool, so that it turns about where it does
+  bool rolls = false;                       ///< without friction the ball rolls over what holds it, an edge or a corner
   double mill_rate = 0;                     ///< a rate-limited cut's that suits the bone [densities/s]; 0: none known
   [[nodiscard]] const Posed& start(const Setup& setup) const {
     return setup.renderer == "line" ? touching_line : touching;

@@ -5,6 +5,7 @@
 #include <trephine/contact/near_vertices.hpp>
 #include <trephine/core/tick.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -19,6 +20,8 @@ struct VertexContact {
   double depth = 0;             ///< φ [m]; > 0 where it touches
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
+  /// Unit ways in which the ball rolls over a sharp edge, one, or corner, two: there −∂²φ/∂way² is 1/R. Zero else.
+  std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
 };
 
 /// A contact of a tool whose origin is at p_GT, with the force on the tool there, for logs and drawings.
@@ -51,8 +54,8 @@ class VertexContacts {
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
   /// `again`: places glide once more, from the gradient at the place itself: normals are then right on curved bone
-  /// however few the vertices, and edges hold. Not with friction: its springs end at the places, and give energy where
-  /// these move on (16 of 1000 closed paths instead of 2). There edges are held by cutting planes.
+  /// however few the vertices. Not with friction: its springs end at the places, and give energy where these move on
+  /// (16 of 1000 closed paths instead of 2).
   explicit VertexContacts(const Tool& tool, bool again = true)
       : again_(again),
         ball_(tool.groups()[0].count),
@@ -64,9 +67,10 @@ class VertexContacts {
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
-    for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
+    for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_, &plain_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
+    rolls_.assign(padded, {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()});
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
     found_.resize(static_cast<std::size_t>(tool.periphery()));
@@ -155,6 +159,7 @@ class VertexContacts {
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
+  static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
 
@@ -220,24 +225,6 @@ class VertexContacts {
     return p;
   }
 
-  /// A place that went beyond an edge, where the bone ends, comes back to between the directions of its two sides.
-  template <PenetrationField Field>
-  void glide_back(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
-    const auto j = static_cast<std::size_t>(place);
-    const int vertex = place_vertices_[j];
-    const Mat3<Scalar> R = X.linear();
-    const Vec3<Scalar> gradient = gradients_[place];
-    const Scalar expected = vertex_values_[j] + gradient.dot(R * (places_[place] - tool.points()[vertex]));
-    if (!(values_[j] < expected - field.voxel() / (Scalar(4) * field.metres()))) return;
-    const Vec3<Scalar> there = field.smooth_gradient(X * places_[place]);
-    const Vec3<Scalar> between = gradient.norm() * there + there.norm() * gradient;
-    const Vec3<Scalar> back = glided(tool, R, vertex, between);
-    const Scalar value = field.value(X * back);
-    if (!(value > values_[j])) return;
-    places_.put(place, back);
-    values_[j] = value;
-  }
-
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
   /// from where its gradient led, and from where those so far meet. What they mix to is the slope of the patch' depth;
   /// divided by the smoothed gradient's length, which is short there, depth is the way out, and an edge about as stiff
@@ -257,7 +244,7 @@ class VertexContacts {
 
     const auto farthest = [&](const Vec3<Scalar>& g_T) { return glided(tool, vertex, g_T); };
     CuttingPlanes<Scalar> planes;
-    planes.add({from, vertex_values_[j], R.transpose() * led});
+    planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
     planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
     Vec3<Scalar> best = places_[place];
     Scalar most = values_[j];
@@ -272,8 +259,14 @@ class VertexContacts {
         best = p;
       }
       if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
+      // A bound that is passed tells of slopes from too far away: one from beside, on the vertex' side.
+      const bool passed = value > bound + kCutTo * voxel;
+      const Vec3<Scalar> q = passed ? glided(tool, vertex, Vec3<Scalar>(p + kBeside * (from - p))) : p;
+      const Vec3<Scalar> q_G = X * q;
+      const Scalar there = passed ? field.value(q_G) : value;
       planes.lift(p, value);
-      planes.add({p, value, R.transpose() * field.gradient(p_G)});
+      planes.lift(q, there);
+      planes.add({q, there, R.transpose() * field.gradient(q_G)});
     }
     // Of a thin wall's two sides the mixture tells nothing.
     const Vec3<Scalar> slope = planes.mixture().gradient;
@@ -287,8 +280,12 @@ class VertexContacts {
     const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
     const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
     const bool within = -tool.inward()[vertex].dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
-    gradients_.put(
-        place, within ? Vec3<Scalar>(R * radius / (edge.radius * field.metres())) : Vec3<Scalar>(R * slope / share));
+    const Vec3<Scalar> out = radius / edge.radius;
+    gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
+    if (ball && within) {
+      rolls_[j] = planes.crossings(out);
+      for (Vec3<Scalar>& way : rolls_[j]) way = R * way;
+    }
     return true;
   }
 
@@ -320,21 +317,20 @@ class VertexContacts {
     const Mat3<Scalar> R = X.linear();
     if constexpr (Vertices::kGlide) {
       for (int j = 0; j < place_count_; ++j) {
+        plain_gradients_.put(j, gradients_[j]);
         gradients_.put(j, steady(field, X * places_[j], gradients_[j]));
         places_.put(j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
-        if (!again_) vertex_gradients_.put(j, gradients_[j]);
+        vertex_gradients_.put(j, gradients_[j]);
+        rolls_[static_cast<std::size_t>(j)].fill(Vec3<Scalar>::Zero());
       }
       places_.fill_lane(place_count_);
     }
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
-    if constexpr (Vertices::kGlide) {
-      for (int j = 0; again_ && j < place_count_; ++j) glide_back(field, tool, X, j);
-      gradients(field, X);
-    }
+    if constexpr (Vertices::kGlide) gradients(field, X);
     const Scalar outside = kOutside * field.voxel() / metres;  // of the near ones the farthest
     if constexpr (Vertices::kGlide)
       for (int j = 0; j < place_count_; ++j) {
-        if (!again_ && hold_on_edge(field, tool, X, j)) continue;
+        if (hold_on_edge(field, tool, X, j)) continue;
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
@@ -362,6 +358,8 @@ class VertexContacts {
     c.depth = static_cast<double>(depth);
     c.out = out.template cast<double>();
     c.lever = lever.template cast<double>();
+    for (std::size_t i = 0; i < c.rolls.size(); ++i)
+      c.rolls[i] = rolls_[static_cast<std::size_t>(place)][i].template cast<double>();
     deepest_ = std::max(deepest_, c.depth);
   }
 
@@ -380,7 +378,8 @@ class VertexContacts {
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;
-  PointArrays<Scalar> vertex_gradients_;  // steady, at the places' vertices
+  PointArrays<Scalar> vertex_gradients_, plain_gradients_;  // at the places' vertices: steady, the interpolant's own
+  std::vector<std::array<Vec3<Scalar>, 2>> rolls_;          // of each place
   std::vector<VertexContact> found_;
 };
 

@@ -31,8 +31,8 @@ namespace trephine {
 ///
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
-/// once they may have come near or what is remembered of them would shorten a step; with friction at most six samples
-/// and gradients more for each vertex on an edge. No step moves a vertex farther than a quarter of a voxel beyond what
+/// once they may have come near or what is remembered of them would shorten a step; at most twelve samples and six
+/// gradients more for each vertex on an edge. No step moves a vertex farther than a quarter of a voxel beyond what
 /// is known to be free, so none passes a wall unseen. What is left when the steps run out is carried on at the next
 /// tick (`kWorkBound`).
 ///
@@ -326,6 +326,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         if (c.depth > 0) friction_.add(c, X_, contact_stiffness_, H, residual);
       }
       if (round > 0 && changes == 0) break;
+      if (!friction_.holds())
+        subtract_rolling(vertices_.found(), contact_stiffness_, tool_.burr().tip_radius, k_linear, pull.norm(), H);
       if constexpr (kDof == 6)
         if (!turns()) hold_rotation(H, residual);
       step.template head<kDof>() = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
