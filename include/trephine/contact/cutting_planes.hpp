@@ -109,11 +109,13 @@ class CuttingPlanes {
   bool balance(std::size_t k, std::size_t l, const Farthest& farthest) noexcept {
     const Scalar both = weights_[k] + weights_[l];
     if (!(both > Scalar(0))) return false;
+    const Vec3<Scalar> apart = planes_[k].gradient - planes_[l].gradient;
+    const Scalar above = planes_[k].offset - planes_[l].offset;
+    const Vec3<Scalar> rest = mixture().gradient - weights_[k] * apart;
     const auto excess = [&](Scalar w) {
       weights_[k] = w;
       weights_[l] = both - w;
-      const Vec3<Scalar> p = farthest(mixture().gradient);
-      return planes_[k](p) - planes_[l](p);
+      return above + apart.dot(farthest(Vec3<Scalar>(rest + w * apart)));
     };
     Scalar low = weights_[k], high = low;
     Scalar at_low = excess(low), at_high = at_low;
