@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -23,11 +24,14 @@ struct DepthPlane {
 
 /// The least of a few planes, and where on a patch that is greatest (Kelley's cutting planes): by duality the place
 /// that lies farthest along that mixture of their gradients, of weights that sum to 1, whose bound is least. Pairs of
-/// weights are minimised in turn, a fixed number of times.
+/// weights are minimised in turn, until no plane is passed by more than `within` or a number of times.
 template <RealScalar Scalar>
 class CuttingPlanes {
  public:
   static constexpr int kMost = 3;  // planes: what holds a place on a surface, a corner's
+
+  /// `within`: depths that differ by less are the same.
+  explicit CuttingPlanes(Scalar within) noexcept : within_(within) {}
 
   /// In the place of the one that weighs least.
   void add(const DepthPlane<Scalar>& plane) noexcept {
@@ -53,9 +57,13 @@ class CuttingPlanes {
   /// `farthest(g)`: the place that lies farthest along g.
   template <class Farthest>
   Vec3<Scalar> deepest(const Farthest& farthest) noexcept {
-    for (int sweep = 0; sweep < (count_ > 2 ? kSweeps : 1); ++sweep)
+    bool moved = true;
+    for (int sweep = 0; moved && sweep < (count_ > 2 ? kSweeps : 1); ++sweep) {
+      moved = false;
       for (int k = 1; k < count_; ++k)
-        for (int l = 0; l < k; ++l) balance(static_cast<std::size_t>(k), static_cast<std::size_t>(l), farthest);
+        for (int l = 0; l < k; ++l)
+          moved |= balance(static_cast<std::size_t>(k), static_cast<std::size_t>(l), farthest);
+    }
     return farthest(mixture().gradient);
   }
 
@@ -96,26 +104,36 @@ class CuttingPlanes {
   static constexpr Scalar kBinds = Scalar(1e-3);  // less weight says nothing
   static constexpr Scalar kSame = Scalar(0.1);    // of a gradient: those of one face differ by less
 
-  /// Shares the weight of two planes so that both bind, or that alone which binds.
+  /// Shares the weight of two planes so that both bind, or that alone which binds. Returns whether they did not yet.
   template <class Farthest>
-  void balance(std::size_t k, std::size_t l, const Farthest& farthest) noexcept {
+  bool balance(std::size_t k, std::size_t l, const Farthest& farthest) noexcept {
     const Scalar both = weights_[k] + weights_[l];
-    if (!(both > Scalar(0))) return;
+    if (!(both > Scalar(0))) return false;
+    const Vec3<Scalar> apart = planes_[k].gradient - planes_[l].gradient;
+    const Scalar above = planes_[k].offset - planes_[l].offset;
+    const Vec3<Scalar> rest = mixture().gradient - weights_[k] * apart;
     const auto excess = [&](Scalar w) {
       weights_[k] = w;
       weights_[l] = both - w;
-      const Vec3<Scalar> p = farthest(mixture().gradient);
-      return planes_[k](p) - planes_[l](p);
+      return above + apart.dot(farthest(Vec3<Scalar>(rest + w * apart)));
     };
-    Scalar low = Scalar(0), high = both;
-    Scalar at_low = excess(low);
-    if (at_low >= Scalar(0)) return;
-    Scalar at_high = excess(high);
-    if (at_high <= Scalar(0)) return;
+    Scalar low = weights_[k], high = low;
+    Scalar at_low = excess(low), at_high = at_low;
+    if (std::abs(at_low) <= within_) return false;
+    if (at_low < Scalar(0)) {
+      if (high == both) return false;
+      at_high = excess(high = both);
+      if (at_high <= Scalar(0)) return true;
+    } else {
+      if (low == Scalar(0)) return false;
+      at_low = excess(low = Scalar(0));
+      if (at_low >= Scalar(0)) return true;
+    }
     int side = 0;
     for (int i = 0; i < kSecants; ++i) {  // regula falsi, the end that stays halved (Illinois)
       const Scalar w = (low * at_high - high * at_low) / (at_high - at_low);
       const Scalar e = excess(w);
+      if (std::abs(e) <= within_) break;
       if (e < Scalar(0)) {
         low = w;
         at_low = e;
@@ -126,8 +144,10 @@ class CuttingPlanes {
         if (std::exchange(side, 1) == 1) at_low /= Scalar(2);
       }
     }
+    return true;
   }
 
+  Scalar within_;
   std::array<DepthPlane<Scalar>, kMost> planes_;
   std::array<Scalar, kMost> weights_{};
   int count_ = 0;

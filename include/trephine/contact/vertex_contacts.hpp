@@ -159,6 +159,7 @@ class VertexContacts {
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
+  static constexpr Scalar kAlike = Scalar(1e-4);       // [voxels]: depths that differ by less are the same
   static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
@@ -243,7 +244,7 @@ class VertexContacts {
       return false;
 
     const auto farthest = [&](const Vec3<Scalar>& g_T) { return glided(tool, vertex, g_T); };
-    CuttingPlanes<Scalar> planes;
+    CuttingPlanes<Scalar> planes(kAlike * voxel);
     planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
     planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
     Vec3<Scalar> best = places_[place];
