@@ -149,7 +149,7 @@ void plan_sweep(const StabilityOptions& options, Plan& plan) {
   for (const auto& ground : grounds)
     for (const Setup& tool : kTools)
       for (std::size_t i = 0; i < all.size(); ++i) {
-        if (options.quick && i % 5 != 0) continue;
+        if (options.quick && i % 8 != 0) continue;
         plan.push_back({"sweep", [=, c = all[i]] { return measure(*ground, tool, c, i >= kByFactor); }});
       }
 }
