@@ -98,9 +98,8 @@ double felt_at(Rest& rest) {
   return (in - rest.lead(rest.depth - kMove)) / (2 * kMove);
 }
 
-/// The same of a tool that stays where it is pressed and moves to and fro there.
+/// The same of a tool that stays where it is pressed, as `rest` leaves it, and moves to and fro there.
 double felt_staying(Rest& rest) {
-  static_cast<void>(rest.lead(rest.depth));
   const auto held = [&](double down) {
     return lead_tool(*rest.tool, rest.at(down), rest.at(down), 50).force.dot(rest.n);
   };
