@@ -172,24 +172,24 @@ class SurfaceApproxRenderer {
       sample(field, 0, tool_.padded());
     } else {
       // Groups stand in a row: from the first that is near to the last. What one's air reaches beyond it, it clears
-      // too.
+      // too, most from the handle's end, where bone is farthest.
       const auto& groups = tool_.groups();
       std::size_t first = 0;
       std::size_t last = groups.size();
       const auto clears = [&](Scalar air, Scalar from, std::size_t g) {
         return air > std::abs(groups[g].height - from) + reaches_[g];
       };
-      while (first < last) {
-        const Scalar from = groups[first].height;
-        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
-        if (!clears(air, from, first)) break;
-        while (first < last && clears(air, from, first)) ++first;
-      }
       while (last > first) {
         const Scalar from = groups[last - 1].height;
         const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
         if (!clears(air, from, last - 1)) break;
         while (last > first && clears(air, from, last - 1)) --last;
+      }
+      while (first < last) {
+        const Scalar from = groups[first].height;
+        const Scalar air = field.air_around(Vec3<Scalar>(X_GT_ * Vec3<Scalar>(Scalar(0), Scalar(0), from)));
+        if (!clears(air, from, first)) break;
+        while (first < last && clears(air, from, first)) ++first;
       }
       if (first == last) return false;
       if constexpr (kUsesPatches<Weights>) {  // patches in bone ask their neighbours
