@@ -75,6 +75,7 @@ class SurfaceApproxRenderer {
       edge_forces_.push_back(representable(k_ * mean_plane_force<Weights>(tool_, g, 1.0)));
       reaches_.push_back(Scalar(1.0001) * (tool_.groups()[g].radius + patch_reach(g)));
     }
+    clear_reports();
     if (options.budget) shared_.emplace(*options.budget, tool_, k_, edge_forces_, Shaft::kForce);
   }
 
@@ -88,7 +89,7 @@ class SurfaceApproxRenderer {
     }
     idle_ = false;
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      out.status = worse(out.status, touch(field, g, reports_[g], out.contact));
+      if (!stays_quiet(g)) out.status = worse(out.status, touch(field, g, reports_[g], out.contact));
     if (shared_) shared_->share(tool_, way_, reports_, {contacts_.data(), contact_count_});
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
@@ -109,7 +110,7 @@ class SurfaceApproxRenderer {
 
   void reset() noexcept {
     for (auto& d : deep_) d.reset();
-    for (auto& r : reports_) r = {};
+    clear_reports();
     contact_count_ = 0;
     has_previous_ = false;
     idle_ = false;
@@ -230,10 +231,16 @@ class SurfaceApproxRenderer {
   // Nothing touches: what groups found is cleared once.
   void go_idle() noexcept {
     idle_ = true;
-    for (std::size_t g = 0; g < reports_.size(); ++g) {
-      reports_[g] = {};
-      if (g > 0) reports_[g].lever_m = tool_.groups()[g].height;
-    }
+    clear_reports();
+  }
+
+  void clear_reports() noexcept {
+    for (std::size_t g = 0; g < reports_.size(); ++g) reports_[g] = {.lever_m = tool_.groups()[g].height};
+  }
+
+  // Of most groups there is nothing to tell, nor was there in the tick before.
+  [[nodiscard]] bool stays_quiet(std::size_t g) const noexcept {
+    return hit_[g] == 0 && reports_[g].contacts == 0 && !reports_[g].deep && !is_deep(g);
   }
 
   // One group. Where the centre of a group that touched nothing stood is told to it once it is in bone, not every tick.
@@ -241,9 +248,7 @@ class SurfaceApproxRenderer {
   Status touch(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
     const bool touched = r.contacts > 0 || r.deep;  // in the tick before
-    if (touched) r = {};
-    r.lever_m = group.height;
-    r.deep = is_deep(g);
+    r = {.deep = is_deep(g), .lever_m = group.height};
     if (!r.deep && hit_[g] == 0) return Status::kOk;
     const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
     if (r.deep) {
