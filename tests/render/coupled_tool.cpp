@@ -85,6 +85,32 @@ TEST_CASE_TEMPLATE("on a plane: the coupling's stiffness, the plane's direction,
   }
 }
 
+// A ball is the same whichever way it is turned: in a pit that it milled itself, rough as voxels are, it turns freely
+// and its force stays.
+TEST_CASE("a ball turned in its pit feels nothing of it") {
+  const Burr burr{.tip_radius = 0.0009, .shaft_radius = 0.0004, .shaft_length = 0.020};  // three voxels
+  for (const int sphere : {26, 100}) {
+    Bench<> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, {.sphere = sphere, .slices = 20}, burr);
+    CAPTURE(sphere);
+    const Vec3d bottom = kRoom.middle() - 0.0005 * Vec3d::UnitZ() + 1e-4 * Vec3d(1, 2, 0);
+    bench.map.cut(SphereCutter(kRoom.middle() + 0.003 * Vec3d::UnitZ(), bottom, burr.tip_radius));
+    const Vec3d pressed = bottom - 0.0025 * Vec3d::UnitZ();
+    const auto pose = [&](double angle) { return tool_at(pressed, Vec3d(std::sin(angle), 0, std::cos(angle))); };
+    bench.lead_to(tool_at(kRoom.middle() + 0.002 * Vec3d::UnitZ(), Vec3d::UnitZ()), pose(0), 200);
+    Vec3d resting = Vec3d::Zero();
+    double torque = 0, change = 0;
+    for (int i = 0; i < 600; ++i) {
+      const Wrenchd w = in_double(bench.at(pose(0.4 * std::sin(0.01 * std::max(0, i - 20)))).wrench);
+      if (i == 20) resting = w.force;
+      torque = std::max(torque, w.torque.norm());
+      if (i > 20) change = std::max(change, (w.force - resting).norm());
+    }
+    CHECK(resting.z() > 1.5);
+    CHECK(torque < 1e-6);
+    CHECK(change < 1e-3 * resting.norm());
+  }
+}
+
 struct Sliding {
   double direction_p99 = 0, mean_force = 0, ripple = 0, torque_most = 0;
   int bounded = 0;

@@ -30,6 +30,9 @@ concept PenetrationField = ContactField<F> && requires(const F& f, typename F::S
 /// The vertices of a tool that can touch near where it is. Tool and bone move little between two looks, and bone that
 /// is cut only recedes: vertices that cannot have come near since they were last sampled are passed over, the ball's
 /// and each slice's apart. Allocates at construction alone.
+///
+/// A ball is the same whichever way it is turned, its vertices are not: unless `ball_turns` theirs keep their
+/// directions in G, and no turning of the tool changes what the ball touches.
 template <RealScalar Scalar>
 class NearVertices {
  public:
@@ -40,22 +43,25 @@ class NearVertices {
     int first = 0;
     int last = 0;
     Scalar reach = Scalar(0);   // what counts as a vertex goes that far round it [m]
-    double farthest = 0;        // from T's origin [m]
+    double lever = 0;           // a turn of the tool moves none farther than by it [m]
     double far_clearance = -1;  // of those that are not near, at X_looked_ [m]; below 0: not known
     bool passed_over = false;   // at X_looked_: the clearance is what is left of one that was seen before
     bool closer = false;        // was passed over there first
   };
 
   /// `ball_reach`, `ring_reach` [m]: how far round it a vertex of the ball, of a slice may touch.
-  NearVertices(const Tool& tool, Scalar ball_reach, Scalar ring_reach)
-      : count_(tool.periphery()), values_(static_cast<std::size_t>(tool.padded())) {
+  NearVertices(const Tool& tool, bool ball_turns, Scalar ball_reach, Scalar ring_reach)
+      : count_(tool.periphery()),
+        resting_(ball_turns ? 0 : tool.groups()[0].count),
+        standing_(tool.points()),
+        values_(static_cast<std::size_t>(tool.padded())) {
     groups_.resize(tool.groups().size());
     for (std::size_t g = 0; g < groups_.size(); ++g) {
       groups_[g].first = tool.groups()[g].first;
       groups_[g].last = tool.groups()[g].first + tool.groups()[g].count;
       groups_[g].reach = g == 0 ? ball_reach : ring_reach;
       for (int i = groups_[g].first; i < groups_[g].last; ++i) {
-        groups_[g].farthest = std::max(groups_[g].farthest, static_cast<double>(tool.points()[i].norm()));
+        if (i >= resting_) groups_[g].lever = std::max(groups_[g].lever, static_cast<double>(tool.points()[i].norm()));
         group_of_.push_back(g);
       }
     }
@@ -72,6 +78,10 @@ class NearVertices {
   [[nodiscard]] Vec3<Scalar> point(int j) const noexcept { return points_[j]; }
   [[nodiscard]] Scalar value(int j) const noexcept { return near_values_[static_cast<std::size_t>(j)]; }
 
+  /// Where any vertex stands in T.
+  [[nodiscard]] Vec3<Scalar> standing(int vertex) const noexcept { return standing_[vertex]; }
+  /// Whether a turn of the tool moves it.
+  [[nodiscard]] bool turns(int vertex) const noexcept { return vertex >= resting_; }
   /// Where they were looked for.
   [[nodiscard]] const Posed& pose() const noexcept { return X_looked_; }
   [[nodiscard]] std::span<const Group> groups() const noexcept { return groups_; }
@@ -83,11 +93,12 @@ class NearVertices {
     const double step = (X_GT.translation() - X_looked_.translation()).norm();
     // 2 sin(θ/2): the chord that a point a metre off moves along.
     const double turn = (X_GT.linear() - X_looked_.linear()).norm() / std::numbers::sqrt2;
+    turned_ = resting_ > 0 && (turned_ || turn > 0);
     X_looked_ = X_GT;
     if (std::exchange(stamp_, field.rise_stamp()) != field.rise_stamp()) forget();
     bool anew = false;
     for (Group& g : groups_) {
-      g.far_clearance -= step + turn * g.farthest;
+      g.far_clearance -= step + turn * g.lever;
       // Half a voxel before it must, so that what is left does not shorten a step.
       if (!(g.far_clearance >= static_cast<double>(field.voxel()) / 2)) g.far_clearance = -1;
       g.passed_over = g.far_clearance >= 0;
@@ -122,22 +133,35 @@ class NearVertices {
   template <PenetrationField Field>
   void sample(const Field& field, const Tool& tool, bool anew) noexcept {
     const Pose<Scalar> X = X_looked_.template cast<Scalar>();
-    if (anew) look_again(field, tool, X);
+    if (std::exchange(turned_, false)) let_rest(tool, X);
+    if (anew) look_again(field, X);
     if (near_count_ > 0)
       field.values(X, points_.x.data(), points_.y.data(), points_.z.data(), near_values_.data(),
                    padded_to_lane(near_count_));
   }
 
+  /// Turns back in T what keeps its direction in G.
+  void let_rest(const Tool& tool, const Pose<Scalar>& X) noexcept {
+    const Mat3<Scalar> A = X.linear().transpose();
+    const auto& p = tool.points();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(resting_); ++i) {
+      standing_.x[i] = A(0, 0) * p.x[i] + A(0, 1) * p.y[i] + A(0, 2) * p.z[i];
+      standing_.y[i] = A(1, 0) * p.x[i] + A(1, 1) * p.y[i] + A(1, 2) * p.z[i];
+      standing_.z[i] = A(2, 0) * p.x[i] + A(2, 1) * p.y[i] + A(2, 2) * p.z[i];
+    }
+    for (int j = 0; j < near_count_ && vertex(j) < resting_; ++j) points_.put(j, standing_[vertex(j)]);
+  }
+
   /// Samples the groups that may have come near, runs of them at once, and tells their near vertices from far ones.
   template <PenetrationField Field>
-  void look_again(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
-    const auto& p = tool.points();
+  void look_again(const Field& field, const Pose<Scalar>& X) noexcept {
+    const auto& p = standing_;
     for (std::size_t g = 0; g < groups_.size();) {
       std::size_t end = g;
       while (end < groups_.size() && groups_[end].far_clearance < 0) ++end;
       if (end > g) {
         const int n = padded_to_lane(groups_[end - 1].last - groups_[g].first);
-        const int first = std::min(groups_[g].first, tool.padded() - n);
+        const int first = std::min(groups_[g].first, p.size() - n);
         field.values(X, p.x.data() + first, p.y.data() + first, p.z.data() + first, values_.data() + first, n);
       }
       for (; g < end; ++g) sort_out(field, groups_[g]);
@@ -147,7 +171,7 @@ class NearVertices {
     for (int i = 0; i < count_; ++i) {
       if (is_near_[static_cast<std::size_t>(i)] == 0) continue;
       vertices_[static_cast<std::size_t>(near_count_)] = i;
-      points_.put(near_count_++, tool.points()[i]);
+      points_.put(near_count_++, standing_[i]);
     }
     points_.fill_lane(near_count_);
   }
@@ -169,6 +193,9 @@ class NearVertices {
   }
 
   int count_;
+  int resting_;                   // so many vertices, the first, keep their directions in G
+  PointArrays<Scalar> standing_;  // all vertices in T
+  bool turned_ = true;            // since standing_ was made
   std::vector<Group> groups_;
   std::vector<std::size_t> group_of_;  // each vertex
   int near_count_ = 0;

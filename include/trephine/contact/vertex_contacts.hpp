@@ -20,8 +20,12 @@ struct VertexContact {
   double depth = 0;             ///< φ [m]; > 0 where it touches
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
+  bool turns = true;            ///< a turn of the tool moves it
   /// Unit ways in which the ball rolls over a sharp edge, one, or corner, two: there −∂²φ/∂way² is 1/R. Zero else.
   std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
+
+  /// −∂φ/∂(rotation about T's origin), in G axes [m].
+  [[nodiscard]] Vec3d moment() const noexcept { return turns ? Vec3d(lever.cross(out)) : Vec3d(Vec3d::Zero()); }
 };
 
 /// A contact of a tool whose origin is at p_GT, with the force on the tool there, for logs and drawings.
@@ -39,7 +43,8 @@ struct FixedVertices {
   static constexpr bool kGlide = false;
 };
 /// … or at the deepest place of the patch of tool that it stands for, found from the gradient at the vertex: a ball of
-/// few vertices touches as a ball does and not as their polyhedron. Gradients are smoothed but in thin walls: with
+/// few vertices touches as a ball does and not as their polyhedron, and keeps them where they are in G when it turns.
+/// Gradients are smoothed but in thin walls: with
 /// those of single cells places and normals would jump between cells, and a search go to and fro. By the envelope
 /// theorem the force at a deepest place is the energy's gradient there as well.
 struct GlidingVertices {
@@ -63,7 +68,7 @@ class VertexContacts {
         ring_reach_(ring_patch(tool)),
         ball_edge_(ball_reach_, static_cast<Scalar>(tool.burr().tip_radius)),
         ring_edge_(ring_reach_, static_cast<Scalar>(tool.burr().shaft_radius)),
-        near_(tool, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
+        near_(tool, !Vertices::kGlide, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
@@ -94,7 +99,7 @@ class VertexContacts {
   [[nodiscard]] double free_share(const Field& field, const Tool& tool, double step, double turn,
                                   double more) noexcept {
     using Group = typename NearVertices<Scalar>::Group;
-    const auto motion = [&](const Group& g) { return step + turn * g.farthest; };
+    const auto motion = [&](const Group& g) { return step + turn * g.lever; };
     if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
     double share = 1;
     for (std::size_t g = 0; g < clearances_.size(); ++g)
@@ -197,6 +202,12 @@ class VertexContacts {
     return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
   }
 
+  /// The way that a vertex looks, from the ball's centre or the shaft's axis, in T.
+  [[nodiscard]] Vec3<Scalar> outward(const Tool& tool, int vertex) const noexcept {
+    return vertex < ball_ ? Vec3<Scalar>(near_.standing(vertex) / ball_edge_.radius)
+                          : Vec3<Scalar>(-tool.inward()[vertex]);
+  }
+
   /// The point of the vertex' patch that lies farthest along `gradient` (G axes), into the bone; in T. On the shaft, in
   /// the vertex' slice. The vertex' own where no direction is told.
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
@@ -207,10 +218,10 @@ class VertexContacts {
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, int vertex, Vec3<Scalar> to) const noexcept {
     const bool ball = vertex < ball_;
     const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
-    const Vec3<Scalar> from = -tool.inward()[vertex];
+    const Vec3<Scalar> from = outward(tool, vertex);
     if (!ball) to.z() = Scalar(0);
     const Scalar length2 = to.squaredNorm();
-    if (!(length2 > Scalar(0))) return tool.points()[vertex];
+    if (!(length2 > Scalar(0))) return near_.standing(vertex);
     // Within the patch, which is narrower than a right angle, or beyond it: at its edge's nearest place.
     const Scalar along = from.dot(to);
     Vec3<Scalar> p;
@@ -219,10 +230,10 @@ class VertexContacts {
     } else {
       const Vec3<Scalar> beside = to - along * from;
       const Scalar beside2 = beside.squaredNorm();
-      if (!(beside2 > Scalar(1e-12) * length2)) return tool.points()[vertex];
+      if (!(beside2 > Scalar(1e-12) * length2)) return near_.standing(vertex);
       p = (edge.radius * edge.cosine) * from + (edge.radius * edge.sine / std::sqrt(beside2)) * beside;
     }
-    if (!ball) p.z() = tool.points()[vertex].z();
+    if (!ball) p.z() = near_.standing(vertex).z();
     return p;
   }
 
@@ -235,7 +246,7 @@ class VertexContacts {
     const auto j = static_cast<std::size_t>(place);
     const int vertex = place_vertices_[j];
     const Mat3<Scalar> R = X.linear();
-    const Vec3<Scalar>& from = tool.points()[vertex];
+    const Vec3<Scalar> from = near_.standing(vertex);
     const Vec3<Scalar> led = vertex_gradients_[place];
     const Scalar voxel = field.voxel() / field.metres();
     const Scalar expected = vertex_values_[j] + led.dot(R * (places_[place] - from));
@@ -280,7 +291,7 @@ class VertexContacts {
     const bool ball = vertex < ball_;
     const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
     const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
-    const bool within = -tool.inward()[vertex].dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
+    const bool within = outward(tool, vertex).dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
     const Vec3<Scalar> out = radius / edge.radius;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
     if (ball && within) {
@@ -359,6 +370,7 @@ class VertexContacts {
     c.depth = static_cast<double>(depth);
     c.out = out.template cast<double>();
     c.lever = lever.template cast<double>();
+    c.turns = near_.turns(c.vertex);
     for (std::size_t i = 0; i < c.rolls.size(); ++i)
       c.rolls[i] = rolls_[static_cast<std::size_t>(place)][i].template cast<double>();
     deepest_ = std::max(deepest_, c.depth);

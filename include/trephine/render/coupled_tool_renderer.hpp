@@ -188,7 +188,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     const double motion = way + turn * lever_;
     if (motion <= kSmallestStep * voxel_) return;
     for (const VertexContact& c : vertices_.near())
-      if (std::abs(c.out.dot(drift.head<3>() + drift.tail<3>().cross(c.lever))) > kSlides * motion) return;
+      if (std::abs(c.out.dot(drift.head<3>()) + c.moment().dot(drift.tail<3>())) > kSlides * motion) return;
     X_ = moved(X_, vertices_.free_share(field, tool_, way, turn, voxel_ / 4) * drift);
   }
 
@@ -296,7 +296,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     for (const VertexContact& c : vertices_.near()) {
       VecN& J = ways_[count++];
       J.template head<3>() = c.out;
-      if constexpr (kDof == 6) J.template tail<3>() = c.lever.cross(c.out);
+      if constexpr (kDof == 6) J.template tail<3>() = c.moment();
     }
     const CouplingSpring spring = coupling();
     const double k_linear = spring.linear(pull.norm());
@@ -368,7 +368,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       VertexContact there = c;
       if (held_) {
         there.depth = std::max(0.0, depth);
-        there.lever += last_step_.template tail<3>().cross(c.lever);
+        if (c.turns) there.lever += last_step_.template tail<3>().cross(c.lever);
       }
       const Vec3d rubs = touches ? friction_.settle(there, X_) : Vec3d(Vec3d::Zero());
       add(c, contact_stiffness_ * (std::max(0.0, depth) * c.out + rubs));
