@@ -79,6 +79,11 @@ class VertexContacts {
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
     found_.resize(static_cast<std::size_t>(tool.periphery()));
+    if constexpr (Vertices::kGlide) {
+      for (auto* v : {&old_places_.x, &old_places_.y, &old_places_.z, &old_values_}) v->resize(padded);
+      others_.resize(padded);
+      for (auto* v : {&before_, &now_}) v->reserve(static_cast<std::size_t>(tool.periphery()));
+    }
   }
 
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
@@ -112,11 +117,17 @@ class VertexContacts {
   template <PenetrationField Field>
   void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
     near_.look(field, tool, X_GT);
+    std::swap(before_, now_);
     touch(field, tool);
   }
 
   /// Looks at every vertex next time.
   void forget() noexcept { near_.forget(); }
+  /// Forgets where patches were deepest, too.
+  void reset() noexcept {
+    forget();
+    now_.clear();
+  }
 
  private:
   template <PenetrationField Field>
@@ -124,6 +135,7 @@ class VertexContacts {
     const Pose<Scalar> X = near_.pose().template cast<Scalar>();
     found_count_ = 0;
     touching_ = 0;
+    now_.clear();
     deepest_ = 0;
     for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = near_.groups()[g].far_clearance;
     place_count_ = 0;
@@ -163,6 +175,8 @@ class VertexContacts {
   static constexpr Scalar kBeyondEdge = Scalar(0.25);  // [voxels] less deep than expected: a place beyond an edge
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
+  static constexpr Scalar kApart = Scalar(0.1);        // [voxels]: nearer, an old place is the same as the new …
+  static constexpr Scalar kDeeper = Scalar(0.01);      // [voxels]: … and no deeper than by this
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
   static constexpr Scalar kAlike = Scalar(1e-4);       // [voxels]: depths that differ by less are the same
   static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
@@ -346,6 +360,7 @@ class VertexContacts {
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
+    if constexpr (Vertices::kGlide) remember(field, tool, X, outside);
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (value > Scalar(0)) {
@@ -362,6 +377,45 @@ class VertexContacts {
         if (value > Scalar(0) || value < outside) continue;
         keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
       }
+  }
+
+  /// On rough bone a patch has several deepest places, and a look finds the one that its gradients lead to. That of the
+  /// look before is not lost: contacts that come and go with the gradients are depths that no step leads out of.
+  template <PenetrationField Field>
+  void remember(const Field& field, const Tool& tool, const Pose<Scalar>& X, Scalar outside) noexcept {
+    const Mat3<Scalar> R = X.linear();
+    const Scalar apart = kApart * field.voxel();
+    int others = 0;
+    auto old = before_.begin();
+    for (int j = 0; j < place_count_ && old != before_.end(); ++j) {
+      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
+      while (old != before_.end() && old->vertex < vertex) ++old;
+      if (old == before_.end() || old->vertex != vertex) continue;
+      const Vec3<Scalar> there = near_.turns(vertex) ? old->place : Vec3<Scalar>(R.transpose() * old->place);
+      if (!((there - places_[j]).squaredNorm() > apart * apart)) continue;
+      others_[static_cast<std::size_t>(others)] = j;
+      old_places_.put(others++, there);
+    }
+    if (others > 0) {
+      old_places_.fill_lane(others);
+      field.values(X, old_places_.x.data(), old_places_.y.data(), old_places_.z.data(), old_values_.data(),
+                   padded_to_lane(others));
+      const Scalar deeper = kDeeper * field.voxel() / field.metres();
+      for (std::size_t i = 0; i < static_cast<std::size_t>(others); ++i) {
+        const auto j = static_cast<std::size_t>(others_[i]);
+        if (!(old_values_[i] > values_[j] + deeper)) continue;
+        places_.put(others_[i], old_places_[static_cast<int>(i)]);
+        values_[j] = old_values_[i];
+        rolls_[j].fill(Vec3<Scalar>::Zero());
+        gradients_.put(others_[i], field.gradient(X * places_[others_[i]]));
+        glide_again(field, tool, X, others_[i]);
+      }
+    }
+    for (int j = 0; j < place_count_; ++j) {
+      if (values_[static_cast<std::size_t>(j)] < outside) continue;
+      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
+      now_.push_back({vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])});
+    }
   }
 
   void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever) noexcept {
@@ -393,6 +447,16 @@ class VertexContacts {
   PointArrays<Scalar> places_, gradients_;
   PointArrays<Scalar> vertex_gradients_, plain_gradients_;  // at the places' vertices: steady, the interpolant's own
   std::vector<std::array<Vec3<Scalar>, 2>> rolls_;          // of each place
+  // Where patches were deepest, of those that may touch, in the order of their vertices: about T's origin, in G axes
+  // for a ball's, in T else. In the look before, and in this one.
+  struct Deepest {
+    int vertex;
+    Vec3<Scalar> place;
+  };
+  std::vector<Deepest> before_, now_;
+  PointArrays<Scalar> old_places_;
+  std::vector<Scalar> old_values_;
+  std::vector<int> others_;  // the place of each
   std::vector<VertexContact> found_;
 };
 

@@ -91,7 +91,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     started_ = false;
     met_ = false;
     contact_count_ = 0;
-    vertices_.forget();
+    vertices_.reset();
     friction_.reset();
   }
 
