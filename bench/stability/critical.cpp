@@ -188,6 +188,11 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
                           Measured m;
                           const std::string name = place->name + ", " + c.text();
                           m.rows.push_back(told("13 K_crit", name, s.renderer, label(s), found, "N/m", c.theory()));
+                          // What an image's ripple makes of the stated stiffness, which is what is judged beside it.
+                          Rest rest(with_tangent(s, place->outward, found, bias_for(found)), *place, bias_for(found),
+                                    kOffWall);
+                          m.rows.push_back(told("13 stiffness felt at K_crit", name, s.renderer, label(s),
+                                                felt_at(rest), "N/m", analytic));
                           m.rows.push_back(at_most("13 K_crit off the analytic wall's", name, s.renderer, label(s),
                                                    100 * std::abs(found / analytic - 1), 2, "%", analytic));
                           return m;

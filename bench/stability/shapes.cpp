@@ -12,6 +12,8 @@ namespace trephine::bench {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
 constexpr StiffnessBudget kPremium{.linear = 800, .angular = 0.3};
 // A search ends within a thousandth of a voxel of the surface, so that stiffness by differences is off by so much.
 constexpr double kByDifferences = 1.0075;
@@ -70,6 +72,44 @@ Felt felt(const Setup& s, const Place& place, double depth) {
   return {largest(K), largest(T)};
 }
 
+/// The stiffness that decides whether a loop may rest [N/m], as if the tool did not turn: where a device of much more
+/// damping comes to rest from where this one ended. A direction of stiffness λ times its damping rests while
+/// λ (T/2 + dT) < 1; so the largest λ of all, of moves and turns, times the damping of moves.
+double deciding_stiffness(const Setup& s, const Place& place, LoopOptions o, const Posed& ended) {
+  constexpr double kMove = 5e-6, kTurn = 5e-4;
+  constexpr double kStill = 20;  // [N s/m]
+  Vec6 damping;
+  damping << Vec3d::Constant(o.device.linear.damping + o.device.hand_linear.damping),
+      Vec3d::Constant(o.device.angular.damping + o.device.hand_angular.damping);
+  o.device.linear = {.inertia = o.device.linear.inertia, .damping = kStill};
+  o.device.angular = {.inertia = o.device.angular.inertia,
+                      .damping = kStill * o.device.angular.inertia / o.device.linear.inertia};
+  o.device.delay_ticks = 0;
+  const Posed start = o.device.X_DH;
+  auto tool = make_tool(s, *place.bone, place.isovalue);
+  static_cast<void>(lead_tool(*tool, start, ended, 200));
+  o.device.X_DH = ended;
+  o.hand = [pressing = o.hand, seconds = o.seconds](double) { return pressing(seconds); };
+  const Posed rest = run_loop(law_of(*tool), o).last;
+  const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
+    tool->reset();
+    Posed to = rest;
+    to.translation() += dx;
+    to.linear() = rotation_from_vector<double>(dr) * rest.linear();
+    const Wrenchd w = lead_tool(*tool, start, to, 200);
+    return (Vec6() << w.force, w.torque).finished();
+  };
+  Mat6 K;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3d e = Vec3d::Unit(a), none = Vec3d::Zero();
+    K.col(a) = -(at(kMove * e, none) - at(-kMove * e, none)) / (2 * kMove);
+    K.col(3 + a) = -(at(none, kTurn * e) - at(none, -kTurn * e)) / (2 * kTurn);
+  }
+  const Vec6 scale = damping.cwiseSqrt().cwiseInverse();
+  K = scale.asDiagonal() * Mat6(0.5 * (K + K.transpose())) * scale.asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<Mat6>(K).eigenvalues().maxCoeff() * damping[0];
+}
+
 /// Scenario 15: open loop, 30 mm/s over the place at a depth.
 double slide_step(const Setup& s, const Place& place, double depth, double* most = nullptr) {
   auto tool = make_tool(s, *place.bone, place.isovalue);
@@ -122,8 +162,14 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
                                             1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy));
                    m.rows.push_back(at_most(group + "amplitude left at 800 N/m", c, tool.renderer, o, 1e3 * r.amplitude,
                                             real ? 0.21 : 0.1, "mm", kNaN));
-                   if (r.amplitude > 1e-4)
+                   if (r.amplitude > 1e-4 && !r.escaped) {
                      m.rows.push_back(told(group + "its frequency", c, tool.renderer, o, r.frequency, "Hz", kNaN));
+                     // Beside what theory says this hand bears: beyond it no law rests.
+                     m.rows.push_back(
+                         told(group + "stiffness where it would rest", c, tool.renderer, o,
+                              deciding_stiffness(s, *place, in_hand(*place, s, hand, delay, false), r.last), "N/m",
+                              Case{.delay = delay, .hand = hand}.theory()));
+                   }
                    m.rows.push_back(
                        told(group + "greatest force step a tick", c, tool.renderer, o, r.force_step, "N", kNaN));
                    m.rows.push_back(told(group + "greatest torque step a tick", c, tool.renderer, o,

@@ -180,6 +180,61 @@ TEST_CASE_TEMPLATE("pressed through the centre: the extension begins where the v
   check("mean", MeanWeights{}, 26);
 }
 
+// A tool led along `way` to the origin of `shape` in steps [m]: how its force changes on the one with which its centre
+// comes in [N]. `edge`: a plane's force there.
+template <class Weights, class Scalar, class Shape>
+double step_where_centre_enters(const Shape& shape, const Vec3d& way, double step, double& edge) {
+  const double radius = kBall.tip_radius;
+  const RasterOptions o{.size = {48, 48, 48}};
+  const auto grid = rasterise<std::uint8_t>([&](const Vec3d& p) { return shape(Vec3d(p - o.middle())); }, o);
+  const auto field = field_of<Scalar>(grid, o);
+  Extended<Scalar, Weights> renderer(Tool<Scalar>(kBall, {}));
+  edge = renderer.thesis_stiffness() * mean_plane_force<Weights>(renderer.tool(), 0, 1.0);
+  Vec3d before = Vec3d::Zero();
+  for (double off = 2 * radius; off > -radius; off -= step) {
+    const Vec3d force =
+        render_at(renderer, field, ball_at(o.middle() - off * way)).wrench.force.template cast<double>();
+    if (renderer.groups()[0].deep) return (force - before).norm();
+    before = force;
+  }
+  return 1e9;
+}
+
+TEST_CASE_TEMPLATE("in a corner and over an edge too the extension begins where the vertices' law ends", Scalar, float,
+                   double) {
+  const auto corner = [](const Vec3d& p) { return p.minCoeff(); };
+  const auto groove = [](const Vec3d& p) { return std::min(p.x(), p.z()); };
+  const auto edge = [](const Vec3d& p) { return std::max(p.x(), p.z()); };
+  const Vec3d diagonal = -Vec3d::Ones().normalized(), across = -Vec3d(1, 0, 1).normalized();
+  const auto check = [](const char* name, const auto& shape, const Vec3d& way) {
+    constexpr double kStep = 0.05 * kVoxel;
+    double whole = 0;
+    const double step = step_where_centre_enters<PatchWeights, Scalar>(shape, way, kStep, whole);
+    MESSAGE(std::string(name), ": where the centre enters the force steps by ", step / whole, " of a plane's there");
+    // No steeper than three walls at once, each as a plane is there: 2 / R; and the image's rounding.
+    CHECK(step < (6 * kStep / kBall.tip_radius + 0.03) * whole);
+  };
+  check("corner", corner, diagonal);
+  check("groove", groove, across);
+  check("edge", edge, across);
+}
+
+TEST_CASE_TEMPLATE("slid out of a corner, deep, the force is a plane's again", Scalar, float, double) {
+  const double radius = kBall.tip_radius;
+  const RasterOptions o{.size = {64, 64, 64}};
+  const Vec3d at = o.middle() - Vec3d::Constant(3e-3);
+  const auto grid = rasterise<std::uint8_t>([&](const Vec3d& p) { return (p - at).minCoeff(); }, o);
+  const auto field = field_of<Scalar>(grid, o);
+  Extended<Scalar, PatchWeights> renderer(Tool<Scalar>(kBall, {}));
+  const double edge = renderer.thesis_stiffness() * mean_plane_force<PatchWeights>(renderer.tool(), 0, 1.0);
+  const Vec3d in = at - 0.1 * radius * Vec3d::Ones(), out = Vec3d(in.x(), at.y() + 3 * radius, at.z() + 3 * radius);
+  static_cast<void>(lead(renderer, field, ball_at(at + 2 * radius * Vec3d::Ones()), ball_at(in), 200));
+  static_cast<void>(lead(renderer, field, ball_at(in), ball_at(out), 200));
+  CHECK(renderer.groups()[0].deep);
+  const Vec3d force = renderer.groups()[0].force.template cast<double>();
+  CHECK((force - 1.1 * edge * Vec3d::UnitX()).norm() < 0.05 * edge);
+}
+
 TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {
   const RasterOptions o{.size = {96, 48, 48}};
   const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);

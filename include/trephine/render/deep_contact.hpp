@@ -3,6 +3,8 @@
 
 #include <trephine/contact/surface_proxy.hpp>
 
+#include <algorithm>
+
 namespace trephine {
 
 /// What a group of the Surface approximation gives once its own centre is in bone, where the sum of its springs would
@@ -35,30 +37,69 @@ class HeldForce {
 };
 
 /// Ours: a point on the surface follows the centre (a SurfaceProxy without friction), and the law goes on as a spring
-/// along the way out: F = (edge_force + edge_force / R · depth) toward that point. Turns with the surface, grows with
-/// depth, starts where the vertex law ends, and works when the run starts in bone.
+/// along the way out: F = edge_force + edge_force / R · depth toward that point. Turns with the surface, grows with
+/// depth, and works when the run starts in bone.
+///
+/// It starts where the vertex law ends. That is edge_force on a plane alone: where walls meet the vertices pull against
+/// each other and give half of it, and a force that stepped up by the other half would be a spring without bounds, on
+/// which no device rests. What the vertices were short of edge_force by is lacking at first, and comes as the centre
+/// goes in by a quarter of R or the point moves on by R.
 template <RealScalar Scalar>
 class SurfaceExtension {
  public:
-  void outside(const Vec3<Scalar>& c, const Vec3<Scalar>&) noexcept { proxy_.stand_free_at(c); }
+  void outside(const Vec3<Scalar>& c, const Vec3<Scalar>& force) noexcept {
+    proxy_.stand_free_at(c);
+    before_ = c;
+    force_before_ = force;
+    came_ = true;
+    inside_ = false;
+  }
 
   template <PointField Field>
   Status inside(const Field& field, const Vec3<Scalar>& c, Scalar radius, Scalar edge_force,
                 Vec3<Scalar>& force) noexcept {
     const Status status = proxy_.follow(field, c);
     force.setZero();
-    if (!proxy_.in_contact()) return status;
-    const Vec3<Scalar> e = proxy_.position() - c;
+    if (!proxy_.in_contact()) {
+      came_ = inside_ = false;
+      return status;
+    }
+    const Vec3<Scalar>& q = proxy_.position();
+    if (inside_)
+      lacks_ *= std::max(Scalar(0), Scalar(1) - (q - at_).norm() / radius);
+    else
+      lacks_ = came_ ? lacks_on_entry(radius, edge_force) : Scalar(0);
+    inside_ = true;
+    at_ = q;
+    const Vec3<Scalar> e = q - c;
     const Scalar depth = e.norm();
     // Right at the surface e has no direction yet; the normal there is its limit.
     const Vec3<Scalar> out = depth > Scalar(0.5) * field.voxel() ? Vec3<Scalar>(e / depth) : proxy_.normal();
-    force = (edge_force * (Scalar(1) + depth / radius)) * out;
+    const Scalar lacking = lacks_ * std::max(Scalar(0), Scalar(1) - Scalar(4) * depth / radius);
+    force = (edge_force * (Scalar(1) + depth / radius) - lacking) * out;
     return status;
   }
-  void reset() noexcept { proxy_.reset(); }
+  void reset() noexcept {
+    proxy_.reset();
+    came_ = inside_ = false;
+  }
 
  private:
+  // Over what the centre was short of the surface in the tick before the law would have grown as on a plane, where it
+  // goes with the square of the depth. From farther off it tells nothing.
+  [[nodiscard]] Scalar lacks_on_entry(Scalar radius, Scalar edge_force) const noexcept {
+    const Scalar short_by = std::max(Scalar(0), (before_ - proxy_.position()).dot(proxy_.normal()));
+    if (!(short_by < radius / Scalar(2))) return Scalar(0);
+    return edge_force - force_before_.norm() * (Scalar(1) + Scalar(2) * short_by / radius);
+  }
+
   SurfaceProxy<Scalar> proxy_{ProxyOptions{.iterations = 8, .trigger = Trigger::kThesis}};
+  bool came_ = false;                                 // from outside
+  bool inside_ = false;                               // in the tick before
+  Vec3<Scalar> before_ = Vec3<Scalar>::Zero();        // the centre, when it was outside
+  Vec3<Scalar> force_before_ = Vec3<Scalar>::Zero();  // the vertices' then [N]
+  Vec3<Scalar> at_ = Vec3<Scalar>::Zero();            // the point, in the tick before
+  Scalar lacks_ = Scalar(0);                          // of edge_force, at the surface [N]
 };
 
 /// Policies by name: what a renderer keeps per group.
