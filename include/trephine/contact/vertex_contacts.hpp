@@ -159,7 +159,6 @@ class VertexContacts {
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
-  static constexpr Scalar kAlike = Scalar(1e-4);       // [voxels]: depths that differ by less are the same
   static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
@@ -197,33 +196,18 @@ class VertexContacts {
     return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
   }
 
+  /// What a vertex stands for.
+  [[nodiscard]] VertexPatch<Scalar> patch(const Tool& tool, int vertex) const noexcept {
+    const bool ball = vertex < ball_;
+    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
+    return {-tool.inward()[vertex], edge.radius, edge.cosine, edge.sine, ball, tool.points()[vertex].z()};
+  }
+
   /// The point of the vertex' patch that lies farthest along `gradient` (G axes), into the bone; in T. On the shaft, in
   /// the vertex' slice. The vertex' own where no direction is told.
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
                                     const Vec3<Scalar>& gradient) const noexcept {
-    return glided(tool, vertex, Vec3<Scalar>(R.transpose() * gradient));
-  }
-  /// The same from a gradient in T axes.
-  [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, int vertex, Vec3<Scalar> to) const noexcept {
-    const bool ball = vertex < ball_;
-    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
-    const Vec3<Scalar> from = -tool.inward()[vertex];
-    if (!ball) to.z() = Scalar(0);
-    const Scalar length2 = to.squaredNorm();
-    if (!(length2 > Scalar(0))) return tool.points()[vertex];
-    // Within the patch, which is narrower than a right angle, or beyond it: at its edge's nearest place.
-    const Scalar along = from.dot(to);
-    Vec3<Scalar> p;
-    if (along > Scalar(0) && along * along >= edge.cosine * edge.cosine * length2) {
-      p = (edge.radius / std::sqrt(length2)) * to;
-    } else {
-      const Vec3<Scalar> beside = to - along * from;
-      const Scalar beside2 = beside.squaredNorm();
-      if (!(beside2 > Scalar(1e-12) * length2)) return tool.points()[vertex];
-      p = (edge.radius * edge.cosine) * from + (edge.radius * edge.sine / std::sqrt(beside2)) * beside;
-    }
-    if (!ball) p.z() = tool.points()[vertex].z();
-    return p;
+    return patch(tool, vertex).farthest(R.transpose() * gradient);
   }
 
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
@@ -243,14 +227,14 @@ class VertexContacts {
     if (!(expected - values_[j] > kBeyondEdge * voxel || led.squaredNorm() * field.metres() * field.metres() < kBlunt))
       return false;
 
-    const auto farthest = [&](const Vec3<Scalar>& g_T) { return glided(tool, vertex, g_T); };
-    CuttingPlanes<Scalar> planes(kAlike * voxel);
+    const VertexPatch<Scalar> around = patch(tool, vertex);
+    CuttingPlanes<Scalar> planes;
     planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
     planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
     Vec3<Scalar> best = places_[place];
     Scalar most = values_[j];
     for (int round = 1;; ++round) {
-      const Vec3<Scalar> p = planes.deepest(farthest);
+      const Vec3<Scalar> p = planes.deepest(around);
       const Scalar bound = planes.mixture()(p);
       if (bound < kOutside * voxel) return false;
       const Vec3<Scalar> p_G = X * p;
@@ -262,10 +246,14 @@ class VertexContacts {
       if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
       // A bound that is passed tells of slopes from too far away: one from beside, on the vertex' side.
       const bool passed = value > bound + kCutTo * voxel;
-      const Vec3<Scalar> q = passed ? glided(tool, vertex, Vec3<Scalar>(p + kBeside * (from - p))) : p;
-      const Vec3<Scalar> q_G = X * q;
-      const Scalar there = passed ? field.value(q_G) : value;
       planes.lift(p, value);
+      if (!passed) {
+        planes.add({p, value, R.transpose() * field.gradient(p_G)});
+        continue;
+      }
+      const Vec3<Scalar> q = around.farthest(p + kBeside * (from - p));
+      const Vec3<Scalar> q_G = X * q;
+      const Scalar there = field.value(q_G);
       planes.lift(q, there);
       planes.add({q, there, R.transpose() * field.gradient(q_G)});
     }
@@ -277,13 +265,11 @@ class VertexContacts {
     places_.put(place, best);
     values_[j] = most / share;
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
-    const bool ball = vertex < ball_;
-    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
-    const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
-    const bool within = -tool.inward()[vertex].dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
-    const Vec3<Scalar> out = radius / edge.radius;
+    const Vec3<Scalar> radius = around.across(best);
+    const bool within = around.axis.dot(radius) > Scalar(kWithin) * around.radius * around.cosine;
+    const Vec3<Scalar> out = radius / around.radius;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
-    if (ball && within) {
+    if (around.ball && within) {
       rolls_[j] = planes.crossings(out);
       for (Vec3<Scalar>& way : rolls_[j]) way = R * way;
     }
