@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
+#include <trephine/contact/vertex_patch.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
+#include <limits>
 
 namespace trephine {
 
@@ -22,16 +22,14 @@ struct DepthPlane {
   [[nodiscard]] Scalar operator()(const Vec3<Scalar>& p) const noexcept { return offset + gradient.dot(p); }
 };
 
-/// The least of a few planes, and where on a patch that is greatest (Kelley's cutting planes): by duality the place
-/// that lies farthest along that mixture of their gradients, of weights that sum to 1, whose bound is least. Pairs of
-/// weights are minimised in turn, until no plane is passed by more than `within` or a number of times.
+/// The least of a few planes, and where on a patch that is greatest (Kelley's cutting planes). There the planes that
+/// bind are equal, and of all places where they are it lies farthest along their gradients; by duality it lies farthest
+/// of the patch along a mixture of these, of weights that sum to 1. With three planes those that bind are one of seven
+/// sets, and the place of each is known in closed form: that which the planes let be deepest is it.
 template <RealScalar Scalar>
 class CuttingPlanes {
  public:
   static constexpr int kMost = 3;  // planes: what holds a place on a surface, a corner's
-
-  /// `within`: depths that differ by less are the same.
-  explicit CuttingPlanes(Scalar within) noexcept : within_(within) {}
 
   /// In the place of the one that weighs least.
   void add(const DepthPlane<Scalar>& plane) noexcept {
@@ -54,17 +52,16 @@ class CuttingPlanes {
       planes_[i].offset += std::max(Scalar(0), depth - planes_[i](p));
   }
 
-  /// `farthest(g)`: the place that lies farthest along g.
-  template <class Farthest>
-  Vec3<Scalar> deepest(const Farthest& farthest) noexcept {
-    bool moved = true;
-    for (int sweep = 0; moved && sweep < (count_ > 2 ? kSweeps : 1); ++sweep) {
-      moved = false;
-      for (int k = 1; k < count_; ++k)
-        for (int l = 0; l < k; ++l)
-          moved |= balance(static_cast<std::size_t>(k), static_cast<std::size_t>(l), farthest);
+  /// Where on the patch the least plane is greatest; the mixture is then of those that bind.
+  Vec3<Scalar> deepest(const VertexPatch<Scalar>& patch) noexcept {
+    Best best;
+    for (std::size_t i = 0; i < size(); ++i) {
+      offer(patch.farthest(planes_[i].gradient), {}, best);
+      for (std::size_t k = 0; k < i; ++k) meet(patch, k, i, best);
     }
-    return farthest(mixture().gradient);
+    if (count_ == kMost && patch.ball) meet_all(patch, best);
+    if (weights_ = best.weights; weights_ == std::array<Scalar, kMost>{}) weights_[least_at(best.place)] = Scalar(1);
+    return best.place;
   }
 
   /// The ways in which a place at the edge or corner where planes meet cannot glide: what their gradients differ by,
@@ -98,56 +95,96 @@ class CuttingPlanes {
   }
 
  private:
-  // Fewer leave planes that bind out of the mixture, and a place is then sought where there is none.
-  static constexpr int kSweeps = 8;
-  static constexpr int kSecants = 8;
   static constexpr Scalar kBinds = Scalar(1e-3);  // less weight says nothing
   static constexpr Scalar kSame = Scalar(0.1);    // of a gradient: those of one face differ by less
 
-  /// Shares the weight of two planes so that both bind, or that alone which binds. Returns whether they did not yet.
-  template <class Farthest>
-  bool balance(std::size_t k, std::size_t l, const Farthest& farthest) noexcept {
-    const Scalar both = weights_[k] + weights_[l];
-    if (!(both > Scalar(0))) return false;
-    const Vec3<Scalar> apart = planes_[k].gradient - planes_[l].gradient;
-    const Scalar above = planes_[k].offset - planes_[l].offset;
-    const Vec3<Scalar> rest = mixture().gradient - weights_[k] * apart;
-    const auto excess = [&](Scalar w) {
-      weights_[k] = w;
-      weights_[l] = both - w;
-      return above + apart.dot(farthest(Vec3<Scalar>(rest + w * apart)));
-    };
-    Scalar low = weights_[k], high = low;
-    Scalar at_low = excess(low), at_high = at_low;
-    if (std::abs(at_low) <= within_) return false;
-    if (at_low < Scalar(0)) {
-      if (high == both) return false;
-      at_high = excess(high = both);
-      if (at_high <= Scalar(0)) return true;
-    } else {
-      if (low == Scalar(0)) return false;
-      at_low = excess(low = Scalar(0));
-      if (at_low >= Scalar(0)) return true;
+  struct Best {
+    Vec3<Scalar> place = Vec3<Scalar>::Zero();
+    Scalar depth = std::numeric_limits<Scalar>::lowest();
+    std::array<Scalar, kMost> weights{};
+  };
+
+  [[nodiscard]] std::size_t size() const noexcept { return static_cast<std::size_t>(count_); }
+
+  [[nodiscard]] std::size_t least_at(const Vec3<Scalar>& p) const noexcept {
+    std::size_t least = 0;
+    for (std::size_t i = 1; i < size(); ++i)
+      if (planes_[i](p) < planes_[least](p)) least = i;
+    return least;
+  }
+
+  /// `weights`: zero where one plane alone binds.
+  void offer(const Vec3<Scalar>& p, const std::array<Scalar, kMost>& weights, Best& best) const noexcept {
+    Scalar least = planes_[0](p);
+    for (std::size_t i = 1; i < size(); ++i) least = std::min(least, planes_[i](p));
+    if (least > best.depth) best = {p, least, weights};
+  }
+
+  /// Where planes k and l are equal: on a circle of the ball within the patch, or at two places of its edge.
+  void meet(const VertexPatch<Scalar>& patch, std::size_t k, std::size_t l, Best& best) const noexcept {
+    const Vec3<Scalar> from = patch.across(planes_[k].gradient);
+    const Vec3<Scalar> apart = patch.across(Vec3<Scalar>(planes_[l].gradient - planes_[k].gradient));
+    Scalar equal = planes_[k].offset - planes_[l].offset;
+    if (!patch.ball) equal -= (planes_[l].gradient.z() - planes_[k].gradient.z()) * patch.height;
+    Vec3<Scalar> p;
+    Scalar share;
+    if (farthest_on(from, apart, equal, patch.radius, p, share) && patch.holds(p)) {
+      if (share >= Scalar(0) && share <= Scalar(1)) offer_pair(patch.raised(p), k, l, share, best);
+      return;
     }
-    int side = 0;
-    for (int i = 0; i < kSecants; ++i) {  // regula falsi, the end that stays halved (Illinois)
-      const Scalar w = (low * at_high - high * at_low) / (at_high - at_low);
-      const Scalar e = excess(w);
-      if (std::abs(e) <= within_) break;
-      if (e < Scalar(0)) {
-        low = w;
-        at_low = e;
-        if (std::exchange(side, -1) == -1) at_high /= Scalar(2);
-      } else {
-        high = w;
-        at_high = e;
-        if (std::exchange(side, 1) == 1) at_low /= Scalar(2);
-      }
-    }
+    if (!patch.ball) return;  // one plane alone binds at an arc's end
+    const auto beside = [&](const Vec3<Scalar>& v) { return Vec3<Scalar>(v - v.dot(patch.axis) * patch.axis); };
+    const Vec3<Scalar> middle = (patch.radius * patch.cosine) * patch.axis;
+    if (farthest_on(beside(from), beside(apart), equal - apart.dot(middle), patch.radius * patch.sine, p, share) &&
+        share >= Scalar(0) && share <= Scalar(1))
+      offer_pair(Vec3<Scalar>(middle + p), k, l, share, best);
+  }
+
+  void offer_pair(const Vec3<Scalar>& p, std::size_t k, std::size_t l, Scalar share, Best& best) const noexcept {
+    std::array<Scalar, kMost> weights{};
+    weights[k] = Scalar(1) - share;
+    weights[l] = share;
+    offer(p, weights, best);
+  }
+
+  /// Of a ball of this radius and the places p with apart·p = equal the one farthest along `from`, which is parallel to
+  /// from + share·apart. Returns whether there is one.
+  [[nodiscard]] static bool farthest_on(const Vec3<Scalar>& from, const Vec3<Scalar>& apart, Scalar equal,
+                                        Scalar radius, Vec3<Scalar>& p, Scalar& share) noexcept {
+    const Scalar apart2 = apart.squaredNorm();
+    const Scalar rest2 = radius * radius * apart2 - equal * equal;
+    if (!(rest2 > Scalar(0))) return false;
+    const Scalar along = from.dot(apart) / apart2;
+    const Vec3<Scalar> square = from - along * apart;
+    const Scalar square2 = square.squaredNorm();
+    if (!(square2 > Scalar(1e-12) * apart2)) return false;
+    const Scalar to_square = std::sqrt(rest2 / (apart2 * square2));
+    p = (equal / apart2) * apart + to_square * square;
+    share = equal / (apart2 * to_square) - along;
     return true;
   }
 
-  Scalar within_;
+  /// Where on the ball all three are equal.
+  void meet_all(const VertexPatch<Scalar>& patch, Best& best) const noexcept {
+    const Vec3<Scalar>& from = planes_[0].gradient;
+    const Vec3<Scalar> a = planes_[1].gradient - from, b = planes_[2].gradient - from;
+    const Vec3<Scalar> line = a.cross(b);
+    const Scalar line2 = line.squaredNorm();
+    if (!(line2 > Scalar(1e-12) * a.squaredNorm() * b.squaredNorm())) return;
+    // What is 1 along a and 0 along b, and the other way round.
+    const Vec3<Scalar> by_a = b.cross(line) / line2, by_b = line.cross(a) / line2;
+    const Vec3<Scalar> foot =
+        (planes_[0].offset - planes_[1].offset) * by_a + (planes_[0].offset - planes_[2].offset) * by_b;
+    const Scalar rest2 = patch.radius * patch.radius - foot.squaredNorm();
+    const Scalar rise = from.dot(line);
+    if (!(rest2 > Scalar(0)) || rise == Scalar(0)) return;
+    const Vec3<Scalar> p = foot + std::copysign(std::sqrt(rest2 / line2), rise) * line;
+    if (!patch.holds(p)) return;
+    const Vec3<Scalar> mixed = (rise / p.dot(line)) * p - from;
+    const Scalar w1 = mixed.dot(by_a), w2 = mixed.dot(by_b);
+    if (w1 >= Scalar(0) && w2 >= Scalar(0) && w1 + w2 <= Scalar(1)) offer(p, {Scalar(1) - w1 - w2, w1, w2}, best);
+  }
+
   std::array<DepthPlane<Scalar>, kMost> planes_;
   std::array<Scalar, kMost> weights_{};
   int count_ = 0;

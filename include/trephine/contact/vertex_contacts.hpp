@@ -178,7 +178,6 @@ class VertexContacts {
   static constexpr Scalar kApart = Scalar(0.1);        // [voxels]: nearer, an old place is the same as the new …
   static constexpr Scalar kDeeper = Scalar(0.01);      // [voxels]: … and no deeper than by this
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
-  static constexpr Scalar kAlike = Scalar(1e-4);       // [voxels]: depths that differ by less are the same
   static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
@@ -216,39 +215,20 @@ class VertexContacts {
     return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
   }
 
-  /// The way that a vertex looks, from the ball's centre or the shaft's axis, in T.
-  [[nodiscard]] Vec3<Scalar> outward(const Tool& tool, int vertex) const noexcept {
-    return vertex < ball_ ? Vec3<Scalar>(near_.standing(vertex) / ball_edge_.radius)
-                          : Vec3<Scalar>(-tool.inward()[vertex]);
+  /// What a vertex stands for.
+  [[nodiscard]] VertexPatch<Scalar> patch(const Tool& tool, int vertex) const noexcept {
+    const bool ball = vertex < ball_;
+    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
+    Vec3<Scalar> axis = -tool.inward()[vertex];
+    if (ball) axis = near_.standing(vertex) / edge.radius;
+    return {axis, edge.radius, edge.cosine, edge.sine, ball, near_.standing(vertex).z()};
   }
 
   /// The point of the vertex' patch that lies farthest along `gradient` (G axes), into the bone; in T. On the shaft, in
   /// the vertex' slice. The vertex' own where no direction is told.
   [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, const Mat3<Scalar>& R, int vertex,
                                     const Vec3<Scalar>& gradient) const noexcept {
-    return glided(tool, vertex, Vec3<Scalar>(R.transpose() * gradient));
-  }
-  /// The same from a gradient in T axes.
-  [[nodiscard]] Vec3<Scalar> glided(const Tool& tool, int vertex, Vec3<Scalar> to) const noexcept {
-    const bool ball = vertex < ball_;
-    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
-    const Vec3<Scalar> from = outward(tool, vertex);
-    if (!ball) to.z() = Scalar(0);
-    const Scalar length2 = to.squaredNorm();
-    if (!(length2 > Scalar(0))) return near_.standing(vertex);
-    // Within the patch, which is narrower than a right angle, or beyond it: at its edge's nearest place.
-    const Scalar along = from.dot(to);
-    Vec3<Scalar> p;
-    if (along > Scalar(0) && along * along >= edge.cosine * edge.cosine * length2) {
-      p = (edge.radius / std::sqrt(length2)) * to;
-    } else {
-      const Vec3<Scalar> beside = to - along * from;
-      const Scalar beside2 = beside.squaredNorm();
-      if (!(beside2 > Scalar(1e-12) * length2)) return near_.standing(vertex);
-      p = (edge.radius * edge.cosine) * from + (edge.radius * edge.sine / std::sqrt(beside2)) * beside;
-    }
-    if (!ball) p.z() = near_.standing(vertex).z();
-    return p;
+    return patch(tool, vertex).farthest(R.transpose() * gradient);
   }
 
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
@@ -268,14 +248,14 @@ class VertexContacts {
     if (!(expected - values_[j] > kBeyondEdge * voxel || led.squaredNorm() * field.metres() * field.metres() < kBlunt))
       return false;
 
-    const auto farthest = [&](const Vec3<Scalar>& g_T) { return glided(tool, vertex, g_T); };
-    CuttingPlanes<Scalar> planes(kAlike * voxel);
+    const VertexPatch<Scalar> around = patch(tool, vertex);
+    CuttingPlanes<Scalar> planes;
     planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
     planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
     Vec3<Scalar> best = places_[place];
     Scalar most = values_[j];
     for (int round = 1;; ++round) {
-      const Vec3<Scalar> p = planes.deepest(farthest);
+      const Vec3<Scalar> p = planes.deepest(around);
       const Scalar bound = planes.mixture()(p);
       if (bound < kOutside * voxel) return false;
       const Vec3<Scalar> p_G = X * p;
@@ -287,10 +267,14 @@ class VertexContacts {
       if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
       // A bound that is passed tells of slopes from too far away: one from beside, on the vertex' side.
       const bool passed = value > bound + kCutTo * voxel;
-      const Vec3<Scalar> q = passed ? glided(tool, vertex, Vec3<Scalar>(p + kBeside * (from - p))) : p;
-      const Vec3<Scalar> q_G = X * q;
-      const Scalar there = passed ? field.value(q_G) : value;
       planes.lift(p, value);
+      if (!passed) {
+        planes.add({p, value, R.transpose() * field.gradient(p_G)});
+        continue;
+      }
+      const Vec3<Scalar> q = around.farthest(p + kBeside * (from - p));
+      const Vec3<Scalar> q_G = X * q;
+      const Scalar there = field.value(q_G);
       planes.lift(q, there);
       planes.add({q, there, R.transpose() * field.gradient(q_G)});
     }
@@ -302,13 +286,11 @@ class VertexContacts {
     places_.put(place, best);
     values_[j] = most / share;
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
-    const bool ball = vertex < ball_;
-    const PatchEdge& edge = ball ? ball_edge_ : ring_edge_;
-    const Vec3<Scalar> radius = ball ? best : Vec3<Scalar>(best.x(), best.y(), Scalar(0));
-    const bool within = outward(tool, vertex).dot(radius) > Scalar(kWithin) * edge.radius * edge.cosine;
-    const Vec3<Scalar> out = radius / edge.radius;
+    const Vec3<Scalar> radius = around.across(best);
+    const bool within = around.axis.dot(radius) > Scalar(kWithin) * around.radius * around.cosine;
+    const Vec3<Scalar> out = radius / around.radius;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
-    if (ball && within) {
+    if (around.ball && within) {
       rolls_[j] = planes.crossings(out);
       for (Vec3<Scalar>& way : rolls_[j]) way = R * way;
     }
