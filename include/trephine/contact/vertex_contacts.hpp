@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct VertexContact {
   double depth = 0;             ///< φ [m]; > 0 where it touches
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
-  /// Unit ways in which the ball rolls over a sharp edge, one, or corner, two: there −∂²φ/∂way² is 1/R. Zero else.
+  /// Ways in which the ball rolls over an edge, one, or corner, two: along w −∂²φ/∂w² is |w|²/R. Zero else.
   std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
 };
 
@@ -159,7 +160,9 @@ class VertexContacts {
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
-  static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
+  static constexpr Scalar kSharpen = Scalar(0.15);     // [voxels]: more notches crests as cells do
+  static constexpr Scalar kFarthest = Scalar(0.2);     // [voxels]: of Newton's steps, which lead no farther
+  static constexpr Scalar kFlat = Scalar(0.1);         // curvature by the ball's that is none
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
 
@@ -193,7 +196,10 @@ class VertexContacts {
   [[nodiscard]] static Vec3<Scalar> steady(const Field& field, const Vec3<Scalar>& p_G,
                                            const Vec3<Scalar>& plain) noexcept {
     const Vec3<Scalar> smooth = field.smooth_gradient(p_G);
-    return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
+    return in_wall(smooth, plain) ? plain : smooth;
+  }
+  [[nodiscard]] static bool in_wall(const Vec3<Scalar>& smooth, const Vec3<Scalar>& plain) noexcept {
+    return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm();
   }
 
   /// What a vertex stands for.
@@ -210,9 +216,33 @@ class VertexContacts {
     return patch(tool, vertex).farthest(R.transpose() * gradient);
   }
 
+  /// Smoothed depth at a place of the tool: what its edges' crests keep straight that cells notch.
+  struct SmoothDepth {
+    Vec3<Scalar> place;  // in T
+    Scalar value = std::numeric_limits<Scalar>::lowest();
+    Vec3<Scalar> rise;    // of `value`, in T axes
+    Vec3<Scalar> smooth;  // gradient before sharpening, in G axes
+    Mat3<Scalar> bend;    // its derivatives
+  };
+
+  /// What smoothing blunts has a shorter gradient g: part of it is given back, kSharpen (1 − |g|²), with its slope.
+  template <PenetrationField Field>
+  [[nodiscard]] static SmoothDepth sharpened(const Field& field, const Pose<Scalar>& X,
+                                             const Vec3<Scalar>& p) noexcept {
+    SmoothDepth there;
+    there.place = p;
+    const Scalar smooth = field.smooth(X * p, there.smooth, there.bend);
+    const Scalar voxel = field.voxel() / field.metres(), metres2 = field.metres() * field.metres();
+    there.value = smooth + kSharpen * voxel * (Scalar(1) - metres2 * there.smooth.squaredNorm());
+    const Vec3<Scalar> fall = (Scalar(2) * kSharpen * voxel * metres2) * (there.bend * there.smooth);
+    there.rise = X.linear().transpose() * (there.smooth - fall);
+    return there;
+  }
+
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
-  /// from where its gradient led, and from where those so far meet. What they mix to is the slope of the patch' depth;
-  /// divided by the smoothed gradient's length, which is short there, depth is the way out, and an edge about as stiff
+  /// from where its gradient led, and from where those so far meet; and Newton's step from the deepest of these. Depths
+  /// are smoothed ones: crests of cells are notched, and a ball lies in the notches, 20 degrees aslant on an edge of 90
+  /// degrees. Depth divided by the gradient's length, which is short there, is the way out, and an edge about as stiff
   /// as a face. Returns whether the place is on one. `gradients_` are the interpolant's own at the places.
   template <PenetrationField Field>
   bool hold_on_edge(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
@@ -229,51 +259,68 @@ class VertexContacts {
 
     const VertexPatch<Scalar> around = patch(tool, vertex);
     CuttingPlanes<Scalar> planes;
-    planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
-    planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
-    Vec3<Scalar> best = places_[place];
-    Scalar most = values_[j];
+    SmoothDepth best;
+    const auto look_at = [&](const Vec3<Scalar>& p) {
+      const SmoothDepth there = sharpened(field, X, p);
+      planes.lift(p, there.value);
+      planes.add({p, there.value, there.rise});
+      if (there.value > best.value) best = there;
+      return there.value;
+    };
+    static_cast<void>(look_at(from));
+    static_cast<void>(look_at(places_[place]));
     for (int round = 1;; ++round) {
       const Vec3<Scalar> p = planes.deepest(around);
       const Scalar bound = planes.mixture()(p);
       if (bound < kOutside * voxel) return false;
-      const Vec3<Scalar> p_G = X * p;
-      const Scalar value = field.value(p_G);
-      if (value > most) {
-        most = value;
-        best = p;
-      }
-      if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
-      // A bound that is passed tells of slopes from too far away: one from beside, on the vertex' side.
-      const bool passed = value > bound + kCutTo * voxel;
-      planes.lift(p, value);
-      if (!passed) {
-        planes.add({p, value, R.transpose() * field.gradient(p_G)});
-        continue;
-      }
-      const Vec3<Scalar> q = around.farthest(p + kBeside * (from - p));
-      const Vec3<Scalar> q_G = X * q;
-      const Scalar there = field.value(q_G);
-      planes.lift(q, there);
-      planes.add({q, there, R.transpose() * field.gradient(q_G)});
+      if (round == kCuts || bound - best.value < kCutTo * voxel) break;
+      if (std::abs(bound - look_at(p)) < kCutTo * voxel) break;
     }
     // Of a thin wall's two sides the mixture tells nothing.
     const Vec3<Scalar> slope = planes.mixture().gradient;
     if ((slope * field.metres()).squaredNorm() < kSharpest * kSharpest) return false;
-    const Scalar length = field.metres() * field.smooth_gradient(X * best).norm();
-    const Scalar share = std::clamp(length, kSharpest, Scalar(1));
-    places_.put(place, best);
-    values_[j] = most / share;
+    const Vec3<Scalar> radius = around.across(best.place);
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
-    const Vec3<Scalar> radius = around.across(best);
     const bool within = around.axis.dot(radius) > Scalar(kWithin) * around.radius * around.cosine;
-    const Vec3<Scalar> out = radius / around.radius;
+    if (around.ball && within) rolls_[j] = settle(field, around, R, best);
+    const Vec3<Scalar> out = around.across(best.place) / around.radius;
+    const Scalar share = std::clamp(field.metres() * best.smooth.norm(), kSharpest, Scalar(1));
+    places_.put(place, best.place);
+    values_[j] = best.value / share;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
-    if (around.ball && within) {
-      rolls_[j] = planes.crossings(out);
-      for (Vec3<Scalar>& way : rolls_[j]) way = R * way;
-    }
     return true;
+  }
+
+  /// Newton's step on the ball to where the patch is deepest: normals are as exact as the place. And the ways in which
+  /// the ball rolls over bone: of curvature κ there, −∂²φ/∂way² is 1/(R + 1/κ), and a way's square its share of 1/R.
+  template <PenetrationField Field>
+  [[nodiscard]] static std::array<Vec3<Scalar>, 2> settle(const Field& field, const VertexPatch<Scalar>& around,
+                                                          const Mat3<Scalar>& R, SmoothDepth& best) noexcept {
+    const Scalar voxel = field.voxel() / field.metres();
+    const Vec3<Scalar> n = best.place / around.radius, u = n.unitOrthogonal(), v = n.cross(u);
+    const Vec3<Scalar> u_G = R * u, v_G = R * v;
+    const Scalar uu = -u_G.dot(best.bend * u_G), vv = -v_G.dot(best.bend * v_G), uv = -u_G.dot(best.bend * v_G);
+    const Scalar along = best.rise.dot(n);
+    const Scalar steep = along / around.radius;
+    const Scalar det = (uu + steep) * (vv + steep) - uv * uv;
+    if (!(along > Scalar(0))) return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
+    if (uu + steep > Scalar(0) && det > Scalar(0)) {
+      const Scalar rise_u = best.rise.dot(u), rise_v = best.rise.dot(v);
+      const Scalar by_u = ((vv + steep) * rise_u - uv * rise_v) / det;
+      const Scalar by_v = ((uu + steep) * rise_v - uv * rise_u) / det;
+      if (by_u * by_u + by_v * by_v < kFarthest * kFarthest * voxel * voxel) {
+        best.place = around.farthest(best.place + by_u * u + by_v * v);
+        best.value += (by_u * rise_u + by_v * rise_v) / 2;
+      }
+    }
+    const Scalar mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
+    const Scalar angle = std::atan2(uv, (uu - vv) / 2) / 2;
+    const Vec3<Scalar> most = std::cos(angle) * u_G + std::sin(angle) * v_G;
+    const auto way = [&](Scalar bend, const Vec3<Scalar>& unit) {
+      const Scalar curvature = around.radius * bend / along;
+      return Vec3<Scalar>((curvature > kFlat ? std::sqrt(curvature / (1 + curvature)) : Scalar(0)) * unit);
+    };
+    return {way(mean + half, most), way(mean - half, (R * n).cross(most))};
   }
 
   /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
@@ -282,19 +329,27 @@ class VertexContacts {
   template <PenetrationField Field>
   void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
     const auto j = static_cast<std::size_t>(place);
-    Vec3<Scalar> plain = gradients_[place];
-    Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
-    if (again_) {
-      const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
-      const Vec3<Scalar> p_G = X * better;
-      if (const Scalar there = field.value(p_G); there > values_[j]) {
-        places_.put(place, better);
-        values_[j] = there;
-        plain = field.gradient(p_G);
-        if (there > Scalar(0)) smooth = steady(field, p_G, plain);
-      }
+    const Vec3<Scalar> plain = gradients_[place];
+    const Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
+    if (!again_) {
+      if (values_[j] > Scalar(0)) gradients_.put(place, smooth);
+      return;
     }
-    gradients_.put(place, values_[j] > Scalar(0) ? smooth : plain);
+    const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
+    const Vec3<Scalar> p_G = X * better;
+    const Vec3<Scalar> there = field.gradient(p_G);
+    Vec3<Scalar> slope;
+    if (const Scalar depth = field.smooth(p_G, slope); !in_wall(slope, there)) {
+      places_.put(place, better);
+      values_[j] = depth;
+      gradients_.put(place, slope);
+    } else if (const Scalar value = field.value(p_G); value > values_[j]) {
+      places_.put(place, better);
+      values_[j] = value;
+      gradients_.put(place, there);
+    } else if (values_[j] > Scalar(0)) {
+      gradients_.put(place, smooth);
+    }
   }
 
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
