@@ -14,8 +14,9 @@
 namespace trephine {
 
 /// A contact field whose values say how deep a point is: `metres()` per unit of value; `clearance(value)` [m], below
-/// which no bone is near, and its inverse; depth and gradient that do not show the cells; and a stamp that changes when bone
-/// may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no clearance.
+/// which no bone is near, and its inverse; depth and gradient that do not show the cells; and a stamp that changes when
+/// bone may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no
+/// clearance.
 // clang-format off
 template <class F>
 concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p,

@@ -71,6 +71,7 @@ class VertexContacts {
     for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_, &plain_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
+    led_values_.resize(padded);
     rolls_.assign(padded, {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()});
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
@@ -370,19 +371,23 @@ class VertexContacts {
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
     if constexpr (Vertices::kGlide) gradients(field, X);
     const Scalar outside = kOutside * field.voxel() / metres;  // of the near ones the farthest
-    if constexpr (Vertices::kGlide)
+    if constexpr (Vertices::kGlide) {
+      std::copy_n(values_.begin(), place_count_, led_values_.begin());
       for (int j = 0; j < place_count_; ++j) {
         if (hold_on_edge(field, tool, X, j)) continue;
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
+    }
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (value > Scalar(0)) {
         keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
       } else {
         double& clearance = clearances_[near_.group_of(place_vertices_[static_cast<std::size_t>(j)])];
-        clearance = std::min(clearance, static_cast<double>(field.clearance(value)));
+        // Smoothed depths say nothing of what is near.
+        const Scalar nearest = Vertices::kGlide ? std::max(value, led_values_[static_cast<std::size_t>(j)]) : value;
+        clearance = std::min(clearance, static_cast<double>(field.clearance(nearest)));
       }
     }
     touching_ = found_count_;
@@ -417,6 +422,7 @@ class VertexContacts {
   std::size_t found_count_ = 0;
   int place_count_ = 0;
   std::vector<Scalar> values_;         // at the places
+  std::vector<Scalar> led_values_;     // at the places that their vertices' gradients led to
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;
