@@ -72,6 +72,14 @@ class CountingField {
     samples += 8;  // 64 voxels
     return base_->smooth_gradient(p);
   }
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p, Vec3<Scalar>& gradient) const noexcept {
+    samples += 8;  // 64 voxels
+    return base_->smooth(p, gradient);
+  }
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p, Vec3<Scalar>& gradient, Mat3<Scalar>& bend) const noexcept {
+    samples += 8;  // 64 voxels
+    return base_->smooth(p, gradient, bend);
+  }
   [[nodiscard]] Scalar metres() const noexcept { return base_->metres(); }
   [[nodiscard]] Scalar clearance(Scalar v) const noexcept { return base_->clearance(v); }
   [[nodiscard]] Scalar value_at_clearance(Scalar c) const noexcept { return base_->value_at_clearance(c); }

@@ -55,6 +55,19 @@ class DepthField {
   [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
     return unit_ * field_.smooth_gradient(p_G);
   }
+  /// The smoothed depth, and its gradient; beyond the outermost voxels the depth itself.
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient) const noexcept {
+    const Scalar value = unit_ * field_.smooth(p_G, gradient);
+    gradient *= unit_;
+    return is_beyond(p_G) ? value_beyond(p_G) : value;
+  }
+  /// The same, and its second derivatives.
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient, Mat3<Scalar>& bend) const noexcept {
+    const Scalar value = unit_ * field_.smooth(p_G, gradient, bend);
+    gradient *= unit_;
+    bend *= unit_;
+    return is_beyond(p_G) ? value_beyond(p_G) : value;
+  }
   [[nodiscard]] bool normal(const Vec3<Scalar>& p_G, Vec3<Scalar>& n) const noexcept { return field_.normal(p_G, n); }
 
   void values(const Pose<Scalar>& X, const Scalar* x, const Scalar* y, const Scalar* z, Scalar* out,

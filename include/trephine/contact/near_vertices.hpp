@@ -14,15 +14,19 @@
 namespace trephine {
 
 /// A contact field whose values say how deep a point is: `metres()` per unit of value; `clearance(value)` [m], below
-/// which no bone is near, and its inverse; a gradient that does not show the cells; and a stamp that changes when bone
-/// may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no clearance.
+/// which no bone is near, and its inverse; depth and gradient that do not show the cells; and a stamp that changes when
+/// bone may have come nearer (VoxelGrid). A DepthField tells distances; a DensityField depths of a kind and no
+/// clearance.
 // clang-format off
 template <class F>
-concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p) {
+concept PenetrationField = ContactField<F> && requires(const F& f, typename F::Scalar v, const Vec3<typename F::Scalar>& p,
+                                                       Vec3<typename F::Scalar>& g, Mat3<typename F::Scalar>& H) {
   { f.metres() } noexcept -> std::same_as<typename F::Scalar>;
   { f.clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
   { f.value_at_clearance(v) } noexcept -> std::same_as<typename F::Scalar>;
   { f.smooth_gradient(p) } noexcept -> std::same_as<Vec3<typename F::Scalar>>;
+  { f.smooth(p, g) } noexcept -> std::same_as<typename F::Scalar>;
+  { f.smooth(p, g, H) } noexcept -> std::same_as<typename F::Scalar>;
   { f.rise_stamp() } noexcept -> std::same_as<std::uint64_t>;
 };
 // clang-format on

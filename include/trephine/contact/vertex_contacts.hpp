@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct VertexContact {
   Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
   Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
   bool turns = true;            ///< a turn of the tool moves it
-  /// Unit ways in which the ball rolls over a sharp edge, one, or corner, two: there −∂²φ/∂way² is 1/R. Zero else.
+  /// Ways in which the ball rolls over an edge, one, or corner, two: along w −∂²φ/∂w² is |w|²/R. Zero else.
   std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
 
   /// −∂φ/∂(rotation about T's origin), in G axes [m].
@@ -75,6 +76,7 @@ class VertexContacts {
     for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_, &plain_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
+    led_values_.resize(padded);
     rolls_.assign(padded, {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()});
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
@@ -178,7 +180,9 @@ class VertexContacts {
   static constexpr Scalar kApart = Scalar(0.1);        // [voxels]: nearer, an old place is the same as the new …
   static constexpr Scalar kDeeper = Scalar(0.01);      // [voxels]: … and no deeper than by this
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
-  static constexpr Scalar kBeside = Scalar(0.1);       // of the way to the vertex
+  static constexpr Scalar kSharpen = Scalar(0.15);     // [voxels]: more notches crests as cells do
+  static constexpr Scalar kFarthest = Scalar(0.2);     // [voxels]: of Newton's steps, which lead no farther
+  static constexpr Scalar kFlat = Scalar(0.1);         // curvature by the ball's that is none
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
 
@@ -212,7 +216,10 @@ class VertexContacts {
   [[nodiscard]] static Vec3<Scalar> steady(const Field& field, const Vec3<Scalar>& p_G,
                                            const Vec3<Scalar>& plain) noexcept {
     const Vec3<Scalar> smooth = field.smooth_gradient(p_G);
-    return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm() ? plain : smooth;
+    return in_wall(smooth, plain) ? plain : smooth;
+  }
+  [[nodiscard]] static bool in_wall(const Vec3<Scalar>& smooth, const Vec3<Scalar>& plain) noexcept {
+    return smooth.dot(plain) < Scalar(0.5) * plain.squaredNorm();
   }
 
   /// What a vertex stands for.
@@ -231,9 +238,33 @@ class VertexContacts {
     return patch(tool, vertex).farthest(R.transpose() * gradient);
   }
 
+  /// Smoothed depth at a place of the tool: what its edges' crests keep straight that cells notch.
+  struct SmoothDepth {
+    Vec3<Scalar> place;  // in T
+    Scalar value = std::numeric_limits<Scalar>::lowest();
+    Vec3<Scalar> rise;    // of `value`, in T axes
+    Vec3<Scalar> smooth;  // gradient before sharpening, in G axes
+    Mat3<Scalar> bend;    // its derivatives
+  };
+
+  /// What smoothing blunts has a shorter gradient g: part of it is given back, kSharpen (1 − |g|²), with its slope.
+  template <PenetrationField Field>
+  [[nodiscard]] static SmoothDepth sharpened(const Field& field, const Pose<Scalar>& X,
+                                             const Vec3<Scalar>& p) noexcept {
+    SmoothDepth there;
+    there.place = p;
+    const Scalar smooth = field.smooth(X * p, there.smooth, there.bend);
+    const Scalar voxel = field.voxel() / field.metres(), metres2 = field.metres() * field.metres();
+    there.value = smooth + kSharpen * voxel * (Scalar(1) - metres2 * there.smooth.squaredNorm());
+    const Vec3<Scalar> fall = (Scalar(2) * kSharpen * voxel * metres2) * (there.bend * there.smooth);
+    there.rise = X.linear().transpose() * (there.smooth - fall);
+    return there;
+  }
+
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
-  /// from where its gradient led, and from where those so far meet. What they mix to is the slope of the patch' depth;
-  /// divided by the smoothed gradient's length, which is short there, depth is the way out, and an edge about as stiff
+  /// from where its gradient led, and from where those so far meet; and Newton's step from the deepest of these. Depths
+  /// are smoothed ones: crests of cells are notched, and a ball lies in the notches, 20 degrees aslant on an edge of 90
+  /// degrees. Depth divided by the gradient's length, which is short there, is the way out, and an edge about as stiff
   /// as a face. Returns whether the place is on one. `gradients_` are the interpolant's own at the places.
   template <PenetrationField Field>
   bool hold_on_edge(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
@@ -250,51 +281,71 @@ class VertexContacts {
 
     const VertexPatch<Scalar> around = patch(tool, vertex);
     CuttingPlanes<Scalar> planes;
-    planes.add({from, vertex_values_[j], R.transpose() * plain_gradients_[place]});
-    planes.add({places_[place], values_[j], R.transpose() * gradients_[place]});
-    Vec3<Scalar> best = places_[place];
-    Scalar most = values_[j];
+    SmoothDepth best;
+    const auto look_at = [&](const Vec3<Scalar>& p) {
+      const SmoothDepth there = sharpened(field, X, p);
+      planes.lift(p, there.value);
+      planes.add({p, there.value, there.rise});
+      if (there.value > best.value) best = there;
+      return there.value;
+    };
+    static_cast<void>(look_at(from));
+    static_cast<void>(look_at(places_[place]));
     for (int round = 1;; ++round) {
       const Vec3<Scalar> p = planes.deepest(around);
       const Scalar bound = planes.mixture()(p);
       if (bound < kOutside * voxel) return false;
-      const Vec3<Scalar> p_G = X * p;
-      const Scalar value = field.value(p_G);
-      if (value > most) {
-        most = value;
-        best = p;
-      }
-      if (round == kCuts || std::abs(bound - value) < kCutTo * voxel) break;
-      // A bound that is passed tells of slopes from too far away: one from beside, on the vertex' side.
-      const bool passed = value > bound + kCutTo * voxel;
-      planes.lift(p, value);
-      if (!passed) {
-        planes.add({p, value, R.transpose() * field.gradient(p_G)});
-        continue;
-      }
-      const Vec3<Scalar> q = around.farthest(p + kBeside * (from - p));
-      const Vec3<Scalar> q_G = X * q;
-      const Scalar there = field.value(q_G);
-      planes.lift(q, there);
-      planes.add({q, there, R.transpose() * field.gradient(q_G)});
+      if (round == kCuts || bound - best.value < kCutTo * voxel) break;
+      if (std::abs(bound - look_at(p)) < kCutTo * voxel) break;
     }
     // Of a thin wall's two sides the mixture tells nothing.
     const Vec3<Scalar> slope = planes.mixture().gradient;
     if ((slope * field.metres()).squaredNorm() < kSharpest * kSharpest) return false;
-    const Scalar length = field.metres() * field.smooth_gradient(X * best).norm();
-    const Scalar share = std::clamp(length, kSharpest, Scalar(1));
-    places_.put(place, best);
-    values_[j] = most / share;
+    const bool within = is_within(around, best.place);
+    if (around.ball && within) rolls_[j] = settle(field, around, R, best);
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
-    const Vec3<Scalar> radius = around.across(best);
-    const bool within = around.axis.dot(radius) > Scalar(kWithin) * around.radius * around.cosine;
-    const Vec3<Scalar> out = radius / around.radius;
+    const Vec3<Scalar> out = around.across(best.place) / around.radius;
+    const Scalar share = std::clamp(field.metres() * best.smooth.norm(), kSharpest, Scalar(1));
+    places_.put(place, best.place);
+    values_[j] = best.value / share;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
-    if (around.ball && within) {
-      rolls_[j] = planes.crossings(out);
-      for (Vec3<Scalar>& way : rolls_[j]) way = R * way;
-    }
     return true;
+  }
+
+  [[nodiscard]] static bool is_within(const VertexPatch<Scalar>& around, const Vec3<Scalar>& p) noexcept {
+    return around.axis.dot(around.across(p)) > Scalar(kWithin) * around.radius * around.cosine;
+  }
+
+  /// Newton's step on the ball to where the patch is deepest: normals are as exact as the place. And the ways in which
+  /// the ball rolls over bone: of curvature κ there, −∂²φ/∂way² is 1/(R + 1/κ), and a way's square its share of 1/R.
+  template <PenetrationField Field>
+  [[nodiscard]] static std::array<Vec3<Scalar>, 2> settle(const Field& field, const VertexPatch<Scalar>& around,
+                                                          const Mat3<Scalar>& R, SmoothDepth& best) noexcept {
+    const Scalar voxel = field.voxel() / field.metres();
+    const Vec3<Scalar> n = best.place / around.radius, u = n.unitOrthogonal(), v = n.cross(u);
+    const Vec3<Scalar> u_G = R * u, v_G = R * v;
+    const Scalar uu = -u_G.dot(best.bend * u_G), vv = -v_G.dot(best.bend * v_G), uv = -u_G.dot(best.bend * v_G);
+    const Scalar along = best.rise.dot(n);
+    const Scalar steep = along / around.radius;
+    const Scalar det = (uu + steep) * (vv + steep) - uv * uv;
+    if (!(along > Scalar(0))) return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
+    if (uu + steep > Scalar(0) && det > Scalar(0)) {
+      const Scalar rise_u = best.rise.dot(u), rise_v = best.rise.dot(v);
+      const Scalar by_u = ((vv + steep) * rise_u - uv * rise_v) / det;
+      const Scalar by_v = ((uu + steep) * rise_v - uv * rise_u) / det;
+      if (by_u * by_u + by_v * by_v < kFarthest * kFarthest * voxel * voxel) {
+        best.place = around.farthest(best.place + by_u * u + by_v * v);
+        best.value += (by_u * rise_u + by_v * rise_v) / 2;
+      }
+    }
+    const Scalar mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
+    const Scalar angle = std::atan2(uv, (uu - vv) / 2) / 2;
+    const Vec3<Scalar> most = std::cos(angle) * u_G + std::sin(angle) * v_G;
+    const auto way = [&](Scalar bend, const Vec3<Scalar>& unit) {
+      const Scalar curvature = around.radius * bend / along;
+      return Vec3<Scalar>((curvature > kFlat ? std::sqrt(curvature / (1 + curvature)) : Scalar(0)) * unit);
+    };
+    return {way(mean + half, most), way(mean - half, (R * n).cross(most))};
   }
 
   /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
@@ -303,19 +354,27 @@ class VertexContacts {
   template <PenetrationField Field>
   void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
     const auto j = static_cast<std::size_t>(place);
-    Vec3<Scalar> plain = gradients_[place];
-    Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
-    if (again_) {
-      const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
-      const Vec3<Scalar> p_G = X * better;
-      if (const Scalar there = field.value(p_G); there > values_[j]) {
-        places_.put(place, better);
-        values_[j] = there;
-        plain = field.gradient(p_G);
-        if (there > Scalar(0)) smooth = steady(field, p_G, plain);
-      }
+    const Vec3<Scalar> plain = gradients_[place];
+    const Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
+    if (!again_) {
+      if (values_[j] > Scalar(0)) gradients_.put(place, smooth);
+      return;
     }
-    gradients_.put(place, values_[j] > Scalar(0) ? smooth : plain);
+    const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
+    const Vec3<Scalar> p_G = X * better;
+    const Vec3<Scalar> there = field.gradient(p_G);
+    Vec3<Scalar> slope;
+    if (const Scalar depth = field.smooth(p_G, slope); !in_wall(slope, there)) {
+      places_.put(place, better);
+      values_[j] = depth;
+      gradients_.put(place, slope);
+    } else if (const Scalar value = field.value(p_G); value > values_[j]) {
+      places_.put(place, better);
+      values_[j] = value;
+      gradients_.put(place, there);
+    } else if (values_[j] > Scalar(0)) {
+      gradients_.put(place, smooth);
+    }
   }
 
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
@@ -336,12 +395,14 @@ class VertexContacts {
     field.values(X, places_.x.data(), places_.y.data(), places_.z.data(), values_.data(), padded_to_lane(place_count_));
     if constexpr (Vertices::kGlide) gradients(field, X);
     const Scalar outside = kOutside * field.voxel() / metres;  // of the near ones the farthest
-    if constexpr (Vertices::kGlide)
+    if constexpr (Vertices::kGlide) {
+      std::copy_n(values_.begin(), place_count_, led_values_.begin());
       for (int j = 0; j < place_count_; ++j) {
         if (hold_on_edge(field, tool, X, j)) continue;
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
+    }
     if constexpr (Vertices::kGlide) remember(field, tool, X, outside);
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
@@ -349,7 +410,9 @@ class VertexContacts {
         keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
       } else {
         double& clearance = clearances_[near_.group_of(place_vertices_[static_cast<std::size_t>(j)])];
-        clearance = std::min(clearance, static_cast<double>(field.clearance(value)));
+        // Smoothed depths say nothing of what is near.
+        const Scalar nearest = Vertices::kGlide ? std::max(value, led_values_[static_cast<std::size_t>(j)]) : value;
+        clearance = std::min(clearance, static_cast<double>(field.clearance(nearest)));
       }
     }
     touching_ = found_count_;
@@ -382,22 +445,32 @@ class VertexContacts {
       old_places_.fill_lane(others);
       field.values(X, old_places_.x.data(), old_places_.y.data(), old_places_.z.data(), old_values_.data(),
                    padded_to_lane(others));
-      const Scalar deeper = kDeeper * field.voxel() / field.metres();
-      for (std::size_t i = 0; i < static_cast<std::size_t>(others); ++i) {
-        const auto j = static_cast<std::size_t>(others_[i]);
-        if (!(old_values_[i] > values_[j] + deeper)) continue;
-        places_.put(others_[i], old_places_[static_cast<int>(i)]);
-        values_[j] = old_values_[i];
-        rolls_[j].fill(Vec3<Scalar>::Zero());
-        gradients_.put(others_[i], field.gradient(X * places_[others_[i]]));
-        glide_again(field, tool, X, others_[i]);
-      }
+      for (std::size_t i = 0; i < static_cast<std::size_t>(others); ++i)
+        if (old_values_[i] > values_[static_cast<std::size_t>(others_[i])])
+          go_back(field, tool, X, others_[i], old_places_[static_cast<int>(i)]);
     }
     for (int j = 0; j < place_count_; ++j) {
       if (values_[static_cast<std::size_t>(j)] < outside) continue;
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];
       now_.push_back({vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])});
     }
+  }
+
+  /// To the old place, if that is deeper.
+  template <PenetrationField Field>
+  void go_back(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place,
+               const Vec3<Scalar>& old_place) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    SmoothDepth old = sharpened(field, X, old_place);
+    const Scalar share = std::clamp(field.metres() * old.smooth.norm(), kSharpest, Scalar(1));
+    if (!(old.value / share > values_[j] + kDeeper * field.voxel() / field.metres())) return;
+    if (in_wall(old.smooth, field.gradient(X * old_place))) return;
+    const VertexPatch<Scalar> around = patch(tool, place_vertices_[j]);
+    rolls_[j].fill(Vec3<Scalar>::Zero());
+    if (around.ball && is_within(around, old.place)) rolls_[j] = settle(field, around, X.linear(), old);
+    places_.put(place, old.place);
+    values_[j] = old.value / share;
+    gradients_.put(place, X.linear() * old.rise / share);
   }
 
   void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever) noexcept {
@@ -424,6 +497,7 @@ class VertexContacts {
   std::size_t found_count_ = 0;
   int place_count_ = 0;
   std::vector<Scalar> values_;         // at the places
+  std::vector<Scalar> led_values_;     // at the places that their vertices' gradients led to
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;

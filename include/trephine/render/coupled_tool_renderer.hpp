@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/contact/rolling.hpp>
 #include <trephine/contact/vertex_contacts.hpp>
 #include <trephine/render/contact_friction.hpp>
 #include <trephine/render/coupled_options.hpp>
@@ -31,10 +32,11 @@ namespace trephine {
 ///
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
-/// once they may have come near or what is remembered of them would shorten a step; at most twelve samples and six
-/// gradients more for each vertex on an edge, and a sample where its patch was deepest before. No step moves a vertex
-/// farther than a quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when
-/// the steps run out is carried on at the next tick (`kWorkBound`).
+/// once they may have come near or what is remembered of them would shorten a step; at most seven smoothed samples more
+/// for each vertex on an edge, and one where its patch was deepest before. No step moves a vertex farther than a
+/// quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when the steps run
+/// out is carried on at the next tick
+/// (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.

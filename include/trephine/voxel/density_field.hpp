@@ -92,6 +92,21 @@ class DensityField {
     return SplineGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
+  /// The smoothed density above the isovalue, and its gradient.
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient) const noexcept {
+    const Scalar value = SplineGradient::smoothed(view_, coordinates(p_G), gradient) - isovalue_;
+    gradient = gradient.cwiseProduct(per_metre_);
+    return value;
+  }
+
+  /// The same, and its second derivatives.
+  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient, Mat3<Scalar>& bend) const noexcept {
+    const Scalar value = SplineGradient::smoothed(view_, coordinates(p_G), gradient, bend) - isovalue_;
+    gradient = gradient.cwiseProduct(per_metre_);
+    bend = per_metre_.asDiagonal() * bend * per_metre_.asDiagonal();
+    return value;
+  }
+
   /// Outward unit normal −∇ρ/|∇ρ| at p_G. Where the density is flat there (8-bit plateaus, deep in bone) it is the
   /// direction in which density falls at 2, 4, 8, 16 voxels round the point, the nearest of these that shows any: on
   /// balls of 12 to 40 voxels, 12 voxels deep in saturated bone, within 9° (2–3° on average). Returns false and leaves

@@ -89,19 +89,19 @@ struct SplineGradient {
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
+    Vec3<Scalar> slope;
+    static_cast<void>(smoothed(v, u, slope));
+    return slope;
+  }
+
+  /// The smoothed density itself, and `slope`, its gradient.
+  template <VoxelDensity Density, RealScalar Scalar>
+  [[nodiscard]] static Scalar smoothed(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u,
+                                       Vec3<Scalar>& slope) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
     const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
-    // Turned into Scalar in a loop of its own, which compilers vectorise.
     std::array<Scalar, 64> around;
-    if ((u.array() >= Scalar(1)).all() && (u.array() < v.last.array() - Scalar(1)).all()) {
-      const Density* first = v.voxels + c.base - v.plane - v.row - 1;
-      auto next = around.begin();
-      for (int k = 0; k < 4; ++k)
-        for (int j = 0; j < 4; ++j, next += 4)
-          for (int i = 0; i < 4; ++i) next[i] = static_cast<Scalar>(first[k * v.plane + j * v.row + i]);
-    } else {
-      copy_at_border(v, c.base, around);
-    }
+    copy(v, u, c.base, around);
     Four<Scalar> in_x = Four<Scalar>::Zero(), in_y = in_x, in_z = in_x;  // sums over y and z, for each tap along x
     for (std::size_t k = 0; k < 4; ++k) {
       Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean;
@@ -115,7 +115,40 @@ struct SplineGradient {
       in_z += z.slope[k] * mean;
     }
     const Four<Scalar> weight = x.four(x.weight);
-    return {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
+    slope = {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
+    return (weight * in_x).sum();
+  }
+
+  /// The same, and `bend`, its second derivatives.
+  template <VoxelDensity Density, RealScalar Scalar>
+  [[nodiscard]] static Scalar smoothed(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u, Vec3<Scalar>& slope,
+                                       Mat3<Scalar>& bend) noexcept {
+    const Cell<Scalar> c = cell_at(v, u);
+    const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
+    const auto x_bend = bends(c.fx), y_bend = bends(c.fy), z_bend = bends(c.fz);
+    std::array<Scalar, 64> around;
+    copy(v, u, c.base, around);
+    Four<Scalar> in = Four<Scalar>::Zero(), in_y = in, in_z = in, in_yy = in, in_yz = in, in_zz = in;
+    for (std::size_t k = 0; k < 4; ++k) {
+      Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean, curve = mean;
+      for (std::size_t j = 0; j < 4; ++j) {
+        const Four<Scalar> density = Four<Scalar>::Map(around.data() + 16 * k + 4 * j);
+        mean += y.weight[j] * density;
+        rise += y.slope[j] * density;
+        curve += y_bend[j] * density;
+      }
+      in += z.weight[k] * mean;
+      in_y += z.weight[k] * rise;
+      in_yy += z.weight[k] * curve;
+      in_z += z.slope[k] * mean;
+      in_yz += z.slope[k] * rise;
+      in_zz += z_bend[k] * mean;
+    }
+    const Four<Scalar> weight = x.four(x.weight), along = x.four(x.slope);
+    slope = {(along * in).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
+    const Scalar xy = (along * in_y).sum(), xz = (along * in_z).sum(), yz = (weight * in_yz).sum();
+    bend << (x.four(x_bend) * in).sum(), xy, xz, xy, (weight * in_yy).sum(), yz, xz, yz, (weight * in_zz).sum();
+    return (weight * in).sum();
   }
 
  private:
@@ -137,6 +170,25 @@ struct SplineGradient {
     }
     [[nodiscard]] static Four<Scalar> four(const std::array<Scalar, 4>& x) noexcept { return {x[0], x[1], x[2], x[3]}; }
   };
+
+  /// Of the same four the weights' second derivatives.
+  template <RealScalar Scalar>
+  [[nodiscard]] static std::array<Scalar, 4> bends(Scalar f) noexcept {
+    return {Scalar(1) - f, Scalar(3) * f - Scalar(2), Scalar(1) - Scalar(3) * f, f};
+  }
+
+  /// The 4 x 4 x 4 voxels round the cell of u. Turned into Scalar in a loop of its own, which compilers vectorise.
+  template <VoxelDensity Density, RealScalar Scalar>
+  [[gnu::always_inline]] static void copy(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u, int base,
+                                          std::array<Scalar, 64>& to) noexcept {
+    if (!((u.array() >= Scalar(1)).all() && (u.array() < v.last.array() - Scalar(1)).all()))
+      return copy_at_border(v, base, to);
+    const Density* first = v.voxels + base - v.plane - v.row - 1;
+    auto next = to.begin();
+    for (int k = 0; k < 4; ++k)
+      for (int j = 0; j < 4; ++j, next += 4)
+        for (int i = 0; i < 4; ++i) next[i] = static_cast<Scalar>(first[k * v.plane + j * v.row + i]);
+  }
 
   /// The 4 x 4 x 4 voxels round a cell, some of which lie beyond the array: there the border goes on.
   template <VoxelDensity Density, RealScalar Scalar>
