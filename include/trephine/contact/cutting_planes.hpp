@@ -64,27 +64,6 @@ class CuttingPlanes {
     return best.place;
   }
 
-  /// The ways in which a place at the edge or corner where planes meet cannot glide: what their gradients differ by,
-  /// square to `out` and to each other; on an edge one, on a corner two, zero else.
-  [[nodiscard]] std::array<Vec3<Scalar>, 2> crossings(const Vec3<Scalar>& out) const noexcept {
-    const Vec3<Scalar> middle = mixture().gradient;
-    std::array<Vec3<Scalar>, 2> ways{Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
-    for (std::size_t w = 0; w < ways.size(); ++w) {
-      Scalar farthest = kSame * kSame * middle.squaredNorm();
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
-        if (!(weights_[i] > kBinds)) continue;
-        Vec3<Scalar> d = planes_[i].gradient - middle;
-        d -= d.dot(out) * out;
-        if (w > 0) d -= d.dot(ways[0]) * ways[0];
-        if (!(d.squaredNorm() > farthest)) continue;
-        farthest = d.squaredNorm();
-        ways[w] = d.normalized();
-      }
-      if (ways[w].isZero(0)) break;
-    }
-    return ways;
-  }
-
   [[nodiscard]] DepthPlane<Scalar> mixture() const noexcept {
     DepthPlane<Scalar> m;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
@@ -95,9 +74,6 @@ class CuttingPlanes {
   }
 
  private:
-  static constexpr Scalar kBinds = Scalar(1e-3);  // less weight says nothing
-  static constexpr Scalar kSame = Scalar(0.1);    // of a gradient: those of one face differ by less
-
   struct Best {
     Vec3<Scalar> place = Vec3<Scalar>::Zero();
     Scalar depth = std::numeric_limits<Scalar>::lowest();

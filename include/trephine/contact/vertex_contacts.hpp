@@ -44,10 +44,10 @@ struct FixedVertices {
   static constexpr bool kGlide = false;
 };
 /// … or at the deepest place of the patch of tool that it stands for, found from the gradient at the vertex: a ball of
-/// few vertices touches as a ball does and not as their polyhedron, and keeps them where they are in G when it turns.
-/// Gradients are smoothed but in thin walls: with
-/// those of single cells places and normals would jump between cells, and a search go to and fro. By the envelope
-/// theorem the force at a deepest place is the energy's gradient there as well.
+/// few vertices touches as a ball does and not as their polyhedron, and they stay where they are in G when it turns.
+/// Depths and gradients are smoothed but in thin walls: with those of single cells places and normals would jump
+/// between cells, and a search go to and fro. By the envelope theorem the force at a deepest place is the energy's
+/// gradient there as well.
 struct GlidingVertices {
   static constexpr bool kGlide = true;
 };
@@ -73,7 +73,7 @@ class VertexContacts {
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
-    for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_, &plain_gradients_})
+    for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
     led_values_.resize(padded);
@@ -384,7 +384,6 @@ class VertexContacts {
     const Mat3<Scalar> R = X.linear();
     if constexpr (Vertices::kGlide) {
       for (int j = 0; j < place_count_; ++j) {
-        plain_gradients_.put(j, gradients_[j]);
         gradients_.put(j, steady(field, X * places_[j], gradients_[j]));
         places_.put(j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
         vertex_gradients_.put(j, gradients_[j]);
@@ -402,8 +401,8 @@ class VertexContacts {
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
+      remember(field, tool, X, outside);
     }
-    if constexpr (Vertices::kGlide) remember(field, tool, X, outside);
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (value > Scalar(0)) {
@@ -501,8 +500,8 @@ class VertexContacts {
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;
-  PointArrays<Scalar> vertex_gradients_, plain_gradients_;  // at the places' vertices: steady, the interpolant's own
-  std::vector<std::array<Vec3<Scalar>, 2>> rolls_;          // of each place
+  PointArrays<Scalar> vertex_gradients_;            // at the places' vertices, steady
+  std::vector<std::array<Vec3<Scalar>, 2>> rolls_;  // of each place
   // Where patches were deepest, of those that may touch, in the order of their vertices: about T's origin, in G axes
   // for a ball's, in T else. In the look before, and in this one.
   struct Deepest {
