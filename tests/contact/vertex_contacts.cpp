@@ -89,7 +89,7 @@ TEST_CASE("a place once found stays found as the tool moves on") {
   std::vector<double> lost;
   for (int walk = 0; walk < 40; ++walk) {
     Vec3d p = bottom + 3e-4 * random.unit();
-    Vec3d way;
+    Vec3d way = Vec3d::UnitX();
     contacts.reset();
     std::ranges::fill(depths, 0);
     for (int i = 0; i < 100; ++i) {
