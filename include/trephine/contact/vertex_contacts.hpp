@@ -60,8 +60,8 @@ class VertexContacts {
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
   /// `again`: places glide once more, from the gradient at the place itself: normals are then right on curved bone
-  /// however few the vertices. Not with friction: its springs end at the places, and give energy where these move on
-  /// (16 of 1000 closed paths instead of 2).
+  /// however few the vertices; and those of the look before are looked at too. Not with friction: its springs end at
+  /// the places, and give energy where these move on (16 of 1000 closed paths instead of 2).
   explicit VertexContacts(const Tool& tool, bool again = true)
       : again_(again),
         ball_(tool.groups()[0].count),
@@ -401,7 +401,7 @@ class VertexContacts {
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
-      remember(field, tool, X, outside);
+      if (again_) remember(field, tool, X, outside);
     }
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
