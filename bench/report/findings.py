@@ -354,7 +354,7 @@ def places_words(off, farther):
             deep = [r["measured"] for r in farther if r["options"] == options and r["case"].startswith(place + "; b ")]
             parts.append(f"{place} {tables.worst(there, 'measured'):.2g} %" + (f" ({max(deep):.2g} mm farther in than the shape lets it)" if deep and max(deep) > 0.1 else ""))
         said.append(f"coupled, {options}: the greatest stable stiffness is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
-                    + ("; off by more: " + ", ".join(parts) + ". Sharp edges pass between the vertices before they are held; a shaft that is held beside the tip is softer by its lever, "
+                    + ("; off by more: " + ", ".join(parts) + ". On edges of 30° motions of micrometres cross kinks of the image's crest; a shaft that is held beside the tip is softer by its lever, "
                        "and so stable beyond theory" if parts else "") + ".")
     return said
 
@@ -410,7 +410,7 @@ REASONS = [
      "(2 k r (1 − cos θ) ∂r/∂x, about θ/2 of the force); and friction holds the line's far end, not the place that touches. With a constant rotational stiffness the net work falls to a sixth"),
     ("21 closed paths", ("line",), "tip: the spring points along smoothed normals, the proxy slides on the interpolant, a degree apart, and loses; shaft: its lever moves (k r² to rotation, without the part of ∂r/∂x)"),
     ("21 closed paths", ("surface",), "springs toward a centre are no gradient: pressed sideways, few vertices push by depth; where a centre enters bone, the way out is another"),
-    ("21 closed paths", ("coupled",), "its normals are the slope of the smoothed depth, not quite that of the depths' own energy"),
+    ("21 closed paths", ("coupled",), "places take the smoothed depth only where they are in bone and in no thin wall, the cells' own else, and the energy has a small step between"),
     ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
     ("20 greatest force step", ("coupled",), "vertices lose their hold where a worn layer lets go; with an advancing cut only where the drill breaks through skull and block, under 10 N after ten seconds"),
@@ -512,7 +512,7 @@ def stability_words(rows):
         if not math.isnan(net):
             said.append(f"NOT an energy: {renderer}'s forces do {net:.2g} % of net work on the worst closed path, {mean:.2g} % on the mean one (thesis: {thesis:.2g} %, {mean_thesis:.2g} %); "
                         "the goal is 0.01 %. Springs toward a centre and a point that snaps between places are no gradient.")
-    for renderer, why in (("coupled", "its normals are the slope of the smoothed depth, which is not quite that of the depths' own energy"),
+    for renderer, why in (("coupled", "places take the smoothed depth only where they are in bone and in no thin wall, the cells' own else, and the energy has a small step between"),
                           ("energy", "where the depths' slope jumps, at cells' faces and at the bone's middle, so does the force")):
         for row in of(rows, "21 closed paths: worst net work", renderer=renderer):
             mean = tables.worst(of(rows, "21 closed paths: mean net work", renderer=renderer, options=row["options"]), "measured")
