@@ -37,15 +37,12 @@ std::vector<double> press_energy(const Setup& setup, const Vec3d& n) {
   return force;
 }
 
-/// Of the coupling and one vertex' contact.
-double series(const CoupledOptions& options) {
-  const double k_c = options.contact_stiffness(kPlaceVoxel);
-  return options.stiffness * k_c / (options.stiffness + k_c);
-}
-
-CoupledOptions with_stiffness(CoupledOptions options, double k_v) {
+/// Of the coupling at k_v and one place of contact.
+double series(const Setup& setup, double k_v) {
+  CoupledOptions options = setup.coupled;
   options.stiffness = k_v;
-  return options;
+  const double k_c = options.contact_stiffness(kPlaceVoxel, setup.friction > 0);
+  return k_v * k_c / (k_v + k_c);
 }
 
 }  // namespace
@@ -89,7 +86,7 @@ PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_
     return;
   }
   if (setup.renderer == "coupled") {
-    k_ = series(with_stiffness(setup.coupled, setup.stiffness));
+    k_ = series(setup, setup.stiffness);
     return;
   }
   const bool ratio = setup.options == "thesis" || setup.options == "Eq. 16";
@@ -129,7 +126,7 @@ Setup with_tangent(Setup setup, const Vec3d& n, double K, double newton) {
     double low = K, high = 2 * K;
     for (int i = 0; i < 60; ++i) {
       const double k_v = 0.5 * (low + high);
-      (series(with_stiffness(setup.coupled, k_v)) < K ? low : high) = k_v;
+      (series(setup, k_v) < K ? low : high) = k_v;
     }
     setup.stiffness = high;
     return setup;

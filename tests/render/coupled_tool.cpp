@@ -429,7 +429,7 @@ TEST_CASE("friction: edges hold between vertices") {
 TEST_CASE("friction: a motion too small for a search is felt in full") {
   Bench<double, Coulomb> bench(HalfSpace{kRoom.middle(), Vec3d::UnitZ()}, kRoom, SurfaceCounts::thesis(), kDrill,
                                kGains, Coulomb(0.3, 0.3));
-  const double k_v = kGains.stiffness, k_c = bench.tool.options().contact_stiffness(kVoxel);
+  const double k_v = kGains.stiffness, k_c = bench.tool.options().contact_stiffness(kVoxel, true);
   const Vec3d touching = kRoom.middle() + kDrill.tip_radius * Vec3d::UnitZ();
   const auto pose = [&](double depth) { return tool_at(touching - depth * Vec3d::UnitZ(), Vec3d::UnitZ()); };
   bench.lead_to(pose(-1e-3), pose(1e-3), 100);

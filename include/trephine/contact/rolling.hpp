@@ -16,12 +16,13 @@ template <class MatN>
 void subtract_rolling(std::span<const VertexContact> found, double contact_stiffness, double radius, double stiffness,
                       double pull, MatN& H) noexcept {
   double sum = 0;
-  for (const VertexContact& c : found) sum += c.rolls[0].isZero(0) ? 0 : contact_stiffness * c.depth;
+  for (const VertexContact& c : found) sum += c.rolls[0].isZero(0) ? 0 : contact_stiffness * c.weight * c.depth;
   if (!(sum > 0)) return;
   const double most = stiffness * std::min(0.75 * radius, pull);
   const double share = std::min(1.0, most / sum) * contact_stiffness / radius;
   for (const VertexContact& c : found)
-    for (const Vec3d& way : c.rolls) H.template topLeftCorner<3, 3>() -= (share * c.depth) * way * way.transpose();
+    for (const Vec3d& way : c.rolls)
+      H.template topLeftCorner<3, 3>() -= (share * c.weight * c.depth) * way * way.transpose();
 }
 
 }  // namespace trephine

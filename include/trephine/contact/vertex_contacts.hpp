@@ -3,12 +3,13 @@
 
 #include <trephine/contact/cutting_planes.hpp>
 #include <trephine/contact/near_vertices.hpp>
+#include <trephine/contact/patch_shares.hpp>
+#include <trephine/contact/smooth_depth.hpp>
 #include <trephine/core/tick.hpp>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct VertexContact {
   bool turns = true;            ///< a turn of the tool moves it
   /// Ways in which the ball rolls over an edge, one, or corner, two: along w −∂²φ/∂w² is |w|²/R. Zero else.
   std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
+  double weight = 1;  ///< its spring's share of k: a place that several patches find counts once
 
   /// −∂φ/∂(rotation about T's origin), in G axes [m].
   [[nodiscard]] Vec3d moment() const noexcept { return turns ? Vec3d(lever.cross(out)) : Vec3d(Vec3d::Zero()); }
@@ -71,6 +73,7 @@ class VertexContacts {
         ring_edge_(ring_reach_, static_cast<Scalar>(tool.burr().shaft_radius)),
         near_(tool, !Vertices::kGlide, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
+        shares_(static_cast<Scalar>(tool.burr().tip_radius), ball_reach_, tool.groups()[0].count),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
     for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
@@ -118,6 +121,8 @@ class VertexContacts {
   /// The places in bone at pose X_GT.
   template <PenetrationField Field>
   void look(const Field& field, const Tool& tool, const Posed& X_GT) noexcept {
+    metres_ = field.metres();
+    voxel_ = field.voxel() / metres_;
     near_.look(field, tool, X_GT);
     std::swap(before_, now_);
     touch(field, tool);
@@ -177,12 +182,11 @@ class VertexContacts {
   static constexpr Scalar kBeyondEdge = Scalar(0.25);  // [voxels] less deep than expected: a place beyond an edge
   static constexpr Scalar kBlunt = Scalar(0.8);        // of smoothed gradients, squared: below, an edge is near
   static constexpr Scalar kSharpest = Scalar(0.25);    // of the slope across an edge: one of 30 degrees
+  static constexpr Scalar kNoWayOut = Scalar(1e-6);    // gradient squared: deeper than depths are known, rounding alone
   static constexpr Scalar kApart = Scalar(0.1);        // [voxels]: nearer, an old place is the same as the new …
   static constexpr Scalar kDeeper = Scalar(0.01);      // [voxels]: … and no deeper than by this
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
-  static constexpr Scalar kSharpen = Scalar(0.15);     // [voxels]: more notches crests as cells do
-  static constexpr Scalar kFarthest = Scalar(0.2);     // [voxels]: of Newton's steps, which lead no farther
-  static constexpr Scalar kFlat = Scalar(0.1);         // curvature by the ball's that is none
+  static constexpr int kSteps = 3;                     // Newton's, to where a patch is deepest
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
   static constexpr Scalar kWithin = Scalar(1.001);     // of the cosine at a patch' edge: a place inside
 
@@ -238,29 +242,6 @@ class VertexContacts {
     return patch(tool, vertex).farthest(R.transpose() * gradient);
   }
 
-  /// Smoothed depth at a place of the tool: what its edges' crests keep straight that cells notch.
-  struct SmoothDepth {
-    Vec3<Scalar> place;  // in T
-    Scalar value = std::numeric_limits<Scalar>::lowest();
-    Vec3<Scalar> rise;    // of `value`, in T axes
-    Vec3<Scalar> smooth;  // gradient before sharpening, in G axes
-    Mat3<Scalar> bend;    // its derivatives
-  };
-
-  /// What smoothing blunts has a shorter gradient g: part of it is given back, kSharpen (1 − |g|²), with its slope.
-  template <PenetrationField Field>
-  [[nodiscard]] static SmoothDepth sharpened(const Field& field, const Pose<Scalar>& X,
-                                             const Vec3<Scalar>& p) noexcept {
-    SmoothDepth there;
-    there.place = p;
-    const Scalar smooth = field.smooth(X * p, there.smooth, there.bend);
-    const Scalar voxel = field.voxel() / field.metres(), metres2 = field.metres() * field.metres();
-    there.value = smooth + kSharpen * voxel * (Scalar(1) - metres2 * there.smooth.squaredNorm());
-    const Vec3<Scalar> fall = (Scalar(2) * kSharpen * voxel * metres2) * (there.bend * there.smooth);
-    there.rise = X.linear().transpose() * (there.smooth - fall);
-    return there;
-  }
-
   /// On a sharp edge or corner no one gradient tells where a patch is deepest, but cutting planes do: from the vertex,
   /// from where its gradient led, and from where those so far meet; and Newton's step from the deepest of these. Depths
   /// are smoothed ones: crests of cells are notched, and a ball lies in the notches, 20 degrees aslant on an edge of 90
@@ -281,9 +262,9 @@ class VertexContacts {
 
     const VertexPatch<Scalar> around = patch(tool, vertex);
     CuttingPlanes<Scalar> planes;
-    SmoothDepth best;
+    SmoothDepth<Scalar> best;
     const auto look_at = [&](const Vec3<Scalar>& p) {
-      const SmoothDepth there = sharpened(field, X, p);
+      const SmoothDepth<Scalar> there = sharpened(field, X, p);
       planes.lift(p, there.value);
       planes.add({p, there.value, there.rise});
       if (there.value > best.value) best = there;
@@ -302,7 +283,8 @@ class VertexContacts {
     const Vec3<Scalar> slope = planes.mixture().gradient;
     if ((slope * field.metres()).squaredNorm() < kSharpest * kSharpest) return false;
     const bool within = is_within(around, best.place);
-    if (around.ball && within) rolls_[j] = settle(field, around, R, best);
+    if (SmoothDepth<Scalar> next = best; around.ball && within && settle(around, R, voxel, next, rolls_[j]))
+      best = next;
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
     const Vec3<Scalar> out = around.across(best.place) / around.radius;
     const Scalar share = std::clamp(field.metres() * best.smooth.norm(), kSharpest, Scalar(1));
@@ -316,65 +298,65 @@ class VertexContacts {
     return around.axis.dot(around.across(p)) > Scalar(kWithin) * around.radius * around.cosine;
   }
 
-  /// Newton's step on the ball to where the patch is deepest: normals are as exact as the place. And the ways in which
-  /// the ball rolls over bone: of curvature κ there, −∂²φ/∂way² is 1/(R + 1/κ), and a way's square its share of 1/R.
-  template <PenetrationField Field>
-  [[nodiscard]] static std::array<Vec3<Scalar>, 2> settle(const Field& field, const VertexPatch<Scalar>& around,
-                                                          const Mat3<Scalar>& R, SmoothDepth& best) noexcept {
-    const Scalar voxel = field.voxel() / field.metres();
-    const Vec3<Scalar> n = best.place / around.radius, u = n.unitOrthogonal(), v = n.cross(u);
-    const Vec3<Scalar> u_G = R * u, v_G = R * v;
-    const Scalar uu = -u_G.dot(best.bend * u_G), vv = -v_G.dot(best.bend * v_G), uv = -u_G.dot(best.bend * v_G);
-    const Scalar along = best.rise.dot(n);
-    const Scalar steep = along / around.radius;
-    const Scalar det = (uu + steep) * (vv + steep) - uv * uv;
-    if (!(along > Scalar(0))) return {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()};
-    if (uu + steep > Scalar(0) && det > Scalar(0)) {
-      const Scalar rise_u = best.rise.dot(u), rise_v = best.rise.dot(v);
-      const Scalar by_u = ((vv + steep) * rise_u - uv * rise_v) / det;
-      const Scalar by_v = ((uu + steep) * rise_v - uv * rise_u) / det;
-      if (by_u * by_u + by_v * by_v < kFarthest * kFarthest * voxel * voxel) {
-        best.place = around.farthest(best.place + by_u * u + by_v * v);
-        best.value += (by_u * rise_u + by_v * rise_v) / 2;
-      }
-    }
-    const Scalar mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
-    const Scalar angle = std::atan2(uv, (uu - vv) / 2) / 2;
-    const Vec3<Scalar> most = std::cos(angle) * u_G + std::sin(angle) * v_G;
-    const auto way = [&](Scalar bend, const Vec3<Scalar>& unit) {
-      const Scalar curvature = around.radius * bend / along;
-      return Vec3<Scalar>((curvature > kFlat ? std::sqrt(curvature / (1 + curvature)) : Scalar(0)) * unit);
-    };
-    return {way(mean + half, most), way(mean - half, (R * n).cross(most))};
-  }
-
-  /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from the place itself it
-  /// points to within a fifth of the angle that is left. Places just outside glide too: where only those in bone did,
-  /// a place would jump into it. They keep the interpolant's own gradient, which tells how soon a step will touch.
+  /// The gradient at the vertex is that of bone a patch' width away, which may be curved: from where it led Newton's
+  /// steps lead on (`put`). In walls as thin as what smoothing sees, and on the shaft, the gradient there leads once
+  /// more. Places just outside glide too: where only those in bone did, a place would jump into it.
   template <PenetrationField Field>
   void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
     const auto j = static_cast<std::size_t>(place);
     const Vec3<Scalar> plain = gradients_[place];
+    if (again_ && place_vertices_[j] < ball_) {
+      SmoothDepth<Scalar> deep = sharpened(field, X, places_[place]);
+      if (!in_wall(deep.smooth, plain) && metres_ * metres_ * deep.smooth.squaredNorm() > kBlunt)
+        return put(field, tool, X, place, deep);
+    }
     const Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
     if (!again_) {
       if (values_[j] > Scalar(0)) gradients_.put(place, smooth);
       return;
     }
     const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
-    const Vec3<Scalar> p_G = X * better;
-    const Vec3<Scalar> there = field.gradient(p_G);
-    Vec3<Scalar> slope;
-    if (const Scalar depth = field.smooth(p_G, slope); !in_wall(slope, there)) {
+    const Vec3<Scalar> there = field.gradient(X * better);
+    if (SmoothDepth<Scalar> deep = sharpened(field, X, better); !in_wall(deep.smooth, there)) {
+      if (metres_ * metres_ * deep.smooth.squaredNorm() > kBlunt) return put(field, tool, X, place, deep);
       places_.put(place, better);
-      values_[j] = depth;
-      gradients_.put(place, slope);
-    } else if (const Scalar value = field.value(p_G); value > values_[j]) {
+      values_[j] = deep.plain;
+      gradients_.put(place, deep.smooth);
+    } else if (const Scalar value = field.value(X * better); value > values_[j]) {
       places_.put(place, better);
       values_[j] = value;
       gradients_.put(place, there);
     } else if (values_[j] > Scalar(0)) {
       gradients_.put(place, smooth);
     }
+  }
+
+  /// A vertex' place is where Newton's steps lead from there: on the ball to its deepest, be that beyond the patch.
+  template <PenetrationField Field>
+  void put(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place,
+           SmoothDepth<Scalar>& there) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    const VertexPatch<Scalar> around = patch(tool, place_vertices_[j]);
+    const Mat3<Scalar> R = X.linear();
+    rolls_[j].fill(Vec3<Scalar>::Zero());
+    const auto keep_at = [&](const SmoothDepth<Scalar>& at, const Vec3<Scalar>& slope) {
+      const Scalar share = std::clamp(metres_ * at.smooth.norm(), kSharpest, Scalar(1));
+      places_.put(place, at.place);
+      values_[j] = at.value / share;
+      gradients_.put(place, R * slope / share);
+    };
+    if (!around.ball) return keep_at(there, there.rise);
+    for (int step = 1;; ++step) {
+      SmoothDepth<Scalar> next = there;
+      const bool whole = settle(around, R, voxel_, next, rolls_[j]);
+      const Vec3<Scalar> u = next.place / around.radius;
+      if (whole || around.axis.dot(u) < around.cosine) return keep_at(next, u.dot(there.rise) * u);
+      if (step == kSteps) break;
+      next = sharpened(field, X, next.place);
+      if (!(next.value > there.value)) break;
+      there = next;
+    }
+    keep_at(there, there.rise);
   }
 
   /// The places that are in bone; before them, where vertices glide, each goes where its patch is deepest.
@@ -401,12 +383,20 @@ class VertexContacts {
         if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
           glide_again(field, tool, X, j);
       }
-      if (again_) remember(field, tool, X, outside);
+      if (again_) {
+        remember(field, tool, X);
+        int on_ball = 0;
+        while (on_ball < place_count_ && place_vertices_[static_cast<std::size_t>(on_ball)] < ball_) ++on_ball;
+        shares_.divide(places_, values_, on_ball, outside,
+                       [&](int j) { return near_.standing(place_vertices_[static_cast<std::size_t>(j)]); });
+        note(R, outside);
+      }
     }
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
       if (value > Scalar(0)) {
-        keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
+        const Scalar w = weight(j);
+        if (w > Scalar(0)) keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j], w);
       } else {
         double& clearance = clearances_[near_.group_of(place_vertices_[static_cast<std::size_t>(j)])];
         // Smoothed depths say nothing of what is near.
@@ -419,14 +409,15 @@ class VertexContacts {
       for (int j = 0; j < place_count_; ++j) {
         const Scalar value = values_[static_cast<std::size_t>(j)];
         if (value > Scalar(0) || value < outside) continue;
-        keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j]);
+        const Scalar w = weight(j);
+        if (w > Scalar(0)) keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j], w);
       }
   }
 
   /// On rough bone a patch has several deepest places, and a look finds the one that its gradients lead to. That of the
   /// look before is not lost: contacts that come and go with the gradients are depths that no step leads out of.
   template <PenetrationField Field>
-  void remember(const Field& field, const Tool& tool, const Pose<Scalar>& X, Scalar outside) noexcept {
+  void remember(const Field& field, const Tool& tool, const Pose<Scalar>& X) noexcept {
     const Mat3<Scalar> R = X.linear();
     const Scalar apart = kApart * field.voxel();
     int others = 0;
@@ -448,11 +439,6 @@ class VertexContacts {
         if (old_values_[i] > values_[static_cast<std::size_t>(others_[i])])
           go_back(field, tool, X, others_[i], old_places_[static_cast<int>(i)]);
     }
-    for (int j = 0; j < place_count_; ++j) {
-      if (values_[static_cast<std::size_t>(j)] < outside) continue;
-      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
-      now_.push_back({vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])});
-    }
   }
 
   /// To the old place, if that is deeper.
@@ -460,23 +446,32 @@ class VertexContacts {
   void go_back(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place,
                const Vec3<Scalar>& old_place) noexcept {
     const auto j = static_cast<std::size_t>(place);
-    SmoothDepth old = sharpened(field, X, old_place);
+    SmoothDepth<Scalar> old = sharpened(field, X, old_place);
     const Scalar share = std::clamp(field.metres() * old.smooth.norm(), kSharpest, Scalar(1));
     if (!(old.value / share > values_[j] + kDeeper * field.voxel() / field.metres())) return;
-    if (in_wall(old.smooth, field.gradient(X * old_place))) return;
-    const VertexPatch<Scalar> around = patch(tool, place_vertices_[j]);
-    rolls_[j].fill(Vec3<Scalar>::Zero());
-    if (around.ball && is_within(around, old.place)) rolls_[j] = settle(field, around, X.linear(), old);
-    places_.put(place, old.place);
-    values_[j] = old.value / share;
-    gradients_.put(place, X.linear() * old.rise / share);
+    if (!in_wall(old.smooth, field.gradient(X * old_place))) put(field, tool, X, place, old);
   }
 
-  void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever) noexcept {
+  /// Where patches are deepest, for the next look.
+  void note(const Mat3<Scalar>& R, Scalar outside) noexcept {
+    for (int j = 0; j < place_count_; ++j) {
+      if (values_[static_cast<std::size_t>(j)] < outside || !(weight(j) > Scalar(0))) continue;
+      const int vertex = place_vertices_[static_cast<std::size_t>(j)];
+      now_.push_back({vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])});
+    }
+  }
+
+  [[nodiscard]] Scalar weight(int place) const noexcept {
+    const bool shared = Vertices::kGlide && again_ && place_vertices_[static_cast<std::size_t>(place)] < ball_;
+    return shared ? shares_.of(place) : Scalar(1);
+  }
+
+  void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever, Scalar w = 1) noexcept {
     VertexContact& c = found_[found_count_++];
+    c.weight = static_cast<double>(w);
     c.vertex = place_vertices_[static_cast<std::size_t>(place)];
     c.depth = static_cast<double>(depth);
-    c.out = out.template cast<double>();
+    c.out = out.squaredNorm() > kNoWayOut ? Vec3d(out.template cast<double>()) : Vec3d(Vec3d::Zero());
     c.lever = lever.template cast<double>();
     c.turns = near_.turns(c.vertex);
     for (std::size_t i = 0; i < c.rolls.size(); ++i)
@@ -490,7 +485,9 @@ class VertexContacts {
   Scalar ring_reach_;
   PatchEdge ball_edge_, ring_edge_;
   NearVertices<Scalar> near_;
+  PatchShares<Scalar> shares_;
   std::vector<double> clearances_;  // of each group's vertices that do not touch [m]
+  Scalar metres_ = 1, voxel_ = 1;   // of the field: per unit of depth, and in such units
   double deepest_ = 0;
   std::size_t touching_ = 0;
   std::size_t found_count_ = 0;

@@ -21,21 +21,22 @@ namespace trephine {
 /// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008). The virtual
 /// tool's pose X minimises
 ///
-///     E(X) = ½ k_c Σ φ_i(X)² + ½ k_v |p − p_dev|² + ½ k_θ |log(R_dev Rᵀ)|²
+///     E(X) = ½ k_c Σ w_i φ_i(X)² + ½ k_v |p − p_dev|² + ½ k_θ |log(R_dev Rᵀ)|²
 ///
-/// over the vertices in bone, φ_i their depth, and the hand feels the coupling alone: its stiffness is bounded whatever
-/// touches, force and torque come from one energy, deep pushing is allowed and the drawn tool does not sink in.
+/// over the vertices in bone, φ_i their depth, w_i their share where several find the same place, and the hand feels
+/// the coupling alone: its stiffness is bounded whatever touches, force and torque come from one energy, deep pushing
+/// is allowed and the drawn tool does not sink in.
 ///
-/// *Gains.* k_c of each vertex is such that one alone holds the coupling's greatest force a quarter of a voxel deep,
-/// and at least 50 k_v. A wall of one voxel, half a voxel deep in its middle, so holds twice what the coupling can
-/// pull.
+/// *Gains.* k_c of each place is such that one alone holds the coupling's greatest force a twentieth of a voxel deep (a
+/// quarter with friction, where each vertex is a place of its own), and at least 50 k_v. A wall that an image shows a
+/// tenth of a voxel deep in its middle so holds twice what the coupling can pull.
 ///
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
-/// once they may have come near or what is remembered of them would shorten a step; at most seven smoothed samples more
-/// for each vertex on an edge, and one where its patch was deepest before. No step moves a vertex farther than a
-/// quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when the steps run
-/// out is carried on at the next tick
+/// once they may have come near or what is remembered of them would shorten a step; at most eight smoothed samples more
+/// for each vertex on an edge, three or four on a face, and three from where its patch was deepest before. No step
+/// moves a vertex farther than a quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What
+/// is left when the steps run out is carried on at the next tick
 /// (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
@@ -80,7 +81,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> out;
     voxel_ = static_cast<double>(field.voxel());
-    contact_stiffness_ = options_.contact_stiffness(voxel_);
+    contact_stiffness_ = options_.contact_stiffness(voxel_, friction_.holds());
     const Posed X_device = X_GT.template cast<double>();
     out.status = begin(field, X_device);
     if (!follow(field, X_device)) out.status = worse(out.status, Status::kWorkBound);
@@ -277,7 +278,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// E at the virtual tool's pose, whose contacts and lag are known, with what friction's springs hold.
   [[nodiscard]] double energy() const noexcept {
     double sum = 0;
-    for (const VertexContact& c : vertices_.found()) sum += c.depth * c.depth + friction_.energy(c, X_);
+    for (const VertexContact& c : vertices_.found()) sum += c.weight * (c.depth * c.depth + friction_.energy(c, X_));
     return 0.5 * contact_stiffness_ * sum + coupling().energy(lag_.way.norm(), turns() ? lag_.turn.norm() : 0.0);
   }
 
@@ -323,9 +324,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         pressed_[n++] = pressed;
         if (pressed == 0) continue;
         pressing_ = true;
-        H.noalias() += (contact_stiffness_ * J) * J.transpose();
-        residual += (contact_stiffness_ * c.depth) * J;
-        if (c.depth > 0) friction_.add(c, X_, contact_stiffness_, H, residual);
+        const double k = contact_stiffness_ * c.weight;
+        H.noalias() += (k * J) * J.transpose();
+        residual += (k * c.depth) * J;
+        if (c.depth > 0) friction_.add(c, X_, k, H, residual);
       }
       if (round > 0 && changes == 0) break;
       if (!friction_.holds())
@@ -373,7 +375,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         if (c.turns) there.lever += last_step_.template tail<3>().cross(c.lever);
       }
       const Vec3d rubs = touches ? friction_.settle(there, X_) : Vec3d(Vec3d::Zero());
-      add(c, contact_stiffness_ * (std::max(0.0, depth) * c.out + rubs));
+      add(c, (contact_stiffness_ * c.weight) * (std::max(0.0, depth) * c.out + rubs));
     }
     // A search may end as far out that nothing is pressed: the nearest place is what holds the tool back.
     if (met_ && contact_count_ == 0 && nearest) add(*nearest, force);
