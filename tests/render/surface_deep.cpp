@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
 
+#include <trephine/device/simulated_device.hpp>
+
 #include <doctest/doctest.h>
 
 /// A group whose centre is in bone: thesis Eq. 18, 19 (hold) and the extension along the surface, told apart.
@@ -217,6 +219,49 @@ TEST_CASE_TEMPLATE("in a corner and over an edge too the extension begins where 
   check("corner", corner, diagonal);
   check("groove", groove, across);
   check("edge", edge, across);
+}
+
+// Three walls at once push a device in nobody's hand, pressed so far in that the ball's centre is in bone and as stiff
+// as the device's damping bears along the diagonal, Σ (n · d)² = 1 wall's: it comes to rest.
+TEST_CASE("pressed deep into a corner a device comes to rest") {
+  const RasterOptions o{.size = {48, 48, 48}};
+  const auto grid = rasterise<std::uint8_t>([&](const Vec3d& p) { return Vec3d(p - o.middle()).minCoeff(); }, o);
+  const auto field = field_of<float>(grid, o);
+  const Vec3d into = -Vec3d::Ones().normalized();
+  constexpr double kTick = 1e-3, kDamping = 2;  // bears 2 b / T
+  int deep = 0;
+  for (const double stiffness : {300.0, 450.0, 600.0}) {
+    for (const double pressed : {2.0, 3.0, 4.0}) {
+      CAPTURE(stiffness);
+      CAPTURE(pressed);
+      SurfaceOptions options;
+      options.stiffness = stiffness;
+      SurfaceApproxRenderer<float> renderer(Tool<float>(kBall, {}), options);
+      SimulatedDeviceOptions device_options;
+      device_options.linear = {.inertia = 0.06, .damping = kDamping};
+      device_options.hand_linear = {};
+      device_options.output_dof = 3;
+      device_options.substeps = 1;
+      device_options.X_DH = ball_at(o.middle() - 1.7 * kBall.tip_radius * into);
+      SimulatedDevice device(device_options, StillHand{});
+      DeviceState state;
+      double low = 1, high = -1;
+      for (int i = 0; i < 4000; ++i) {
+        REQUIRE(device.read(state) == DeviceStatus::kOk);
+        Wrenchd w = in_double(render_at(renderer, field, state.X_DH).wrench);
+        w.force += pressed * into;
+        w.torque.setZero();
+        static_cast<void>(device.write(w));
+        device.advance(kTick);
+        if (i < 3000) continue;
+        low = std::min(low, state.X_DH.translation().x());
+        high = std::max(high, state.X_DH.translation().x());
+      }
+      deep += renderer.groups()[0].deep ? 1 : 0;
+      CHECK(high - low < 1e-5);
+    }
+  }
+  CHECK(deep >= 4);
 }
 
 TEST_CASE_TEMPLATE("slid out of a corner, deep, the force is a plane's again", Scalar, float, double) {
