@@ -72,7 +72,9 @@ TEST_CASE_TEMPLATE("passing over far vertices changes no contact", Vertices, Gli
 }
 
 // In a pit rough as voxels are, a patch has several deepest places. Depth changes by no more than the tool moves, here
-// .033 voxels at a time, and what touched is not lost because gradients lead elsewhere.
+// .033 voxels at a time, and what touched is not lost because gradients lead elsewhere: within a patch' reach there is
+// a place as deep, be it a neighbour's; by the share that it had. But for one in a hundred: a place that was just
+// deepest may come to lie on the slope to a deeper one, and is none then.
 TEST_CASE("a place once found stays found as the tool moves on") {
   const RasterOptions o{.size = {40, 40, 40}};
   const auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
@@ -85,29 +87,32 @@ TEST_CASE("a place once found stays found as the tool moves on") {
   const ToolDiscretization<SurfaceCounts, float> tool(burr, SurfaceCounts::thesis());
   VertexContacts<float> contacts(tool);
   Random random(7);
-  std::vector<double> depths(static_cast<std::size_t>(tool.periphery()));
+  const double reach = burr.tip_radius * 1.25 * std::sqrt(4.0 / 26);
+  std::vector<VertexContact> before;
   std::vector<double> lost;
   for (int walk = 0; walk < 40; ++walk) {
     Vec3d p = bottom + 3e-4 * random.unit();
     Vec3d way = Vec3d::UnitX();
     contacts.reset();
-    std::ranges::fill(depths, 0);
+    before.clear();
     for (int i = 0; i < 100; ++i) {
       if (i % 10 == 0) way = random.unit();
       p += 1e-5 * way;
       contacts.look(field, tool, make_pose<double>(Mat3d::Identity(), p));
-      const auto before = depths;
-      std::ranges::fill(depths, -0.5 * o.spacing.x());
-      for (const VertexContact& c : contacts.near()) depths[static_cast<std::size_t>(c.vertex)] = c.depth;
-      for (std::size_t v = 0; v < depths.size(); ++v)
-        if (before[v] > 0) lost.push_back((before[v] - depths[v]) / o.spacing.x());
+      for (const VertexContact& old : before) {
+        double deepest = -0.5 * o.spacing.x();
+        for (const VertexContact& c : contacts.near())
+          if ((c.lever - old.lever).norm() < reach) deepest = std::max(deepest, c.depth);
+        lost.push_back(std::min(1.0, old.weight) * (old.depth - deepest) / o.spacing.x());
+      }
+      before.assign(contacts.found().begin(), contacts.found().end());
     }
   }
   std::ranges::sort(lost);
   MESSAGE(lost.size(), " places, less deep by ", lost[lost.size() * 99 / 100], " (p99) and ",
           lost[lost.size() * 999 / 1000], " voxels (p99.9)");
   CHECK(lost.size() > 10000);
-  CHECK(lost[lost.size() * 999 / 1000] < 0.1);
+  CHECK(lost[lost.size() * 99 / 100] < 0.034);
 }
 
 }  // namespace

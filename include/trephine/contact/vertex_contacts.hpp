@@ -471,7 +471,8 @@ class VertexContacts {
     c.weight = static_cast<double>(w);
     c.vertex = place_vertices_[static_cast<std::size_t>(place)];
     c.depth = static_cast<double>(depth);
-    c.out = out.squaredNorm() > kNoWayOut ? Vec3d(out.template cast<double>()) : Vec3d(Vec3d::Zero());
+    c.out =
+        !Vertices::kGlide || out.squaredNorm() > kNoWayOut ? Vec3d(out.template cast<double>()) : Vec3d(Vec3d::Zero());
     c.lever = lever.template cast<double>();
     c.turns = near_.turns(c.vertex);
     for (std::size_t i = 0; i < c.rolls.size(); ++i)
