@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace {
 
@@ -102,6 +103,27 @@ TEST_CASE("an edge of 90 degrees is felt as a ball that rolls over it, at once")
   CHECK(late <= 0.02);
   CHECK(direction <= 0.1);
   CHECK(deepest <= kVoxel);
+}
+
+// What any tool on an image of a sharp crest has to go by: the interpolant's own surface, blurred by a voxel, lies a
+// good way below the crest.
+TEST_CASE("an image's surface lies below sharp crests") {
+  const RasterOptions o{.size = {64, 64, 64}};
+  for (const auto& [degrees, below] : {std::pair(90.0, 0.118e-3), std::pair(30.0, 0.446e-3)}) {
+    const double half = degrees / 2 * 0.017453292519943295;
+    const Vec3d top = o.middle() + Vec3d(3e-5, 0, 0);
+    const Vec3d a(std::cos(half), 0, std::sin(half)), b(-std::cos(half), 0, std::sin(half));
+    const auto bone = rasterise<std::uint8_t>(Both<HalfSpace, HalfSpace>{{top, a}, {top, b}}, o);
+    const DensityField<std::uint8_t, double, AnalyticGradient> field(bone, o.isovalue());
+    double highest = 1;
+    for (double x = -2e-4; x <= 2e-4; x += 1e-5) {
+      double z = 0;
+      while (z < 1.5e-3 && field.value(top + Vec3d(x, 0, -z)) < 0) z += 2e-6;
+      highest = std::min(highest, z);
+    }
+    MESSAGE("below an edge of ", degrees, " degrees by ", 1e3 * highest, " mm");
+    CHECK(highest == doctest::Approx(below).epsilon(0.03));
+  }
 }
 
 }  // namespace
