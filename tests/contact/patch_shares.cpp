@@ -107,15 +107,18 @@ TEST_CASE("a step settles where a ball is deepest in a ball, and tells how it ro
       there.value = sign * (kBone - r);
       there.rise = there.smooth = -sign * away / r;
       there.bend = -sign * (Mat3d::Identity() - away * away.transpose() / (r * r)) / r;
-      std::array<Vec3d, 2> rolls;
+      std::array<Rolling<double>, 2> rolls;
       // The step may be longer than the way where the hollow is nearly as round as the ball.
       const bool reached = settle(around, Mat3d(Mat3d::Identity()), kVoxel, there, rolls);
       CHECK(reached);
       CHECK(std::acos(std::min(1.0, there.place.dot(to) / kRadius)) < off * off);
       CHECK(there.value == doctest::Approx(2e-5).epsilon(0.02));
-      for (const Vec3d& way : rolls)
-        CHECK(way.squaredNorm() == doctest::Approx(hollow ? 0 : kRadius / (kRadius + kBone)).epsilon(0.02));
-      if (!hollow) CHECK(std::abs(rolls[0].dot(rolls[1])) < 1e-12);
+      // Its centre goes round the bone's, farther out than that is round by its own radius, or nearer by it.
+      for (const Rolling<double>& roll : rolls) {
+        CHECK(roll.bend == doctest::Approx(hollow ? 1 / (kBone - kRadius) : -1 / (kBone + kRadius)).epsilon(0.03));
+        CHECK(roll.way.norm() == doctest::Approx(1));
+      }
+      CHECK(std::abs(rolls[0].way.dot(rolls[1].way)) < 1e-12);
     }
   }
 }

@@ -111,6 +111,41 @@ TEST_CASE("a ball turned in its pit feels nothing of it") {
   }
 }
 
+// In a bowl of radius ρ the ball's centre goes on a ball of radius ρ − R, and rests where that is nearest to the
+// device: known in closed form, however far the device pulls.
+TEST_CASE("in a bowl nearly as round as the ball the tool follows without going to and fro") {
+  const Vec3d centre = kRoom.middle();
+  for (const double roundness : {1.2, 1.4, 2.0}) {
+    const double free = (roundness - 1) * kDrill.tip_radius;
+    Bench<> bench(Both{Hollow{Ball{centre, roundness * kDrill.tip_radius}}, HalfSpace{centre, Vec3d::UnitZ()}}, kRoom);
+    for (const double pull : {0.001, 0.002, 0.004}) {
+      CAPTURE(roundness);
+      CAPTURE(pull);
+      const auto toward = [](double angle) {
+        return Vec3d(std::sin(angle), 0.3 * std::sin(2 * angle), -std::cos(angle)).normalized();
+      };
+      const auto pose = [&](const Vec3d& u) { return tool_at(centre + (free + pull) * u, Vec3d::UnitZ()); };
+      bench.tool.reset();
+      bench.lead_to(tool_at(centre, Vec3d::UnitZ()), pose(toward(0)), 100);
+      constexpr int kTicks = 500;
+      double off = 0, jerk = 0, steps = 0;
+      Vec3d before = Vec3d::Zero(), change = Vec3d::Zero();
+      for (int i = 0; i < kTicks; ++i) {
+        const Vec3d u = toward(1e-3 * i);
+        const Vec3d force = in_double(bench.at(pose(u)).wrench).force;
+        off = std::max(off, std::sin(angle_deg(force, -u) / 57.29577951308232) * pull);
+        if (i > 1) jerk = std::max(jerk, (force - before - change).norm() / force.norm());
+        change = force - before;
+        before = force;
+        steps += bench.tool.steps() / static_cast<double>(kTicks);
+      }
+      CHECK(off < 0.15 * kVoxel);
+      CHECK(jerk < 0.015);
+      CHECK(steps < 3.2);
+    }
+  }
+}
+
 struct Sliding {
   double direction_p99 = 0, mean_force = 0, ripple = 0, torque_most = 0;
   int bounded = 0;

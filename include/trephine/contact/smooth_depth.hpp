@@ -4,6 +4,7 @@
 #include <trephine/contact/near_vertices.hpp>
 #include <trephine/contact/vertex_patch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -22,6 +23,14 @@ struct SmoothDepth {
   Mat3<Scalar> bend;    ///< its second derivatives
 };
 
+/// How a ball that bone holds goes on along a way [unit, G axes]: over round bone it rolls off, in a hollow it is led
+/// back.
+template <RealScalar Scalar>
+struct Rolling {
+  Vec3<Scalar> way = Vec3<Scalar>::Zero();
+  Scalar bend = 0;  ///< ∂²φ/∂way² of its depth φ [1/m]
+};
+
 /// At place p of a tool at X. What smoothing blunts has a shorter gradient g, of length 1 elsewhere: part of it is
 /// given back, .15 voxel times 1 − |g|², with its slope; more would notch crests as cells do.
 template <PenetrationField Field, RealScalar Scalar>
@@ -38,15 +47,15 @@ template <PenetrationField Field, RealScalar Scalar>
 
 /// Newton's step on the ball to where it is deepest: normals are as exact as the place, to which the step may be of .3
 /// voxel. Farther, or where bone bends away from it, a step of at most .6 voxel uphill. Returns whether the place was
-/// reached; whatever it returns, `rolls` are the ways in which the ball rolls over bone: of curvature κ there,
-/// −∂²φ/∂way² is 1/(R + 1/κ), and a way's square its share of 1/R. `voxel` in the field's units; the tool's axes are
-/// turned by R.
+/// reached; whatever it returns, `rolls` tell how the ball rolls over bone, or in it: of curvature κ there, ∂²φ/∂way²
+/// is −1/(R + 1/κ). `voxel` in the field's units; the tool's axes are turned by R.
 template <RealScalar Scalar>
 bool settle(const VertexPatch<Scalar>& around, const Mat3<Scalar>& R, Scalar voxel, SmoothDepth<Scalar>& best,
-            std::array<Vec3<Scalar>, 2>& rolls) noexcept {
+            std::array<Rolling<Scalar>, 2>& rolls) noexcept {
   constexpr Scalar kWhole = Scalar(0.3), kStride = Scalar(0.6);  // [voxels]
   constexpr Scalar kFlat = Scalar(0.1);                          // curvature by the ball's that is none
-  rolls.fill(Vec3<Scalar>::Zero());
+  constexpr Scalar kRound = Scalar(0.9);                         // of a hollow at most: rounder holds no firmer
+  rolls.fill({});
   const Vec3<Scalar> n = best.place / around.radius, u = n.unitOrthogonal(), v = n.cross(u);
   const Vec3<Scalar> u_G = R * u, v_G = R * v;
   const Scalar uu = -u_G.dot(best.bend * u_G), vv = -v_G.dot(best.bend * v_G), uv = -u_G.dot(best.bend * v_G);
@@ -64,18 +73,19 @@ bool settle(const VertexPatch<Scalar>& around, const Mat3<Scalar>& R, Scalar vox
   best.place = around.radius * Vec3<Scalar>(best.place + part * (to_u * u + to_v * v)).normalized();
   best.value += part * (2 - part) / 2 * (to_u * rise_u + to_v * rise_v);
 
-  // Principal curvatures, the greater first, by the slope along n: half the sum and half the difference.
+  // Principal curvatures by the ball's, the greater first: half the sum and half the difference.
   const Scalar mean = (uu + vv) / 2, aside = (uu - vv) / 2, half = std::sqrt(aside * aside + uv * uv);
-  if ((mean + half) * around.radius > kFlat * along) {
+  const Scalar most = (mean + half) / steep, least = (mean - half) / steep;
+  if (most > kFlat || least < -kFlat) {
     Scalar by_u = aside >= Scalar(0) ? aside + half : uv, by_v = aside >= Scalar(0) ? uv : half - aside;
     if (!(by_u != Scalar(0) || by_v != Scalar(0))) by_u = Scalar(1);
     const Scalar length = std::sqrt(by_u * by_u + by_v * by_v);
-    const auto way = [&](Scalar curvature, const Vec3<Scalar>& unit) {
-      const Scalar bends = curvature * around.radius;
-      return Vec3<Scalar>((bends > kFlat * along ? std::sqrt(bends / (along + bends)) : Scalar(0)) * unit);
+    const auto bend = [&](Scalar curvature) {
+      const Scalar c = std::max(curvature, -kRound);
+      return std::abs(c) > kFlat ? -c / ((Scalar(1) + c) * around.radius) : Scalar(0);
     };
-    rolls = {way(mean + half, (by_u * u_G + by_v * v_G) / length),
-             way(mean - half, (by_u * v_G - by_v * u_G) / length)};
+    rolls = {Rolling<Scalar>{(by_u * u_G + by_v * v_G) / length, bend(most)},
+             Rolling<Scalar>{(by_u * v_G - by_v * u_G) / length, bend(least)}};
   }
   return bent && far <= kWhole * voxel;
 }

@@ -19,13 +19,12 @@ namespace trephine {
 /// pushes with k φ along `out` = −∇φ there: the energy's gradient, in translation and in rotation.
 struct VertexContact {
   int vertex = 0;
-  double depth = 0;             ///< φ [m]; > 0 where it touches
-  Vec3d out = Vec3d::Zero();    ///< −∇φ in G axes; of length 1 up to interpolation
-  Vec3d lever = Vec3d::Zero();  ///< from T's origin to the place, in G axes [m]
-  bool turns = true;            ///< a turn of the tool moves it
-  /// Ways in which the ball rolls over an edge, one, or corner, two: along w −∂²φ/∂w² is |w|²/R. Zero else.
-  std::array<Vec3d, 2> rolls{Vec3d::Zero(), Vec3d::Zero()};
-  double weight = 1;  ///< its spring's share of k: a place that several patches find counts once
+  double depth = 0;                        ///< φ [m]; > 0 where it touches
+  Vec3d out = Vec3d::Zero();               ///< −∇φ in G axes; of length 1 up to interpolation
+  Vec3d lever = Vec3d::Zero();             ///< from T's origin to the place, in G axes [m]
+  bool turns = true;                       ///< a turn of the tool moves it
+  std::array<Rolling<double>, 2> rolls{};  ///< over an edge one, over round bone or in a hollow two
+  double weight = 1;                       ///< its spring's share of k: a place that several patches find counts once
 
   /// −∂φ/∂(rotation about T's origin), in G axes [m].
   [[nodiscard]] Vec3d moment() const noexcept { return turns ? Vec3d(lever.cross(out)) : Vec3d(Vec3d::Zero()); }
@@ -80,7 +79,7 @@ class VertexContacts {
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
     values_.resize(padded);
     led_values_.resize(padded);
-    rolls_.assign(padded, {Vec3<Scalar>::Zero(), Vec3<Scalar>::Zero()});
+    rolls_.resize(padded);
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
     found_.resize(static_cast<std::size_t>(tool.periphery()));
@@ -338,7 +337,7 @@ class VertexContacts {
     const auto j = static_cast<std::size_t>(place);
     const VertexPatch<Scalar> around = patch(tool, place_vertices_[j]);
     const Mat3<Scalar> R = X.linear();
-    rolls_[j].fill(Vec3<Scalar>::Zero());
+    rolls_[j].fill({});
     const auto keep_at = [&](const SmoothDepth<Scalar>& at, const Vec3<Scalar>& slope) {
       const Scalar share = std::clamp(metres_ * at.smooth.norm(), kSharpest, Scalar(1));
       places_.put(place, at.place);
@@ -369,7 +368,7 @@ class VertexContacts {
         gradients_.put(j, steady(field, X * places_[j], gradients_[j]));
         places_.put(j, glided(tool, R, place_vertices_[static_cast<std::size_t>(j)], gradients_[j]));
         vertex_gradients_.put(j, gradients_[j]);
-        rolls_[static_cast<std::size_t>(j)].fill(Vec3<Scalar>::Zero());
+        rolls_[static_cast<std::size_t>(j)].fill({});
       }
       places_.fill_lane(place_count_);
     }
@@ -475,8 +474,10 @@ class VertexContacts {
         !Vertices::kGlide || out.squaredNorm() > kNoWayOut ? Vec3d(out.template cast<double>()) : Vec3d(Vec3d::Zero());
     c.lever = lever.template cast<double>();
     c.turns = near_.turns(c.vertex);
-    for (std::size_t i = 0; i < c.rolls.size(); ++i)
-      c.rolls[i] = rolls_[static_cast<std::size_t>(place)][i].template cast<double>();
+    for (std::size_t i = 0; i < c.rolls.size(); ++i) {
+      const Rolling<Scalar>& roll = rolls_[static_cast<std::size_t>(place)][i];
+      c.rolls[i] = {roll.way.template cast<double>(), static_cast<double>(roll.bend)};
+    }
     deepest_ = std::max(deepest_, c.depth);
   }
 
@@ -498,8 +499,8 @@ class VertexContacts {
   std::vector<Scalar> vertex_values_;  // at their vertices
   std::vector<int> place_vertices_;    // whose patch may be in bone
   PointArrays<Scalar> places_, gradients_;
-  PointArrays<Scalar> vertex_gradients_;            // at the places' vertices, steady
-  std::vector<std::array<Vec3<Scalar>, 2>> rolls_;  // of each place
+  PointArrays<Scalar> vertex_gradients_;               // at the places' vertices, steady
+  std::vector<std::array<Rolling<Scalar>, 2>> rolls_;  // of each place
   // Where patches were deepest, of those that may touch, in the order of their vertices: about T's origin, in G axes
   // for a ball's, in T else. In the look before, and in this one.
   struct Deepest {

@@ -331,7 +331,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       }
       if (round > 0 && changes == 0) break;
       if (!friction_.holds())
-        subtract_rolling(vertices_.found(), contact_stiffness_, tool_.burr().tip_radius, k_linear, pull.norm(), H);
+        add_rolling(vertices_.found(), contact_stiffness_, tool_.burr().tip_radius, k_linear, pull.norm(), H);
       if constexpr (kDof == 6)
         if (!turns()) hold_rotation(H, residual);
       step.template head<kDof>() = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
