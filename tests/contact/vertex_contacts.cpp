@@ -71,10 +71,9 @@ TEST_CASE_TEMPLATE("passing over far vertices changes no contact", Vertices, Gli
   CHECK(found < 50000);
 }
 
-// In a pit rough as voxels are, a patch has several deepest places. Depth changes by no more than the tool moves, here
-// .033 voxels at a time, and what touched is not lost because gradients lead elsewhere: within a patch' reach there is
-// a place as deep, be it a neighbour's; by the share that it had. But for one in a hundred: a place that was just
-// deepest may come to lie on the slope to a deeper one, and is none then.
+// In a pit rough as voxels are, a patch has several deepest places, found by where gradients lead; and one that was
+// deepest may come to lie on the slope to a deeper one. Depth changes by no more than the tool moves, here .033 voxels
+// at a time and tick, times 1.6 as what smoothing blunts is divided by its slope; so what held the tool still does.
 TEST_CASE("a place once found stays found as the tool moves on") {
   const RasterOptions o{.size = {40, 40, 40}};
   const auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
@@ -87,7 +86,7 @@ TEST_CASE("a place once found stays found as the tool moves on") {
   const ToolDiscretization<SurfaceCounts, float> tool(burr, SurfaceCounts::thesis());
   VertexContacts<float> contacts(tool);
   Random random(7);
-  const double reach = burr.tip_radius * 1.25 * std::sqrt(4.0 / 26);
+  const double kClose = 0.5 * o.spacing.x();
   std::vector<VertexContact> before;
   std::vector<double> lost;
   for (int walk = 0; walk < 40; ++walk) {
@@ -98,21 +97,22 @@ TEST_CASE("a place once found stays found as the tool moves on") {
     for (int i = 0; i < 100; ++i) {
       if (i % 10 == 0) way = random.unit();
       p += 1e-5 * way;
+      contacts.begin();
       contacts.look(field, tool, make_pose<double>(Mat3d::Identity(), p));
       for (const VertexContact& old : before) {
-        double deepest = -0.5 * o.spacing.x();
-        for (const VertexContact& c : contacts.near())
-          if ((c.lever - old.lever).norm() < reach) deepest = std::max(deepest, c.depth);
+        double deepest = 0;
+        for (const VertexContact& c : contacts.found())
+          if ((c.lever - old.lever).norm() < kClose) deepest = std::max(deepest, c.depth);
         lost.push_back(std::min(1.0, old.weight) * (old.depth - deepest) / o.spacing.x());
       }
       before.assign(contacts.found().begin(), contacts.found().end());
     }
   }
   std::ranges::sort(lost);
-  MESSAGE(lost.size(), " places, less deep by ", lost[lost.size() * 99 / 100], " (p99) and ",
-          lost[lost.size() * 999 / 1000], " voxels (p99.9)");
+  MESSAGE(lost.size(), " places, less deep by ", lost[lost.size() * 99 / 100], " (p99), ", lost.back(),
+          " voxels at most");
   CHECK(lost.size() > 10000);
-  CHECK(lost[lost.size() * 99 / 100] < 0.034);
+  CHECK(lost.back() < 1.6 * 0.034);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/cutting_planes.hpp>
+#include <trephine/contact/fading_places.hpp>
 #include <trephine/contact/near_vertices.hpp>
 #include <trephine/contact/patch_shares.hpp>
 #include <trephine/contact/smooth_depth.hpp>
@@ -73,6 +74,7 @@ class VertexContacts {
         near_(tool, !Vertices::kGlide, ball_reach_ * static_cast<Scalar>(tool.burr().tip_radius),
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         shares_(static_cast<Scalar>(tool.burr().tip_radius), ball_reach_, tool.groups()[0].count),
+        fading_(ball_),
         clearances_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
     for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
@@ -82,7 +84,7 @@ class VertexContacts {
     rolls_.resize(padded);
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
-    found_.resize(static_cast<std::size_t>(tool.periphery()));
+    found_.resize(static_cast<std::size_t>(tool.periphery() + (Vertices::kGlide && again ? ball_ : 0)));
     if constexpr (Vertices::kGlide) {
       for (auto* v : {&old_places_.x, &old_places_.y, &old_places_.z, &old_values_}) v->resize(padded);
       others_.resize(padded);
@@ -90,6 +92,8 @@ class VertexContacts {
     }
   }
 
+  /// Contacts that there are at most.
+  [[nodiscard]] std::size_t most() const noexcept { return found_.size(); }
   [[nodiscard]] std::span<const VertexContact> found() const noexcept { return {found_.data(), touching_}; }
   /// Those and, after them, the places up to half a voxel outside (`depth` < 0; gliding vertices alone): where a step
   /// may touch. Their `out` is the interpolant's own.
@@ -127,11 +131,17 @@ class VertexContacts {
     touch(field, tool);
   }
 
+  /// A tick begins: what the last one ended with is let go over ticks.
+  void begin() noexcept {
+    if (Vertices::kGlide && again_) fading_.begin(found(), ball_);
+  }
+
   /// Looks at every vertex next time.
   void forget() noexcept { near_.forget(); }
   /// Forgets where patches were deepest, too.
   void reset() noexcept {
     forget();
+    fading_.forget();
     now_.clear();
   }
 
@@ -184,6 +194,7 @@ class VertexContacts {
   static constexpr Scalar kNoWayOut = Scalar(1e-6);    // gradient squared: deeper than depths are known, rounding alone
   static constexpr Scalar kApart = Scalar(0.1);        // [voxels]: nearer, an old place is the same as the new …
   static constexpr Scalar kDeeper = Scalar(0.01);      // [voxels]: … and no deeper than by this
+  static constexpr double kClose = 0.5;                // [voxels]: farther off, a place holds nothing of what one did
   static constexpr Scalar kCutTo = Scalar(1e-3);       // [voxels]
   static constexpr int kSteps = 3;                     // Newton's, to where a patch is deepest
   static constexpr int kCuts = 6;                      // fewer leave edges of 30 degrees open
@@ -286,7 +297,7 @@ class VertexContacts {
       best = next;
     // Within its patch a deepest place has the slope along its radius, whatever the planes still leave open.
     const Vec3<Scalar> out = around.across(best.place) / around.radius;
-    const Scalar share = std::clamp(field.metres() * best.smooth.norm(), kSharpest, Scalar(1));
+    const Scalar share = slope_of(best);
     places_.put(place, best.place);
     values_[j] = best.value / share;
     gradients_.put(place, R * (within ? Vec3<Scalar>(out.dot(slope) * out) : slope) / share);
@@ -339,7 +350,7 @@ class VertexContacts {
     const Mat3<Scalar> R = X.linear();
     rolls_[j].fill({});
     const auto keep_at = [&](const SmoothDepth<Scalar>& at, const Vec3<Scalar>& slope) {
-      const Scalar share = std::clamp(metres_ * at.smooth.norm(), kSharpest, Scalar(1));
+      const Scalar share = slope_of(at);
       places_.put(place, at.place);
       values_[j] = at.value / share;
       gradients_.put(place, R * slope / share);
@@ -404,13 +415,33 @@ class VertexContacts {
       }
     }
     touching_ = found_count_;
-    if constexpr (Vertices::kGlide)
+    if constexpr (Vertices::kGlide) {
+      if (again_) hold_on(field, X);
       for (int j = 0; j < place_count_; ++j) {
         const Scalar value = values_[static_cast<std::size_t>(j)];
         if (value > Scalar(0) || value < outside) continue;
         const Scalar w = weight(j);
         if (w > Scalar(0)) keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j], w);
       }
+    }
+  }
+
+  /// Places that were held and are deepest no more.
+  template <PenetrationField Field>
+  void hold_on(const Field& field, const Pose<Scalar>& X) noexcept {
+    const Mat3<Scalar> R = X.linear();
+    fading_.each(found(), kClose * static_cast<double>(field.voxel()), [&](const FadingPlaces::Place& p, double w) {
+      const Vec3<Scalar> lever = p.lever.cast<Scalar>(), at = R.transpose() * lever;
+      const SmoothDepth<Scalar> there = sharpened(field, X, at);
+      const Vec3<Scalar> plain = field.gradient(X * at);
+      const bool wall = in_wall(there.smooth, plain);
+      const Scalar by_slope = metres_ / slope_of(there);
+      const Scalar depth = wall ? metres_ * field.value(X * at) : by_slope * there.value;
+      if (depth > Scalar(0))
+        add(p.vertex, w, depth, wall ? Vec3<Scalar>(-metres_ * plain) : Vec3<Scalar>(-by_slope * (R * there.rise)),
+            lever);
+    });
+    touching_ = found_count_;
   }
 
   /// On rough bone a patch has several deepest places, and a look finds the one that its gradients lead to. That of the
@@ -446,8 +477,7 @@ class VertexContacts {
                const Vec3<Scalar>& old_place) noexcept {
     const auto j = static_cast<std::size_t>(place);
     SmoothDepth<Scalar> old = sharpened(field, X, old_place);
-    const Scalar share = std::clamp(field.metres() * old.smooth.norm(), kSharpest, Scalar(1));
-    if (!(old.value / share > values_[j] + kDeeper * field.voxel() / field.metres())) return;
+    if (!(old.value / slope_of(old) > values_[j] + kDeeper * field.voxel() / field.metres())) return;
     if (!in_wall(old.smooth, field.gradient(X * old_place))) put(field, tool, X, place, old);
   }
 
@@ -460,25 +490,36 @@ class VertexContacts {
     }
   }
 
+  /// Of smoothed depth, by which what it tells is divided: less than 1 where smoothing blunts.
+  [[nodiscard]] Scalar slope_of(const SmoothDepth<Scalar>& there) const noexcept {
+    return std::clamp(metres_ * there.smooth.norm(), kSharpest, Scalar(1));
+  }
+
   [[nodiscard]] Scalar weight(int place) const noexcept {
     const bool shared = Vertices::kGlide && again_ && place_vertices_[static_cast<std::size_t>(place)] < ball_;
     return shared ? shares_.of(place) : Scalar(1);
   }
 
   void keep(int place, Scalar depth, const Vec3<Scalar>& out, const Vec3<Scalar>& lever, Scalar w = 1) noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    VertexContact& c = add(place_vertices_[j], static_cast<double>(w), depth, out, lever);
+    for (std::size_t i = 0; i < c.rolls.size(); ++i)
+      c.rolls[i] = {rolls_[j][i].way.template cast<double>(), static_cast<double>(rolls_[j][i].bend)};
+  }
+
+  VertexContact& add(int vertex, double weight, Scalar depth, const Vec3<Scalar>& out,
+                     const Vec3<Scalar>& lever) noexcept {
     VertexContact& c = found_[found_count_++];
-    c.weight = static_cast<double>(w);
-    c.vertex = place_vertices_[static_cast<std::size_t>(place)];
+    c.weight = weight;
+    c.vertex = vertex;
     c.depth = static_cast<double>(depth);
     c.out =
         !Vertices::kGlide || out.squaredNorm() > kNoWayOut ? Vec3d(out.template cast<double>()) : Vec3d(Vec3d::Zero());
     c.lever = lever.template cast<double>();
-    c.turns = near_.turns(c.vertex);
-    for (std::size_t i = 0; i < c.rolls.size(); ++i) {
-      const Rolling<Scalar>& roll = rolls_[static_cast<std::size_t>(place)][i];
-      c.rolls[i] = {roll.way.template cast<double>(), static_cast<double>(roll.bend)};
-    }
+    c.turns = near_.turns(vertex);
+    c.rolls.fill({});
     deepest_ = std::max(deepest_, c.depth);
+    return c;
   }
 
   bool again_;
@@ -488,6 +529,7 @@ class VertexContacts {
   PatchEdge ball_edge_, ring_edge_;
   NearVertices<Scalar> near_;
   PatchShares<Scalar> shares_;
+  FadingPlaces fading_;
   std::vector<double> clearances_;  // of each group's vertices that do not touch [m]
   Scalar metres_ = 1, voxel_ = 1;   // of the field: per unit of depth, and in such units
   double deepest_ = 0;

@@ -34,10 +34,10 @@ namespace trephine {
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
 /// once they may have come near or what is remembered of them would shorten a step; at most eight smoothed samples more
-/// for each vertex on an edge, three or four on a face, and three from where its patch was deepest before. No step
-/// moves a vertex farther than a quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What
-/// is left when the steps run out is carried on at the next tick
-/// (`kWorkBound`).
+/// for each vertex on an edge, three or four on a face, three from where its patch was deepest before, and one for each
+/// place that held the ball when the last tick ended and is deepest no more. No step moves a vertex farther than a
+/// quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when the steps run
+/// out is carried on at the next tick (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.
@@ -72,9 +72,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         friction_(friction, static_cast<std::size_t>(tool_.periphery())),
         vertices_(tool_, !friction_.holds()) {
     options.validate();
-    contacts_.resize(static_cast<std::size_t>(tool_.periphery()));
-    pressed_.resize(static_cast<std::size_t>(tool_.periphery()));
-    ways_.resize(static_cast<std::size_t>(tool_.periphery()));
+    const auto most = vertices_.most();
+    contacts_.resize(most);
+    pressed_.resize(most);
+    ways_.resize(most);
   }
 
   template <PenetrationField Field>
@@ -173,6 +174,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
       X_before_ = X_;
     }
     friction_.begin(X_);
+    vertices_.begin();
     predict(field);
     started_ = true;
     return jumped ? Status::kJump : Status::kOk;
