@@ -55,10 +55,10 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// Farther behind than this [voxels] after a jump the virtual tool starts anew where the device is: it would take 50
   /// ticks to follow.
   static constexpr double kFarthestFollow = 300;
-  /// [voxels]: motion below it ends a tick's search, of what touches and of what the coupling weighs. Vertices that
-  /// touch nothing have no say in it: a shaft in air changes no bit of what a tool without one answers, as long as no
-  /// step takes it farther than the depths know to be free.
-  static constexpr double kSmallestStep = 1e-3;
+  /// [voxels]: motion below it, or below kOfSlide of what a tool in a steady slide moves, ends a tick's search, of what
+  /// touches and of what the coupling weighs. Vertices that touch nothing have no say in it: a shaft in air changes no
+  /// bit of what a tool without one answers, as long as no step takes it farther than the depths know to be free.
+  static constexpr double kSmallestStep = 1e-3, kOfSlide = 0.02;
   /// The same with friction, whose springs keep what a search leaves open from tick to tick: on closed paths the force
   /// steps by at most .21 N a tick, with the other by .30.
   static constexpr double kSmallestStepWithFriction = 2e-4;
@@ -137,10 +137,11 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   // gradients, not quite to the deepest point, leave open.
   static constexpr double kRounding = 1e-2, kRoundingWithFriction = 1e-3;
   static constexpr double kSlides = 0.1;  // of a motion, at most that much into or out of what touches
+  static constexpr double kBends = 0.2;   // likewise, changed since the tick before: more is not steady
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
   [[nodiscard]] double smallest_step() const noexcept {
-    return (friction_.holds() ? kSmallestStepWithFriction : kSmallestStep) * voxel_;
+    return friction_.holds() ? kSmallestStepWithFriction * voxel_ : std::max(kSmallestStep * voxel_, kOfSlide * slide_);
   }
   /// Whether the virtual tool finds its rotation by itself.
   [[nodiscard]] bool turns() const noexcept { return kDof == 6 && std::isfinite(options_.rotational_stiffness); }
@@ -172,6 +173,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     if (!started_ || jumped) {
       friction_.reset();
       X_before_ = X_;
+      drift_before_.setZero();
     }
     friction_.begin(X_);
     vertices_.begin();
@@ -180,20 +182,25 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     return jumped ? Status::kJump : Status::kOk;
   }
 
-  /// A tool that slides along what it touches starts where it comes to if it goes on as in the last tick, which is most
-  /// of the way. Not one that is pressed or lifted, nor one that friction may hold: there what is left over when the
-  /// search ends would run ahead of the hand.
+  /// A tool that slides along what it touches starts where it comes to if it goes on as in the last tick, and in a
+  /// steady slide as in the last two, round bends too, which is nearly all of the way. Not one that is pressed or
+  /// lifted, nor one that friction may hold: there what is left over when the search ends would run ahead of the hand.
   template <class Field>
   void predict(const Field& field) noexcept {
+    slide_ = 0;
     if (friction_.holds()) return;
     Step drift;
     drift << X_.translation() - X_before_.translation(), turn_between(X_before_, X_);
     X_before_ = X_;
+    const Step change = drift - std::exchange(drift_before_, drift);
+    const bool steady = change.squaredNorm() < kBends * kBends * drift.squaredNorm();
+    if (steady) drift += change;
     const double way = drift.head<3>().norm(), turn = drift.tail<3>().norm();
     const double motion = way + turn * lever_;
     if (motion <= kSmallestStep * voxel_) return;
     for (const VertexContact& c : vertices_.near())
       if (std::abs(c.out.dot(drift.head<3>()) + c.moment().dot(drift.tail<3>())) > kSlides * motion) return;
+    if (steady) slide_ = motion;
     X_ = moved(X_, vertices_.free_share(field, tool_, way, turn, voxel_ / 4) * drift);
   }
 
@@ -399,6 +406,8 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   VertexContacts<Scalar> vertices_;
   Posed X_ = Posed::Identity();
   Posed X_before_ = Posed::Identity();  // where the last tick began
+  Step drift_before_ = Step::Zero();    // the last tick's motion
+  double slide_ = 0;                    // what is predicted of this tick's, in a steady slide [m]
   Posed X_device_ = Posed::Identity();
   Lag lag_;
   bool started_ = false;
