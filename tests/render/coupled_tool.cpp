@@ -271,6 +271,39 @@ TEST_CASE("a wall of one voxel holds at any speed up to 1 m/s, against tip and s
     }
 }
 
+// A steady slide is told ahead, by up to half a voxel beyond what is free: not through a wall that stands in its way,
+// wherever that lies between the voxels.
+TEST_CASE("slid along a floor, no wall of a voxel and a half that stands on it is jumped") {
+  const RasterOptions o{.size = {64, 48, 48}};
+  const Vec3d floor = o.middle() - 0.003 * Vec3d::UnitZ();
+  for (int offset = 0; offset < 5; ++offset) {
+    const double wall = o.middle().x() + 0.2 * offset * kVoxel;
+    Bench<> bench(Either{HalfSpace{floor, Vec3d::UnitZ()},
+                         Plate{Vec3d(wall, o.middle().y(), floor.z()), Vec3d::UnitX(), 1.5 * kVoxel}},
+                  o);
+    for (const double speed : {0.03, 0.1, 0.2, 0.3, 1.0}) {
+      for (const double aslant : {0.0, 0.5, 1.0}) {
+        CAPTURE(offset);
+        CAPTURE(speed);
+        CAPTURE(aslant);
+        bench.tool.reset();
+        const Vec3d way = Vec3d(1, aslant, 0).normalized();
+        const Vec3d start(wall - 0.006, o.middle().y() - 0.005 * aslant, floor.z() + kDrill.tip_radius);
+        bench.lead_to(tool_at(start + 1e-3 * Vec3d::UnitZ(), Vec3d::UnitZ()),
+                      tool_at(start - 1e-3 * Vec3d::UnitZ(), Vec3d::UnitZ()), 40);
+        double farthest = -1;
+        for (int i = 0; i * speed * 1e-3 * way.x() < 0.009; ++i) {
+          const Vec3d p = start - 1e-3 * Vec3d::UnitZ() + i * speed * 1e-3 * way;
+          static_cast<void>(bench.at(tool_at(p, Vec3d::UnitZ())));
+          farthest = std::max(farthest, bench.tool.proxy_pose().translation().x() - wall);
+        }
+        CHECK(farthest < -kDrill.tip_radius + 1.5 * kVoxel);
+        CHECK(farthest > -kDrill.tip_radius - kVoxel);
+      }
+    }
+  }
+}
+
 // Blurred, a wall of one voxel is a tenth to half a voxel deep in its middle, and what is smoothed points out at the
 // wrong face before that.
 TEST_CASE("a blurred wall of one voxel holds wherever it lies between the voxels") {

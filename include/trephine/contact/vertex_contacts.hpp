@@ -75,7 +75,8 @@ class VertexContacts {
               ring_reach_ * static_cast<Scalar>(tool.burr().shaft_radius)),
         shares_(static_cast<Scalar>(tool.burr().tip_radius), ball_reach_, tool.groups()[0].count),
         fading_(ball_),
-        clearances_(tool.groups().size()) {
+        clearances_(tool.groups().size()),
+        beside_(tool.groups().size()) {
     const auto padded = static_cast<std::size_t>(padded_to_lane(tool.periphery()));
     for (PointArrays<Scalar>* points : {&places_, &gradients_, &vertex_gradients_})
       for (auto* v : {&points->x, &points->y, &points->z}) v->resize(padded);
@@ -119,6 +120,32 @@ class VertexContacts {
       share = std::min(share, (clearances_[g] + more) / motion(near_.groups()[g]));
     return share;
   }
+  /// The same of a steady slide by `way` [m] and `turn` [rad], in G axes, which goes on along what is near: no place
+  /// beside bone comes deeper than `more` as its gradient tells, nor goes farther than twice `more` beyond what is
+  /// known to be free.
+  template <PenetrationField Field>
+  [[nodiscard]] double slide_share(const Field& field, const Tool& tool, const Vec3d& way, const Vec3d& turn,
+                                   double more) noexcept {
+    using Group = typename NearVertices<Scalar>::Group;
+    const double step = way.norm(), angle = turn.norm();
+    const auto motion = [&](const Group& g) { return step + angle * g.lever; };
+    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
+    double share = 1;
+    for (std::size_t g = 0; g < beside_.size(); ++g)
+      share = std::min(share, (beside_[g] + more) / motion(near_.groups()[g]));
+    const Mat3<Scalar> R = near_.pose().linear().template cast<Scalar>();
+    for (int j = 0; j < place_count_; ++j) {
+      const Scalar value = nearest(j);
+      if (value > Scalar(0)) continue;
+      Vec3d move = way;
+      if (near_.turns(place_vertices_[static_cast<std::size_t>(j)]))
+        move += turn.cross(Vec3d((R * places_[j]).template cast<double>()));
+      const double toward = static_cast<double>(metres_) * gradients_[j].template cast<double>().dot(move);
+      if (toward > 0) share = std::min(share, (more - static_cast<double>(metres_ * value)) / toward);
+      share = std::min(share, (2 * more + static_cast<double>(field.clearance(value))) / move.norm());
+    }
+    return share;
+  }
   [[nodiscard]] double deepest() const noexcept { return deepest_; }
 
   /// The places in bone at pose X_GT.
@@ -153,7 +180,7 @@ class VertexContacts {
     touching_ = 0;
     now_.clear();
     deepest_ = 0;
-    for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = near_.groups()[g].far_clearance;
+    for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = beside_[g] = near_.groups()[g].far_clearance;
     place_count_ = 0;
     for (int j = 0; j < near_.count(); ++j) {
       if (is_clear(field, j)) continue;
@@ -171,7 +198,7 @@ class VertexContacts {
   template <PenetrationField Field>
   void see_closer(const Field& field, const Tool& tool) noexcept {
     for (std::size_t g = 0; g < clearances_.size(); ++g)
-      if (near_.groups()[g].closer) clearances_[g] = near_.groups()[g].far_clearance;
+      if (near_.groups()[g].closer) clearances_[g] = beside_[g] = near_.groups()[g].far_clearance;
     for (int j = 0; j < near_.count(); ++j)
       if (near_.groups()[near_.group_of(near_.vertex(j))].closer && !is_clear(field, j)) return touch(field, tool);
   }
@@ -183,7 +210,7 @@ class VertexContacts {
     const Scalar reach = near_.groups()[g].reach;
     const Scalar clear = field.clearance(near_.value(j));
     if (near_.value(j) > Scalar(0) || (Vertices::kGlide && clear < reach)) return false;
-    clearances_[g] = std::min(clearances_[g], static_cast<double>(clear - reach));
+    for (auto* of : {&clearances_, &beside_}) (*of)[g] = std::min((*of)[g], static_cast<double>(clear - reach));
     return true;
   }
 
@@ -409,9 +436,7 @@ class VertexContacts {
         if (w > Scalar(0)) keep(j, value * metres, Vec3<Scalar>(-metres * gradients_[j]), R * places_[j], w);
       } else {
         double& clearance = clearances_[near_.group_of(place_vertices_[static_cast<std::size_t>(j)])];
-        // Smoothed depths say nothing of what is near.
-        const Scalar nearest = Vertices::kGlide ? std::max(value, led_values_[static_cast<std::size_t>(j)]) : value;
-        clearance = std::min(clearance, static_cast<double>(field.clearance(nearest)));
+        clearance = std::min(clearance, static_cast<double>(field.clearance(nearest(j))));
       }
     }
     touching_ = found_count_;
@@ -490,6 +515,12 @@ class VertexContacts {
     }
   }
 
+  /// Depth of the j-th place; of one outside what the cells tell, as smoothed depths say nothing of what is near.
+  [[nodiscard]] Scalar nearest(int place) const noexcept {
+    const auto j = static_cast<std::size_t>(place);
+    return Vertices::kGlide ? std::max(values_[j], led_values_[j]) : values_[j];
+  }
+
   /// Of smoothed depth, by which what it tells is divided: less than 1 where smoothing blunts.
   [[nodiscard]] Scalar slope_of(const SmoothDepth<Scalar>& there) const noexcept {
     return std::clamp(metres_ * there.smooth.norm(), kSharpest, Scalar(1));
@@ -531,6 +562,7 @@ class VertexContacts {
   PatchShares<Scalar> shares_;
   FadingPlaces fading_;
   std::vector<double> clearances_;  // of each group's vertices that do not touch [m]
+  std::vector<double> beside_;      // of those among them that have no place
   Scalar metres_ = 1, voxel_ = 1;   // of the field: per unit of depth, and in such units
   double deepest_ = 0;
   std::size_t touching_ = 0;

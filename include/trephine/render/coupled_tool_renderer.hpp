@@ -36,8 +36,8 @@ namespace trephine {
 /// once they may have come near or what is remembered of them would shorten a step; at most eight smoothed samples more
 /// for each vertex on an edge, three or four on a face, three from where its patch was deepest before, and one for each
 /// place that held the ball when the last tick ended and is deepest no more. No step moves a vertex farther than a
-/// quarter of a voxel beyond what is known to be free, so none passes a wall unseen. What is left when the steps run
-/// out is carried on at the next tick (`kWorkBound`).
+/// quarter of a voxel beyond what is known to be free, a steady slide half of one, so none passes a wall unseen. What
+/// is left when the steps run out is carried on at the next tick (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options), kStartedInside as long as the virtual tool is deeper than a voxel in bone (a start
 /// there, a restore): it moves out step by step while a way out is known.
@@ -201,7 +201,9 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
     for (const VertexContact& c : vertices_.near())
       if (std::abs(c.out.dot(drift.head<3>()) + c.moment().dot(drift.tail<3>())) > kSlides * motion) return;
     if (steady) slide_ = motion;
-    X_ = moved(X_, vertices_.free_share(field, tool_, way, turn, voxel_ / 4) * drift);
+    const double share = steady ? vertices_.slide_share(field, tool_, drift.head<3>(), drift.tail<3>(), voxel_ / 4)
+                                : vertices_.free_share(field, tool_, way, turn, voxel_ / 4);
+    X_ = moved(X_, share * drift);
   }
 
   /// Gauss–Newton toward the least energy. Returns whether it got there. Steps into contact overshoot by a quarter of a
