@@ -413,7 +413,7 @@ REASONS = [
     ("21 closed paths", ("coupled",), "places take the smoothed depth only where they are in bone and in no thin wall, the cells' own else, and the energy has a small step between"),
     ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
-    ("20 greatest force step", ("coupled",), "in a pit as rough as the skull's voxels a deepest place vanishes where it comes to lie on the slope to a deeper one; with an advancing cut also where the drill breaks through skull and block, under 10 N after ten seconds"),
+    ("20 greatest force step", ("coupled",), "with an advancing cut under 10 N the drill breaks through skull and block within ten to twenty seconds: what held it is gone in a tick"),
     ("20 greatest force step", ("surface", "energy"), "pressed beyond what its springs hold it sinks in by more than the ball's radius, where vertices find another way out at once; a rate limit makes it a slope"),
     ("20 energy beyond Rule E", ("surface",), "where it falls through, the rate limit takes back late what the springs let go at once"),
     ("13 K_crit off the analytic wall", ("surface", "energy"), "on a tilted wall the interpolant's normals are off by a degree, so that depths along rays change by 2 % more or less than the tool moves"),

@@ -451,20 +451,17 @@ class VertexContacts {
     }
   }
 
-  /// Places that were held and are deepest no more.
+  /// Places that were held and are deepest no more; in thin walls, where smoothed depths may tell the wrong way out,
+  /// none.
   template <PenetrationField Field>
   void hold_on(const Field& field, const Pose<Scalar>& X) noexcept {
     const Mat3<Scalar> R = X.linear();
     fading_.each(found(), kClose * static_cast<double>(field.voxel()), [&](const FadingPlaces::Place& p, double w) {
       const Vec3<Scalar> lever = p.lever.cast<Scalar>(), at = R.transpose() * lever;
       const SmoothDepth<Scalar> there = sharpened(field, X, at);
-      const Vec3<Scalar> plain = field.gradient(X * at);
-      const bool wall = in_wall(there.smooth, plain);
+      if (!(there.value > Scalar(0)) || in_wall(there.smooth, field.gradient(X * at))) return;
       const Scalar by_slope = metres_ / slope_of(there);
-      const Scalar depth = wall ? metres_ * field.value(X * at) : by_slope * there.value;
-      if (depth > Scalar(0))
-        add(p.vertex, w, depth, wall ? Vec3<Scalar>(-metres_ * plain) : Vec3<Scalar>(-by_slope * (R * there.rise)),
-            lever);
+      add(p.vertex, w, by_slope * there.value, -by_slope * (R * there.rise), lever);
     });
     touching_ = found_count_;
   }
