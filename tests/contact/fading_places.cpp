@@ -89,6 +89,10 @@ TEST_CASE("as many places are held on to as the ball has vertices, and none once
   CHECK(held(fading, {}).size() == kBall);
   fading.forget();
   CHECK(held(fading, {}).empty());
+  const FadingPlaces unused(kBall);
+  FadingPlaces copy = unused;  // as a scene makes of its renderer
+  begin(copy, found);
+  CHECK(held(copy, {}).size() == kBall);
 }
 
 }  // namespace

@@ -18,33 +18,33 @@ namespace trephine {
 class FadingPlaces {
  public:
   struct Place {
-    int vertex;
-    Vec3d lever;    ///< from T's origin, in G axes [m]
-    double weight;  ///< its share of k before what is found close by takes part of it
+    int vertex = 0;
+    Vec3d lever = Vec3d::Zero();  ///< from T's origin, in G axes [m]
+    double weight = 0;            ///< its share of k before what is found close by takes part of it
   };
 
-  explicit FadingPlaces(int most) { held_.reserve(static_cast<std::size_t>(most)); }
+  explicit FadingPlaces(int most) : held_(static_cast<std::size_t>(most)) {}
 
-  void forget() noexcept { held_.clear(); }
+  void forget() noexcept { count_ = 0; }
 
   /// A tick begins: what bone holds is `found`, contacts in the order of their vertices, the ball's below `ball`.
   template <class Contact>
   void begin(std::span<const Contact> found, int ball) noexcept {
-    held_.clear();
+    forget();
     for (const Contact& c : found) {
       const double weight = kKept * c.weight;
-      if (c.vertex >= ball || weight < kLeast || held_.size() == held_.capacity()) continue;
-      held_.push_back({c.vertex, c.lever, weight});
+      if (c.vertex < ball && weight >= kLeast && count_ < held_.size()) held_[count_++] = {c.vertex, c.lever, weight};
     }
   }
 
   /// Calls hold(place, weight) with those that `found` does not hold within `close` [m].
   template <class Contact, class Hold>
   void each(std::span<const Contact> found, double close, Hold&& hold) const noexcept {
-    for (const Place& p : held_) {
+    const std::span<const Place> held(held_.data(), count_);
+    for (const Place& p : held) {
       double there = 0, before = 0;
       for (const Contact& c : found) there += c.weight * near(c.lever, p.lever, close);
-      for (const Place& other : held_) before += other.weight * near(other.lever, p.lever, close);
+      for (const Place& other : held) before += other.weight * near(other.lever, p.lever, close);
       const double weight = p.weight * (1 - there / before);
       if (weight > kLeast) hold(p, weight);
     }
@@ -58,7 +58,8 @@ class FadingPlaces {
     return std::max(0.0, 1 - (a - b).squaredNorm() / (close * close));
   }
 
-  std::vector<Place> held_;
+  std::vector<Place> held_;  // the first `count_`; of one size, which copies keep
+  std::size_t count_ = 0;
 };
 
 }  // namespace trephine

@@ -89,7 +89,7 @@ class VertexContacts {
     if constexpr (Vertices::kGlide) {
       for (auto* v : {&old_places_.x, &old_places_.y, &old_places_.z, &old_values_}) v->resize(padded);
       others_.resize(padded);
-      for (auto* v : {&before_, &now_}) v->reserve(static_cast<std::size_t>(tool.periphery()));
+      for (auto* v : {&before_, &now_}) v->places.resize(static_cast<std::size_t>(tool.periphery()));
     }
   }
 
@@ -112,13 +112,7 @@ class VertexContacts {
   template <PenetrationField Field>
   [[nodiscard]] double free_share(const Field& field, const Tool& tool, double step, double turn,
                                   double more) noexcept {
-    using Group = typename NearVertices<Scalar>::Group;
-    const auto motion = [&](const Group& g) { return step + turn * g.lever; };
-    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
-    double share = 1;
-    for (std::size_t g = 0; g < clearances_.size(); ++g)
-      share = std::min(share, (clearances_[g] + more) / motion(near_.groups()[g]));
-    return share;
+    return group_share(field, tool, step, turn, more, clearances_);
   }
   /// The same of a steady slide by `way` [m] and `turn` [rad], in G axes, which goes on along what is near: no place
   /// beside bone comes deeper than `more` as its gradient tells, nor goes farther than twice `more` beyond what is
@@ -126,13 +120,7 @@ class VertexContacts {
   template <PenetrationField Field>
   [[nodiscard]] double slide_share(const Field& field, const Tool& tool, const Vec3d& way, const Vec3d& turn,
                                    double more) noexcept {
-    using Group = typename NearVertices<Scalar>::Group;
-    const double step = way.norm(), angle = turn.norm();
-    const auto motion = [&](const Group& g) { return step + angle * g.lever; };
-    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
-    double share = 1;
-    for (std::size_t g = 0; g < beside_.size(); ++g)
-      share = std::min(share, (beside_[g] + more) / motion(near_.groups()[g]));
+    double share = group_share(field, tool, way.norm(), turn.norm(), more, beside_);
     const Mat3<Scalar> R = near_.pose().linear().template cast<Scalar>();
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = nearest(j);
@@ -169,16 +157,29 @@ class VertexContacts {
   void reset() noexcept {
     forget();
     fading_.forget();
-    now_.clear();
+    now_.count = 0;
   }
 
  private:
+  /// Of a motion, by what is known of groups: `clearances`, taken once it was made sure of.
+  template <PenetrationField Field>
+  [[nodiscard]] double group_share(const Field& field, const Tool& tool, double step, double turn, double more,
+                                   const std::vector<double>& clearances) noexcept {
+    using Group = typename NearVertices<Scalar>::Group;
+    const auto motion = [&](const Group& g) { return step + turn * g.lever; };
+    if (near_.look_closer(field, tool, [&](const Group& g) { return motion(g) - more; })) see_closer(field, tool);
+    double share = 1;
+    for (std::size_t g = 0; g < clearances.size(); ++g)
+      share = std::min(share, (clearances[g] + more) / motion(near_.groups()[g]));
+    return share;
+  }
+
   template <PenetrationField Field>
   void touch(const Field& field, const Tool& tool) noexcept {
     const Pose<Scalar> X = near_.pose().template cast<Scalar>();
     found_count_ = 0;
     touching_ = 0;
-    now_.clear();
+    now_.count = 0;
     deepest_ = 0;
     for (std::size_t g = 0; g < clearances_.size(); ++g) clearances_[g] = beside_[g] = near_.groups()[g].far_clearance;
     place_count_ = 0;
@@ -473,11 +474,12 @@ class VertexContacts {
     const Mat3<Scalar> R = X.linear();
     const Scalar apart = kApart * field.voxel();
     int others = 0;
-    auto old = before_.begin();
-    for (int j = 0; j < place_count_ && old != before_.end(); ++j) {
+    const Deepest* old = before_.places.data();
+    const Deepest* const end = old + before_.count;
+    for (int j = 0; j < place_count_ && old != end; ++j) {
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];
-      while (old != before_.end() && old->vertex < vertex) ++old;
-      if (old == before_.end() || old->vertex != vertex) continue;
+      while (old != end && old->vertex < vertex) ++old;
+      if (old == end || old->vertex != vertex) continue;
       const Vec3<Scalar> there = near_.turns(vertex) ? old->place : Vec3<Scalar>(R.transpose() * old->place);
       if (!((there - places_[j]).squaredNorm() > apart * apart)) continue;
       others_[static_cast<std::size_t>(others)] = j;
@@ -508,7 +510,7 @@ class VertexContacts {
     for (int j = 0; j < place_count_; ++j) {
       if (values_[static_cast<std::size_t>(j)] < outside || !(weight(j) > Scalar(0))) continue;
       const int vertex = place_vertices_[static_cast<std::size_t>(j)];
-      now_.push_back({vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])});
+      now_.places[now_.count++] = {vertex, near_.turns(vertex) ? places_[j] : Vec3<Scalar>(R * places_[j])};
     }
   }
 
@@ -575,10 +577,14 @@ class VertexContacts {
   // Where patches were deepest, of those that may touch, in the order of their vertices: about T's origin, in G axes
   // for a ball's, in T else. In the look before, and in this one.
   struct Deepest {
-    int vertex;
-    Vec3<Scalar> place;
+    int vertex = 0;
+    Vec3<Scalar> place = Vec3<Scalar>::Zero();
   };
-  std::vector<Deepest> before_, now_;
+  struct Look {
+    std::vector<Deepest> places;  // the first `count`; of one size, which copies keep
+    std::size_t count = 0;
+  };
+  Look before_, now_;
   PointArrays<Scalar> old_places_;
   std::vector<Scalar> old_values_;
   std::vector<int> others_;  // the place of each
