@@ -73,7 +73,8 @@ TEST_CASE_TEMPLATE("passing over far vertices changes no contact", Vertices, Gli
 
 // In a pit rough as voxels are, a patch has several deepest places, found by where gradients lead; and one that was
 // deepest may come to lie on the slope to a deeper one. Depth changes by no more than the tool moves, here .033 voxels
-// at a time and tick, times 1.6 as what smoothing blunts is divided by its slope; so what held the tool still does.
+// at a time and tick; and places nearer to each other than a tenth of a voxel are the same, one as good as the other,
+// so what is found may be less deep by that much. What is lost is lost by more: by the depth of the place.
 TEST_CASE("a place once found stays found as the tool moves on") {
   const RasterOptions o{.size = {40, 40, 40}};
   const auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
@@ -112,7 +113,8 @@ TEST_CASE("a place once found stays found as the tool moves on") {
   MESSAGE(lost.size(), " places, less deep by ", lost[lost.size() * 99 / 100], " (p99), ", lost.back(),
           " voxels at most");
   CHECK(lost.size() > 10000);
-  CHECK(lost.back() < 1.6 * 0.034);
+  CHECK(lost[lost.size() * 99 / 100] < 0.034);
+  CHECK(lost.back() < 0.034 + 0.1);
 }
 
 }  // namespace
