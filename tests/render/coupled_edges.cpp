@@ -105,6 +105,40 @@ TEST_CASE("an edge of 90 degrees is felt as a ball that rolls over it, at once")
   CHECK(deepest <= kVoxel);
 }
 
+// Slid over an edge with friction, the device .8 mm below where the ball first touches: what is felt changes with the
+// hand, by K a metre and half as much again where the ball rolls. Were each vertex held for itself, what holds the ball
+// would change between vertices, by up to a quarter of what is felt in a tick.
+TEST_CASE("friction: a ball slid over an edge is let go in no tick") {
+  const RasterOptions o{.size = {64, 64, 64}};
+  constexpr double kMove = 3e-5;
+  for (const double degrees : {90.0, 30.0}) {
+    const double half = degrees / 2 * 0.017453292519943295;
+    const Vec3d a(std::cos(half), 0, std::sin(half)), b(-std::cos(half), 0, std::sin(half));
+    double most = 0;
+    for (const double aside : {-1e-4, 3e-5}) {
+      const Vec3d top = o.middle() + Vec3d(aside, 0, 0);
+      const auto bone = rasterise<std::uint8_t>(Both<HalfSpace, HalfSpace>{{top, a}, {top, b}}, o);
+      DepthMap map(bone, o.isovalue());
+      CoupledToolRenderer tool(ToolDiscretization<SurfaceCounts, double>(kBall, SurfaceCounts::thesis()),
+                               FromDepthMap(map), CoupledOptions{.stiffness = 800}, Coulomb(0.3, 0.3));
+      const auto field = tool.field(bone, o.isovalue());
+      const auto force = [&](double x, double depth) {
+        const Vec3d p = top + Vec3d(x, 0, kBall.tip_radius - depth);
+        return in_double(render_at(tool, field, tool_at(p, Vec3d::UnitZ())).wrench).force;
+      };
+      Vec3d before = Vec3d::Zero();
+      for (int i = 20; i >= 0; --i) before = force(-3e-3, 8e-4 - 1e-4 * i);
+      for (int i = 1; i < 200; ++i) {
+        const Vec3d now = force(-3e-3 + kMove * i, 8e-4);
+        most = std::max(most, (now - before).norm());
+        before = now;
+      }
+    }
+    MESSAGE("over an edge of ", degrees, " degrees what is felt changes by ", most, " N in a tick at most");
+    CHECK(most <= 1.5 * 800 * kMove + 0.02);
+  }
+}
+
 // What any tool on an image of a sharp crest has to go by: the interpolant's own surface, blurred by a voxel, lies a
 // good way below the crest.
 TEST_CASE("an image's surface lies below sharp crests") {

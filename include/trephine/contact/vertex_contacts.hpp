@@ -61,12 +61,8 @@ class VertexContacts {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
-  /// `again`: places glide once more, from the gradient at the place itself: normals are then right on curved bone
-  /// however few the vertices; and those of the look before are looked at too. Not with friction: its springs end at
-  /// the places, and give energy where these move on (16 of 1000 closed paths instead of 2).
-  explicit VertexContacts(const Tool& tool, bool again = true)
-      : again_(again),
-        ball_(tool.groups()[0].count),
+  explicit VertexContacts(const Tool& tool)
+      : ball_(tool.groups()[0].count),
         ball_reach_(ball_patch(tool)),
         ring_reach_(ring_patch(tool)),
         ball_edge_(ball_reach_, static_cast<Scalar>(tool.burr().tip_radius)),
@@ -85,7 +81,7 @@ class VertexContacts {
     rolls_.resize(padded);
     vertex_values_.resize(padded);
     place_vertices_.resize(padded);
-    found_.resize(static_cast<std::size_t>(tool.periphery() + (Vertices::kGlide && again ? ball_ : 0)));
+    found_.resize(static_cast<std::size_t>(tool.periphery() + (Vertices::kGlide ? ball_ : 0)));
     if constexpr (Vertices::kGlide) {
       for (auto* v : {&old_places_.x, &old_places_.y, &old_places_.z, &old_values_}) v->resize(padded);
       others_.resize(padded);
@@ -148,7 +144,7 @@ class VertexContacts {
 
   /// A tick begins: what the last one ended with is let go over ticks.
   void begin() noexcept {
-    if (Vertices::kGlide && again_) fading_.begin(found(), ball_);
+    if constexpr (Vertices::kGlide) fading_.begin(found(), ball_);
   }
 
   /// Looks at every vertex next time.
@@ -343,16 +339,12 @@ class VertexContacts {
   void glide_again(const Field& field, const Tool& tool, const Pose<Scalar>& X, int place) noexcept {
     const auto j = static_cast<std::size_t>(place);
     const Vec3<Scalar> plain = gradients_[place];
-    if (again_ && place_vertices_[j] < ball_) {
+    if (place_vertices_[j] < ball_) {
       SmoothDepth<Scalar> deep = sharpened(field, X, places_[place]);
       if (!in_wall(deep.smooth, plain) && metres_ * metres_ * deep.smooth.squaredNorm() > kBlunt)
         return put(field, tool, X, place, deep);
     }
     const Vec3<Scalar> smooth = steady(field, X * places_[place], plain);
-    if (!again_) {
-      if (values_[j] > Scalar(0)) gradients_.put(place, smooth);
-      return;
-    }
     const Vec3<Scalar> better = glided(tool, X.linear(), place_vertices_[j], smooth);
     const Vec3<Scalar> there = field.gradient(X * better);
     if (SmoothDepth<Scalar> deep = sharpened(field, X, better); !in_wall(deep.smooth, there)) {
@@ -418,17 +410,14 @@ class VertexContacts {
       std::copy_n(values_.begin(), place_count_, led_values_.begin());
       for (int j = 0; j < place_count_; ++j) {
         if (hold_on_edge(field, tool, X, j)) continue;
-        if (values_[static_cast<std::size_t>(j)] > (again_ ? outside / Scalar(4) : Scalar(0)))
-          glide_again(field, tool, X, j);
+        if (values_[static_cast<std::size_t>(j)] > outside / Scalar(4)) glide_again(field, tool, X, j);
       }
-      if (again_) {
-        remember(field, tool, X);
-        int on_ball = 0;
-        while (on_ball < place_count_ && place_vertices_[static_cast<std::size_t>(on_ball)] < ball_) ++on_ball;
-        shares_.divide(places_, values_, on_ball, outside,
-                       [&](int j) { return near_.standing(place_vertices_[static_cast<std::size_t>(j)]); });
-        note(R, outside);
-      }
+      remember(field, tool, X);
+      int on_ball = 0;
+      while (on_ball < place_count_ && place_vertices_[static_cast<std::size_t>(on_ball)] < ball_) ++on_ball;
+      shares_.divide(places_, values_, on_ball, outside,
+                     [&](int j) { return near_.standing(place_vertices_[static_cast<std::size_t>(j)]); });
+      note(R, outside);
     }
     for (int j = 0; j < place_count_; ++j) {
       const Scalar value = values_[static_cast<std::size_t>(j)];
@@ -442,7 +431,7 @@ class VertexContacts {
     }
     touching_ = found_count_;
     if constexpr (Vertices::kGlide) {
-      if (again_) hold_on(field, X);
+      hold_on(field, X);
       for (int j = 0; j < place_count_; ++j) {
         const Scalar value = values_[static_cast<std::size_t>(j)];
         if (value > Scalar(0) || value < outside) continue;
@@ -526,7 +515,7 @@ class VertexContacts {
   }
 
   [[nodiscard]] Scalar weight(int place) const noexcept {
-    const bool shared = Vertices::kGlide && again_ && place_vertices_[static_cast<std::size_t>(place)] < ball_;
+    const bool shared = Vertices::kGlide && place_vertices_[static_cast<std::size_t>(place)] < ball_;
     return shared ? shares_.of(place) : Scalar(1);
   }
 
@@ -552,7 +541,6 @@ class VertexContacts {
     return c;
   }
 
-  bool again_;
   int ball_;
   Scalar ball_reach_;  // [rad] from a vertex to its patch's edge
   Scalar ring_reach_;

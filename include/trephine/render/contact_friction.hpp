@@ -4,7 +4,7 @@
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/vertex_contacts.hpp>
 
-#include <cstdint>
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -13,20 +13,19 @@ namespace trephine {
 /// Friction of a tool's vertices: each in contact has a spring, as stiff as its contact, along the surface from where
 /// it stuck; Coulomb's law lets that point slip after it (Eriksson 2006; thesis 2.1.3, at every vertex instead of the
 /// tip). As both springs are equally stiff, the law's cone of forces is a cone of distances. A tool at rest does not
-/// creep: its points stay where they are. A law that holds nothing (`Coulomb{0, 0}`) is asked once, and is as none.
+/// creep: its points stay where they are. Places of one vertex share its spring; where together they weigh more than
+/// they did, it is stretched the less, so that its force stays and no energy comes with the weight. A law that holds
+/// nothing (`Coulomb{0, 0}`) is asked once, and is as none.
 template <Friction Law>
 class FrictionContacts {
  public:
   FrictionContacts(const Law& law, std::size_t vertices)
-      : law_(law),
-        holds_(!(law.slip(std::numeric_limits<double>::min(), 1.0, true) > 0)),
-        stretches_(vertices),
-        states_(vertices) {}
+      : law_(law), holds_(!(law.slip(std::numeric_limits<double>::min(), 1.0, true) > 0)), springs_(vertices) {}
 
   /// Whether there is any friction.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
-  void reset() noexcept { std::fill(states_.begin(), states_.end(), std::uint8_t{0}); }
+  void reset() noexcept { std::fill(springs_.begin(), springs_.end(), Spring{}); }
 
   /// A tick begins with the tool at X.
   void begin(const Posed& X) noexcept { X_begin_ = X; }
@@ -34,11 +33,12 @@ class FrictionContacts {
   /// Vertices that touch are unstretched where they are, unless they touched already.
   void enter(std::span<const VertexContact> found, const Posed& X) noexcept {
     if (!holds_) return;
+    for (const VertexContact& c : found) spring(c).weight_now = 0;
     for (const VertexContact& c : found) {
-      const auto v = static_cast<std::size_t>(c.vertex);
-      if ((states_[v] & kHeld) != 0) continue;
-      stretches_[v] = -way(c, X);
-      states_[v] = kHeld;
+      Spring& s = spring(c);
+      s.weight_now += c.weight;
+      if (s.held) continue;
+      s = {.stretch = -way(c, X), .weight_now = s.weight_now, .held = true};
     }
   }
 
@@ -76,26 +76,44 @@ class FrictionContacts {
   /// Lets the contact slip as far as its law says; returns its friction force / k [m].
   Vec3d settle(const VertexContact& c, const Posed& X) noexcept {
     if (!holds_) return Vec3d::Zero();
-    const auto v = static_cast<std::size_t>(c.vertex);
+    Spring& spring = this->spring(c);
     const Stretch s = stretch(c, X);
-    const double slip = law_.slip(s.length, s.depth, (states_[v] & kSticks) != 0);
     Vec3d along = s.along;
-    if (slip > 0) along *= (s.length - slip) / s.length;
-    stretches_[v] = along;
-    states_[v] = static_cast<std::uint8_t>(kHeld | kSettled | (slip > 0 ? 0 : kSticks));
+    if (s.slip > 0) along *= (s.length - s.slip) / s.length;
+    spring.held = true;
+    spring.settled += c.weight * along;
+    spring.settled_weight += c.weight;
+    spring.slipped = spring.slipped || s.slip > 0;
     return -along;
   }
 
   /// After every contact of a tick has settled: forgets the vertices that touch no more.
   void end() noexcept {
     if (!holds_) return;
-    for (auto& s : states_) s = (s & kSettled) != 0 ? static_cast<std::uint8_t>(s & ~kSettled) : std::uint8_t{0};
+    for (Spring& s : springs_) {
+      if (!s.held) continue;
+      if (s.settled_weight > 0)
+        s = {.stretch = s.settled / s.settled_weight,
+             .weight = s.settled_weight,
+             .weight_now = s.settled_weight,
+             .held = true,
+             .sticks = !s.slipped};
+      else
+        s = {};
+    }
   }
 
  private:
-  static constexpr std::uint8_t kHeld = 1;
-  static constexpr std::uint8_t kSticks = 2;
-  static constexpr std::uint8_t kSettled = 4;
+  struct Spring {
+    Vec3d stretch = Vec3d::Zero();                            // when the tick began, in G [m]
+    double weight = std::numeric_limits<double>::infinity();  // likewise, of its places; of a new one, any
+    double weight_now = 0;
+    bool held = false;
+    bool sticks = false;
+    bool slipped = false;           // in this tick
+    Vec3d settled = Vec3d::Zero();  // stretches at the tick's end, by weight
+    double settled_weight = 0;
+  };
 
   struct Stretch {
     Vec3d normal;  // unit
@@ -106,6 +124,11 @@ class FrictionContacts {
     bool slides;
   };
 
+  [[nodiscard]] Spring& spring(const VertexContact& c) noexcept { return springs_[static_cast<std::size_t>(c.vertex)]; }
+  [[nodiscard]] const Spring& spring(const VertexContact& c) const noexcept {
+    return springs_[static_cast<std::size_t>(c.vertex)];
+  }
+
   /// How far the tool's material at a contact has gone since the tick began: where on the tool it touches may glide,
   /// which is no slip.
   [[nodiscard]] Vec3d way(const VertexContact& c, const Posed& X) const noexcept {
@@ -114,26 +137,24 @@ class FrictionContacts {
   }
 
   [[nodiscard]] Stretch stretch(const VertexContact& c, const Posed& X) const noexcept {
-    const auto v = static_cast<std::size_t>(c.vertex);
+    const Spring& of = spring(c);
     Stretch s;
     const double steepness = c.out.norm();
     s.normal = steepness > 0 ? Vec3d(c.out / steepness) : Vec3d(Vec3d::Zero());
-    const Vec3d d = stretches_[v] + way(c, X);
+    const Vec3d d = std::min(1.0, of.weight / of.weight_now) * of.stretch + way(c, X);
     s.along = d - d.dot(s.normal) * s.normal;
     s.length = s.along.norm();
     s.depth = c.depth * steepness;
-    const bool sticks = (states_[v] & kSticks) != 0;
-    s.slip = law_.slip(s.length, s.depth, sticks);
+    s.slip = law_.slip(s.length, s.depth, of.sticks);
     // A point that slipped at the last tick is on the edge of its cone: it goes on unless it is pulled back.
-    s.slides = s.slip > 0 || (!sticks && s.length > 0 && law_.slip(s.length * (1 + 1e-6), s.depth, false) > 0);
+    s.slides = s.slip > 0 || (!of.sticks && s.length > 0 && law_.slip(s.length * (1 + 1e-6), s.depth, false) > 0);
     return s;
   }
 
   Law law_;
   bool holds_;
   Posed X_begin_ = Posed::Identity();
-  std::vector<Vec3d> stretches_;  // of each vertex' spring when the tick began, in G
-  std::vector<std::uint8_t> states_;
+  std::vector<Spring> springs_;  // of each vertex
 };
 
 template <>

@@ -59,9 +59,6 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   /// touches and of what the coupling weighs. Vertices that touch nothing have no say in it: a shaft in air changes no
   /// bit of what a tool without one answers, as long as no step takes it farther than the depths know to be free.
   static constexpr double kSmallestStep = 1e-3, kOfSlide = 0.02;
-  /// The same with friction, whose springs keep what a search leaves open from tick to tick: on closed paths the force
-  /// steps by at most .21 N a tick, with the other by .30.
-  static constexpr double kSmallestStepWithFriction = 2e-4;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Tool tool, Depth depth, const CoupledOptions& options = {},
@@ -70,7 +67,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         tool_(std::move(tool)),
         options_(options),
         friction_(friction, static_cast<std::size_t>(tool_.periphery())),
-        vertices_(tool_, !friction_.holds()) {
+        vertices_(tool_) {
     options.validate();
     const auto most = vertices_.most();
     contacts_.resize(most);
@@ -140,9 +137,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
   static constexpr double kBends = 0.2;   // likewise, changed since the tick before: more is not steady
   using MatN = Eigen::Matrix<double, kDof, kDof>;
 
-  [[nodiscard]] double smallest_step() const noexcept {
-    return friction_.holds() ? kSmallestStepWithFriction * voxel_ : std::max(kSmallestStep * voxel_, kOfSlide * slide_);
-  }
+  [[nodiscard]] double smallest_step() const noexcept { return std::max(kSmallestStep * voxel_, kOfSlide * slide_); }
   /// Whether the virtual tool finds its rotation by itself.
   [[nodiscard]] bool turns() const noexcept { return kDof == 6 && std::isfinite(options_.rotational_stiffness); }
   [[nodiscard]] CouplingSpring coupling() const noexcept {
@@ -341,8 +336,7 @@ class CoupledToolRenderer : public DepthReader<S, Depth> {
         if (c.depth > 0) friction_.add(c, X_, k, H, residual);
       }
       if (round > 0 && changes == 0) break;
-      if (!friction_.holds())
-        add_rolling(vertices_.found(), contact_stiffness_, tool_.burr().tip_radius, k_linear, pull.norm(), H);
+      add_rolling(vertices_.found(), contact_stiffness_, tool_.burr().tip_radius, k_linear, pull.norm(), H);
       if constexpr (kDof == 6)
         if (!turns()) hold_rotation(H, residual);
       step.template head<kDof>() = H.template selfadjointView<Eigen::Lower>().llt().solve(residual);
