@@ -146,7 +146,7 @@ std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, cons
   std::array<char, 160> figures{};
   std::snprintf(figures.data(), figures.size(), "force %.2f N, torque %.2f mN*m, %.3g mm^3 of bone removed",
                 row.wrench.force.norm(), 1e3 * row.wrench.torque.norm(), row.removed_mm3);
-  lean.title = name + ": the shaft leans on the rim";
+  lean.title = name + (row.contact.shaft ? ": the shaft leans on the rim" : ": the drill leans over in its hole");
   lean.subtitle = figures.data();
 
   Picture section = lean;
