@@ -23,7 +23,6 @@ using Grid = VoxelGrid<std::uint8_t>;
 using Field = DensityField<std::uint8_t, float>;
 using Surface = SurfaceApproxRenderer<float, AreaWeights>;
 using Line = LineApproxRenderer<float>;
-using Coupled = CoupledToolRenderer<float>;
 inline constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
 #if defined(__clang__)
 inline constexpr const char* kCompiler = "clang++";
@@ -73,9 +72,11 @@ struct Scene {
   return Line(ToolDiscretization{burr, LineCounts{}});
 }
 
-[[nodiscard]] inline Coupled coupled(DepthMap& depths) {
+template <Friction FrictionLaw = Frictionless>
+[[nodiscard]] CoupledToolRenderer<float, FromDepthMap, FrictionLaw> coupled(DepthMap& depths,
+                                                                            const FrictionLaw& friction = {}) {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Coupled(ToolDiscretization{burr, SurfaceCounts::thesis()}, FromDepthMap(depths));
+  return {ToolDiscretization{burr, SurfaceCounts::thesis()}, FromDepthMap(depths), CoupledOptions{}, friction};
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.

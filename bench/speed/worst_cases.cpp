@@ -51,17 +51,11 @@ void measure_coupled(Spread& spread, int ticks) {
     const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
                            : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
     DepthMap depths(bone, o.isovalue());
-    struct Motion {
-      const char* name;
-      double speed, turn;  // [m/s], [rad/s] about the normal
-    };
-    for (const auto& [name, speed, turn] :
-         {Motion{".03 m/s", 0.03, 0}, Motion{".1 m/s", 0.1, 0}, Motion{".1 m/s, turning", 0.1, 13}}) {
-      Coupled tool = coupled(depths);
+    // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
+    const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
       const auto field = tool.field(bone, o.isovalue());
       const double above = tool.shape().tip_radius - kDeep;
-      // To and fro over 6 mm.
-      const auto pose = [&, speed = speed, turn = turn](int i) {
+      const auto pose = [&](int i) {
         const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
         const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
         const Vec3d p =
@@ -73,7 +67,12 @@ void measure_coupled(Spread& spread, int ticks) {
       spread.measure(
           std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
           [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
-    }
+    };
+    slide(".03 m/s", coupled(depths), 0.03, 0);
+    slide(".1 m/s", coupled(depths), 0.1, 0);
+    slide(".1 m/s, turning", coupled(depths), 0.1, 13);
+    slide(".03 m/s, friction .3", coupled(depths, Coulomb(0.3, 0.3)), 0.03, 0);
+    slide(".1 m/s, friction .3", coupled(depths, Coulomb(0.3, 0.3)), 0.1, 0);
   }
 }
 
