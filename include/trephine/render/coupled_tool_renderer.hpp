@@ -28,8 +28,8 @@ namespace trephine {
 /// is allowed and the drawn tool does not sink in.
 ///
 /// *Gains.* k_c of each place is such that one alone holds the coupling's greatest force a twentieth of a voxel deep (a
-/// quarter with friction, where each vertex is a place of its own), and at least 50 k_v. A wall that an image shows a
-/// tenth of a voxel deep in its middle so holds twice what the coupling can pull.
+/// quarter with friction), and at least 50 k_v. A wall that an image shows a tenth of a voxel deep in its middle so
+/// holds twice what the coupling can pull.
 ///
 /// *Work a tick*: Gauss–Newton steps, at most kMostSteps, from the last pose or, sliding without friction, from where
 /// that motion leads; each with a batch of samples of the vertices within a voxel of bone, and of other slices only
