@@ -11,8 +11,7 @@
 #include <trephine/device/replay.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
-#include <trephine/render/coupled_tool_renderer.hpp>
-#include <trephine/render/energy_surface_renderer.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>

@@ -6,6 +6,7 @@
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/pose_history.hpp>
+#include <trephine/voxel/bone_surface.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include <concepts>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <span>
 #include <tuple>
 #include <type_traits>
@@ -45,14 +47,20 @@ template <class R, class Density>
     return DensityField<Density, typename R::Scalar, typename R::Gradient>(bone, isovalue);
 }
 
-class DepthMap;
-template <VoxelDensity Density>
-class BoneWithDepth;
-
-/// Whether a renderer reads a DepthMap, which cuts must keep.
+/// Whether a renderer reads a BoneSurface, which the scene then keeps for it.
 template <class R>
-concept ReadsDepthMap = requires(const R& r) {
-  { r.depth_map() } -> std::same_as<DepthMap&>;
+concept UsesBoneSurface = requires {
+  requires R::kUsesBoneSurface;
+};
+
+/// What a scene hands its renderer each tick.
+template <class R, class Density>
+struct FieldOf {
+  using Type = decltype(contact_field(std::declval<const R&>(), std::declval<const VoxelGrid<Density>&>(), 0.0));
+};
+template <UsesBoneSurface R, class Density>
+struct FieldOf<R, Density> {
+  using Type = BoneSurfaceView<Density>;
 };
 
 /// How many of the parts are, or derive from, T.
@@ -106,7 +114,7 @@ class HapticScene {
   using Grid = VoxelGrid<Density>;
   using Scalar = typename ContactRenderer::Scalar;
   using Gradient = typename ContactRenderer::Gradient;
-  using Field = decltype(contact_field(std::declval<const ContactRenderer&>(), std::declval<const Grid&>(), 0.0));
+  using Field = typename FieldOf<ContactRenderer, Density>::Type;
 
   static_assert(Renderer<ContactRenderer, Field>,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp)");
@@ -122,25 +130,23 @@ class HapticScene {
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
   static constexpr bool kSkips = (Skipper<Parts> || ...);
 
-  /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, the renderer reads
-  /// stored gradients and the grid keeps none, or it reads a DepthMap of another grid.
+  /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, or the renderer
+  /// reads stored gradients and the grid keeps none.
   HapticScene(VoxelGrid<Density>& bone, double isovalue, ContactRenderer renderer, Parts... parts)
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
     if (!std::isfinite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
-    if constexpr (ReadsDepthMap<ContactRenderer>) {
-      const auto& map = renderer_.depth_map().grid();
-      if (map.size() != bone.size() || map.spacing() != bone.spacing())
-        refuse("HapticScene", "the renderer's DepthMap must be made of this bone; its spacing is",
-               map.spacing().transpose());
-    }
     if constexpr (!kHasTorque && requires { renderer_.forces_alone(); }) renderer_.forces_alone();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
       if constexpr (requires { part.validate_for(bone, isovalue); }) part.validate_for(bone, isovalue);
     });
+    if constexpr (kUsesSurface) {
+      surface_ = share_bone_surface(bone, isovalue);
+      renderer_.prepare(surface_->view());
+    }
   }
 
   /// One step of the loop. `dt` is the measured time since the last tick [s].
@@ -154,7 +160,7 @@ class HapticScene {
     }
     const Posed& X_WG = bone_->X_WG();
     const Posed X_GT = relative_pose(X_WG, input.X_WT);
-    const Field field = contact_field(renderer_, *bone_, isovalue_);
+    const Field field = bone_field();
     const Rendered<Scalar> found = render(field, X_GT.template cast<Scalar>());
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
@@ -244,6 +250,9 @@ class HapticScene {
   static constexpr bool kUsesTwist = (kStageUsesTwist<Parts> || ...);
   static constexpr bool kLooksBack = kUsesTwist || kCarves;
   using History = PoseHistory<kUsesTwist, kCarves>;
+  static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
+  struct NoSurface {};
+  using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
 
   template <class T>
   static consteval std::size_t index_of() {
@@ -255,6 +264,13 @@ class HapticScene {
   template <class Function>
   void for_each_part(Function&& function) {
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
+  }
+
+  [[nodiscard]] Field bone_field() noexcept {
+    if constexpr (kUsesSurface)
+      return surface_->view();
+    else
+      return contact_field(renderer_, *bone_, isovalue_);
   }
 
   [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
@@ -290,29 +306,10 @@ class HapticScene {
         const bool probe = follows_probe(part);
         const Posed& before = probe ? step.X_GT_before : step.X_GC_before;
         const Posed& now = probe ? X_GT : X_GC;
-        if constexpr (ReadsDepthMap<ContactRenderer>) {
-          BoneWithDepth<Density> bone(*bone_, renderer_.depth_map());
-          removed_mm3 += carve_with_depth(part, bone, before, now, context);
-        } else {
-          removed_mm3 += part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
-        }
+        removed_mm3 += part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
       }
     });
     return removed_mm3;
-  }
-
-  /// A carver that knows of voxels alone is followed by the depths.
-  template <class Part>
-  [[nodiscard]] double carve_with_depth(Part& part, BoneWithDepth<Density>& bone, const Posed& before, const Posed& now,
-                                        const CarveContext& context) noexcept {
-    if constexpr (Carver<Part, BoneWithDepth<Density>>) {
-      return part.carve(bone, isovalue_, before, now, renderer_.shape(), context);
-    } else {
-      const std::uint64_t edits = bone_->edit_count();
-      const double removed = part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
-      if (bone_->edit_count() != edits) bone.follow(isovalue_);
-      return removed;
-    }
   }
 
   [[nodiscard]] Posed in_world(const Pose<Scalar>& X_G) const noexcept {
@@ -326,6 +323,7 @@ class HapticScene {
   Grid* bone_;
   double isovalue_;
   ContactRenderer renderer_;
+  [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
 };

@@ -65,7 +65,6 @@ class Milling {
   double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
                const CarveContext& context) noexcept {
     if (!context.spindle_on) return 0;
-    using trephine::carve;  // unqualified below: what else can be cut brings a `carve` of its own, in whichever header
     const CutAllowance allowance{context.dt, context.force_N, tick_++};
     const double longest = kLongestSweep * grid.spacing().minCoeff();
     if constexpr (std::is_same_v<Shape, TipCuts>) {
@@ -78,15 +77,15 @@ class Milling {
         last_ = cut;
         if (goes_on && p == before) return 0;
         const SphereCutter cutter(near ? before : p, p, burr.tip_radius, goes_on);
-        return carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       } else {
         const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
-        return carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       }
     } else {
       const bool near = DrillCutter::way(shape_, X_GT_previous, X_GT) <= longest;
       const DrillCutter cutter(shape_, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
-      return carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+      return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
     }
   }
 

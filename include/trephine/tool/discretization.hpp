@@ -26,8 +26,7 @@ struct LineCounts {
 };
 
 /// Counts of the Surface approximation (thesis 3.2). Each group (ball, slice) has one vertex at its centre in addition.
-/// The default presses on smooth bone within 1 % of infinitely many (`bench/run`). The coupled tool, whose vertices
-/// glide, does with the thesis' counts.
+/// The default presses on smooth bone within 1 % of infinitely many (`bench/run`).
 struct SurfaceCounts {
   int sphere = 260;
   int slices = 70;
@@ -54,17 +53,6 @@ struct PointArrays {
     const auto padded = static_cast<std::size_t>(padded_to_lane(size()));
     for (auto* a : {&x, &y, &z})
       if (!a->empty()) a->resize(padded, a->back());
-  }
-  void put(int at, const Vec3<Scalar>& p) noexcept {
-    const auto n = static_cast<std::size_t>(at);
-    x[n] = p.x();
-    y[n] = p.y();
-    z[n] = p.z();
-  }
-  /// Copies the last of the first `count` behind them, up to a whole lane.
-  void fill_lane(int count) noexcept {
-    if (count == 0) return;
-    for (int n = count; n < padded_to_lane(count); ++n) put(n, (*this)[count - 1]);
   }
   [[nodiscard]] int size() const noexcept { return static_cast<int>(x.size()); }
   [[nodiscard]] Vec3<Scalar> operator[](int i) const noexcept {

@@ -113,18 +113,17 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows and, unless nobody asks (`kCounts`), adds up what that removes.
-template <VoxelDensity Density, Cutter C, class Limit, bool kCounts = true>
+/// A cut in progress: lowers rows and adds up what that removes.
+template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
-  Cut(VoxelGrid<Density>& grid, double isovalue, double slope, double reach, const C& cutter,
-      const Limit& limit) noexcept
+  Cut(VoxelGrid<Density>& grid, double isovalue, double slope, const C& cutter, const Limit& limit) noexcept
       : grid_(grid),
         cutter_(cutter),
         limit_(limit),
         coverage_(isovalue, slope),
         origin_(cutter.origin()),
-        reach_(reach),
+        reach_(cut_reach(grid.spacing())),
         per_x_(1 / grid.spacing().x()),
         isovalue_(static_cast<float>(isovalue)),
         per_metre_(static_cast<float>(slope / grid.spacing().maxCoeff())) {}
@@ -247,7 +246,6 @@ class Cut {
       to[l] = mine < from[l] ? mine : from[l];
     }
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
-    if constexpr (!kCounts) return;
     const Coverage coverage = coverage_;
     for (std::size_t l = 0; l < kLanes; ++l)
       removed_[l] += coverage(static_cast<float>(from[l])) - coverage(static_cast<float>(to[l]));
@@ -278,8 +276,7 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
   if (!std::isfinite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
   const double s = slope_or_auto(slope, grid, isovalue);
-  const double reach = cut_reach(grid.spacing());
-  return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, reach, cutter, limit).run();
+  return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
 }
 
 }  // namespace trephine

@@ -50,18 +50,6 @@ class DensityField {
   /// Shortest spacing [m]: the unit of step lengths.
   [[nodiscard]] Scalar voxel() const noexcept { return voxel_; }
   [[nodiscard]] const VoxelGrid<Density>& grid() const noexcept { return *grid_; }
-  /// A value as a depth in bone, for springs that act on it: [m] per density, such that half the range of densities is
-  /// as deep as a voxel. Only a DepthField's values are distances.
-  [[nodiscard]] Scalar metres() const noexcept {
-    const auto range = grid_->original_range();
-    const double contrast = static_cast<double>(range.max) - static_cast<double>(range.min);
-    return contrast > 0 ? Scalar(2) * voxel_ / static_cast<Scalar>(contrast) : Scalar(0);
-  }
-  /// No bone is nearer than this [m] to a point of this value: densities do not say.
-  [[nodiscard]] static Scalar clearance(Scalar) noexcept { return Scalar(0); }
-  [[nodiscard]] static Scalar value_at_clearance(Scalar) noexcept { return std::numeric_limits<Scalar>::lowest(); }
-
-  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return grid_->rise_stamp(); }
 
   /// Whether all within `radius` [m] of p_G lies beyond the grid, and air is there.
   [[nodiscard]] bool is_beyond(const Vec3<Scalar>& p_G, Scalar radius) const noexcept {
@@ -80,31 +68,6 @@ class DensityField {
   /// ∇ρ at p_G in G axes [density per metre], by the gradient policy. Points into the bone at a surface.
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept {
     return GradientChoice::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
-  }
-
-  /// ∇∇ρ of the interpolant at p_G in G axes [density per square metre].
-  [[nodiscard]] Mat3<Scalar> hessian(const Vec3<Scalar>& p_G) const noexcept {
-    return per_metre_.asDiagonal() * trilinear_hessian(view_, coordinates(p_G)) * per_metre_.asDiagonal();
-  }
-
-  /// The gradient of the smoothed density, whatever the policy.
-  [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p_G) const noexcept {
-    return SplineGradient::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
-  }
-
-  /// The smoothed density above the isovalue, and its gradient.
-  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient) const noexcept {
-    const Scalar value = SplineGradient::smoothed(view_, coordinates(p_G), gradient) - isovalue_;
-    gradient = gradient.cwiseProduct(per_metre_);
-    return value;
-  }
-
-  /// The same, and its second derivatives.
-  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p_G, Vec3<Scalar>& gradient, Mat3<Scalar>& bend) const noexcept {
-    const Scalar value = SplineGradient::smoothed(view_, coordinates(p_G), gradient, bend) - isovalue_;
-    gradient = gradient.cwiseProduct(per_metre_);
-    bend = per_metre_.asDiagonal() * bend * per_metre_.asDiagonal();
-    return value;
   }
 
   /// Outward unit normal −∇ρ/|∇ρ| at p_G. Where the density is flat there (8-bit plateaus, deep in bone) it is the

@@ -25,20 +25,6 @@ struct AnalyticGradient {
   }
 };
 
-/// Second derivatives of the interpolant [density per voxel²]: those of AnalyticGradient. Along one axis it is linear,
-/// so the diagonal is zero.
-template <VoxelDensity Density, RealScalar Scalar>
-[[nodiscard]] Mat3<Scalar> trilinear_hessian(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
-  const Cell<Scalar> c = cell_at(v, u);
-  const auto r = corners(v, c.base);
-  const Scalar xy = lerp(r[3] - r[2] - r[1] + r[0], r[7] - r[6] - r[5] + r[4], c.fz);
-  const Scalar xz = lerp(r[5] - r[4] - r[1] + r[0], r[7] - r[6] - r[3] + r[2], c.fy);
-  const Scalar yz = lerp(r[6] - r[4] - r[2] + r[0], r[7] - r[5] - r[3] + r[1], c.fx);
-  Mat3<Scalar> H;
-  H << Scalar(0), xy, xz, xy, Scalar(0), yz, xz, yz, Scalar(0);
-  return H;
-}
-
 /// Central difference of the interpolant over one voxel either side: continuous, twice as wide. Cost: six samples.
 struct CentralGradient {
   static constexpr bool kNeedsStored = false;
@@ -89,15 +75,6 @@ struct SplineGradient {
   template <VoxelDensity Density, RealScalar Scalar>
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
-    Vec3<Scalar> slope;
-    static_cast<void>(smoothed(v, u, slope));
-    return slope;
-  }
-
-  /// The smoothed density itself, and `slope`, its gradient.
-  template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Scalar smoothed(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u,
-                                       Vec3<Scalar>& slope) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
     const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
     std::array<Scalar, 64> around;
@@ -115,40 +92,7 @@ struct SplineGradient {
       in_z += z.slope[k] * mean;
     }
     const Four<Scalar> weight = x.four(x.weight);
-    slope = {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
-    return (weight * in_x).sum();
-  }
-
-  /// The same, and `bend`, its second derivatives.
-  template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Scalar smoothed(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u, Vec3<Scalar>& slope,
-                                       Mat3<Scalar>& bend) noexcept {
-    const Cell<Scalar> c = cell_at(v, u);
-    const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
-    const auto x_bend = bends(c.fx), y_bend = bends(c.fy), z_bend = bends(c.fz);
-    std::array<Scalar, 64> around;
-    copy(v, u, c.base, around);
-    Four<Scalar> in = Four<Scalar>::Zero(), in_y = in, in_z = in, in_yy = in, in_yz = in, in_zz = in;
-    for (std::size_t k = 0; k < 4; ++k) {
-      Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean, curve = mean;
-      for (std::size_t j = 0; j < 4; ++j) {
-        const Four<Scalar> density = Four<Scalar>::Map(around.data() + 16 * k + 4 * j);
-        mean += y.weight[j] * density;
-        rise += y.slope[j] * density;
-        curve += y_bend[j] * density;
-      }
-      in += z.weight[k] * mean;
-      in_y += z.weight[k] * rise;
-      in_yy += z.weight[k] * curve;
-      in_z += z.slope[k] * mean;
-      in_yz += z.slope[k] * rise;
-      in_zz += z_bend[k] * mean;
-    }
-    const Four<Scalar> weight = x.four(x.weight), along = x.four(x.slope);
-    slope = {(along * in).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
-    const Scalar xy = (along * in_y).sum(), xz = (along * in_z).sum(), yz = (weight * in_yz).sum();
-    bend << (x.four(x_bend) * in).sum(), xy, xz, xy, (weight * in_yy).sum(), yz, xz, yz, (weight * in_zz).sum();
-    return (weight * in).sum();
+    return {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
   }
 
  private:
@@ -170,12 +114,6 @@ struct SplineGradient {
     }
     [[nodiscard]] static Four<Scalar> four(const std::array<Scalar, 4>& x) noexcept { return {x[0], x[1], x[2], x[3]}; }
   };
-
-  /// Of the same four the weights' second derivatives.
-  template <RealScalar Scalar>
-  [[nodiscard]] static std::array<Scalar, 4> bends(Scalar f) noexcept {
-    return {Scalar(1) - f, Scalar(3) * f - Scalar(2), Scalar(1) - Scalar(3) * f, f};
-  }
 
   /// The 4 x 4 x 4 voxels round the cell of u. Turned into Scalar in a loop of its own, which compilers vectorise.
   template <VoxelDensity Density, RealScalar Scalar>

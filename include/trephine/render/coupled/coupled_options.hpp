@@ -3,7 +3,6 @@
 
 #include <trephine/core/refuse.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 
@@ -11,8 +10,7 @@
 namespace trephine {
 
 struct CoupledOptions {
-  /// k_v [N/m]: what the hand feels at most. Contacts are at least 50 times as stiff, so what it feels on hard bone is
-  /// k_v k_c / (k_v + k_c), at most 2 % less. As high as the device allows at its rate.
+  /// k_v [N/m]: what the hand feels at most, and on hard bone. As high as the device allows at its rate.
   double stiffness = 800;
   /// k_θ [N·m/rad]. Infinite: the tool's rotation is the device's, and the torque zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;
@@ -25,14 +23,7 @@ struct CoupledOptions {
   /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
   double bite = 1;
 
-  static constexpr double kContactShare = 50;  ///< least k_c / k_v
-  static constexpr double kMost = 1e12;        ///< of each gain: squares of what follows from it are single precision's
-  /// k_c of each place of contact [N/m] in voxels of this size [m]: one alone holds the coupling's greatest force a
-  /// twentieth of a voxel deep, so that a wall that an image shows a tenth of one deep holds twice that. With friction,
-  /// whose springs are as stiff, a fifth: force steps while milling a skull are a third as large.
-  [[nodiscard]] double contact_stiffness(double voxel, bool friction = false) const noexcept {
-    return std::min(std::max((friction ? 4 : 20) * force / voxel, kContactShare * stiffness), kContactShare * kMost);
-  }
+  static constexpr double kMost = 1e12;  ///< of each gain: squares of what follows from it are single precision's
 
   void validate() const {
     const auto positive = [](double v) { return v > 0 && v <= kMost; };
