@@ -201,13 +201,6 @@ void play_with(Renderer renderer, Bytes& in, const Bone& b, double isovalue, lon
   play_in(bone, std::move(renderer), any_rate(in), in, b, isovalue, ticks);
 }
 
-template <class Make, class Cut>
-void play_on_depths(const Make& make, const Cut& cut, Bytes& in, const Bone& b, double isovalue, long& ticks) {
-  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels);
-  DepthMap depths(bone, isovalue);
-  play_in(bone, make(FromDepthMap(depths)), cut, in, b, isovalue, ticks);
-}
-
 /// One run; returns how many ticks it took. Refusals at construction are fine if they say who refuses.
 inline long drive(std::span<const std::uint8_t> bytes) {
   Bytes in(bytes);
@@ -243,22 +236,16 @@ inline long drive(std::span<const std::uint8_t> bytes) {
                       {.stiffness = stiffness, .budget = budget}),
                   in, bone, isovalue, ticks);
         break;
-      case 3:
-        play_on_depths(
-            [&](const FromDepthMap& depths) {
-              return CoupledToolRenderer(ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 26, .slices = 4}),
-                                         depths, CoupledOptions{.stiffness = stiffness});
-            },
-            any_speed(in), in, bone, isovalue, ticks);
+      case 3: {
+        VoxelGrid<std::uint8_t> carved(bone.geometry, bone.voxels);
+        const AdvancingCut cut = any_speed(in);
+        play_in(carved, CoupledToolRenderer{burr, CoupledOptions{.stiffness = stiffness}}, cut, in, bone, isovalue,
+                ticks);
         break;
+      }
       case 4:
-        play_on_depths(
-            [&](const FromDepthMap& depths) {
-              return EnergySurfaceRenderer(
-                  ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 1 + in.below(30), .slices = in.below(8)}),
-                  depths, {.stiffness = stiffness});
-            },
-            any_rate(in), in, bone, isovalue, ticks);
+        play_with(CoupledToolRenderer{burr, CoupledOptions{.stiffness = stiffness}, Coulomb{0.3, 0.3}}, in, bone,
+                  isovalue, ticks);
         break;
       case 5: {
         VoxelGrid<std::uint8_t> carved(bone.geometry, bone.voxels);

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,14 +48,12 @@ struct Minute {
   [[nodiscard]] bool operator==(const Minute&) const = default;
 };
 
-/// `make(bone, depths)`: the renderer, with a map of the bone's depths where it asks for one.
-template <class Make>
-bool soak(const char* name, const Make& make, int minutes) {
+template <class Renderer>
+bool soak(const char* name, const Renderer& renderer, int minutes) {
   auto bone = block();
-  std::optional<DepthMap> depths;
   HapticScene scene{bone,
                     300,
-                    make(bone, depths),
+                    renderer,
                     Milling{{.rate = 2e4}},
                     HuntCrossley(HuntCrossley::Options{}),
                     PassivityController(PassivityController::Options{}),
@@ -79,7 +76,6 @@ bool soak(const char* name, const Make& make, int minutes) {
       now.peak = std::max(now.peak, f);
     }
     bone.restore();
-    if (depths) depths->restore();
     scene.reset();
     if (m == 0) first = now;
     if (m == 1) memory = resident();
@@ -100,15 +96,10 @@ bool soak(const char* name, const Make& make, int minutes) {
 int main(int argc, char** argv) {
   const int minutes = argc > 1 ? std::max(1, static_cast<int>(std::atof(argv[1]) / 60)) : 60;
   const Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 20e-3};
-  const auto line = [&](auto&, auto&) {
-    return LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb>(
-        ToolDiscretization<LineCounts, float>(burr, LineCounts{}));
-  };
-  const ToolDiscretization<SurfaceCounts, float> few(burr, SurfaceCounts::thesis());
-  const auto surface = [&](auto&, auto&) { return SurfaceApproxRenderer<float>(few); };
-  const auto coupled = [&](auto& bone, auto& depths) {
-    return CoupledToolRenderer(few, FromDepthMap(depths.emplace(bone, 300)));
-  };
+  const LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb> line(
+      ToolDiscretization<LineCounts, float>(burr, LineCounts{}));
+  const SurfaceApproxRenderer<float> surface(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts::thesis()));
+  const CoupledToolRenderer coupled{burr};
   bool well = soak("line", line, minutes);
   well = soak("surface", surface, minutes) && well;
   well = soak("coupled", coupled, minutes) && well;

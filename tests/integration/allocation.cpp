@@ -13,8 +13,9 @@ namespace {
 
 /// Heap calls of a second of drilling, the first tick included, with hostile ticks in between.
 template <class Density, class R>
-void drill_without_heap(VoxelGrid<Density>& bone, R renderer, const std::string& name) {
+void drill_without_heap(R renderer, const std::string& name) {
   CAPTURE(name);
+  auto bone = make_block<Density>({.stored_gradients = true});
   auto scene = make_full_scene(bone, std::move(renderer));
   double removed = 0;
   double most_force = 0;
@@ -38,22 +39,13 @@ void drill_without_heap(VoxelGrid<Density>& bone, R renderer, const std::string&
   CHECK(bone.restore() == 0);
 }
 
-template <class Density, class R>
-void drill_without_heap(R renderer, const std::string& name) {
-  auto bone = make_block<Density>({.stored_gradients = true});
-  drill_without_heap(bone, std::move(renderer), name);
-}
-
 template <class Density, class S>
 void drill_with_all() {
   drill_without_heap<Density>(make_line<S>(), "line");
   drill_without_heap<Density>(make_thesis_line<S>(), "thesis line");
   drill_without_heap<Density>(make_surface<S>(), "surface");
   drill_without_heap<Density>(make_thesis_surface<S>(), "thesis surface");
-  drill_without_heap<Density>(make_coupled_on_densities<S>(), "coupled on densities");
-  auto bone = make_block<Density>();
-  DepthMap depths(bone, kIsovalue);
-  drill_without_heap(bone, make_coupled<S>(depths), "coupled");
+  drill_without_heap<Density>(make_coupled<S>(), "coupled");
 }
 
 }  // namespace

@@ -59,17 +59,10 @@ template <class S>
       Tool(kDrill, SurfaceCounts::thesis()));
 }
 
-/// The coupled tool on a bone's depths, with friction.
+/// With friction.
 template <class S>
-[[nodiscard]] auto make_coupled(DepthMap& depths) {
-  using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return CoupledToolRenderer<S, FromDepthMap, Coulomb>(Tool(kDrill, SurfaceCounts::thesis()), FromDepthMap(depths));
-}
-/// On densities alone.
-template <class S>
-[[nodiscard]] auto make_coupled_on_densities() {
-  using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return CoupledToolRenderer<S, FromDensities>(Tool(kDrill, SurfaceCounts::thesis()), FromDensities{});
+[[nodiscard]] auto make_coupled() {
+  return CoupledToolRenderer<S, BallAndShaft, Coulomb>(kDrill);
 }
 
 inline constexpr double kForceLimit = 3.3;

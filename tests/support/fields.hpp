@@ -68,22 +68,6 @@ class CountingField {
     return base_->value(p);
   }
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p) const noexcept { return base_->gradient(p); }
-  [[nodiscard]] Vec3<Scalar> smooth_gradient(const Vec3<Scalar>& p) const noexcept {
-    samples += 8;  // 64 voxels
-    return base_->smooth_gradient(p);
-  }
-  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p, Vec3<Scalar>& gradient) const noexcept {
-    samples += 8;  // 64 voxels
-    return base_->smooth(p, gradient);
-  }
-  [[nodiscard]] Scalar smooth(const Vec3<Scalar>& p, Vec3<Scalar>& gradient, Mat3<Scalar>& bend) const noexcept {
-    samples += 8;  // 64 voxels
-    return base_->smooth(p, gradient, bend);
-  }
-  [[nodiscard]] Scalar metres() const noexcept { return base_->metres(); }
-  [[nodiscard]] Scalar clearance(Scalar v) const noexcept { return base_->clearance(v); }
-  [[nodiscard]] Scalar value_at_clearance(Scalar c) const noexcept { return base_->value_at_clearance(c); }
-  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return base_->rise_stamp(); }
   [[nodiscard]] bool normal(const Vec3<Scalar>& p, Vec3<Scalar>& n) const noexcept {
     ++normals;
     return base_->normal(p, n);

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Bone whose surface recedes at a speed under the cutter: AdvancingCut, on densities and on depths.
+// Bone whose surface recedes at a speed under the cutter: AdvancingCut.
 #include "support/malloc_hook.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 #include "voxel/fields.hpp"
 
-#include <trephine/contact/depth_field.hpp>
 #include <trephine/stage/milling.hpp>
 #include <trephine/voxel/density_field.hpp>
-#include <trephine/voxel/depth_map.hpp>
 
 #include <doctest/doctest.h>
 
@@ -113,38 +111,6 @@ TEST_CASE("advancing: adds no bone, goes no farther than the geometric cut and g
   CHECK(removed == doctest::Approx(all).epsilon(0.05));
 }
 
-TEST_CASE("advancing: depths recede with the densities, by a voxel's way a voxel") {
-  RasterOptions o{.size = {40, 40, 40}};
-  auto bone = rasterise<std::uint8_t>(HalfSpace{o.middle() + Vec3d(0, 0, kVoxel), Vec3d::UnitZ()}, o);
-  DepthMap map(bone, o.isovalue());
-  BoneWithDepth both(bone, map);
-  const SphereCutter cutter(o.middle(), o.middle(), 5 * kVoxel);
-  const DensityField<std::uint8_t, double> density(bone, o.isovalue());
-  const DepthField<double> depth(map);
-  double off = 0, step = 0, last = height(depth, o.middle(), o.middle().z() + 4 * kVoxel);
-  const double start = last;
-  for (std::uint32_t tick = 0; tick < 900; ++tick) {
-    static_cast<void>(carve(both, o.isovalue(), cutter, AdvancingCut{}, CutAllowance{.dt = kDt, .tick = tick}));
-    const double now = height(depth, o.middle(), o.middle().z() + 4 * kVoxel);
-    step = std::max(step, last - now);
-    last = now;
-    off = std::max(off, std::abs(now - height(density, o.middle(), o.middle().z() + 4 * kVoxel)));
-  }
-  CHECK(std::abs((start - last) / 900e-6 - 1) <= 0.05);
-  CHECK(step <= 0.03 * kVoxel);  // steps of depth, dithered
-  CHECK(off <= 0.25 * kVoxel);
-  // In bone nothing is deeper than its neighbour and the way to it.
-  const auto& grid = map.grid();
-  double steepest = 0;
-  for (int k = 8; k < 31; ++k)
-    for (int j = 8; j < 32; ++j)
-      for (int i = 8; i < 32; ++i)
-        if (grid.at(i, j, k) > 0)
-          for (const int above : {grid.at(i + 1, j, k), grid.at(i, j + 1, k), grid.at(i, j, k + 1)})
-            steepest = std::max(steepest, static_cast<double>(grid.at(i, j, k) - std::max(above, 0)));
-  CHECK(steepest <= DepthMap::kPerVoxel + 3);
-}
-
 TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refuses what cannot be") {
   const Vec3d p = kVoxel * Vec3d(16, 16, 20);
   const auto run = [&](const AdvancingCut& policy, double force) {
@@ -171,5 +137,4 @@ TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refu
   }
   CHECK_THROWS_AS((Milling{AdvancingCut{.reference_force = -1}}), std::invalid_argument);
   static_assert(Carver<Milling<AdvancingCut>, VoxelGrid<float>>);
-  static_assert(Carver<Milling<AdvancingCut>, BoneWithDepth<std::int16_t>>);
 }

@@ -129,28 +129,4 @@ TEST_CASE_TEMPLATE("gradients in batches are those of single points, hostile one
   check(SplineGradient{});
 }
 
-TEST_CASE("smoothed densities: gradient and second derivatives are those of the value") {
-  const RasterOptions o{.size = {24, 24, 24}, .noise = 20};
-  const auto grid = rasterise<std::uint8_t>(Ball{o.middle(), 0.0015}, o);
-  const DensityField<std::uint8_t, double> field(grid, o.isovalue());
-  Random random(7);
-  constexpr double kStep = 1e-3 * 3e-4;
-  for (int trial = 0; trial < 200; ++trial) {
-    Vec3d p;
-    for (int a = 0; a < 3; ++a) p[a] = 3e-4 * random.uniform(3, 20);
-    Vec3d g, less, more, again;
-    Mat3d H;
-    const double value = field.smooth(p, g, H);
-    CHECK(field.smooth(p, again) == doctest::Approx(value));
-    CHECK((again - g).norm() <= 1e-9 * (1 + g.norm()));
-    CHECK((field.smooth_gradient(p) - g).norm() <= 1e-9 * (1 + g.norm()));
-    for (int a = 0; a < 3; ++a) {
-      const Vec3d step = kStep * Vec3d::Unit(a);
-      const double rise = field.smooth(p + step, more) - field.smooth(p - step, less);
-      CHECK(rise / (2 * kStep) == doctest::Approx(g[a]).epsilon(1e-4).scale(1e5));
-      CHECK(((more - less) / (2 * kStep) - H.col(a)).norm() <= 1e-3 * (1e8 + H.norm()));
-    }
-  }
-}
-
 }  // namespace
