@@ -3,7 +3,7 @@
 
 #include "guard.hpp"
 
-#include <trephine/render/coupled_tool_renderer.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
@@ -11,7 +11,6 @@
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -51,10 +50,8 @@ class AnyMilling {
 template <VoxelDensity Density, class ContactRenderer>
 class SceneOf final : public Scene {
  public:
-  SceneOf(std::shared_ptr<VoxelGrid<Density>> grid, std::shared_ptr<DepthMap> depths, const trephine_scene_options& o,
-          ContactRenderer renderer)
+  SceneOf(std::shared_ptr<VoxelGrid<Density>> grid, const trephine_scene_options& o, ContactRenderer renderer)
       : grid_(std::move(grid)),
-        depths_(std::move(depths)),
         scene_(*grid_, o.isovalue, std::move(renderer), AnyMilling(o),
                Damping({.linear = o.damping, .angular = o.angular_damping, .only_in_contact = true}),
                DeviceLimits{.force = o.force_limit, .torque = o.torque_limit}) {}
@@ -65,26 +62,24 @@ class SceneOf final : public Scene {
 
  private:
   std::shared_ptr<VoxelGrid<Density>> grid_;
-  std::shared_ptr<DepthMap> depths_;  // none but for the coupled tool
   HapticScene<Density, ContactRenderer, AnyMilling, Damping, DeviceLimits> scene_;
 };
 
 template <VoxelDensity Density, class ContactRenderer>
 std::unique_ptr<Scene> scene_of(const std::shared_ptr<VoxelGrid<Density>>& grid, const trephine_scene_options& o,
-                                ContactRenderer renderer, std::shared_ptr<DepthMap> depths = {}) {
-  return std::make_unique<SceneOf<Density, ContactRenderer>>(grid, std::move(depths), o, std::move(renderer));
+                                ContactRenderer renderer) {
+  return std::make_unique<SceneOf<Density, ContactRenderer>>(grid, o, std::move(renderer));
 }
 
 template <CoupledMotion Motion, VoxelDensity Density>
-std::unique_ptr<Scene> coupled_scene(const std::shared_ptr<VoxelGrid<Density>>& grid, std::shared_ptr<DepthMap> depths,
-                                     const trephine_scene_options& o,
-                                     const ToolDiscretization<SurfaceCounts, float>& tool) {
+std::unique_ptr<Scene> coupled_scene(const std::shared_ptr<VoxelGrid<Density>>& grid, const trephine_scene_options& o,
+                                     const Burr& burr) {
   CoupledOptions options{
       .stiffness = o.stiffness, .rotational_stiffness = o.rotational_stiffness, .force = o.force_limit};
   if (Motion::kDof == 6) options.torque = o.torque_limit;
-  CoupledToolRenderer<float, FromDepthMap, Coulomb, Motion> renderer(tool, FromDepthMap(*depths), options,
-                                                                     Coulomb{o.static_friction, o.kinetic_friction});
-  return scene_of(grid, o, std::move(renderer), std::move(depths));
+  return scene_of(grid, o,
+                  CoupledToolRenderer<double, BallAndShaft, Coulomb, Motion>(
+                      burr, options, Coulomb{o.static_friction, o.kinetic_friction}));
 }
 
 }  // namespace
@@ -108,14 +103,7 @@ trephine_scene_options default_scene_options() {
   return o;
 }
 
-std::size_t Bone::restore(std::size_t most_bricks) {
-  std::size_t left = std::visit([&](const auto& g) { return g->restore(most_bricks); }, grid);
-  for (const auto& of_scene : depths)
-    if (const auto map = of_scene.lock()) left = std::max(left, map->restore(most_bricks));
-  return left;
-}
-
-std::unique_ptr<Scene> make_scene(Bone& bone, const trephine_scene_options& o) {
+std::unique_ptr<Scene> make_scene(const AnyGrid& grid, const trephine_scene_options& o) {
   require(o.algorithm >= TREPHINE_LINE && o.algorithm <= TREPHINE_COUPLED,
           "trephine_scene_create: no such algorithm: ", o.algorithm);
   const Burr burr{o.tool.tip_radius, o.tool.shaft_radius, o.tool.shaft_length};
@@ -126,19 +114,15 @@ std::unique_ptr<Scene> make_scene(Bone& bone, const trephine_scene_options& o) {
                           LineApproxRenderer{ToolDiscretization{burr, LineCounts{.shaft = o.shaft_vertices}},
                                              LineOptions{.stiffness = o.stiffness}, TranslateRotate{},
                                              Coulomb{o.static_friction, o.kinetic_friction}});
-        const ToolDiscretization tool{
-            burr, SurfaceCounts{.sphere = o.sphere_vertices, .slices = o.slices, .per_slice = o.per_slice}};
-        if (o.algorithm == TREPHINE_SURFACE)
+        if (o.algorithm == TREPHINE_SURFACE) {
+          const ToolDiscretization tool{
+              burr, SurfaceCounts{.sphere = o.sphere_vertices, .slices = o.slices, .per_slice = o.per_slice}};
           return scene_of(g, o, SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = o.stiffness}});
-        auto depths = std::make_shared<DepthMap>(*g, o.isovalue, DepthOptions{.keep_original = bone.keeps_original});
+        }
         // Without motors for torque the tool turns as the device does.
-        auto scene = o.torque_limit == 0 ? coupled_scene<TranslationOnly>(g, depths, o, tool)
-                                         : coupled_scene<SixDof>(g, depths, o, tool);
-        std::erase_if(bone.depths, [](const auto& map) { return map.expired(); });
-        bone.depths.push_back(depths);
-        return scene;
+        return o.torque_limit == 0 ? coupled_scene<TranslationOnly>(g, o, burr) : coupled_scene<SixDof>(g, o, burr);
       },
-      bone.grid);
+      grid);
 }
 
 }  // namespace trephine_c

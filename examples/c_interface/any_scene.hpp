@@ -4,14 +4,11 @@
 #include "trephine_c.h"
 
 #include <trephine/core/tick.hpp>
-#include <trephine/voxel/depth_map.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <variant>
-#include <vector>
 
 /// Scenes that are chosen at run time. In C++ a scene's parts are its type; here every choice that the C interface
 /// offers is compiled, and one virtual call a tick picks it.
@@ -19,16 +16,6 @@ namespace trephine_c {
 
 using AnyGrid =
     std::variant<std::shared_ptr<trephine::VoxelGrid<std::int16_t>>, std::shared_ptr<trephine::VoxelGrid<float>>>;
-
-/// A bone, and the depths that scenes on it keep.
-struct Bone {
-  AnyGrid grid;
-  bool keeps_original = true;
-  std::vector<std::weak_ptr<trephine::DepthMap>> depths;
-
-  /// As VoxelGrid::restore.
-  std::size_t restore(std::size_t most_bricks);
-};
 
 class Scene {
  public:
@@ -44,6 +31,6 @@ class Scene {
 [[nodiscard]] trephine_scene_options default_scene_options();
 
 /// Throws std::invalid_argument. The scene keeps the grid alive.
-[[nodiscard]] std::unique_ptr<Scene> make_scene(Bone& bone, const trephine_scene_options& options);
+[[nodiscard]] std::unique_ptr<Scene> make_scene(const AnyGrid& grid, const trephine_scene_options& options);
 
 }  // namespace trephine_c

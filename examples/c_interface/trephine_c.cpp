@@ -20,7 +20,7 @@ using namespace trephine;
 using namespace trephine_c;
 
 struct trephine_grid {
-  Bone bone;
+  AnyGrid grid;
 };
 
 struct trephine_scene {
@@ -126,8 +126,7 @@ trephine_result trephine_grid_create(const trephine_grid_options* options, const
   return guarded([&] {
     require_pointers(options, voxels, grid);
     const auto o = read_struct(*options, default_grid_options());
-    *grid = std::make_unique<trephine_grid>(trephine_grid{{make_any_grid(o, voxels, bytes), o.keep_original != 0, {}}})
-                .release();
+    *grid = std::make_unique<trephine_grid>(trephine_grid{make_any_grid(o, voxels, bytes)}).release();
   });
 }
 
@@ -137,14 +136,14 @@ trephine_result trephine_grid_set_pose(trephine_grid* grid, const trephine_pose*
   return guarded([&] {
     require_pointers(grid, X_WG);
     const Posed X = checked_pose(*X_WG);
-    std::visit([&](const auto& g) { g->set_X_WG(X); }, grid->bone.grid);
+    std::visit([&](const auto& g) { g->set_X_WG(X); }, grid->grid);
   });
 }
 
 trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks, size_t* left) noexcept {
   return guarded([&] {
     require_pointers(grid);
-    const std::size_t more = grid->bone.restore(most_bricks);
+    const std::size_t more = std::visit([&](const auto& g) { return g->restore(most_bricks); }, grid->grid);
     if (left != nullptr) *left = more;
   });
 }
@@ -157,7 +156,7 @@ trephine_result trephine_grid_copy(const trephine_grid* grid, void* voxels, size
           require(bytes % sizeof(Density) == 0, "trephine_grid_copy: ", bytes, " bytes are no whole number of voxels");
           g->copy_voxels({static_cast<Density*>(voxels), bytes / sizeof(Density)});
         },
-        grid->bone.grid);
+        grid->grid);
   });
 }
 
@@ -170,7 +169,7 @@ trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_
   return guarded([&] {
     require_pointers(grid, options, scene);
     const auto o = read_struct(*options, default_scene_options());
-    *scene = std::make_unique<trephine_scene>(trephine_scene{make_scene(grid->bone, o)}).release();
+    *scene = std::make_unique<trephine_scene>(trephine_scene{make_scene(grid->grid, o)}).release();
   });
 }
 
@@ -220,9 +219,9 @@ trephine_result trephine_reader_create(const trephine_grid* grid, trephine_reade
     require_pointers(grid, reader);
     auto of = std::visit(
         [&]<class Density>(const std::shared_ptr<VoxelGrid<Density>>& g) -> std::unique_ptr<trephine_reader::Of> {
-          return std::make_unique<ReaderOf<Density>>(grid->bone.grid, *g);
+          return std::make_unique<ReaderOf<Density>>(grid->grid, *g);
         },
-        grid->bone.grid);
+        grid->grid);
     *reader = std::make_unique<trephine_reader>(trephine_reader{std::move(of)}).release();
   });
 }

@@ -87,9 +87,8 @@ TREPHINE_C_API void trephine_grid_destroy(trephine_grid* grid) TREPHINE_C_NOEXCE
 /* Moves the bone; haptic thread, between ticks. */
 TREPHINE_C_API trephine_result trephine_grid_set_pose(trephine_grid* grid,
                                                       const trephine_pose* X_WG) TREPHINE_C_NOEXCEPT;
-/* Puts original densities back in up to `most_bricks` edited bricks, and the depths of the scenes on it; `left` (may be
- * null) tells how many more there are. Haptic thread, between ticks: a few at a time keep it short. Invalid without
- * keep_original. */
+/* Puts original densities back in up to `most_bricks` edited bricks; `left` (may be null) tells how many more there are.
+ * Haptic thread, between ticks: a few at a time keep it short. Invalid without keep_original. */
 TREPHINE_C_API trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks,
                                                      size_t* left) TREPHINE_C_NOEXCEPT;
 /* Copies all voxels, x fastest, to a buffer of exactly their bytes: for saving. Haptic thread, between ticks. */
@@ -116,9 +115,9 @@ typedef struct trephine_scene_options {
   double isovalue;   /* density from which on there is bone. Default NaN: must be given */
   trephine_tool tool;
   double stiffness;        /* [N/m]; Coupled: of the coupling, which is all that the hand feels */
-  int32_t sphere_vertices; /* Surface, Coupled: on the tip. The defaults are Surface's; Coupled does with 26, 20, 8 */
-  int32_t slices;          /* Surface, Coupled: along the shaft */
-  int32_t per_slice;       /* Surface, Coupled: vertices round each slice */
+  int32_t sphere_vertices; /* Surface: on the tip */
+  int32_t slices;          /* Surface: along the shaft */
+  int32_t per_slice;       /* Surface: vertices round each slice */
   int32_t shaft_vertices;  /* Line: along the shaft's centre */
   double static_friction;  /* Line, Coupled: coefficients, 0 <= kinetic <= static */
   double kinetic_friction;
@@ -133,8 +132,6 @@ typedef struct trephine_scene_options {
   double rotational_stiffness; /* Coupled: of the coupling [N m/rad] */
 } trephine_scene_options;
 
-/* A scene of TREPHINE_COUPLED makes a map of depths of the bone as it is: a second or so for 512^3 / 8 voxels, 4 bytes
- * a voxel. What another scene mills does not reach it. */
 TREPHINE_C_API trephine_result trephine_scene_options_init(trephine_scene_options* options,
                                                            size_t struct_size) TREPHINE_C_NOEXCEPT;
 TREPHINE_C_API trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_options* options,

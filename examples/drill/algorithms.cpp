@@ -4,7 +4,7 @@
 #include "run.hpp"
 #include "scene.hpp"
 
-#include <trephine/render/coupled_tool_renderer.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 
 namespace drill {
 namespace {
@@ -34,11 +34,9 @@ RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const 
 }
 
 RunLog run_coupled(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
-  const ToolDiscretization tool{about.burr, counts_of(options, SurfaceCounts::thesis())};
-  DepthMap depths(bone, about.isovalue);
   const CoupledOptions gains{
       .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};
-  auto scene = simulated_scene(bone, about, CoupledToolRenderer{tool, FromDepthMap(depths), gains});
+  auto scene = simulated_scene(bone, about, CoupledToolRenderer{about.burr, gains});
   return perform("coupled", scene, surgeon, pictured, options.real_time, "coupled");
 }
 

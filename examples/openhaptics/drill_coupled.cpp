@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/render/coupled_tool_renderer.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 
 #include "drill_with.hpp"
 
 namespace openhaptics {
 namespace {
 
-/// Its own function: the map is cut along while the scene drills.
 template <trephine::CoupledMotion Motion>
 Outcome drill_moving(const Session& session, const trephine::CoupledOptions& options) {
   using namespace trephine;
-  using Renderer = CoupledToolRenderer<float, FromDepthMap, Frictionless, Motion>;
-  const ToolDiscretization tool{session.bone.burr, SurfaceCounts::thesis()};
-  DepthMap depths(session.bone.grid, session.bone.isovalue);
-  return drill_with(Renderer(tool, FromDepthMap(depths), options), session);
+  using Renderer = CoupledToolRenderer<double, BallAndShaft, Frictionless, Motion>;
+  return drill_with(Renderer(session.bone.burr, options), session);
 }
 
 }  // namespace
