@@ -7,7 +7,6 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/voxel/air_map.hpp>
-#include <trephine/voxel/depth_map.hpp>
 
 #include <algorithm>
 #include <array>
@@ -305,12 +304,11 @@ int main(int argc, char** argv) {
     return 2;
   std::filesystem::create_directories(options.folder);
   auto tooth = drill::tooth_phantom<std::uint8_t>({.size = {128, 128, 88}, .spacing = 0.2_mm});
-  DepthMap depths(tooth, bench::kIsovalue);
   AirMap<std::uint8_t> air(tooth, bench::kIsovalue);
   // The crown.
   const DensityField<std::uint8_t, double> field(tooth, bench::kIsovalue);
   Vec3d top = 1e-4 * Vec3d(127, 127, 174);
   while (top.z() > 0 && field.value(top) < 0) top.z() -= 5e-5;
-  bench::Study study(options, {tooth, bench::kIsovalue, depths, air}, top);
+  bench::Study study(options, {tooth, bench::kIsovalue, air}, top);
   for (const char* renderer : {"line", "surface", "coupled"}) study.run(renderer);
 }

@@ -364,8 +364,7 @@ void measure_speed(const Options& options, const Scene& scene) {
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
 
-  run.add("carving", [c = std::make_shared<Carving>(0)] { c->prepare(), (*c)(); });
-  run.add("carving depths", [c = std::make_shared<Carving>(4)] { c->prepare(), (*c)(); });
+  run.add("carving", [c = std::make_shared<Carving>()] { c->prepare(), (*c)(); });
 
   run.run(options.quick ? 9 : 41, 0.002);
 
@@ -412,8 +411,7 @@ void measure_speed(const Options& options, const Scene& scene) {
                  "line, beyond the grid, all sampled", 0);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
     report.at_most("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
-  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving", "carving depths"})
-    report.figure(name, name);
+  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name, name);
 }
 
 }  // namespace

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <trephine/voxel/density_field.hpp>
-#include <trephine/voxel/depth_map.hpp>
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 namespace pick {
@@ -33,16 +31,7 @@ struct Bones {
   const Grid* whole = nullptr;
   const Grid* milled = nullptr;
   double isovalue = 0;
-  std::shared_ptr<trephine::DepthMap> whole_depth{};  ///< what the coupled tool asks for; see `add_depths`
-  std::shared_ptr<trephine::DepthMap> milled_depth{};
 };
-
-/// Makes the depths of both as they are now.
-inline void add_depths(Bones& bones) {
-  const trephine::DepthOptions options{.keep_original = false};
-  bones.whole_depth = std::make_shared<trephine::DepthMap>(*bones.whole, bones.isovalue, options);
-  bones.milled_depth = std::make_shared<trephine::DepthMap>(*bones.milled, bones.isovalue, options);
-}
 
 [[nodiscard]] inline std::size_t tick_count(const std::vector<Case>& cases) {
   std::size_t n = 0;

@@ -51,8 +51,7 @@ Verdict decide(const std::vector<Choice>& choices, double budget_us) {
   constexpr std::array kOrder{Algorithm::kCoupled, Algorithm::kLine, Algorithm::kSurface};
   constexpr std::array kWhy{
       "the coupled tool stays on the surface, what it feels is bounded by the coupling whatever touches, and it can "
-      "have "
-      "friction; it needs a map of depths, 2 bytes a voxel",
+      "have friction",
       "Line holds the tool on the surface, can have friction, and its springs do not add up where the shaft lies flush "
       "on bone; take Surface where a smooth torque, or a ball that feels the bone it mills, matters more",
       ""};

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "player.hpp"
 
-#include <trephine/render/coupled_tool_renderer.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/stage/haptic_scene.hpp>
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
 #include <utility>
 
 namespace pick {
@@ -15,10 +15,36 @@ namespace {
 
 using namespace trephine;
 
+/// What a renderer reads of the bones: of densities a view of the grid a tick, as a scene makes it …
+template <class Renderer>
+class Fields {
+ public:
+  Fields(Renderer&, const Bones&) {}
+  [[nodiscard]] auto of(const Bones& bones, bool milled) const {
+    return DensityField<std::int16_t, typename Renderer::Scalar, typename Renderer::Gradient>(
+        milled ? *bones.milled : *bones.whole, bones.isovalue);
+  }
+};
+
+/// … or their surfaces.
+template <UsesBoneSurface Renderer>
+class Fields<Renderer> {
+ public:
+  Fields(Renderer& renderer, const Bones& bones)
+      : whole_(share_bone_surface(*bones.whole, bones.isovalue)),
+        milled_(share_bone_surface(*bones.milled, bones.isovalue)) {
+    renderer.prepare(whole_->view());
+  }
+  [[nodiscard]] auto of(const Bones&, bool milled) const { return (milled ? milled_ : whole_)->view(); }
+
+ private:
+  std::shared_ptr<BoneSurface<std::int16_t>> whole_, milled_;
+};
+
 template <class Renderer>
 class RendererPlayer final : public Player {
  public:
-  explicit RendererPlayer(Renderer renderer) : renderer_(std::move(renderer)) {}
+  RendererPlayer(Renderer renderer, const Bones& bones) : renderer_(std::move(renderer)), fields_(renderer_, bones) {}
 
   void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
             std::vector<Wrenchd>* wrenches) override {
@@ -28,7 +54,7 @@ class RendererPlayer final : public Player {
       renderer_.reset();
       for (const Posed& X_GT : c.X_GT) {
         const auto start = Clock::now();
-        const Rendered<float> found = renderer_.render(field_of(bones, c.milled), X_GT.template cast<float>());
+        const auto found = renderer_.render(fields_.of(bones, c.milled), X_GT.template cast<Scalar>());
         const std::chrono::duration<float, std::nano> took = Clock::now() - start;
         ns[tick] = std::min(ns[tick], took.count());
         ++tick;
@@ -38,44 +64,34 @@ class RendererPlayer final : public Player {
   }
 
  private:
-  /// A view of the grid a tick, as a scene makes it.
-  [[nodiscard]] static auto field_of(const Bones& bones, bool milled) {
-    if constexpr (requires(Renderer r) { r.depth_map(); })
-      return DepthField<float>(milled ? *bones.milled_depth : *bones.whole_depth);
-    else
-      return DensityField<std::int16_t, float, typename Renderer::Gradient>(milled ? *bones.milled : *bones.whole,
-                                                                            bones.isovalue);
-  }
-
+  using Scalar = typename Renderer::Scalar;
   Renderer renderer_;
+  Fields<Renderer> fields_;
 };
 
 template <class Renderer>
-std::unique_ptr<Player> player_of(Renderer renderer) {
-  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer));
+std::unique_ptr<Player> player_of(Renderer renderer, const Bones& bones) {
+  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bones);
 }
 
-std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Bones&) {
+std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Bones& bones) {
   const ToolDiscretization tool{scene.burr, LineCounts{.shaft = s.vertices}};
   const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
-  if (s.ray_cast) return player_of(LineApproxRenderer{tool, options, RayCast{.stepping = {.step = s.step}}});
-  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}});
+  if (s.ray_cast) return player_of(LineApproxRenderer{tool, options, RayCast{.stepping = {.step = s.step}}}, bones);
+  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, bones);
 }
 
-std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Bones&) {
+std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Bones& bones) {
   const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
   const ToolDiscretization tool{scene.burr, counts};
   const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step};
-  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options});
-  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options});
+  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options}, bones);
+  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options}, bones);
 }
 
-std::unique_ptr<Player> make(const CoupledSetting& s, const Scene& scene, const Bones& bones) {
-  if (!bones.whole_depth || !bones.milled_depth) throw std::invalid_argument("make_player: the bones have no depths");
-  const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
-  const ToolDiscretization tool{scene.burr, counts};
+std::unique_ptr<Player> make(const CoupledSetting&, const Scene& scene, const Bones& bones) {
   const CoupledOptions options{.stiffness = scene.stiffness, .force = scene.max_force, .torque = scene.max_torque};
-  return player_of(CoupledToolRenderer{tool, FromDepthMap(*bones.whole_depth), options});
+  return player_of(CoupledToolRenderer{scene.burr, options}, bones);
 }
 
 }  // namespace

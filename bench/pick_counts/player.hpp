@@ -22,8 +22,8 @@ class Player {
                     std::vector<trephine::Wrenchd>* wrenches) = 0;
 };
 
-/// Throws std::invalid_argument for settings or a tool that the library refuses, and for a coupled tool where `bones`
-/// has no depths.
+/// Throws std::invalid_argument for settings or a tool that the library refuses. `bones` are those that it is led
+/// through.
 [[nodiscard]] std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Bones& bones);
 
 }  // namespace pick

@@ -29,9 +29,7 @@ std::string setting_json(const Setting& setting) {
         "\"algorithm\": \"line\", \"vertices\": %d, \"step_voxel\": %.9g, \"iterations\": %d, \"stepping\": "
         "\"%s\"",
         l->vertices, l->step, l->iterations(), l->ray_cast ? "RayCast" : "TranslateRotate");
-  if (const auto* c = std::get_if<CoupledSetting>(&setting))
-    return text("\"algorithm\": \"coupled\", \"sphere\": %d, \"slices\": %d, \"per_slice\": %d", c->sphere, c->slices,
-                c->per_slice);
+  if (std::holds_alternative<CoupledSetting>(setting)) return "\"algorithm\": \"coupled\"";
   const auto& s = std::get<SurfaceSetting>(setting);
   return text(
       "\"algorithm\": \"surface\", \"sphere\": %d, \"slices\": %d, \"per_slice\": %d, \"step_voxel\": %.9g, "

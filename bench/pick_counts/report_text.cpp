@@ -104,8 +104,8 @@ std::string as_csv(const Study& study) {
     for (const Measured& m : study.trials[i].measured) {
       if (const auto* l = std::get_if<LineSetting>(&m.setting)) {
         out += text("line,%s,%d,,,,%.9g", l->ray_cast ? "ray_cast" : "translate_rotate", l->vertices, l->step);
-      } else if (const auto* c = std::get_if<CoupledSetting>(&m.setting)) {
-        out += text("coupled,,%d,%d,%d,%d,", c->sphere + c->slices * c->per_slice, c->sphere, c->slices, c->per_slice);
+      } else if (std::holds_alternative<CoupledSetting>(m.setting)) {
+        out += "coupled,,,,,,";
       } else {
         const auto& s = std::get<SurfaceSetting>(m.setting);
         out += text("surface,%s,%d,%d,%d,%d,%.9g", s.patches ? "patch" : "area",

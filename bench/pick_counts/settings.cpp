@@ -26,25 +26,20 @@ std::string renderer_code(const LineSetting& s, const Scene& scene) {
          "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
 }
 
-std::string tool_code(int sphere, int slices, int per_slice) {
-  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", sphere, slices,
-              per_slice) +
-         "const trephine::ToolDiscretization tool{burr, counts};\n";
-}
-
 std::string renderer_code(const SurfaceSetting& s, const Scene& scene) {
-  return tool_code(s.sphere, s.slices, s.per_slice) +
+  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", s.sphere,
+              s.slices, s.per_slice) +
+         "const trephine::ToolDiscretization tool{burr, counts};\n" +
          text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", scene.stiffness,
               s.search_step) +
          (s.patches ? "trephine::SurfaceApproxRenderer renderer{tool, options};\n"
                     : "trephine::SurfaceApproxRenderer<float, trephine::AreaWeights> renderer{tool, options};\n");
 }
 
-std::string renderer_code(const CoupledSetting& s, const Scene& scene) {
-  return tool_code(s.sphere, s.slices, s.per_slice) + text("trephine::DepthMap depth(bone, %.6g);\n", scene.isovalue) +
-         text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
+std::string renderer_code(const CoupledSetting&, const Scene& scene) {
+  return text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
               scene.stiffness, scene.max_force, scene.max_torque) +
-         "trephine::CoupledToolRenderer renderer{tool, trephine::FromDepthMap(depth), options};\n";
+         "trephine::CoupledToolRenderer renderer{burr, options};\n";
 }
 
 }  // namespace
@@ -59,8 +54,7 @@ std::string describe(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting))
     return text("%d vertices, %s in steps of %.4g voxel", l->vertices, l->ray_cast ? "ray cast" : "translate-rotate",
                 l->step);
-  if (const auto* c = std::get_if<CoupledSetting>(&setting))
-    return text("sphere %d, %d slices of %d", c->sphere, c->slices, c->per_slice);
+  if (std::holds_alternative<CoupledSetting>(setting)) return "nothing to choose";
   const auto& s = std::get<SurfaceSetting>(setting);
   return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
               s.patches ? ", patches" : "", s.search_step);
@@ -86,12 +80,7 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
         for (const bool ray_cast : {false, true}) all.emplace_back(LineSetting{n, step, ray_cast});
     return all;
   }
-  if (algorithm == Algorithm::kCoupled) {
-    for (const int a : quick ? Ints{26, 100, 200} : Ints{26, 50, 100, 200, 400})
-      for (const int b : quick ? Ints{20, 40, 80} : Ints{10, 20, 40, 80, 160})
-        for (const int c : {4, 8, 16}) all.emplace_back(CoupledSetting{a, b, c});
-    return all;
-  }
+  if (algorithm == Algorithm::kCoupled) return {CoupledSetting{}};
   const Ints sphere = quick ? Ints{26, 100, 400} : Ints{26, 50, 100, 200, 400, 800};
   const Ints slices = quick ? Ints{20, 40, 80, 160} : Ints{10, 20, 40, 80, 160, 320};
   const Ints per_slice = quick ? Ints{8, 16, 32} : Ints{4, 8, 16, 32};
@@ -109,13 +98,13 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
 
 Setting truth_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125, false};
-  if (algorithm == Algorithm::kCoupled) return quick ? CoupledSetting{800, 160, 32} : CoupledSetting{1600, 320, 32};
+  if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
 }
 
 Setting check_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625, false};
-  if (algorithm == Algorithm::kCoupled) return quick ? CoupledSetting{400, 80, 32} : CoupledSetting{800, 160, 32};
+  if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
 }
 

@@ -31,12 +31,8 @@ struct SurfaceSetting {
   friend bool operator==(const SurfaceSetting&, const SurfaceSetting&) = default;
 };
 
-/// What is chosen for the coupled tool.
+/// The coupled tool has nothing to choose.
 struct CoupledSetting {
-  int sphere = 26;
-  int slices = 20;
-  int per_slice = 8;
-
   friend bool operator==(const CoupledSetting&, const CoupledSetting&) = default;
 };
 

@@ -3,7 +3,6 @@
 
 #include "text.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 
 namespace pick {
@@ -23,12 +22,7 @@ Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const Study
   progress("milling holes", 0);
   const CaseMaker maker(whole, milled, scene.isovalue, scene.burr, cases);
   study.holes = maker.holes();
-  Bones bones{&whole, &milled, scene.isovalue};
-  if (std::find(options.algorithms.begin(), options.algorithms.end(), Algorithm::kCoupled) !=
-      options.algorithms.end()) {
-    progress("finding depths", 0);
-    add_depths(bones);
-  }
+  const Bones bones{&whole, &milled, scene.isovalue};
   std::vector<std::vector<Setting>> settings;
   for (const Algorithm a : options.algorithms) {
     const std::string part = std::string("finding contacts, ") + name_of(a);

@@ -31,7 +31,7 @@ void take_times(const std::vector<float>& ns, Measured& m) {
 /// Of a tick, for the estimate of the time left: a constant part and one for each vertex.
 double work_of(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting)) return 100 + 1.2 * l->vertices;
-  if (const auto* c = std::get_if<CoupledSetting>(&setting)) return 300 + c->sphere + c->slices * c->per_slice;
+  if (std::holds_alternative<CoupledSetting>(setting)) return 500;
   const auto& s = std::get<SurfaceSetting>(setting);
   return (s.patches ? 2.0 : 1.0) * (100 + s.sphere + s.slices * (1 + s.per_slice));
 }

@@ -59,7 +59,7 @@ def sweep_tables(sweep):
             for renderer, names in (("surface", [("thesis", tables.SURFACE_THESIS), ("area weights", tables.SURFACE_AREA),
                                                  ("default", tables.SURFACE_DEFAULT)]),
                                     ("line", [("thesis", tables.LINE_THESIS), ("default", tables.LINE_DEFAULT)]),
-                                    ("coupled", [("coupled", tables.COUPLED), ("energy", tables.ENERGY)])):
+                                    ("coupled", [("default", tables.COUPLED)])):
                 for name, variant in names:
                     row = sweep.at_defaults(scenario, variant, kind)
                     if row is None:
@@ -115,7 +115,7 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
-                                                      "ripple", "holes", "force_depth", "energy_laws", "image_floor", "stability", "stability_plane", "stability_energy", "stability_sweep",
+                                                      "ripple", "holes", "force_depth", "image_floor", "stability", "stability_plane", "stability_energy", "stability_sweep",
                                                       "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory",
                                                       "features", "features_spread", "compile_cost")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
@@ -138,10 +138,10 @@ def main():
                   for r in sorted({row["ridge_radius_mm"] for row in t["ridge_spacing"]})]
         loops = [figure(plots.stability_plane(folder, t["stability_plane"], r), "What a hit comes to, by the device's damping and the wall's stiffness; theory: b / (T/2 + dT).")
                  for r in ("line", "surface", "coupled")]
-        loops += [figure(plots.stability_sweep(folder, t["stability_sweep"], r, o), "Theory is a linear wall's; Surface and the energy law are stiffer than they are told where they are pressed, and tools held by their shaft softer by their lever.")
+        loops += [figure(plots.stability_sweep(folder, t["stability_sweep"], r, o), "Theory is a linear wall's; Surface is stiffer than it is told where it is pressed, and tools held by their shaft softer by their lever.")
                   for r, o in dict.fromkeys((row["renderer"], row["options"]) for row in t["stability_sweep"])]
         loops += [figure(plots.stability_energy(folder, t["stability_energy"], r), "A passive law stays below the dashed line, which is what a held spring leaks (Rule E).")
-                  for r in ("line", "surface", "coupled", "energy")]
+                  for r in ("line", "surface", "coupled")]
         loops += [figure(plots.thin_walls(folder, t["stability_thin_walls"], k), "Walls of 0.3 mm voxels.")
                   for k in sorted({row["stiffness"] for row in t["stability_thin_walls"]})]
     else:
@@ -182,7 +182,6 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 <h2>What the image leaves</h2>{plain(t['image_floor'], ['scenario', 'field', 'cases', 'surface_error_voxel_rms', 'surface_error_voxel_p95', 'force_error_rel_p95', 'direction_error_deg_p99_cells', 'direction_error_deg_p99_smoothed'], "Where the interpolant's own surface lies off the true one, along the true normal, at the sweep's contacts of Line's tip: no search on it errs less. Normals there: those of single cells, and of the densities smoothed")}
 <h2>First contacts</h2>{plain(t['first_contact'], ['shape', 'motion', 'search', 'trials', 'misses', 'passed', 'place_error_voxel_p95', 'place_error_voxel_max', 'tick_ns_median'], 'First contacts at 0.01 to 1 m/s; passed: never found on going on; place error: distance of the point found from the surface')}
 <h2>Ripple of a slide at 1 N</h2>{plain(t['ripple'], ['shape', 'renderer', 'contrast', 'noise', 'frequency_Hz', 'mean_N', 'ripple_N_rms_mean', 'ripple_N_rms_max'], 'rms of the force about its trend')}
-<h2>Forces that come from an energy</h2>{plain(t['energy_laws'], ['law', 'field', 'bone', 'poses', 'left_out_share', 'force_off_derivative_max', 'torque_off_derivative_max', 'net_work_rel_mean', 'net_work_rel_worst', 'direction_error_deg_p99', 'tick_ns_median', 'bytes_per_voxel', 'make_s'], 'EnergySurfaceRenderer: springs of depth or along rays, on a map of depths or on the densities themselves, against numeric derivatives of its energy at random poses (those whose stencil meets a kink are left out), along closed paths, and pressed by 0.2 to 0.6 radii. A socket is narrower than the tool is long: its shaft touches too, and rays end in bone')}
 <h2>Holes and slots</h2>{plain(t['holes'], ['place', 'width_over_diameter', 'renderer', 'rest_depth_mm', 'ideal_mm', 'falls_in'], 'Pressed with 0.5 N; ideal: where a rigid tool would rest')}
 <h2>Not measured here</h2><ul>
 <li>cold caches and other threads' traffic; a real device and a real hand</li>

@@ -12,8 +12,7 @@ LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-spline-refined"
 SURFACE_COUNTS = dict(vertices=260.0, slices=70.0, per_slice=8.0)  # SurfaceCounts{}
 DENSEST = dict(vertices=1000.0, slices=200.0, per_slice=16.0)
-COUPLED = "coupled-depth_map"
-ENERGY = "energy-depth_map"
+COUPLED = "coupled"
 DEFAULT_FIELD = "ct_blur_8bit"
 SMOOTH_TIPS = ["plane", "sphere", "socket", "cylinder", "ridge", "plate"]
 SMOOTH_SHAFTS = ["shaft_ridge", "shaft_cylinder"]
@@ -62,12 +61,12 @@ class Sweep:
         return [row for row in self.rows if fits(row)]
 
     def at_defaults(self, scenario, variant, kind="discretisation", **more):
-        """The row of a variant at the thesis' counts, half-voxel steps, single precision, the default image."""
+        """The row of a variant at the thesis' counts, half-voxel steps, single precision, the default image. Coupled has no counts, and double precision."""
         law = variant.split("-")[0]
-        renderer = "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law in ("coupled", "energy") else "line"
+        renderer = "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law == "coupled" else "line"
         wanted = dict(scenario=scenario, variant=variant, error_kind=kind, field=DEFAULT_FIELD, voxel_mm=0.3,
                       scalar="float", steps="1/2vx", renderer=renderer)
-        wanted.update(dict(vertices=26.0, slices=20.0, per_slice=8.0) if renderer != "line" else dict(vertices=50.0))
+        wanted.update({"surface": dict(vertices=26.0, slices=20.0, per_slice=8.0), "line": dict(vertices=50.0), "coupled": dict(scalar="double")}[renderer])
         wanted.update(more)
         rows = self.where(**wanted)
         return rows[0] if rows else None

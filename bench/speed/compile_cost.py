@@ -17,18 +17,17 @@ from concurrent.futures import ThreadPoolExecutor
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 INCLUDE = os.path.join(ROOT, "include")
 
-PROGRAM = """trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, @more@const trephine::TickInput& input);
-trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, @more@const trephine::TickInput& input) {
+PROGRAM = """trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephine::TickInput& input);
+trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephine::TickInput& input) {
   using namespace trephine;
   HapticScene scene{bone, 100, @renderer@};
   return scene.tick(input, 1e-3);
 }
 """
 SCENES = {
-    "line": ("render/line_approx_renderer.hpp", "", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
-    "surface": ("render/surface_approx_renderer.hpp", "", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
-    "coupled": ("render/coupled_tool_renderer.hpp", "trephine::DepthMap& depths, ",
-                "CoupledToolRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}, FromDepthMap(depths)}"),
+    "line": ("render/line_approx_renderer.hpp", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
+    "surface": ("render/surface_approx_renderer.hpp", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
+    "coupled": ("render/coupled/coupled_tool_renderer.hpp", "CoupledToolRenderer{Burr{}}"),
 }
 
 
@@ -40,8 +39,8 @@ def programs():
     """(what, header, source)"""
     yield "program", "none", "int main() {}\n"
     yield "program", "Eigen/Core and Geometry", includes("Eigen/Core", "Eigen/Geometry") + "int main() {}\n"
-    for name, (header, more, renderer) in SCENES.items():
-        body = PROGRAM.replace("@more@", more).replace("@renderer@", renderer)
+    for name, (header, renderer) in SCENES.items():
+        body = PROGRAM.replace("@renderer@", renderer)
         yield f"{name} scene", "its own headers", includes(f"trephine/{header}", "trephine/stage/haptic_scene.hpp") + body
         yield f"{name} scene", "trephine.hpp", includes("trephine/trephine.hpp") + body
 

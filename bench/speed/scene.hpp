@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,10 +72,9 @@ struct Scene {
 }
 
 template <Friction FrictionLaw = Frictionless>
-[[nodiscard]] CoupledToolRenderer<float, FromDepthMap, FrictionLaw> coupled(DepthMap& depths,
-                                                                            const FrictionLaw& friction = {}) {
+[[nodiscard]] CoupledToolRenderer<double, BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return {ToolDiscretization{burr, SurfaceCounts::thesis()}, FromDepthMap(depths), CoupledOptions{}, friction};
+  return {burr, CoupledOptions{}, friction};
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.
@@ -97,18 +95,12 @@ template <Friction FrictionLaw = Frictionless>
 /// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
 class Carving {
  public:
-  explicit Carving(double reach) : block_(make()) {
-    if (reach > 0) depth_.emplace(block_, 127.0, DepthOptions{.reach = reach});
-    restart();
-  }
+  Carving() : block_(make()) { restart(); }
   void operator()() {
     ++tick_;
     const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
     const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
-    if (depth_)
-      depth_->cut(cutter);
-    else
-      benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
+    benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
     p_ = q;
   }
 
@@ -127,13 +119,11 @@ class Carving {
   static constexpr int kTicks = 600;
   void restart() {
     block_.restore();
-    if (depth_) depth_->restore();
     p_ = Vec3d::Constant(20 * kVoxel);
     tick_ = 0;
   }
 
   Grid block_;
-  std::optional<DepthMap> depth_;
   Vec3d p_;
   int tick_ = 0;
 };

@@ -2,6 +2,7 @@
 #include "speed/scene.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace trephine::bench::speed {
 namespace {
@@ -32,10 +33,9 @@ void measure_servo(const Options& options, const Scene& scene) {
               "renderer,rate_Hz,voxel_mm,compiler,march,ticks,share_within_period,p50_ns,p999_ns,"
               "missed_periods,lateness_p50_ns,lateness_p999_ns",
               options.append);
-  const auto run = [&](const char* name, auto make, double rate, double voxel) {
+  const auto run = [&](const char* name, auto renderer, double rate, double voxel) {
     Grid tooth = tooth_of(voxel);
-    std::optional<DepthMap> depths;
-    HapticScene drill{tooth, kIsovalue, make(tooth, depths), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
+    HapticScene drill{tooth, kIsovalue, std::move(renderer), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
     const auto hand = [&scene](double t) {
       const Vec3d at =
           scene.top + Vec3d(0.002 * std::sin(3 * t), 0.002 * std::cos(2 * t), 0.001 * std::sin(12.566 * t));
@@ -64,14 +64,9 @@ void measure_servo(const Options& options, const Scene& scene) {
   };
   for (const double voxel : {4e-4, 1e-4})
     for (const double rate : {10e3, 40e3}) {
-      run(
-          "surface", [](auto&, auto&) { return surface(); }, rate, voxel);
-      run(
-          "line", [](auto&, auto&) { return line(); }, rate, voxel);
-      run(
-          "coupled",
-          [](Grid& tooth, std::optional<DepthMap>& depths) { return coupled(depths.emplace(tooth, kIsovalue)); }, rate,
-          voxel);
+      run("surface", surface(), rate, voxel);
+      run("line", line(), rate, voxel);
+      run("coupled", coupled(), rate, voxel);
     }
 }
 

@@ -41,7 +41,7 @@ class Spread {
   Table table_;
 };
 
-/// The coupled tool at the thesis' counts, pressed three voxels deep and led over a plane or round a ball.
+/// The coupled tool pressed three voxels deep and led over a plane or round a ball.
 void measure_coupled(Spread& spread, int ticks) {
   constexpr double kVoxel = 3e-4, kRadius = 20 * kVoxel, kDeep = 3 * kVoxel;
   const test::RasterOptions o{.size = {80, 80, 80}};
@@ -50,10 +50,10 @@ void measure_coupled(Spread& spread, int ticks) {
     const Vec3d top = o.middle();
     const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
                            : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-    DepthMap depths(bone, o.isovalue());
+    const auto surface = share_bone_surface(bone, o.isovalue());
     // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
     const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
-      const auto field = tool.field(bone, o.isovalue());
+      tool.prepare(surface->view());
       const double above = tool.shape().tip_radius - kDeep;
       const auto pose = [&](int i) {
         const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
@@ -61,18 +61,17 @@ void measure_coupled(Spread& spread, int ticks) {
         const Vec3d p =
             ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
         const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
-        return make_pose<float>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)).cast<float>() * R.cast<float>(),
-                                p.cast<float>());
+        return make_pose<double>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)) * R, p);
       };
       spread.measure(
           std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
-          [&](int i) { benchmark::DoNotOptimize(tool.render(field, pose(i))); });
+          [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
     };
-    slide(".03 m/s", coupled(depths), 0.03, 0);
-    slide(".1 m/s", coupled(depths), 0.1, 0);
-    slide(".1 m/s, turning", coupled(depths), 0.1, 13);
-    slide(".03 m/s, friction .3", coupled(depths, Coulomb(0.3, 0.3)), 0.03, 0);
-    slide(".1 m/s, friction .3", coupled(depths, Coulomb(0.3, 0.3)), 0.1, 0);
+    slide(".03 m/s", coupled(), 0.03, 0);
+    slide(".1 m/s", coupled(), 0.1, 0);
+    slide(".1 m/s, turning", coupled(), 0.1, 13);
+    slide(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03, 0);
+    slide(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1, 0);
   }
 }
 
@@ -144,37 +143,32 @@ void measure_spread(const Options& options, const Scene& scene) {
         [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
   }
   {
-    Carving carving(0);
+    Carving carving;
     spread.measure(
         "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
-    Carving depths(4);
-    spread.measure(
-        "carving its depths", ticks, 0, [&](int) { depths.prepare(); }, [&](int) { depths(); });
   }
   {
-    // Bone and depths, in a block's face at a hundredth of a voxel a tick.
+    // In a block's face at a hundredth of a voxel a tick.
     const auto in_time = [&](const char* name, const auto& policy) {
       Grid block = Carving::make();
-      DepthMap depths(block, 127);
-      BoneWithDepth both(block, depths);
       const double h = block.spacing().x();
       spread.measure(
           name, ticks, 0,
           [&](int i) {
-            if (i % 400 == 0) block.restore(), depths.restore();
+            if (i % 400 == 0) block.restore();
           },
           [&](int i) {
             const Vec3d p = h * Vec3d(32, 32, 66 - 0.01 * (i % 400));
             const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(i)};
-            benchmark::DoNotOptimize(carve(both, 127, SphereCutter(p, p, 5 * h), policy, allowance));
+            benchmark::DoNotOptimize(carve(block, 127, SphereCutter(p, p, 5 * h), policy, allowance));
           });
     };
-    in_time("carving a burr of 5 voxels and its depths by a rate", RateLimitedCut<>{.rate = 300});
-    in_time("carving a burr of 5 voxels and its depths at a speed", AdvancingCut{});
+    in_time("carving a burr of 5 voxels by a rate", RateLimitedCut<>{.rate = 300});
+    in_time("carving a burr of 5 voxels at a speed", AdvancingCut{});
   }
   {
     // A host reads every changed brick, as fast as it can, while the drill goes on.
-    Carving carving(0);
+    Carving carving;
     std::atomic<bool> stop{false};
     GridReader<std::uint8_t> reader(carving.block());
     std::thread host([&] {

@@ -68,7 +68,7 @@ Total all(const Setup& s, int count, bool rough) {
     int steps = 500, still = 0;
     double change = 0;
     test::PathWork w = round(*tool, p, steps);
-    const int most = rough ? 1000 : s.renderer == "energy" ? 64000 : 4000;
+    const int most = rough ? 1000 : 4000;
     while (steps < most && still < 2) {
       steps *= 2;
       const test::PathWork finer = round(*tool, p, steps);
@@ -114,10 +114,7 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
                              {{.renderer = "line", .budget = kBudget}},
                              {{.renderer = "surface", .options = "area weights"}},
                              {{.renderer = "coupled"}},
-                             {{.renderer = "coupled", .friction = 0.3}},
-                             {{.renderer = "coupled", .sphere = 200}, false},
-                             {{.renderer = "energy"}},
-                             {{.renderer = "energy", .sphere = 200}}};
+                             {{.renderer = "coupled", .friction = 0.3}}};
   for (const std::string renderer : {"line", "surface"})
     for (const auto& choice : thesis_choices(renderer))
       kinds.push_back({{.renderer = renderer, .options = choice}, false});

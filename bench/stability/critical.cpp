@@ -111,7 +111,7 @@ double felt_staying(Rest& rest) {
 /// The coupled tool's greatest stable stiffness is the coupling's wherever it is pressed, but where it gives way
 /// sideways: there what is felt at the border is theory's. Held by its shaft it turns too, and is felt softer than the
 /// coupling by its lever. A ball without friction rolls over an edge or a corner: the spring from its centre, R away
-/// from there, to the device's, r away, along u, is felt as K (1 − (R/r) (1 − (n·u)²)) (`coupled_edges.cpp` tests it).
+/// from there, to the device's, r away, along u, is felt as K (1 − (R/r) (1 − (n·u)²)).
 Measured coupled_critical(const Setup& setup, const Case& c, const Place& place) {
   const double analytic = analytic_critical(setup, c, place.outward);
   const double found = voxel_critical(setup, c, place, kOffShape, place.by_shaft ? 16 : 1.6);
@@ -165,8 +165,7 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface", .options = "thesis"},
                                    {.renderer = "surface", .options = "thesis' counts"},
                                    {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3},
-                                   {.renderer = "energy"}};
+                                   {.renderer = "coupled", .friction = 0.3}};
 
 }  // namespace
 
@@ -199,8 +198,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
                         }});
       }
 
-  const std::vector<Setup> coupled = {
-      {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}, {.renderer = "coupled", .sphere = 200}};
+  const std::vector<Setup> coupled = {{.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
   std::vector<Case> pressed_cases{{.damping = 0.5, .delay = 0}, {.damping = 0.5, .delay = 1}};
   if (!options.quick) {
     pressed_cases.push_back({.damping = 5, .delay = 0});

@@ -34,7 +34,7 @@ struct Worst {
 }  // namespace
 
 void plan_jumps(const StabilityOptions&, Plan& plan) {
-  for (const std::string renderer : {"line", "surface", "coupled", "energy"})
+  for (const std::string renderer : {"line", "surface", "coupled"})
     for (const std::string choice : {"default", "thesis"}) {
       if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
       plan.push_back(

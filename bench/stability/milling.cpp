@@ -80,9 +80,8 @@ Site scanned(const std::string& skull) {
 std::vector<Setup> tools() {
   std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
                             {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
-                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3},
-                            {.renderer = "energy"}};
-  for (const char* renderer : {"line", "surface", "coupled", "energy"}) {
+                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
+  for (const char* renderer : {"line", "surface", "coupled"}) {
     all.push_back({.renderer = renderer, .mill_speed = 1e-3});
     all.push_back({.renderer = renderer});
     all.back().stack.rate = {.force = 190, .torque = 6};

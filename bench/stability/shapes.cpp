@@ -28,8 +28,7 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface", .options = "thesis' counts"},
                                    {.renderer = "surface", .options = "area weights"},
                                    {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3},
-                                   {.renderer = "energy"}};
+                                   {.renderer = "coupled", .friction = 0.3}};
 
 Setup setup_for(Setup tool, const Place& place, double K) {
   tool.burr = place.burr;

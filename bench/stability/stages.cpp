@@ -251,7 +251,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
           plan.push_back({"presets", [=] { return preset_rows(name, renderer, hand, staged); }});
 
   // What the thesis' choices cost, one at a time; what does without them beside.
-  for (const std::string renderer : {"line", "surface", "coupled", "energy"}) {
+  for (const std::string renderer : {"line", "surface", "coupled"}) {
     std::vector<std::string> choices{"default"};
     if (!thesis_choices(renderer).empty()) choices.emplace_back("thesis");
     for (const auto& c : thesis_choices(renderer)) choices.push_back(c);
@@ -288,7 +288,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
   }
 
   // Energy over time: the thesis' choices and ours pressed into an edge, and what Rule E grants.
-  for (const std::string renderer : {"line", "surface", "coupled", "energy"})
+  for (const std::string renderer : {"line", "surface", "coupled"})
     for (const std::string choice : {"default", "thesis"}) {
       if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
       plan.push_back({"energy over time", [=] {

@@ -133,8 +133,7 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface", .options = "thesis"},
                                    {.renderer = "surface", .budget = StiffnessBudget{.linear = 800, .angular = 0.3}},
                                    {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3},
-                                   {.renderer = "energy"}};
+                                   {.renderer = "coupled", .friction = 0.3}};
 
 }  // namespace
 

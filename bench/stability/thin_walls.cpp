@@ -55,9 +55,7 @@ void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
                                     {.renderer = "surface", .options = "thesis' counts"},
                                     {.renderer = "surface", .options = "area weights"},
                                     {.renderer = "coupled"},
-                                    {.renderer = "coupled", .friction = 0.3},
-                                    {.renderer = "energy"},
-                                    {.renderer = "energy", .sphere = 200}};
+                                    {.renderer = "coupled", .friction = 0.3}};
   const std::vector<double> speeds = options.quick ? std::vector{0.01, 1.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0};
   for (int voxels = 1; voxels <= 4; ++voxels) {
     const double thickness = voxels * kPlaceVoxel;

@@ -2,7 +2,6 @@
 #include "stability/places.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <sstream>
 #include <stdexcept>
 
@@ -22,37 +21,7 @@ std::vector<double> press(const Setup& setup, const Vec3d& n) {
   return force;
 }
 
-/// Of EnergySurfaceRenderer: an area times its depth, along n.
-std::vector<double> press_energy(const Setup& setup, const Vec3d& n) {
-  const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, counts_of(setup));
-  const double R = setup.burr.tip_radius, k = setup.stiffness / (std::numbers::pi * R * R / 2);
-  std::vector<double> force;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double plane = R * i / kSteps - R;  // its height above the ball's centre
-    double sum = 0;
-    for (int v = 0; v < tool.groups()[0].count; ++v)
-      sum += k * tool.areas()[static_cast<std::size_t>(v)] * std::max(0.0, plane - tool.points()[v].dot(n));
-    force.push_back(sum);
-  }
-  return force;
-}
-
-/// Of the coupling at k_v and one place of contact.
-double series(const Setup& setup, double k_v) {
-  CoupledOptions options = setup.coupled;
-  options.stiffness = k_v;
-  const double k_c = options.contact_stiffness(kPlaceVoxel, setup.friction > 0);
-  return k_v * k_c / (k_v + k_c);
-}
-
 }  // namespace
-
-DepthMap& Bone::depths(double isovalue) {
-  // Penalty laws sink in by millimetres, so as deep as the sweep of errors has it.
-  constexpr DepthOptions kDepths{.reach = 10, .keep_original = false};
-  std::call_once(asked_, [&] { depths_ = std::make_unique<DepthMap>(*this, isovalue, kDepths); });
-  return *depths_;
-}
 
 std::string label(const Setup& setup) {
   std::ostringstream s;
@@ -61,7 +30,6 @@ std::string label(const Setup& setup) {
   if (setup.friction > 0) s << " + friction " << setup.friction;
   if (setup.mill_speed > 0) s << " + advancing cut";
   if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
-  if (setup.sphere > 0) s << " + " << setup.sphere << " vertices";
   return s.str();
 }
 
@@ -69,7 +37,6 @@ std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isoval
   if (setup.renderer == "line") return make_line_tool(setup, bone, isovalue);
   if (setup.renderer == "surface") return make_surface_tool(setup, bone, isovalue);
   if (setup.renderer == "coupled") return make_coupled_tool(setup, bone, isovalue);
-  if (setup.renderer == "energy") return make_energy_tool(setup, bone, isovalue);
   throw std::invalid_argument("make_tool: no renderer '" + setup.renderer + "'");
 }
 
@@ -81,17 +48,12 @@ std::vector<std::string> thesis_choices(const std::string& renderer) {
 }
 
 PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_radius) {
-  if (setup.renderer == "line") {
+  if (setup.renderer == "line" || setup.renderer == "coupled") {
     k_ = setup.stiffness;
     return;
   }
-  if (setup.renderer == "coupled") {
-    k_ = series(setup, setup.stiffness);
-    return;
-  }
   const bool ratio = setup.options == "thesis" || setup.options == "Eq. 16";
-  table_ = setup.renderer == "energy"        ? press_energy(setup, n)
-           : ratio                           ? press<CollisionRatio>(setup, n)
+  table_ = ratio                             ? press<CollisionRatio>(setup, n)
            : setup.options == "area weights" ? press<AreaWeights>(setup, n)
                                              : press<PatchWeights>(setup, n);
   edge_ = table_.back();
@@ -118,17 +80,8 @@ double PlaneLaw::tangent_at(double newton) const {
 }
 
 Setup with_tangent(Setup setup, const Vec3d& n, double K, double newton) {
-  if (setup.renderer == "line") {
+  if (setup.renderer == "line" || setup.renderer == "coupled") {
     setup.stiffness = K;
-    return setup;
-  }
-  if (setup.renderer == "coupled") {
-    double low = K, high = 2 * K;
-    for (int i = 0; i < 60; ++i) {
-      const double k_v = 0.5 * (low + high);
-      (series(setup, k_v) < K ? low : high) = k_v;
-    }
-    setup.stiffness = high;
     return setup;
   }
   // Forces are proportional to the stiffness: F = s g(δ) where s g' = K, so g'/g = K/F.

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,18 +12,7 @@
 /// Scenes by name, so that one measurement serves every renderer, choice and stack of stages.
 namespace trephine::bench {
 
-/// A volume, with its depths for the renderers that read them.
-class Bone : public VoxelGrid<std::int16_t> {
- public:
-  using VoxelGrid<std::int16_t>::VoxelGrid;
-  explicit Bone(VoxelGrid<std::int16_t>&& grid) : VoxelGrid<std::int16_t>(std::move(grid)) {}
-  /// Made at this isovalue when first asked for, by any thread; the one map there is.
-  [[nodiscard]] DepthMap& depths(double isovalue);
-
- private:
-  std::once_flag asked_;
-  std::unique_ptr<DepthMap> depths_;
-};
+using Bone = VoxelGrid<std::int16_t>;
 
 /// Stages that are on.
 struct Stack {
@@ -37,7 +25,7 @@ struct Stack {
 };
 
 struct Setup {
-  std::string renderer = "line";    ///< "line", "surface", "coupled", "energy"
+  std::string renderer = "line";    ///< "line", "surface", "coupled"
   std::string options = "default";  ///< "default", "thesis", or the one choice in which it differs from the default
   Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0};
   double stiffness = 800;  ///< as the renderers mean it [N/m]
@@ -45,18 +33,14 @@ struct Setup {
   std::optional<StiffnessBudget> budget{};
   double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
   double mill_speed = 0;     ///< of an AdvancingCut instead [m/s]
-  int sphere = 0;            ///< vertices on the ball, but Line's; 0: as many as the options mean
   CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
   Stack stack{};
 };
 
-/// Those of a Surface scene that names none, or the thesis', which is what the coupled tool's and the energy law's
-/// glide or sum over too.
+/// Those of a Surface scene that names none, or the thesis'.
 [[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
-  const bool dense = setup.renderer == "surface" && setup.options != "thesis" && setup.options != "thesis' counts";
-  SurfaceCounts counts = dense ? SurfaceCounts{} : SurfaceCounts::thesis();
-  if (setup.sphere > 0) counts.sphere = setup.sphere;
-  return counts;
+  const bool few = setup.options == "thesis" || setup.options == "thesis' counts";
+  return few ? SurfaceCounts::thesis() : SurfaceCounts{};
 }
 
 class AnyTool {
@@ -71,7 +55,6 @@ class AnyTool {
 [[nodiscard]] std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, double isovalue);
-[[nodiscard]] std::unique_ptr<AnyTool> make_energy_tool(const Setup& setup, Bone& bone, double isovalue);
 
 /// The options of a setup in words: "default + friction 0.3".
 [[nodiscard]] std::string label(const Setup& setup);
@@ -80,8 +63,7 @@ class AnyTool {
 [[nodiscard]] std::vector<std::string> thesis_choices(const std::string& renderer);
 
 /// The law of a ball pressed `depth` [m] into a plane with outward normal n, in closed form over its vertices [N], for
-/// the scene that `setup` makes of voxels as the places have them. Coupled: its two springs in series, one vertex'
-/// contact and the coupling.
+/// the scene that `setup` makes of voxels as the places have them. Coupled: its coupling.
 class PlaneLaw {
  public:
   PlaneLaw(const Setup& setup, const Vec3d& n);
@@ -93,7 +75,7 @@ class PlaneLaw {
  private:
   double k_ = 0;  // Line, Coupled
   double edge_ = 0, radius_ = 0;
-  std::vector<double> table_;  // Surface, Energy: force at even steps of depth up to the radius
+  std::vector<double> table_;  // Surface: force at even steps of depth up to the radius
 };
 
 /// `setup` with its stiffness chosen so that the tangent stiffness at `newton` on that plane is K.

@@ -39,6 +39,7 @@ void study_image_floor(const StudyOptions& options) {
       for (const Case& c : scenario.cases) {
         if (c.line_path.empty()) continue;
         const DensityField<std::uint8_t, double> field(imaged.grids[c.bone], imaged.isovalue);
+        const DensityField<std::uint8_t, double, SplineGradient> smooth(imaged.grids[c.bone], imaged.isovalue);
         const double way = way_to_surface(field, c.line.point, c.line.normal);
         if (!std::isfinite(way)) continue;
         const Vec3d p = c.line.point + way * c.line.normal;
@@ -46,7 +47,7 @@ void study_image_floor(const StudyOptions& options) {
         squares += off.back() * off.back();
         force.push_back(kStiffness * std::abs(way) / std::max(kForceFloor, kStiffness * c.depth));
         cells.push_back(test::angle_deg(-field.gradient(p), c.line.normal));
-        smoothed.push_back(test::angle_deg(-field.smooth_gradient(p), c.line.normal));
+        smoothed.push_back(test::angle_deg(-smooth.gradient(p), c.line.normal));
       }
       table.row(name, image.name(), off.size(),
                 std::sqrt(squares / std::max<double>(1, static_cast<double>(off.size()))), percentile(off, 0.95),

@@ -25,7 +25,6 @@ void study_ridge_spacing(const StudyOptions& options);
 void study_ripple(const StudyOptions& options);
 void study_holes(const StudyOptions& options);
 void study_force_depth(const StudyOptions& options);
-void study_energy_laws(const StudyOptions& options);
 void study_image_floor(const StudyOptions& options);
 
 [[nodiscard]] inline std::vector<Study> studies() {
@@ -36,7 +35,6 @@ void study_image_floor(const StudyOptions& options);
       {"ripple", "how smooth is a slide?", study_ripple},
       {"holes", "which holes and slots does a tool fall into?", study_holes},
       {"force_depth", "how does each law's force grow with depth?", study_force_depth},
-      {"energy_laws", "which energy, on densities or on depths?", study_energy_laws},
       {"image_floor", "what is left to the image, whatever the search?", study_image_floor}};
 }
 

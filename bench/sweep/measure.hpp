@@ -7,8 +7,7 @@
 
 #include <trephine/render/line_approx_renderer.hpp>
 #include <trephine/render/surface_approx_renderer.hpp>
-
-#include <trephine/voxel/depth_map.hpp>
+#include <trephine/stage/haptic_scene.hpp>
 
 #include <chrono>
 #include <limits>
@@ -29,7 +28,7 @@ struct Imaged {
   Image image;
   double isovalue;
   std::vector<VoxelGrid<D>> grids;
-  mutable std::vector<std::unique_ptr<DepthMap>> maps;  ///< of the grids, those that were asked for
+  mutable std::vector<std::shared_ptr<BoneSurface<D>>> surfaces{};  ///< of the grids, those that were asked for
 };
 
 [[nodiscard]] inline test::RasterOptions raster_options(const Image& image) {
@@ -56,9 +55,9 @@ struct Imaged {
 template <VoxelDensity Density>
 [[nodiscard]] Imaged<Density> make_image(const Scenario& scenario, const Image& image) {
   const test::RasterOptions o = raster_options(image);
-  Imaged<Density> made{&scenario, image, o.isovalue(), {}, {}};
+  Imaged<Density> made{&scenario, image, o.isovalue(), {}};
   for (const Shape& bone : scenario.bones) made.grids.push_back(test::rasterise<Density>(bone, o));
-  made.maps.resize(made.grids.size());
+  made.surfaces.resize(made.grids.size());
   return made;
 }
 
@@ -160,6 +159,7 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
                          const FieldOf& field_of, const TruthOf& truth) {
   using Scalar = typename Renderer::Scalar;
   constexpr bool kLine = requires { renderer.report(); };
+  constexpr bool kCounts = !UsesBoneSurface<Renderer>;  // what is asked of a surface are no samples
   const Scenario& scenario = *imaged.scenario;
   const double voxel = 1e-3 * imaged.image.voxel_mm;
   std::vector<double> times;
@@ -169,7 +169,12 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
     const auto& path = kLine ? c.line_path : c.surface_path;
     if (path.empty()) continue;
     const auto base = field_of(c.bone);
-    const test::CountingField field(base);
+    const auto field = [&] {
+      if constexpr (kCounts)
+        return test::CountingField(base);
+      else
+        return base;
+    }();
     renderer.reset();
     Rendered<Scalar> out;
     for (std::size_t i = 0; i < path.size(); ++i) {
@@ -180,7 +185,7 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
       if (i < path.size() / 2) continue;  // on the way in; the rest is in contact
       times.push_back(std::chrono::duration<double, std::nano>(end - start).count());
     }
-    samples += field.samples;
+    if constexpr (kCounts) samples += field.samples;
     ticks += static_cast<std::int64_t>(path.size());
     const Found found{out.wrench.template cast<double>(), mean_contact(renderer, scenario.shaft),
                       scenario.shaft ? out.contact.shaft : out.contact.tip};
@@ -191,7 +196,8 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
   row.scenario = scenario.name;
   row.image = imaged.image;
   row.setting = setting;
-  row.samples_per_tick = static_cast<double>(samples) / static_cast<double>(ticks);
+  row.samples_per_tick =
+      kCounts ? static_cast<double>(samples) / static_cast<double>(ticks) : std::numeric_limits<double>::quiet_NaN();
   row.tick_ns_median = percentile(times, 0.5);
   row.tick_ns_p999 = percentile(times, 0.999);
   std::vector<Row> rows(2, row);

@@ -34,8 +34,14 @@ constexpr SurfaceCounts kDensest{.sphere = 1000, .slices = 200, .per_slice = 16}
   return {.renderer = "line", .variant = variant, .scalar = "float"};
 }
 
-[[nodiscard]] Setting coupled(const std::string& variant = kCoupledDefault) {
-  return {.renderer = "coupled", .variant = variant, .scalar = "float"};
+[[nodiscard]] Setting coupled() {
+  return {.renderer = "coupled",
+          .variant = kCoupledDefault,
+          .scalar = "double",
+          .vertices = 0,
+          .sphere = 0,
+          .slices = 0,
+          .per_slice = 0};
 }
 
 template <class T>
@@ -94,26 +100,6 @@ template <class T>
   return all;
 }
 
-// The coupled tool and contact that comes from an energy: their counts.
-[[nodiscard]] std::vector<Setting> coupled_factors(bool quick) {
-  std::vector<Setting> all;
-  for (const auto* v : {kCoupledDefault, kEnergySurface}) {
-    for (const int n : thinned<int>({14, 26, 50, 98, 200, 400, 1000}, quick)) {
-      all.push_back(coupled(v));
-      all.back().sphere = n;
-    }
-    for (const int n : thinned<int>({10, 20, 50, 100, 200}, quick)) {
-      all.push_back(coupled(v));
-      all.back().slices = n;
-    }
-    for (const int n : thinned<int>({4, 8, 16, 32}, quick)) {
-      all.push_back(coupled(v));
-      all.back().per_slice = n;
-    }
-  }
-  return all;
-}
-
 [[nodiscard]] std::vector<Image> images() {
   std::vector<Image> all;
   for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"})
@@ -150,7 +136,7 @@ std::string Job::name() const {
   const Setting& s = setting;
   text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/'
        << s.scalar << '/';
-  if (s.renderer != "line")
+  if (s.renderer == "surface")
     text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
   else
     text << s.vertices;
@@ -169,7 +155,7 @@ std::vector<Job> make_plan(bool quick) {
     if (quick && !representative && scenario != "shaft_ridge") continue;
     for (const bool is_surface : {true, false})
       for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
-    for (const auto& s : coupled_factors(quick)) jobs.push_back({scenario, Image(), s});
+    jobs.push_back({scenario, Image(), coupled()});
     jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {
       const bool other_voxels = image.voxel_mm != 0.3;

@@ -23,7 +23,7 @@ class Bones {
   std::unique_ptr<Data> data_;
 };
 
-/// Names of Surface's and Line's variants that `run` knows; Coupled's are the two constants below: policies in the
+/// Names of Surface's and Line's variants that `run` knows; Coupled has one: policies in the
 /// order of the template's parameters, then options that differ from the default. Those of 16-bit images and of
 /// `double` are fewer.
 [[nodiscard]] std::vector<std::string> surface_variants(const std::string& scalar, int bits);
@@ -32,8 +32,7 @@ class Bones {
 inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
 inline constexpr const char* kSurfaceArea = "area-extend-full-analytic";
 inline constexpr const char* kSurfaceDefault = "patch-extend-full-analytic";
-inline constexpr const char* kCoupledDefault = "coupled-depth_map";
-inline constexpr const char* kEnergySurface = "energy-depth_map";
+inline constexpr const char* kCoupledDefault = "coupled";
 inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";
 inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-spline-refined";
 

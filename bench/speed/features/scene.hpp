@@ -16,7 +16,6 @@
 #include <vector>
 
 namespace trephine {
-class DepthMap;
 template <VoxelDensity Density>
 class AirMap;
 }  // namespace trephine
@@ -29,7 +28,6 @@ namespace trephine::bench {
 struct Place {
   VoxelGrid<std::uint8_t>& bone;
   double isovalue;
-  DepthMap& depths;
   AirMap<std::uint8_t>& air;
 };
 

@@ -41,8 +41,7 @@ endforeach()
 
 set(tool_line "ToolDiscretization{settings.burr, LineCounts{}}, LineOptions{.budget = settings.budget}")
 set(tool_surface "ToolDiscretization{settings.burr, SurfaceCounts::thesis()}, SurfaceOptions{.budget = settings.budget}")
-set(tool_coupled "ToolDiscretization{settings.burr, SurfaceCounts::thesis()}, FromDepthMap(place.depths), \
-CoupledOptions{.rotational_stiffness = settings.rotational_stiffness}")
+set(tool_coupled "settings.burr, CoupledOptions{.rotational_stiffness = settings.rotational_stiffness}")
 set(type_line LineApproxRenderer)
 set(type_surface SurfaceApproxRenderer)
 set(type_coupled CoupledToolRenderer)
@@ -54,7 +53,7 @@ set(torque_only_surface "SurfaceApproxRenderer<float, PatchWeights, ExtendAlongS
 foreach(renderer line surface coupled)
   set(header render/${renderer}_approx_renderer)
   if(renderer STREQUAL "coupled")
-    set(header render/coupled_tool_renderer)
+    set(header render/coupled/coupled_tool_renderer)
   endif()
   set(needs speed/features/scene ${header})
   set(made "${type_${renderer}}(${tool_${renderer}})")
@@ -80,8 +79,8 @@ foreach(renderer line surface coupled)
     feature_scene(${renderer} shaft_torque_force_only "${needs}" "scene_of(place, ${made}, ForceOnly{})")
   endif()
 endforeach()
-feature_scene(coupled translation "speed/features/scene;render/coupled_tool_renderer"
-              "scene_of(place, CoupledToolRenderer<float, FromDepthMap, Frictionless, TranslationOnly>(${tool_coupled}), ForceOnly{})")
+feature_scene(coupled translation "speed/features/scene;render/coupled/coupled_tool_renderer"
+              "scene_of(place, CoupledToolRenderer<double, BallAndShaft, Frictionless, TranslationOnly>(${tool_coupled}), ForceOnly{})")
 set(looped "place, settings, SurfaceApproxRenderer(${tool_surface})")
 feature_scene(surface loop "speed/features/loop;render/surface_approx_renderer" "loop_of(${looped}, NoObserver{})")
 feature_scene(surface recorder "speed/features/loop;render/surface_approx_renderer;device/recorder"
