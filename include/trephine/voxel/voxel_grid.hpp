@@ -164,6 +164,8 @@ class VoxelGrid {
     const int i = static_cast<int>(b);
     return {i % bricks_[0], i / bricks_[0] % bricks_[1], i / (bricks_[0] * bricks_[1])};
   }
+  /// Raised by every commit that changed a voxel of the brick or of its halo. Haptic thread.
+  [[nodiscard]] std::uint32_t brick_version(std::size_t b) const noexcept { return versions_[b]; }
   /// Smallest and largest density in the brick and its halo, up to date after `commit()`.
   [[nodiscard]] DensityRange<Density> brick_range(std::size_t b) const noexcept { return ranges_[b]; }
 

@@ -10,7 +10,8 @@
 namespace trephine {
 
 struct CoupledOptions {
-  /// k_v [N/m]: what the hand feels at most, and on hard bone. As high as the device allows at its rate.
+  /// k_v [N/m]: the stiffness that the hand feels when the tip is pressed on bone. As high as the device allows at its
+  /// rate.
   double stiffness = 800;
   /// k_θ [N·m/rad]. Infinite: the tool's rotation is the device's, and the torque zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;

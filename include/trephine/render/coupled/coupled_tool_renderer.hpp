@@ -1,19 +1,47 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/friction.hpp>
-#include <trephine/core/tick.hpp>
+#include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
+#include <trephine/render/coupled/foundation.hpp>
+#include <trephine/render/coupled/near_patches.hpp>
+#include <trephine/render/coupled/virtual_coupling.hpp>
+#include <trephine/render/renderer.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
-#include <trephine/tool/tool_shape.hpp>
 #include <trephine/voxel/gradient.hpp>
+#include <trephine/voxel/known_air.hpp>
 
-#include <span>
+#include <Eigen/Cholesky>
+
+#include <cmath>
 #include <utility>
+#include <vector>
 
 namespace trephine {
 
-/// The whole tool as a proxy that a spring holds to the device's pose.
+/// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008) to a tool of
+/// exact shape that the bone's own surface points hold. The virtual tool's pose X minimises
+///
+///     E(X) = ½ k Σ w_j max(ψ_j(X), 0)² + C_v(|p − p_dev|) + C_θ(|log(R_dev Rᵀ)|),    ψ_j(X) = −d_tool(X⁻¹ q_j)
+///
+/// over points q_j of the isosurface, each of area w_j (`BoneSurface`, `Foundation`). The hand feels the coupling
+/// alone: force and torque come from one energy, its stiffness is bounded whatever touches, deep pushing is allowed and
+/// the drawn tool sinks in by at most a third of a voxel on a plane.
+///
+/// *Gains.* The ball pressed on a plane yields by δ(F) = δ_m √(F / F_max), with δ_m the lesser of a third of a voxel
+/// and what makes a footprint of kFootprint voxels radius; so k = F_max / (π R δ_m²). The coupling's spring is stiffer
+/// by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
+///
+/// *Work a tick*: Newton's steps with the exact second derivatives (Gauss and Newton's part alone where the rest makes
+/// them indefinite), at most kMostSteps, halved while the energy rises. No step moves any part of the tool farther than
+/// what is known to be free plus half of its core's radius, so no surface passes the tool's axis, which is what a point
+/// is pushed away from. What is left when steps, or bricks to make, run out is carried on at the next tick
+/// (`kWorkBound`).
+///
+/// *Statuses*: kJump (see options); kStartedInside where the tool appears in contact, or bone appears round it, and as
+/// long as its axis is in bone: then no force, and the virtual tool is the device's, until it has left the bone.
+///
+/// *Friction*: `Coulomb`, at every point (`Bristles`); `Frictionless` costs nothing.
 template <RealScalar S = double, ToolShape Shape = BallAndShaft, Friction FrictionLaw = Frictionless,
           CoupledMotion Motion = SixDof>
 class CoupledToolRenderer {
@@ -21,50 +49,383 @@ class CoupledToolRenderer {
   using Scalar = S;
   using Gradient = AnalyticGradient;
   static constexpr bool kUsesBoneSurface = true;
+  static constexpr int kMostSteps = 24;
+  /// Radius [longest spacings] of the contact on a plane at the greatest force: some ten voxels, a hundred points.
+  static constexpr double kFootprint = 1.8;
+  /// Most that the contact yields on a plane [longest spacings].
+  static constexpr double kMostYield = 1.0 / 3;
+  /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
+  /// [longest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
+  static constexpr double kOfMotion = 0.02, kSmallestStep = 1e-6;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
-      : shape_(std::move(shape)), options_(options), friction_(friction) {
+      : shape_(std::move(shape)), bounds_(shape_.bounds()), options_(options), bristles_(friction) {
     options.validate();
   }
 
-  /// Called once by the scene's constructor; may allocate.
+  /// Takes memory for the tool in voxels of this bone; a scene calls it once, before its first tick.
   template <class View>
-  void prepare(const View&) {}
-
-  template <class View>
-  [[nodiscard]] Rendered<Scalar> render(const View&, const Pose<Scalar>& X_GT) noexcept {
-    X_ = X_GT;
-    return {};
+  void prepare(const View& view) {
+    near_.reserve(view, shape_);
+    foundation_ = Foundation(kMostPoints);
+    bristles_.reserve(near_.capacity(), kMostContacts);
+    contacts_.resize(kMostContacts);
+    touched_.resize(kMostContacts);
   }
 
-  void reset() noexcept {}
+  template <class View>
+  Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT) noexcept {
+    Rendered<Scalar> out;
+    const Posed X_device = X_GT.template cast<double>();
+    tune(view);
+    view.surface().begin_tick();
+    out.status = begin(view, X_device);
+    if (inside_) {
+      rest_at(X_device);
+      out.status = worse(out.status, Status::kStartedInside);
+      return out;
+    }
+    if (!search(view, X_device)) out.status = worse(out.status, Status::kWorkBound);
+    if (fresh_ && begun_in_contact_) out.status = worse(out.status, Status::kStartedInside);
+    report(out);
+    return out;
+  }
+
+  void reset() noexcept {
+    started_ = false;
+    inside_ = false;
+    near_.forget();
+    rest_at(X_);
+  }
 
   [[nodiscard]] const CoupledOptions& options() const noexcept { return options_; }
   [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
   [[nodiscard]] double rotational_stiffness() const noexcept { return options_.rotational_stiffness; }
-  /// How deep the virtual tool is [m].
-  [[nodiscard]] double penetration() const noexcept { return 0; }
-  /// Steps that the last tick took.
-  [[nodiscard]] int steps() const noexcept { return 0; }
+  /// How deep the deepest point of the bone's surface is in the virtual tool [m].
+  [[nodiscard]] double penetration() const noexcept { return contact_.depth; }
+  /// Newton's steps that the last tick took.
+  [[nodiscard]] int steps() const noexcept { return steps_; }
+  [[nodiscard]] const Shape& tool() const noexcept { return shape_; }
   [[nodiscard]] const Burr& shape() const noexcept { return shape_.burr(); }
-  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return {}; }
+  /// One for each patch of the bone's surface that touches, friction included.
+  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
+    return {contacts_.data(), contact_count_};
+  }
   /// The virtual tool.
-  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_; }
-  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_; }
+  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
   /// The virtual tool and its bite.
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return X_; }
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
+    const double most = options_.bite * voxel_, way = error_.way.norm();
+    Posed X = X_;
+    X.translation() += way > most ? Vec3d(error_.way * (most / way)) : error_.way;
+    return X.template cast<Scalar>();
+  }
 
  private:
+  static constexpr std::size_t kMostPoints = 16384, kMostContacts = 2048;
+  static constexpr int kMostHalvings = 6;
+  /// Relative rise of the energy that is rounding.
+  static constexpr double kRounding = 1e-9;
+  /// A tool that appears with bone deeper in it than this [longest spacings] is in contact.
+  static constexpr double kTouching = 0.1;
+  /// The list of near patches reaches this far at least and at most [longest spacings] beyond what can touch.
+  static constexpr double kLeastReach = 0.5, kMostReach = 8;
+
+  /// What is left from the virtual tool to the device [m, rad].
+  struct PoseError {
+    Vec3d way = Vec3d::Zero();
+    Vec3d turn = Vec3d::Zero();
+  };
+
+  struct Touched {
+    std::size_t patch = 0;           // of the near patches
+    double load = 0;                 // [N]
+    Vec3d moment = Vec3d::Zero();    // Σ load · arm
+  };
+
+  /// Whether the virtual tool finds its rotation by itself.
+  [[nodiscard]] bool turns() const noexcept {
+    return Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
+  }
+  [[nodiscard]] SpringPull pull(double way) const noexcept {
+    return CompensatedSpring{options_.stiffness, options_.force, yield_}.at(way);
+  }
+  [[nodiscard]] SpringPull twist(double turn) const noexcept {
+    return BoundedSpring{options_.rotational_stiffness, options_.torque}.at(turn);
+  }
+
+  template <class View>
+  void tune(const View& view) noexcept {
+    voxel_ = view.grid().spacing().maxCoeff();
+    const double R = shape_.burr().tip_radius, a = kFootprint * voxel_;
+    // A contact softer than the coupling could not be made up for.
+    yield_ = std::min({kMostYield * voxel_, a * a / (2 * R), options_.force / options_.stiffness / 4});
+    gain_ = options_.force / (kPi * R * yield_ * yield_);
+  }
+
+  /// Whether the tool's axis, as far as its core reaches, is in bone somewhere.
+  template <class View>
+  [[nodiscard]] bool is_core_in_bone(const View& view, const Posed& X) const noexcept {
+    constexpr int kMostSamples = 1000;
+    const Vec3d u = X.linear().col(2);
+    const double first = bounds_.z_low + bounds_.core_radius;
+    const double length = std::max(0.0, bounds_.z_high - bounds_.core_radius - first);
+    const int n = std::min(kMostSamples, static_cast<int>(length / view.grid().spacing().minCoeff()) + 1);
+    for (int i = 0; i <= n; ++i)
+      if (view.surface().is_bone(X.translation() + (first + length * i / n) * u)) return true;
+    return false;
+  }
+
+  template <class View>
+  Status begin(const View& view, const Posed& X_device) noexcept {
+    const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump);
+    const bool risen = started_ && stamp_ != view.grid().rise_stamp();
+    stamp_ = view.grid().rise_stamp();
+    slid_ = started_ ? NearPatches::motion_between(bounds_, X_device_, X_device) : 0;
+    X_device_ = X_device;
+    fresh_ = !started_ || jumped || risen || inside_;
+    if (fresh_) {
+      bristles_.reset();
+      // Where the jump ends in bone, the virtual tool follows from where it was.
+      if (!started_ || inside_ || (jumped && !is_core_in_bone(view, X_device))) X_ = X_device;
+      inside_ = is_core_in_bone(view, X_);
+    }
+    started_ = true;
+    return jumped ? Status::kJump : Status::kOk;
+  }
+
+  /// Without contact at X.
+  void rest_at(const Posed& X) noexcept {
+    X_ = X;
+    error_ = {};
+    contact_ = {};
+    last_step_.setZero();
+    foundation_.clear();
+    bristles_.reset();
+    contact_count_ = 0;
+    steps_ = 0;
+  }
+
+  [[nodiscard]] PoseError error_at(const Posed& X) const noexcept {
+    return {X_device_.translation() - X.translation(), turn_between(X, X_device_)};
+  }
+  [[nodiscard]] static Posed moved(const Posed& X, const Vec6d& step) noexcept {
+    const Vec3d turn = step.tail<3>();
+    return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + step.head<3>());
+  }
+
+  /// Contact, pose error and energy with the tool at X; false where the bone's surface there is not to be had yet.
+  template <class View>
+  [[nodiscard]] bool evaluate(const View& view, const Posed& X, double ahead) noexcept {
+    const double need = BoneSurface<typename View::Density>::kGreatestSpread * voxel_;
+    const double farther = std::clamp(ahead, kLeastReach * voxel_, kMostReach * voxel_);
+    if (!near_.cover(view, shape_, X, need, need + farther)) return false;
+    bristles_.follow(near_);
+    contact_ = foundation_.sum(near_, shape_, X, gain_);
+    bristles_.add_to(contact_, foundation_.points(), X, gain_);
+    error_ = error_at(X);
+    energy_ = contact_.energy + pull(error_.way.norm()).energy + (turns() ? twist(error_.turn.norm()).energy : 0.0);
+    return true;
+  }
+
+  /// Whether no bone is near a tool that goes from its pose to the device's, for less than a look at the bone costs.
+  template <class View>
+  [[nodiscard]] bool is_clear(const View& view) const noexcept {
+    const double need = BoneSurface<typename View::Density>::kGreatestSpread * voxel_;
+    const double motion = NearPatches::motion_between(bounds_, X_, X_device_);
+    if (near_.is_empty_around(view, bounds_, X_, motion + need)) return true;
+    if constexpr (KnowsAir<View> || KnowsBeyond<View>) {
+      // Balls about points of the axis, until they hold the tool.
+      constexpr int kMostBalls = 8;
+      const Vec3d u = X_.linear().col(2);
+      const double radius = (bounds_.z_high - bounds_.z_low) / 2 + bounds_.radius + motion + voxel_;
+      const double middle = (bounds_.z_high + bounds_.z_low) / 2;
+      if (is_known_clear<View, double>(view, X_.translation() + middle * u, radius)) return true;
+      if constexpr (KnowsAir<View>) {
+        double z = bounds_.z_low;
+        for (int i = 0; i < kMostBalls; ++i) {
+          const double air = view.template air_around<double>(X_.translation() + z * u) - bounds_.radius - motion;
+          if (!(air > voxel_)) return false;
+          z += air;
+          if (z > bounds_.z_high) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  /// Newton's steps toward the least energy. Returns whether they got there.
+  template <class View>
+  bool search(const View& view, const Posed& X_device) noexcept {
+    if (!turns()) X_.linear() = X_device.linear();
+    begun_in_contact_ = false;
+    if (is_clear(view)) {
+      rest_at(X_device);
+      return true;
+    }
+    bristles_.begin(X_);
+    last_step_.setZero();
+    steps_ = 0;
+    double ahead = NearPatches::motion_between(bounds_, X_, X_device);
+    if (!evaluate(view, X_, ahead)) return give_up();
+    begun_in_contact_ = contact_.depth > kTouching * voxel_;
+    const double smallest = std::max(kSmallestStep * voxel_, kOfMotion * slid_);
+    for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
+      const Vec6d step = next_step();
+      const Posed X_next = moved(X_, step);
+      const double motion = NearPatches::motion_between(bounds_, X_, X_next);
+      const double size = motion + step.tail<3>().norm() * bounds_.radius;
+      if (size <= smallest) {
+        X_ = X_next;
+        last_step_ = step;
+        error_ = error_at(X_);
+        return true;
+      }
+      const double most = contact_.nearest + bounds_.core_radius / 2;
+      double share = motion > most ? most / motion : 1.0;
+      const Posed X_before = X_;
+      const double before = energy_;
+      for (int halvings = 0;; ++halvings) {
+        X_ = share < 1 ? moved(X_before, share * step) : X_next;
+        ahead = (1 - share) * motion;
+        if (!evaluate(view, X_, ahead)) {
+          X_ = X_before;
+          return give_up();
+        }
+        if (energy_ <= before * (1 + kRounding)) break;
+        if (halvings == kMostHalvings) {  // no way down from where it is
+          X_ = X_before;
+          return evaluate(view, X_, 0) || give_up();
+        }
+        share /= 2;
+      }
+    }
+    return false;
+  }
+
+  /// The virtual tool stays where it is, and what it touches is not known.
+  bool give_up() noexcept {
+    foundation_.clear();
+    error_ = error_at(X_);
+    return false;
+  }
+
+  /// The small motion (δp, δθ) of the virtual tool by which Newton's method goes on.
+  [[nodiscard]] Vec6d next_step() const noexcept {
+    Vec6d force = contact_.wrench;
+    Mat6d H = contact_.stiffness;
+    const double way = error_.way.norm();
+    const SpringPull p = pull(way);
+    const double secant = way > 0 ? p.pull / way : p.tangent;
+    // A pull that grows no more has no stiffness along it: the secant keeps the step bounded, and downhill.
+    const double along = p.tangent > 0 ? p.tangent : secant;
+    const Vec3d d = way > 0 ? Vec3d(error_.way / way) : Vec3d(Vec3d::Zero());
+    H.topLeftCorner<3, 3>() += secant * Mat3d::Identity() + (along - secant) * d * d.transpose();
+    force.head<3>() += secant * error_.way;
+    Mat6d bending = contact_.bending;
+    if (turns()) {
+      const double turn = error_.turn.norm();
+      const double k = turn > 0 ? twist(turn).pull / turn : options_.rotational_stiffness;
+      // Second derivative of ½|log|²: 1 along the turn, (φ/2) cot (φ/2) across.
+      const double across = turn > 1e-4 ? (turn / 2) / std::tan(turn / 2) : 1.0;
+      const Vec3d a = turn > 0 ? Vec3d(error_.turn / turn) : Vec3d(Vec3d::Zero());
+      H.bottomRightCorner<3, 3>() += k * Mat3d::Identity();
+      bending.bottomRightCorner<3, 3>() -= k * (1 - across) * (Mat3d::Identity() - a * a.transpose());
+      force.tail<3>() += k * error_.turn;
+    } else {
+      H.bottomRows<3>().setZero();
+      H.rightCols<3>().setZero();
+      H.diagonal().tail<3>().setOnes();
+      bending.bottomRows<3>().setZero();
+      bending.rightCols<3>().setZero();
+      force.tail<3>().setZero();
+    }
+    Eigen::LLT<Mat6d> llt(H + bending);
+    if (llt.info() != Eigen::Success) llt.compute(H);
+    return llt.solve(force);
+  }
+
+  void report(Rendered<Scalar>& out) noexcept {
+    const double way = error_.way.norm(), turn = error_.turn.norm();
+    contact_count_ = 0;
+    const auto points = std::span<const FoundationPoint>(foundation_.points());
+    for (std::size_t i = 0; i < points.size(); ++i) add_contact(points[i], out.contact);
+    std::size_t at = 0;
+    bristles_.settle(points, near_, X_, gain_, [&](std::size_t i, const Vec3d& f) {
+      while (at < contact_count_ && touched_[at].patch != points[i].patch) ++at;
+      if (at < contact_count_) contacts_[at].force += f.template cast<Scalar>();
+    });
+    for (std::size_t i = 0; i < contact_count_; ++i) {
+      ContactPoint<Scalar>& c = contacts_[i];
+      c.position = (X_.translation() + touched_[i].moment / touched_[i].load).template cast<Scalar>();
+      c.normal.normalize();
+    }
+    out.contact.count = static_cast<int>(contact_count_);
+    if (points.empty() && !(way > 0)) return;
+    if (!points.empty()) out.contact.depth = way + contact_.depth;
+    if (way > 0) out.wrench.force = (-pull(way).pull / way * error_.way).template cast<Scalar>();
+    if (turns() && turn > 0) out.wrench.torque = (-twist(turn).pull / turn * error_.turn).template cast<Scalar>();
+  }
+
+  /// Joins the point to its patch's contact, which for now sums normals by load. The last step of a
+  /// search, too small to look again after, counts to first order.
+  void add_contact(const FoundationPoint& q, ContactSummary& summary) noexcept {
+    const double deeper = with_moment(q.normal, q.arm).dot(last_step_);
+    const double load = gain_ * q.weight * std::max(0.0, q.depth + deeper);
+    if (!(load > 0)) return;
+    const bool tip = q.arm.dot(X_.linear().col(2)) <= shape_.burr().shaft_emerges();
+    summary.tip = summary.tip || tip;
+    summary.shaft = summary.shaft || !tip;
+    if (contact_count_ == 0 || touched_[contact_count_ - 1].patch != q.patch) {
+      if (contact_count_ == contacts_.size()) return;
+      touched_[contact_count_] = {.patch = q.patch};
+      contacts_[contact_count_++] = {};
+    }
+    Touched& t = touched_[contact_count_ - 1];
+    t.load += load;
+    t.moment += load * q.arm;
+    ContactPoint<Scalar>& c = contacts_[contact_count_ - 1];
+    const Vec3<Scalar> f = (-load * q.normal).template cast<Scalar>();
+    c.normal += f;
+    c.force += f;
+  }
+
+  static constexpr double kPi = 3.14159265358979323846;
+
   Shape shape_;
+  ToolBounds bounds_;
   CoupledOptions options_;
-  [[no_unique_address]] FrictionLaw friction_;
-  Pose<Scalar> X_ = Pose<Scalar>::Identity();
+  [[no_unique_address]] Bristles<FrictionLaw> bristles_;
+  NearPatches near_;
+  Foundation foundation_;
+  Posed X_ = Posed::Identity();
+  Posed X_device_ = Posed::Identity();
+  // At X_, and what the last step, after which none looked, still moved.
+  PoseError error_;
+  FoundationSum contact_;
+  double energy_ = 0;
+  Vec6d last_step_ = Vec6d::Zero();
+
+  double slid_ = 0;  // what the device moved since the last tick [m]
+  std::uint64_t stamp_ = 0;
+  bool started_ = false;
+  bool inside_ = false;            // the axis is in bone
+  bool fresh_ = false;             // nothing is known of what touched before this tick
+  bool begun_in_contact_ = false;  // this tick
+  int steps_ = 0;
+  double voxel_ = 0;  // longest spacing [m]
+  double yield_ = 0;  // δ_m [m]
+  double gain_ = 0;   // k [N/m³]
+  std::size_t contact_count_ = 0;
+  std::vector<ContactPoint<Scalar>> contacts_;
+  std::vector<Touched> touched_;  // of each contact
 };
 
-CoupledToolRenderer(const Burr&, const CoupledOptions& = {})->CoupledToolRenderer<>;
+CoupledToolRenderer(Burr, CoupledOptions = {}) -> CoupledToolRenderer<double, BallAndShaft, Frictionless, SixDof>;
 template <Friction FrictionLaw>
-CoupledToolRenderer(const Burr&, const CoupledOptions&, FrictionLaw)
-    -> CoupledToolRenderer<double, BallAndShaft, FrictionLaw>;
+CoupledToolRenderer(Burr, CoupledOptions, FrictionLaw)
+    -> CoupledToolRenderer<double, BallAndShaft, FrictionLaw, SixDof>;
 
 }  // namespace trephine
