@@ -33,6 +33,7 @@ struct PatchBlock {
   std::array<float, kSize> x, y, z;     // position
   std::array<float, kSize> sx, sy, sz;  // slope of the surface over the voxel lattice, see BoneSurface::patch
   std::array<float, kSize> area;
+  std::array<float, kSize> spread;  // no point of the patch is farther from its position
   std::array<std::uint16_t, kSize> edge;  // which edge of the brick: 3 (x + 9 y + 81 z) + axis, x, y, z from −1 on
 };
 
@@ -54,9 +55,6 @@ class BoneSurface {
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 4096;  ///< 9 MB
-  /// No point of a patch is farther from its position than this [longest spacings]: with a share of .01 the slopes'
-  /// eighth powers add up to 99, so the two slopes are at most 1.78 each and (1 + 1.78 + 1 + 1.78) / 2 = 2.8 bounds all.
-  static constexpr double kGreatestSpread = 2.0;
   /// Bricks that one tick may make (`begin_tick`): about 0.2 ms.
   static constexpr int kBricksPerTick = 128;
 
@@ -172,6 +170,7 @@ class BoneSurface {
   static constexpr std::size_t kBlocksOfBrick = (3 * 9 * 9 * 9 + PatchBlock::kSize - 1) / PatchBlock::kSize;
   /// Patches of a smaller share χ are left out: they lie so flat along their axis that they would reach far.
   static constexpr float kLeastShare = 0.01F;
+  static constexpr float kRoundedUp = 1.001F;
 
   struct Slot {
     std::int64_t brick = -1;
@@ -297,6 +296,8 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     const auto ha = h[static_cast<int>(a)], hb = h[static_cast<int>(b)], hc = h[static_cast<int>(c)];
     const float mb = gb / rise * ha / hb, mc = gc / rise * ha / hc;
     block->area[n] = share * face[a] * std::sqrt(1 + mb * mb + mc * mc);
+    const float ab = slope[b] * ha, ac = slope[c] * ha;
+    block->spread[n] = kRoundedUp * (std::sqrt(hb * hb + ab * ab) + std::sqrt(hc * hc + ac * ac)) / 2;
     block->edge[n] = static_cast<std::uint16_t>(3 * (i + 1 + 9 * (j + 1) + 81 * (k + 1)) + static_cast<int>(a));
     ++n;
     ++slot.count;

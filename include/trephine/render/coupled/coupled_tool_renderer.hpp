@@ -56,7 +56,7 @@ class CoupledToolRenderer {
   static constexpr double kMostYield = 1.0 / 3;
   /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
   /// [longest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
-  static constexpr double kOfMotion = 0.02, kSmallestStep = 1e-6;
+  static constexpr double kOfMotion = 0.05, kSmallestStep = 1e-6;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
@@ -131,7 +131,7 @@ class CoupledToolRenderer {
   /// A tool that appears with bone deeper in it than this [longest spacings] is in contact.
   static constexpr double kTouching = 0.1;
   /// The list of near patches reaches this far at least and at most [longest spacings] beyond what can touch.
-  static constexpr double kLeastReach = 0.5, kMostReach = 8;
+  static constexpr double kLeastReach = 2, kMostReach = 8;
 
   /// What is left from the virtual tool to the device [m, rad].
   struct PoseError {
@@ -219,23 +219,21 @@ class CoupledToolRenderer {
   /// Contact, pose error and energy with the tool at X; false where the bone's surface there is not to be had yet.
   template <class View>
   [[nodiscard]] bool evaluate(const View& view, const Posed& X, double ahead) noexcept {
-    const double need = BoneSurface<typename View::Density>::kGreatestSpread * voxel_;
-    const double farther = std::clamp(ahead, kLeastReach * voxel_, kMostReach * voxel_);
-    if (!near_.cover(view, shape_, X, need, need + farther)) return false;
+    if (!near_.cover(view, shape_, X, 0, std::clamp(ahead, kLeastReach * voxel_, kMostReach * voxel_))) return false;
     bristles_.follow(near_);
     contact_ = foundation_.sum(near_, shape_, X, gain_);
     bristles_.add_to(contact_, foundation_.points(), X, gain_);
     error_ = error_at(X);
-    energy_ = contact_.energy + pull(error_.way.norm()).energy + (turns() ? twist(error_.turn.norm()).energy : 0.0);
+    pull_ = pull(error_.way.norm());
+    energy_ = contact_.energy + pull_.energy + (turns() ? twist(error_.turn.norm()).energy : 0.0);
     return true;
   }
 
   /// Whether no bone is near a tool that goes from its pose to the device's, for less than a look at the bone costs.
   template <class View>
   [[nodiscard]] bool is_clear(const View& view) const noexcept {
-    const double need = BoneSurface<typename View::Density>::kGreatestSpread * voxel_;
     const double motion = NearPatches::motion_between(bounds_, X_, X_device_);
-    if (near_.is_empty_around(view, bounds_, X_, motion + need)) return true;
+    if (near_.is_empty_around(view, bounds_, X_, motion)) return true;
     if constexpr (KnowsAir<View> || KnowsBeyond<View>) {
       // Balls about points of the axis, until they hold the tool.
       constexpr int kMostBalls = 8;
@@ -317,7 +315,7 @@ class CoupledToolRenderer {
     Vec6d force = contact_.wrench;
     Mat6d H = contact_.stiffness;
     const double way = error_.way.norm();
-    const SpringPull p = pull(way);
+    const SpringPull p = pull_;
     const double secant = way > 0 ? p.pull / way : p.tangent;
     // A pull that grows no more has no stiffness along it: the secant keeps the step bounded, and downhill.
     const double along = p.tangent > 0 ? p.tangent : secant;
@@ -406,6 +404,7 @@ class CoupledToolRenderer {
   PoseError error_;
   FoundationSum contact_;
   double energy_ = 0;
+  SpringPull pull_;  // of the pose error
   Vec6d last_step_ = Vec6d::Zero();
 
   double slid_ = 0;  // what the device moved since the last tick [m]

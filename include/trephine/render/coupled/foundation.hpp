@@ -66,56 +66,80 @@ class Foundation {
     Batch batch;
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
     const auto add_batch = [&] {
-      batch.measure(shape, u);
-      for (std::size_t i = 0; i < batch.count; ++i)
-        if (batch.d[i] < 0 && points_.size() < points_.capacity())
-          add(batch, i, shape, k, u, x, s, central, moment);
+      batch.measure(shape);
+      for (std::size_t n = 0; n < batch.count; ++n)
+        for (std::size_t j = 0; j < kPoints; ++j)
+          if (batch.distance[j][static_cast<Eigen::Index>(n)] < 0 && points_.size() < points_.capacity())
+            add({near[batch.patch[n]], batch.patch[n], j, p, batch.z[j][static_cast<Eigen::Index>(n)], batch.rho[j][static_cast<Eigen::Index>(n)]}, shape, k, u, x, s, central,
+                moment);
       batch.count = 0;
     };
     s.nearest = near.for_each_touching(shape, X, [&](std::size_t i) {
-      batch.add(near[i], p, i);
-      if (batch.count + kPoints > Batch::kSize) add_batch();
+      batch.add(near[i], p, u, i);
+      if (batch.count == Batch::kSize) add_batch();
     });
-    add_batch();
+    if (batch.count > 0) add_batch();
     add_turning(-s.wrench.head<3>(), moment, s);
     central.add_to(s);
     return s;
   }
 
  private:
-  /// Points of several patches, so that their distances are found together.
-  struct Batch {
-    static constexpr std::size_t kSize = 144;
-    using Lanes = std::array<double, kSize>;
-    std::size_t count = 0;
-    alignas(64) Lanes x, y, z, w, rho, h, d;
-    std::array<std::uint32_t, kSize> patch;
+  static constexpr double place(std::size_t i) noexcept {
+    return (2.0 * static_cast<double>(i) + 1 - kSide) / kSide;
+  }
 
-    void add(const SurfacePatch& patch_at, const Vec3d& p, std::size_t i) noexcept {
-      const Vec3d r = patch_at.position - p;
-      for (int a = -1; a <= 1; ++a)
-        for (int c = -1; c <= 1; ++c) {
-          constexpr double kStep = 2.0 / kSide;
-          x[count] = r.x() + kStep * (a * patch_at.along.x() + c * patch_at.across.x());
-          y[count] = r.y() + kStep * (a * patch_at.along.y() + c * patch_at.across.y());
-          z[count] = r.z() + kStep * (a * patch_at.along.z() + c * patch_at.across.z());
-          w[count] = patch_at.area / kPoints;
-          patch[count] = static_cast<std::uint32_t>(i);
-          ++count;
-        }
+  /// Patches whose points' places about the tool's axis are found together. A point is r + i a + j c with r the arm of
+  /// the patch and a, c its sides, so its height z and distance from T's origin follow from their products.
+  struct Batch {
+    static constexpr std::size_t kSize = 32;
+    using Lanes = Eigen::Array<double, kSize, 1>;
+    std::size_t count = 0;
+    std::array<Lanes, 6> product;  // r·r, r·a, r·c, a·a, c·c, a·c
+    std::array<Lanes, 3> height;   // of r, a, c along the axis
+    std::array<Lanes, kPoints> z, rho, distance;
+    std::array<std::size_t, kSize> patch;
+
+    void add(const SurfacePatch& at, const Vec3d& p, const Vec3d& u, std::size_t i) noexcept {
+      const auto n = static_cast<Eigen::Index>(count);
+      const Vec3d r = at.position - p;
+      product[0][n] = r.squaredNorm();
+      product[1][n] = r.dot(at.along);
+      product[2][n] = r.dot(at.across);
+      product[3][n] = at.along.squaredNorm();
+      product[4][n] = at.across.squaredNorm();
+      product[5][n] = at.along.dot(at.across);
+      height[0][n] = r.dot(u);
+      height[1][n] = at.along.dot(u);
+      height[2][n] = at.across.dot(u);
+      patch[count++] = i;
     }
+
     template <ToolShape Shape>
-    void measure(const Shape& shape, const Vec3d& u) noexcept {
-      constexpr std::size_t kStep = 16;
-      using Part = Eigen::Array<double, kStep, 1>;
-      for (std::size_t i = 0; i < count; i += kStep) {
-        const Eigen::Map<const Part> px(x.data() + i), py(y.data() + i), pz(z.data() + i);
-        Eigen::Map<Part> to_h(h.data() + i), to_rho(rho.data() + i);
-        to_h = px * u.x() + py * u.y() + pz * u.z();
-        to_rho = (px.square() + py.square() + pz.square() - to_h.square()).max(0.0).sqrt();
-        shape.distances(rho.data() + i, h.data() + i, d.data() + i, kStep);
+    void measure(const Shape& shape) noexcept {
+      using Part = Eigen::Array<double, 16, 1>;
+      for (std::size_t first = 0; first < count; first += 16) {
+        const auto of = [&](const Lanes& lanes) { return Eigen::Map<const Part>(lanes.data() + first); };
+        for (std::size_t j = 0; j < kPoints; ++j) {
+          const double a = place(j / kSide), c = place(j % kSide);
+          Eigen::Map<Part> to_z(z[j].data() + first), to_rho(rho[j].data() + first);
+          to_z = of(height[0]) + a * of(height[1]) + c * of(height[2]);
+          to_rho = (of(product[0]) + (2 * a) * of(product[1]) + (2 * c) * of(product[2]) + (a * a) * of(product[3]) +
+                    (c * c) * of(product[4]) + (2 * a * c) * of(product[5]) - to_z.square())
+                       .max(0.0)
+                       .sqrt();
+          shape.distances(rho[j].data() + first, z[j].data() + first, distance[j].data() + first, std::size_t{16});
+        }
       }
     }
+  };
+
+  struct Place {
+    const SurfacePatch& patch;
+    std::size_t index;
+    std::size_t sample;
+    const Vec3d& p;
+    double z, rho;
   };
 
   /// Sums over points whose forces go through T's origin.
@@ -137,21 +161,23 @@ class Foundation {
   };
 
   template <ToolShape Shape>
-  void add(const Batch& b, std::size_t i, const Shape& shape, double k, const Vec3d& u, const Vec3d& x,
-           FoundationSum& s, Central& central, Mat3d& moment) noexcept {
-    const double rho = b.rho[i], h = b.h[i];
+  void add(const Place& place, const Shape& shape, double k, const Vec3d& u, const Vec3d& x, FoundationSum& s,
+           Central& central, Mat3d& moment) noexcept {
+    const double rho = place.rho, h = place.z;
     const ProfilePoint at = shape.at(rho, h);
+    if (!(at.distance < 0)) return;  // rounded otherwise
+    const double a = Foundation::place(place.sample / kSide), c = Foundation::place(place.sample % kSide);
     FoundationPoint& q = points_.emplace_back();
-    q.arm = Vec3d(b.x[i], b.y[i], b.z[i]);
+    q.arm = place.patch.position - place.p + a * place.patch.along + c * place.patch.across;
     q.depth = -at.distance;
-    q.weight = b.w[i];
-    q.patch = b.patch[i];
-    q.sample = i % kPoints;
+    q.weight = place.patch.area / kPoints;
+    q.patch = place.index;
+    q.sample = place.sample;
     q.central = at.central;
     const double kw = k * q.weight, f = kw * q.depth;
     if (at.central) {
       q.normal = at.curvature * q.arm;
-      const double bend = f * at.curvature, a = kw + bend;
+      const double bend = f * at.curvature, all = kw + bend;
       const Vec3d& g = q.normal;
       central.energy += 0.5 * f * q.depth;
       central.depth = std::max(central.depth, q.depth);
@@ -159,8 +185,8 @@ class Foundation {
       central.force += f * g;
       const double x2 = g.x() * g.x(), xy = g.x() * g.y(), xz = g.x() * g.z(), y2 = g.y() * g.y(), yz = g.y() * g.z(),
                    z2 = g.z() * g.z();
-      central.xx += a * x2, central.xy += a * xy, central.xz += a * xz;
-      central.yy += a * y2, central.yz += a * yz, central.zz += a * z2;
+      central.xx += all * x2, central.xy += all * xy, central.xz += all * xz;
+      central.yy += all * y2, central.yz += all * yz, central.zz += all * z2;
       central.gxx += kw * x2, central.gxy += kw * xy, central.gxz += kw * xz;
       central.gyy += kw * y2, central.gyz += kw * yz, central.gzz += kw * z2;
       return;

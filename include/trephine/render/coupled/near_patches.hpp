@@ -25,28 +25,33 @@ class NearPatches {
     for (auto* v : {&x_, &y_, &z_, &spread_of_}) v->resize(static_cast<std::size_t>(capacity_ + kLane));
     patches_.resize(capacity_);
     distance_.resize(capacity_ + kLane);
-    seen_.reserve(kMostBricks);
+    bricks_.reserve(kMostBricks);
     forget();
   }
 
   void forget() noexcept {
     valid_ = false;
     count_ = 0;
+    brick_reach_ = -1;
   }
 
-  /// Makes sure of every patch that a tool at X comes as near to as `need` [m]; where it has to look, it looks as far
+  /// Makes sure of every patch that comes nearer than `need` [m] to a tool at X; where it has to look, it looks as far
   /// as `reach`. False where the bone's surface could not all be had in this tick.
   template <class View, ToolShape Shape>
   [[nodiscard]] bool cover(const View& view, const Shape& shape, const Posed& X, double need, double reach) noexcept {
-    if (is_current(view) && motion_between(shape.bounds(), X_, X) + need <= reach_) return true;
-    return gather(view, shape, X, std::max(need, reach));
+    const ToolBounds bounds = shape.bounds();
+    if (valid_ && is_current(view) && motion_between(bounds, X_, X) + need <= reach_) return true;
+    reach = std::max(need, reach);
+    if (stamp_ != view.grid().rise_stamp() || motion_between(bounds, X_bricks_, X) + reach > brick_reach_)
+      find_bricks(view, shape, X, reach + kBrickReach * view.grid().spacing().minCoeff());
+    return gather(view, shape, X, reach);
   }
 
   /// Whether it is known that no patch comes nearer than `distance` [m] to a tool at X.
   template <class View>
   [[nodiscard]] bool is_empty_around(const View& view, const ToolBounds& bounds, const Posed& X,
                                      double distance) const noexcept {
-    return valid_ && count_ == 0 && edits_ == view.grid().edit_count() &&
+    return valid_ && count_ == 0 && stamp_ == view.grid().rise_stamp() && edits_ == view.grid().edit_count() &&
            motion_between(bounds, X_, X) + distance <= reach_;
   }
 
@@ -97,28 +102,32 @@ class NearPatches {
   [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
 
  private:
-  static constexpr std::size_t kMostBricks = 8192;
-  static constexpr float kOnePlus = 1.001F;
-  struct SeenBrick {
+  static constexpr std::size_t kMostBricks = 16384;
+  /// Bricks are looked for this much farther than patches [voxels], so that most lists of patches need no search.
+  static constexpr double kBrickReach = 8;
+  struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
   };
 
+  /// Whether no brick near the tool was cut since patches were gathered.
   template <class View>
   [[nodiscard]] bool is_current(const View& view) noexcept {
     const auto& grid = view.grid();
-    if (!valid_ || stamp_ != grid.rise_stamp()) return false;
+    if (stamp_ != grid.rise_stamp()) return false;
     if (edits_ == grid.edit_count()) return true;
-    for (const SeenBrick& s : seen_)
-      if (grid.brick_version(s.brick) != s.version) return false;
+    for (const NearBrick& b : bricks_)
+      if (grid.brick_version(b.brick) != b.version) return false;
     edits_ = grid.edit_count();
     return true;
   }
 
   template <class View, ToolShape Shape>
+  void find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;
+  template <class View, ToolShape Shape>
   [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;
   template <class View, ToolShape Shape>
-  [[nodiscard]] bool gather_brick(const View& view, const Shape& shape, std::size_t brick, double reach) noexcept;
+  void gather_brick(const View& view, const Shape& shape, std::size_t brick) noexcept;
 
   std::size_t capacity_ = 0;
   std::size_t count_ = 0;
@@ -126,10 +135,11 @@ class NearPatches {
   std::vector<float> spread_of_;    // how far a patch's points are from its position at most [m]
   std::vector<float> distance_;     // from the tool, at the last pose asked for
   std::vector<Patch> patches_;
-  std::vector<SeenBrick> seen_;
-  Posed X_ = Posed::Identity();
+  std::vector<NearBrick> bricks_;
+  Posed X_bricks_ = Posed::Identity();  // where bricks, and …
+  double brick_reach_ = -1;
+  Posed X_ = Posed::Identity();  // … where patches were gathered, and how far around
   double reach_ = 0;
-  double spread_ = 0;
   std::uint64_t stamp_ = 0;
   std::uint64_t edits_ = 0;
   std::uint64_t generation_ = 0;
@@ -138,52 +148,48 @@ class NearPatches {
 
 /// Halves boxes of bricks as long as the tool's distance from their middle lets one of them be near.
 template <class View, ToolShape Shape>
-bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
+void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
   const auto& grid = view.grid();
-  valid_ = false;
-  count_ = 0;
-  ++generation_;
-  seen_.clear();
-  X_ = X;
-  reach_ = reach;
-  stamp_ = grid.rise_stamp();
-  edits_ = grid.edit_count();
-  spread_ = BoneSurface<typename View::Density>::kGreatestSpread * grid.spacing().maxCoeff();
-  view.surface().begin_use();
+  bricks_.clear();
+  X_bricks_ = X;
+  brick_reach_ = reach;
   const ToolBounds bounds = shape.bounds();
   const Vec3d brick_size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
   const Vec3d p = X.translation(), u = X.linear().col(2);
-  // The bricks that the tool's bounding box touches.
+  // Patches reach beyond their edges' bricks by less than two voxels.
+  const double margin = reach + 2 * grid.spacing().maxCoeff();
   const Vec3d end_low = p + bounds.z_low * u, end_high = p + bounds.z_high * u;
-  const double pad = bounds.radius + reach + spread_ + grid.spacing().maxCoeff();
   struct Box {
     std::array<int, 3> lo, hi;
   };
   Box all;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    const double last = grid.bricks()[i] - 1;
+    const double last = grid.bricks()[i] - 1, pad = bounds.radius + margin;
     all.lo[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / brick_size[a], 0.0, last));
     all.hi[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / brick_size[a], 0.0, last));
   }
-  constexpr std::size_t kDeep = 64;
+  constexpr std::size_t kDeep = 64;  // each halving leaves one box behind, and 3 · 16 halvings are more than int has
   std::array<Box, kDeep> stack;
   std::size_t top = 0;
   stack[top++] = all;
   while (top > 0) {
     const Box box = stack[--top];
-    const Vec3d lo = brick_size.cwiseProduct(Vec3d(box.lo[0], box.lo[1], box.lo[2])) - grid.spacing();
+    const Vec3d lo = brick_size.cwiseProduct(Vec3d(box.lo[0], box.lo[1], box.lo[2]));
     const Vec3d hi = brick_size.cwiseProduct(Vec3d(box.hi[0] + 1, box.hi[1] + 1, box.hi[2] + 1));
     const Vec3d middle = 0.5 * (lo + hi) - p;
     const double z = middle.dot(u);
     const double rho = std::sqrt(std::max(0.0, middle.squaredNorm() - z * z));
-    if (!(shape.at(rho, z).distance <= 0.5 * (hi - lo).norm() + reach + spread_)) continue;
+    if (!(shape.at(rho, z).distance <= 0.5 * (hi - lo).norm() + margin)) continue;
     std::size_t longest = 0;
     for (std::size_t a = 1; a < 3; ++a)
       if (box.hi[a] - box.lo[a] > box.hi[longest] - box.lo[longest]) longest = a;
     if (box.hi[longest] == box.lo[longest]) {
-      const std::size_t brick = grid.brick_index(box.lo[0], box.lo[1], box.lo[2]);
-      if (seen_.size() == kMostBricks || !gather_brick(view, shape, brick, reach)) return false;
+      if (bricks_.size() == kMostBricks) {
+        brick_reach_ = -1;
+        return;
+      }
+      bricks_.push_back({grid.brick_index(box.lo[0], box.lo[1], box.lo[2]), 0});
       continue;
     }
     const int half = (box.lo[longest] + box.hi[longest]) / 2;
@@ -193,41 +199,59 @@ bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, d
     stack[top++] = high;
     stack[top++] = low;
   }
+}
+
+template <class View, ToolShape Shape>
+bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
+  const auto& grid = view.grid();
+  auto& surface = view.surface();
+  valid_ = false;
+  count_ = 0;
+  ++generation_;
+  X_ = X;
+  reach_ = reach;
+  stamp_ = grid.rise_stamp();
+  edits_ = grid.edit_count();
+  surface.begin_use();
+  if (brick_reach_ < 0) return false;
+  const Vec3d p = X.translation(), u = X.linear().col(2);
+  const Vec3d half = 0.5 * BoneSurface<typename View::Density>::kBrick * grid.spacing();
+  const double margin = half.norm() + reach + 2 * grid.spacing().maxCoeff();
+  for (NearBrick& b : bricks_) {
+    b.version = grid.brick_version(b.brick);
+    if (!surface.crosses(b.brick)) continue;
+    const Vec3d middle = surface.corner(b.brick) + half - p;
+    const double z = middle.dot(u);
+    const double rho = std::sqrt(std::max(0.0, middle.squaredNorm() - z * z));
+    if (!(shape.at(rho, z).distance <= margin)) continue;
+    if (!surface.provide(b.brick)) return false;
+    gather_brick(view, shape, b.brick);
+    if (count_ == capacity_) return false;
+  }
   valid_ = true;
   return true;
 }
 
 template <class View, ToolShape Shape>
-bool NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t brick, double reach) noexcept {
+void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t brick) noexcept {
   auto& surface = view.surface();
-  seen_.push_back({brick, view.grid().brick_version(brick)});
-  if (!surface.crosses(brick)) return true;
-  if (!surface.provide(brick)) return false;
   const Vec3d corner = surface.corner(brick);
   const Vec3<float> from_T = (corner - X_.translation()).template cast<float>();
   const Vec3<float> u = X_.linear().col(2).template cast<float>();
-  const float most = static_cast<float>(reach + spread_);
-  bool fits = true;
+  const auto most = static_cast<float>(reach_);
   surface.for_each_block(brick, [&](const PatchBlock& block, int count) {
-    constexpr std::size_t kSize = PatchBlock::kSize;
-    std::array<float, kSize> rho, z, d;
-    const auto m = static_cast<std::size_t>(padded_to_lane(count));
-    for (std::size_t i = 0; i < m; ++i) {
-      const float rx = block.x[i] + from_T.x(), ry = block.y[i] + from_T.y(), rz = block.z[i] + from_T.z();
-      const float along = rx * u.x() + ry * u.y() + rz * u.z();
-      const float square = rx * rx + ry * ry + rz * rz - along * along;
-      z[i] = along;
-      rho[i] = square > 0 ? square : 0.0F;
+    using Lanes = Eigen::Array<float, kLane, 1>;
+    std::array<float, PatchBlock::kSize> beyond;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += kLane) {
+      const Lanes x = Eigen::Map<const Lanes>(block.x.data() + i) + from_T.x();
+      const Lanes y = Eigen::Map<const Lanes>(block.y.data() + i) + from_T.y();
+      const Lanes z = Eigen::Map<const Lanes>(block.z.data() + i) + from_T.z();
+      const Lanes along = x * u.x() + y * u.y() + z * u.z();
+      const Lanes rho = (x.square() + y.square() + z.square() - along.square()).max(0.0F).sqrt();
+      shape.distances(rho.data(), along.data(), beyond.data() + i, std::size_t{kLane});
     }
-    Eigen::Map<Eigen::Array<float, kSize, 1>> roots(rho.data());
-    roots = roots.sqrt();
-    shape.distances(rho.data(), z.data(), d.data(), m);
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      if (!(d[i] <= most)) continue;
-      if (count_ == capacity_) {
-        fits = false;
-        return;
-      }
+      if (!(beyond[i] - block.spread[i] <= most) || count_ == capacity_) continue;
       const std::size_t n = count_++;
       Patch& patch = patches_[n];
       static_cast<SurfacePatch&>(patch) = surface.patch(block, i, corner);
@@ -235,11 +259,9 @@ bool NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t
       x_[n] = block.x[i] + from_T.x();
       y_[n] = block.y[i] + from_T.y();
       z_[n] = block.z[i] + from_T.z();
-      // A little more, as these are single precision.
-      spread_of_[n] = kOnePlus * static_cast<float>(patch.along.norm() + patch.across.norm());
+      spread_of_[n] = block.spread[i];
     }
   });
-  return fits;
 }
 
 }  // namespace trephine
