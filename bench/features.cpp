@@ -41,7 +41,8 @@ void* operator new(std::size_t size) {
   live_bytes += size;
   return memory + kHeader;
 }
-void operator delete(void* memory) noexcept {
+// Where it is inlined, GCC 12 takes what it frees for what operator new returned, and warns.
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   if (memory == nullptr) return;
   auto* begin = static_cast<std::byte*>(memory) - 16;
   std::size_t size = 0;
