@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace trephine {
 
@@ -16,8 +14,6 @@ class BallAndShaft {
   /// Throws std::invalid_argument for a burr that `Burr::validate` refuses.
   BallAndShaft(const Burr& burr) : burr_(burr) {  // NOLINT(google-explicit-constructor): a Burr is this shape
     burr.validate();
-    if (!burr.has_shaft()) burr_.shaft_radius = 0;
-    shaft_end_ = burr.has_shaft() ? burr.shaft_length : -std::numeric_limits<double>::max() / 4;
   }
 
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
@@ -28,41 +24,80 @@ class BallAndShaft {
     return {-R, std::max(R, burr_.shaft_length), std::max(R, r), std::min(R, r)};
   }
 
-  [[nodiscard]] ProfilePoint at(double rho, double z) const noexcept {
-    const double to_centre = std::sqrt(rho * rho + z * z);
-    const double ball = to_centre - burr_.tip_radius;
-    const double side = rho - burr_.shaft_radius;
-    const double end = std::max(-z, z - shaft_end_);
-    const bool beside = side > 0, beyond = end > 0;
-    const double shaft = beside && beyond ? std::sqrt(side * side + end * end) : std::max(side, end);
-    if (!(shaft < ball)) {
-      if (!(to_centre > kCentre)) return {ball, 0, -1, 1 / kCentre, true};
-      return {ball, rho / to_centre, z / to_centre, 1 / to_centre, true};
+  void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
+    const auto [R, r, L] = measures<double>();
+    ProfileLanes<double> to_centre, to_rim;
+    split(rho, z, r, L, to_centre, to_rim);
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      const double side = rho[i] - r, above = z[i] - L, up = above > -z[i] ? 1.0 : -1.0;
+      const double end = above > -z[i] ? above : -z[i];
+      const double s = side > 0 ? side : 0.0, e = end > 0 ? end : 0.0;
+      const double inside = side > end ? side : end;
+      const double shaft = to_rim[i] + (inside < 0 ? inside : 0.0), ball = to_centre[i] - R;
+      const bool is_ball = !(shaft < ball);
+      const bool is_rim = inside > 0;  // of the shaft: its nearest point may be on the edge of its end
+      const double per_centre = 1 / (to_centre[i] > kCentre ? to_centre[i] : kCentre);
+      const double per_rim = 1 / (is_rim ? to_rim[i] : 1.0);
+      const double flat_rho = side >= end ? 1.0 : 0.0;
+      const double shaft_rho = is_rim ? s * per_rim : flat_rho;
+      const double shaft_z = is_rim ? up * e * per_rim : up * (1 - flat_rho);
+      const double rim_curvature = s > 0 && e > 0 ? per_rim : 0.0;
+      out.distance[i] = is_ball ? ball : shaft;
+      out.normal_rho[i] = is_ball ? rho[i] * per_centre : shaft_rho;
+      out.normal_z[i] = is_ball ? z[i] * per_centre : shaft_z;
+      out.curvature[i] = is_ball ? per_centre : rim_curvature;
+      out.central[i] = is_ball ? 1.0 : 0.0;
     }
-    const double up = z > 0 ? 1 : -1;
-    if (beside && beyond) return {shaft, side / shaft, up * end / shaft, 1 / shaft, false};
-    return side >= end ? ProfilePoint{shaft, 1, 0, 0, false} : ProfilePoint{shaft, 0, up, 0, false};
   }
 
-  template <RealScalar S>
-  void distances(const S* rho, const S* z, S* out, std::size_t n) const noexcept {
-    const auto R = static_cast<S>(burr_.tip_radius), r = static_cast<S>(burr_.shaft_radius);
-    const auto L = static_cast<S>(std::max(shaft_end_, -1e9));
-    using Lanes = Eigen::Array<S, 16, 1>;
-    for (std::size_t i = 0; i < n; i += 16) {
-      const Eigen::Map<const Lanes> rhos(rho + i), zs(z + i);
-      const Lanes side = rhos - r;
-      const Lanes end = (-zs).max(zs - L);
-      const Lanes ball = (rhos.square() + zs.square()).sqrt() - R;
-      const Lanes shaft = (side.max(S(0)).square() + end.max(S(0)).square()).sqrt() + side.max(end).min(S(0));
-      Eigen::Map<Lanes>(out + i) = ball.min(shaft);
+  void distances(const ProfileLanes<float>& rho, const ProfileLanes<float>& z, ProfileLanes<float>& out) const noexcept {
+    const auto [R, r, L] = measures<float>();
+    ProfileLanes<float> to_centre, to_rim, nearest;
+    split(rho, z, r, L, to_centre, to_rim);
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      const float side = rho[i] - r, above = z[i] - L;
+      const float end = above > -z[i] ? above : -z[i];
+      const float inside = side > end ? side : end;
+      const float shaft = to_rim[i] + (inside < 0 ? inside : 0.0F), ball = to_centre[i] - R;
+      nearest[i] = shaft < ball ? shaft : ball;
     }
+    out = nearest;
   }
 
  private:
   static constexpr double kCentre = 1e-9;  // [m]: nearer to the ball's centre there is no direction
+
+  template <class S>
+  struct Measures {
+    S tip, shaft, length;
+  };
+  /// A ball without a shaft has one that ends far below it.
+  template <class S>
+  [[nodiscard]] Measures<S> measures() const noexcept {
+    constexpr double kFar = -1e9;
+    return {static_cast<S>(burr_.tip_radius), static_cast<S>(burr_.shaft_radius),
+            static_cast<S>(burr_.has_shaft() ? burr_.shaft_length : kFar)};
+  }
+
+  /// Distances from the ball's centre, and from the shaft as far as they are beside or beyond it.
+  template <class S>
+  static void split(const ProfileLanes<S>& rho, const ProfileLanes<S>& z, S r, S L, ProfileLanes<S>& to_centre,
+                    ProfileLanes<S>& to_rim) noexcept {
+    ProfileLanes<S> centre, rim;
+    for (std::size_t i = 0; i < kProfileLanes; ++i) centre[i] = rho[i] * rho[i] + z[i] * z[i];
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      const S side = rho[i] - r, above = z[i] - L;
+      const S end = above > -z[i] ? above : -z[i];
+      const S s = side > 0 ? side : S(0), e = end > 0 ? end : S(0);
+      rim[i] = s * s + e * e;
+    }
+    to_centre = centre;
+    to_rim = rim;
+    take_roots(to_centre);
+    take_roots(to_rim);
+  }
+
   Burr burr_;
-  double shaft_end_;
 };
 
 static_assert(ToolShape<BallAndShaft>);

@@ -3,18 +3,27 @@
 
 #include <trephine/tool/shape.hpp>
 
+#include <Eigen/Core>
+
+#include <array>
 #include <concepts>
+#include <cstddef>
 
 namespace trephine {
 
-/// A tool's surface as a point sees it, in the half plane (ρ, z) through the point and the tool's axis: ρ >= 0 is the
+/// Points of a tool's half plane are handled this many at a time, so that plain loops vectorise.
+inline constexpr std::size_t kProfileLanes = 16;
+template <std::floating_point S>
+using ProfileLanes = std::array<S, kProfileLanes>;
+
+/// A tool's surface as points see it, in the half plane (ρ, z) through the point and the tool's axis: ρ >= 0 is the
 /// distance from the axis, z runs along it toward the handle [m].
-struct ProfilePoint {
-  double distance;    ///< signed, negative inside [m]
-  double normal_rho;  ///< gradient of the distance, a unit vector
-  double normal_z;
-  double curvature;  ///< of the level line through the point, in the half plane [1/m]: 0 along a cylinder
-  bool central;      ///< the nearest part is of a ball about T's origin: forces there have no moment
+struct Profile {
+  ProfileLanes<double> distance;    ///< signed, negative inside [m]
+  ProfileLanes<double> normal_rho;  ///< gradient of the distance, a unit vector
+  ProfileLanes<double> normal_z;
+  ProfileLanes<double> curvature;  ///< of the level line through the point, in the half plane [1/m]: 0 along a cylinder
+  ProfileLanes<double> central;    ///< 1 where the nearest part is a ball about T's origin: no moments; else 0
 };
 
 /// The space that a tool takes up at most.
@@ -22,25 +31,31 @@ struct ToolBounds {
   double z_low;        ///< lowest and highest z [m]
   double z_high;
   double radius;       ///< largest ρ [m]
-  double core_radius;  ///< every point of the tool's surface is at least this far from the axis' part inside [m]
+  double core_radius;  ///< the tool's surface is at least this far from the part of the axis that is as far from the ends
 };
 
 /// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class
 /// that answers these; nothing else changes.
-/// - `at(rho, z)`: distance, its gradient and its curvature at a point;
-/// - `distances(rho, z, out, n)`: the distances of n points at once in single or double precision, n a multiple of 16;
+/// - `profile(rho, z, out)`: distances, gradients and curvatures of kProfileLanes points;
+/// - `distances(rho, z, out)`: the distances alone, in single precision;
 /// - `bounds()`; `burr()`, the ball that cuts and the shaft, for carving and drawing.
-/// Metres, in T. Inside a union of bodies the distance may be that of the nearest body: a bound from below of |d|.
+/// Metres, in T. Inside a union of bodies the distance may be the lowest of theirs.
 // clang-format off
 template <class T>
 concept ToolShape = std::copy_constructible<T> &&
-    requires(const T& tool, double rho, double z, const float* in, float* out, const double* in2, double* out2) {
-  { tool.at(rho, z) } noexcept -> std::same_as<ProfilePoint>;
-  { tool.distances(in, in, out, std::size_t{16}) } noexcept;
-  { tool.distances(in2, in2, out2, std::size_t{16}) } noexcept;
+    requires(const T& tool, const ProfileLanes<double>& at, const ProfileLanes<float>& in, Profile& profile, ProfileLanes<float>& out) {
+  { tool.profile(at, at, profile) } noexcept;
+  { tool.distances(in, in, out) } noexcept;
   { tool.bounds() } noexcept -> std::same_as<ToolBounds>;
   { tool.burr() } noexcept -> std::same_as<const Burr&>;
 };
 // clang-format on
+
+/// Square roots of all lanes, by Eigen: std::sqrt may set errno, which keeps loops from being vectorised.
+template <std::floating_point S>
+void take_roots(ProfileLanes<S>& x) noexcept {
+  Eigen::Map<Eigen::Array<S, static_cast<int>(kProfileLanes), 1>> lanes(x.data());
+  lanes = lanes.sqrt();
+}
 
 }  // namespace trephine

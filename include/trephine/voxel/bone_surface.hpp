@@ -27,14 +27,41 @@ struct SurfacePatch {
   double area;
 };
 
-/// Patches of a brick in arrays of this many, positions relative to the brick's voxel 0 [m].
+/// A patch as a brick keeps it: single precision, relative to the brick's voxel 0.
+struct PatchInBrick {
+  float x, y, z;          ///< position [m]
+  float slope_b, slope_c;  ///< voxels that the surface rises along the edge's axis in one voxel of the next two
+  float area;              ///< [m²]
+  std::uint16_t edge;      ///< 3 (x + 9 y + 81 z) + axis of the voxel edge, x, y, z from −1 on
+};
+
+/// The patch in G; `corner` is where the brick's voxel 0 lies.
+[[nodiscard]] inline SurfacePatch surface_patch(const PatchInBrick& in_brick, const Vec3d& corner,
+                                                const Vec3d& spacing) noexcept {
+  const int a = in_brick.edge % 3, b = (a + 1) % 3, c = (a + 2) % 3;
+  SurfacePatch p;
+  p.position = corner + Vec3d(static_cast<double>(in_brick.x), static_cast<double>(in_brick.y),
+                              static_cast<double>(in_brick.z));
+  p.along.setZero();
+  p.across.setZero();
+  p.along[b] = spacing[b] / 2;
+  p.along[a] = static_cast<double>(in_brick.slope_b) * spacing[a] / 2;
+  p.across[c] = spacing[c] / 2;
+  p.across[a] = static_cast<double>(in_brick.slope_c) * spacing[a] / 2;
+  p.area = static_cast<double>(in_brick.area);
+  return p;
+}
+
+/// Patches of a brick in arrays of this many.
 struct PatchBlock {
   static constexpr int kSize = 64;
-  std::array<float, kSize> x, y, z;     // position
-  std::array<float, kSize> sx, sy, sz;  // slope of the surface over the voxel lattice, see BoneSurface::patch
-  std::array<float, kSize> area;
-  std::array<float, kSize> spread;  // no point of the patch is farther from its position
-  std::array<std::uint16_t, kSize> edge;  // which edge of the brick: 3 (x + 9 y + 81 z) + axis, x, y, z from −1 on
+  std::array<float, kSize> x, y, z, slope_b, slope_c, area;  // as PatchInBrick has them
+  std::array<float, kSize> spread;                           // no point of the patch is farther from its position [m]
+  std::array<std::uint16_t, kSize> edge;
+
+  [[nodiscard]] PatchInBrick at(std::size_t i) const noexcept {
+    return {x[i], y[i], z[i], slope_b[i], slope_c[i], area[i], edge[i]};
+  }
 };
 
 /// The bone's isosurface as quadrature points, kept brick by brick (8³ voxels) where a tool comes near.
@@ -97,6 +124,11 @@ class BoneSurface {
     return static_cast<double>(range.min) < isovalue_ && static_cast<double>(range.max) >= isovalue_;
   }
 
+  /// Whether the brick or its halo holds bone.
+  [[nodiscard]] bool has_bone(std::size_t brick) const noexcept {
+    return static_cast<double>(grid_->brick_range(brick).max) >= isovalue_;
+  }
+
   /// Makes the brick's patches or finds them up to date; false where this tick may make no more. They stay until the
   /// next call.
   [[nodiscard]] bool provide(std::size_t brick) noexcept {
@@ -137,26 +169,6 @@ class BoneSurface {
   [[nodiscard]] Vec3d corner(std::size_t brick) const noexcept {
     const auto [bx, by, bz] = grid_->brick_coordinates(brick);
     return grid_->spacing().cwiseProduct(Vec3d(bx * kBrick, by * kBrick, bz * kBrick));
-  }
-
-  /// Patch i of a block, `corner` its brick's. The surface rises along the edge's axis by slope · spacing a voxel of
-  /// the other two.
-  [[nodiscard]] SurfacePatch patch(const PatchBlock& block, std::size_t i, const Vec3d& corner) const noexcept {
-    const int a = block.edge[i] % 3, b = (a + 1) % 3, c = (a + 2) % 3;
-    const Vec3d& h = grid_->spacing();
-    const Vec3d slope(static_cast<double>(block.sx[i]), static_cast<double>(block.sy[i]),
-                      static_cast<double>(block.sz[i]));
-    SurfacePatch p;
-    p.position = corner + Vec3d(static_cast<double>(block.x[i]), static_cast<double>(block.y[i]),
-                                static_cast<double>(block.z[i]));
-    p.along.setZero();
-    p.across.setZero();
-    p.along[b] = h[b] / 2;
-    p.along[a] = slope[b] * h[a] / 2;
-    p.across[c] = h[c] / 2;
-    p.across[a] = slope[c] * h[a] / 2;
-    p.area = static_cast<double>(block.area[i]);
-    return p;
   }
 
   /// Whether p_G is bone: its interpolated density reaches the isovalue.
@@ -288,15 +300,13 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     block->x[n] = p[0] * h.x();
     block->y[n] = p[1] * h.y();
     block->z[n] = p[2] * h.z();
-    const std::array<float, 3> slope{a == 0 ? 0 : -(b == 0 ? gb : gc) / rise, a == 1 ? 0 : -(b == 1 ? gb : gc) / rise,
-                                     a == 2 ? 0 : -(b == 2 ? gb : gc) / rise};
-    block->sx[n] = slope[0];
-    block->sy[n] = slope[1];
-    block->sz[n] = slope[2];
+    const float slope_b = -gb / rise, slope_c = -gc / rise;
+    block->slope_b[n] = slope_b;
+    block->slope_c[n] = slope_c;
     const auto ha = h[static_cast<int>(a)], hb = h[static_cast<int>(b)], hc = h[static_cast<int>(c)];
-    const float mb = gb / rise * ha / hb, mc = gc / rise * ha / hc;
+    const float mb = slope_b * ha / hb, mc = slope_c * ha / hc;
     block->area[n] = share * face[a] * std::sqrt(1 + mb * mb + mc * mc);
-    const float ab = slope[b] * ha, ac = slope[c] * ha;
+    const float ab = slope_b * ha, ac = slope_c * ha;
     block->spread[n] = kRoundedUp * (std::sqrt(hb * hb + ab * ab) + std::sqrt(hc * hc + ac * ac)) / 2;
     block->edge[n] = static_cast<std::uint16_t>(3 * (i + 1 + 9 * (j + 1) + 81 * (k + 1)) + static_cast<int>(a));
     ++n;

@@ -59,8 +59,8 @@ class Bristles {
       table_[t] = static_cast<std::int32_t>(r);
     }
     for (std::size_t i = 0; i < near.size(); ++i)
-      for (std::size_t t = hash(near[i].key) & mask; table_[t] != kNone; t = (t + 1) & mask)
-        if (Row& row = rows_[static_cast<std::size_t>(table_[t])]; row.key == near[i].key) {
+      for (std::size_t t = hash(near.key(i)) & mask; table_[t] != kNone; t = (t + 1) & mask)
+        if (Row& row = rows_[static_cast<std::size_t>(table_[t])]; row.key == near.key(i)) {
           row_of_[i] = table_[t];
           row.patch = i;
           break;
@@ -84,8 +84,8 @@ class Bristles {
       s.energy += kw * (b.slip > 0 ? left * (b.length - left / 2) : b.length * b.length / 2);
       const Vec6d T = with_moment(b.direction, q.arm);
       const Vec6d B = with_moment(q.normal.cross(b.direction), q.arm);
-      if (!b.slides) s.stiffness.noalias() += (kw * T) * T.transpose();
-      s.stiffness.noalias() += (kw * left / b.length * B) * B.transpose();
+      if (!(b.slip > 0)) add_square(s.stiffness, kw, T);
+      add_square(s.stiffness, kw * left / b.length, B);
     }
   }
 
@@ -104,7 +104,7 @@ class Bristles {
       visit(i, Vec3d(-k * q.weight * left));
       if (next_.empty() || next_.back().patch != q.patch) {
         if (next_.size() == next_.capacity()) continue;
-        next_.push_back({.key = near[q.patch].key, .patch = q.patch});
+        next_.push_back({.key = near.key(q.patch), .patch = q.patch});
       }
       Bristle& bristle = next_.back().bristle[q.sample];
       bristle.bend = left;
@@ -132,7 +132,6 @@ class Bristles {
     Vec3d direction;  // unit
     double length;
     double slip;
-    bool slides;
   };
 
   [[nodiscard]] static std::size_t hash(std::uint64_t key) noexcept {
@@ -153,15 +152,14 @@ class Bristles {
     out.length = along.norm();
     out.direction = out.length > 0 ? Vec3d(along / out.length) : Vec3d(Vec3d::Zero());
     out.slip = std::clamp(law_.slip(out.length, q.depth, sticking), 0.0, out.length);
-    out.slides = out.slip > 0;
     return out;
   }
 
   static void add_stuck(const FoundationPoint& q, double k, FoundationSum& s) noexcept {
     const Vec3d t = q.normal.unitOrthogonal();
     const Vec6d T = with_moment(t, q.arm), B = with_moment(q.normal.cross(t), q.arm);
-    s.stiffness.noalias() += (k * q.weight * T) * T.transpose();
-    s.stiffness.noalias() += (k * q.weight * B) * B.transpose();
+    add_square(s.stiffness, k * q.weight, T);
+    add_square(s.stiffness, k * q.weight, B);
   }
 
   Law law_;

@@ -5,8 +5,11 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
 namespace trephine {
 
@@ -20,6 +23,14 @@ using Mat6d = Eigen::Matrix<double, 6, 6>;
   return out;
 }
 
+/// Adds k v vᵀ to the lower triangle of H.
+inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
+  for (Eigen::Index j = 0; j < 6; ++j) {
+    const double kv = k * v[j];
+    for (Eigen::Index i = j; i < 6; ++i) H(i, j) += kv * v[i];
+  }
+}
+
 /// One point of the bone's surface inside the tool.
 struct FoundationPoint {
   Vec3d arm;           ///< from T's origin, in G [m]
@@ -28,7 +39,6 @@ struct FoundationPoint {
   double weight;       ///< area that the point stands for [m²]
   std::size_t patch;   ///< of the near patches
   std::size_t sample;  ///< which of the patch's points
-  bool central;        ///< the tool's part there is a ball about T's origin
 };
 
 /// What contact amounts to at a pose: an energy and its derivatives by a small motion (δp, δθ) of the tool about T's
@@ -36,15 +46,19 @@ struct FoundationPoint {
 struct FoundationSum {
   double energy = 0;                ///< [J]
   Vec6d wrench = Vec6d::Zero();     ///< −∂E: force [N] and torque about T's origin [N·m] on the tool
-  Mat6d stiffness = Mat6d::Zero();  ///< Σ k w J Jᵀ, Gauss and Newton's part of ∂²E
-  Mat6d bending = Mat6d::Zero();    ///< the rest of ∂²E: how the tool's curvature turns the forces
+  Mat6d stiffness = Mat6d::Zero();  ///< Σ k w J Jᵀ, Gauss and Newton's part of ∂²E: its lower triangle
+  Mat6d bending = Mat6d::Zero();    ///< the rest of ∂²E, how the tool's curvature turns the forces: likewise
   double nearest = 0;               ///< no surface that does not touch is nearer than this [m]
   double depth = 0;                 ///< of the deepest point [m]
 };
 
 /// An elastic foundation on the bone's surface: E = ½ k Σ w ψ², ψ = −d(X⁻¹ q) how deep the surface point q of area w is
 /// inside the tool's signed distance d. The pressure k ψ acts along the tool's normal. One-sided, C¹, and exactly
-/// differentiated twice.
+/// differentiated twice: with J = (g, r × g), g = ∇d at the arm r,
+///
+///     ∂E = Σ k w ψ J,    ∂²E = Σ k w J Jᵀ − Σ k w ψ (κ m mᵀ + κ' t tᵀ) + turning,
+///
+/// m and t the moments of the level surface's principal directions, κ and κ' their curvatures.
 class Foundation {
  public:
   /// Points of a patch along each side, evenly over the patch.
@@ -53,169 +67,268 @@ class Foundation {
 
   explicit Foundation(std::size_t most_points = 0) { points_.reserve(most_points); }
 
-  /// The points inside the tool that `sum` found last.
+  /// The points inside the tool that `sum` found last, at most as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
 
   template <ToolShape Shape>
   [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X, double k) noexcept {
     points_.clear();
-    FoundationSum s;
-    Central central;
-    Mat3d moment = Mat3d::Zero();  // Σ f g rᵀ
+    Sums sums;
     Batch batch;
+    Candidates candidates;
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
-    const auto add_batch = [&] {
-      batch.measure(shape);
-      for (std::size_t n = 0; n < batch.count; ++n)
-        for (std::size_t j = 0; j < kPoints; ++j)
-          if (batch.distance[j][static_cast<Eigen::Index>(n)] < 0 && points_.size() < points_.capacity())
-            add({near[batch.patch[n]], batch.patch[n], j, p, batch.z[j][static_cast<Eigen::Index>(n)], batch.rho[j][static_cast<Eigen::Index>(n)]}, shape, k, u, x, s, central,
-                moment);
+    const Vec3<float> shift = near.shift(X), axis = u.template cast<float>();
+    const auto add_candidates = [&] {
+      add(candidates, shape, k, u, x, sums);
+      candidates.count = 0;
+    };
+    const auto sort_out = [&] {
+      batch.measure(shape, shift, axis);
+      for (std::size_t n = 0; n < batch.count; ++n) {
+        if (!(batch.least[n] < kRounding)) continue;
+        const SurfacePatch patch = near[batch.patch[n]];
+        for (std::size_t j = 0; j < kPoints; ++j) {
+          if (!(batch.distance[j][n] < kRounding)) continue;
+          candidates.add(patch, batch.patch[n], j, p);
+          if (candidates.count == kProfileLanes) add_candidates();
+        }
+      }
       batch.count = 0;
     };
-    s.nearest = near.for_each_touching(shape, X, [&](std::size_t i) {
-      batch.add(near[i], p, u, i);
-      if (batch.count == Batch::kSize) add_batch();
+    const double nearest = near.for_each_touching(shape, X, [&](std::size_t i) {
+      batch.add(near.lanes(), i);
+      if (batch.count == Batch::kSize) sort_out();
     });
-    if (batch.count > 0) add_batch();
-    add_turning(-s.wrench.head<3>(), moment, s);
-    central.add_to(s);
+    if (batch.count > 0) sort_out();
+    if (candidates.count > 0) add_candidates();
+    FoundationSum s = sums.total();
+    s.nearest = nearest;
     return s;
   }
 
  private:
+  /// What is nearer outside than this [m] is looked at in double precision.
+  static constexpr float kRounding = 1e-8F;
+  static constexpr double kOnAxis = 1e-9;  // [m]: nearer there is no direction away from the axis
+  using Lanes = ProfileLanes<double>;
+
   static constexpr double place(std::size_t i) noexcept {
-    return (2.0 * static_cast<double>(i) + 1 - kSide) / kSide;
+    return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(kSide)) / static_cast<double>(kSide);
   }
 
-  /// Patches whose points' places about the tool's axis are found together. A point is r + i a + j c with r the arm of
-  /// the patch and a, c its sides, so its height z and distance from T's origin follow from their products.
+  /// Patches whose points' distances from the tool are found together, in single precision, to leave out those that are
+  /// outside. A point is r + i a + j c with r the arm of the patch and a, c its sides, so that its height and its
+  /// distance from the axis follow from theirs and from products of what of them is square to the axis.
   struct Batch {
-    static constexpr std::size_t kSize = 32;
-    using Lanes = Eigen::Array<double, kSize, 1>;
+    static constexpr std::size_t kSize = 2 * kProfileLanes;
+    using Floats = std::array<float, kSize>;
     std::size_t count = 0;
-    std::array<Lanes, 6> product;  // r·r, r·a, r·c, a·a, c·c, a·c
-    std::array<Lanes, 3> height;   // of r, a, c along the axis
-    std::array<Lanes, kPoints> z, rho, distance;
+    PatchComponents<Floats> of;
+    std::array<Floats, kPoints> distance;
+    Floats least;  // of a patch's points
     std::array<std::size_t, kSize> patch;
 
-    void add(const SurfacePatch& at, const Vec3d& p, const Vec3d& u, std::size_t i) noexcept {
-      const auto n = static_cast<Eigen::Index>(count);
-      const Vec3d r = at.position - p;
-      product[0][n] = r.squaredNorm();
-      product[1][n] = r.dot(at.along);
-      product[2][n] = r.dot(at.across);
-      product[3][n] = at.along.squaredNorm();
-      product[4][n] = at.across.squaredNorm();
-      product[5][n] = at.along.dot(at.across);
-      height[0][n] = r.dot(u);
-      height[1][n] = at.along.dot(u);
-      height[2][n] = at.across.dot(u);
+    void add(const PatchLanes& lanes, std::size_t i) noexcept {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        of.position[axis][count] = lanes.position[axis][i];
+        of.along[axis][count] = lanes.along[axis][i];
+        of.across[axis][count] = lanes.across[axis][i];
+      }
       patch[count++] = i;
     }
 
     template <ToolShape Shape>
-    void measure(const Shape& shape) noexcept {
-      using Part = Eigen::Array<double, 16, 1>;
-      for (std::size_t first = 0; first < count; first += 16) {
-        const auto of = [&](const Lanes& lanes) { return Eigen::Map<const Part>(lanes.data() + first); };
-        for (std::size_t j = 0; j < kPoints; ++j) {
-          const double a = place(j / kSide), c = place(j % kSide);
-          Eigen::Map<Part> to_z(z[j].data() + first), to_rho(rho[j].data() + first);
-          to_z = of(height[0]) + a * of(height[1]) + c * of(height[2]);
-          to_rho = (of(product[0]) + (2 * a) * of(product[1]) + (2 * c) * of(product[2]) + (a * a) * of(product[3]) +
-                    (c * c) * of(product[4]) + (2 * a * c) * of(product[5]) - to_z.square())
-                       .max(0.0)
-                       .sqrt();
-          shape.distances(rho[j].data() + first, z[j].data() + first, distance[j].data() + first, std::size_t{16});
+    void measure(const Shape& shape, const Vec3<float>& shift, const Vec3<float>& u) noexcept {
+      for (std::size_t first = 0; first < count; first += kProfileLanes) measure_part(shape, shift, u, first);
+    }
+
+   private:
+    using Part = ProfileLanes<float>;
+    using Parts = std::array<Part, 3>;
+
+    // Results are local until they are whole: what may overlap with what is read keeps loops from being vectorised.
+    template <ToolShape Shape>
+    void measure_part(const Shape& shape, const Vec3<float>& shift, const Vec3<float>& u, std::size_t first) noexcept {
+      Parts r = part(of.position, first), a = part(of.along, first), c = part(of.across, first);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t l = 0; l < kProfileLanes; ++l) r[axis][l] += shift[static_cast<Eigen::Index>(axis)];
+      const Part hr = take_height(r, u), ha = take_height(a, u), hc = take_height(c, u);
+      const Part rr = product(r, r), ra = product(r, a), rc = product(r, c), aa = product(a, a), cc = product(c, c),
+                 ac = product(a, c);
+      Part low;
+      low.fill(std::numeric_limits<float>::max());
+      for (std::size_t j = 0; j < kPoints; ++j) {
+        const auto i = static_cast<float>(place(j / kSide)), k = static_cast<float>(place(j % kSide));
+        Part z, rho, d;
+        for (std::size_t l = 0; l < kProfileLanes; ++l) z[l] = hr[l] + i * ha[l] + k * hc[l];
+        for (std::size_t l = 0; l < kProfileLanes; ++l) {
+          const float square =
+              rr[l] + 2 * (i * ra[l] + k * rc[l] + i * k * ac[l]) + i * i * aa[l] + k * k * cc[l];
+          rho[l] = square > 0 ? square : 0.0F;
         }
+        take_roots(rho);
+        shape.distances(rho, z, d);
+        for (std::size_t l = 0; l < kProfileLanes; ++l) low[l] = d[l] < low[l] ? d[l] : low[l];
+        std::copy(d.begin(), d.end(), distance[j].begin() + static_cast<std::ptrdiff_t>(first));
       }
+      std::copy(low.begin(), low.end(), least.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+
+    [[nodiscard]] static Parts part(const std::array<Floats, 3>& v, std::size_t first) noexcept {
+      Parts out;
+      for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(v[axis].data() + first, kProfileLanes, out[axis].data());
+      return out;
+    }
+    /// Components along u; what is left is square to it.
+    [[nodiscard]] static Part take_height(Parts& v, const Vec3<float>& u) noexcept {
+      const float ux = u.x(), uy = u.y(), uz = u.z();
+      Part out;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) out[l] = v[0][l] * ux + v[1][l] * uy + v[2][l] * uz;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) v[0][l] -= out[l] * ux;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) v[1][l] -= out[l] * uy;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) v[2][l] -= out[l] * uz;
+      return out;
+    }
+    [[nodiscard]] static Part product(const Parts& v, const Parts& w) noexcept {
+      Part out;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) out[l] = v[0][l] * w[0][l] + v[1][l] * w[1][l] + v[2][l] * w[2][l];
+      return out;
     }
   };
 
-  struct Place {
-    const SurfacePatch& patch;
-    std::size_t index;
-    std::size_t sample;
-    const Vec3d& p;
-    double z, rho;
+  /// Points that are inside the tool as far as single precision can say.
+  struct Candidates {
+    std::size_t count = 0;
+    Lanes x, y, z, weight;  // arm in G [m], area [m²]
+    std::array<std::size_t, kProfileLanes> patch, sample;
+
+    void add(const SurfacePatch& at, std::size_t i, std::size_t j, const Vec3d& p) noexcept {
+      const double a = place(j / kSide), c = place(j % kSide);
+      x[count] = at.position.x() - p.x() + a * at.along.x() + c * at.across.x();
+      y[count] = at.position.y() - p.y() + a * at.along.y() + c * at.across.y();
+      z[count] = at.position.z() - p.z() + a * at.along.z() + c * at.across.z();
+      weight[count] = at.area / static_cast<double>(kPoints);
+      patch[count] = i;
+      sample[count++] = j;
+    }
   };
 
-  /// Sums over points whose forces go through T's origin.
-  struct Central {
-    double energy = 0, depth = 0, round = 0;
-    Vec3d force = Vec3d::Zero();
-    double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  // Σ (k w + f c) g gᵀ
-    double gxx = 0, gxy = 0, gxz = 0, gyy = 0, gyz = 0, gzz = 0;  // Σ k w g gᵀ
-    void add_to(FoundationSum& s) const noexcept {
-      Mat3d all, plain;
-      all << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-      plain << gxx, gxy, gxz, gxy, gyy, gyz, gxz, gyz, gzz;
-      s.energy += energy;
-      s.depth = std::max(s.depth, depth);
-      s.wrench.head<3>() -= force;
-      s.stiffness.topLeftCorner<3, 3>() += plain;
-      s.bending.topLeftCorner<3, 3>() += all - plain - round * Mat3d::Identity();
+  /// What points add up to: lane by lane for those whose forces go through T's origin, one by one for the others.
+  struct Sums {
+    static constexpr std::size_t kEnergy = 0, kForce = 1, kRound = 4, kStraight = 5, kBent = 11, kTerms = 17;
+    std::array<Lanes, kTerms> lanes{};
+    FoundationSum rest;
+    Mat3d moment = Mat3d::Zero();  // Σ f g rᵀ of the rest
+    double depth = 0;
+
+    [[nodiscard]] FoundationSum total() const noexcept {
+      FoundationSum s = rest;
+      add_turning(s);
+      std::array<double, kTerms> t;
+      for (std::size_t i = 0; i < kTerms; ++i)
+        t[i] = Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(lanes[i].data()).sum();
+      const auto symmetric = [&](std::size_t i) {
+        Mat3d m;
+        m << t[i], t[i + 1], t[i + 2], t[i + 1], t[i + 3], t[i + 4], t[i + 2], t[i + 4], t[i + 5];
+        return m;
+      };
+      s.energy += 0.5 * t[kEnergy];
+      s.wrench.head<3>() -= Vec3d(t[kForce], t[kForce + 1], t[kForce + 2]);
+      s.stiffness.topLeftCorner<3, 3>() += symmetric(kStraight);
+      s.bending.topLeftCorner<3, 3>() += symmetric(kBent) - t[kRound] * Mat3d::Identity();
+      s.depth = depth;
+      return s;
+    }
+
+    /// Turning moves points along arcs: with F = Σ f g and M = Σ f g rᵀ, ∂²E has [F]× where a turn meets a way, and
+    /// tr M − (M + Mᵀ)/2 where turns meet.
+    void add_turning(FoundationSum& s) const noexcept {
+      const Vec3d f = -s.wrench.head<3>();
+      Mat3d cross;
+      cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
+      s.bending.block<3, 3>(3, 0) += cross;
+      s.bending.block<3, 3>(3, 3) += moment.trace() * Mat3d::Identity() - 0.5 * (moment + moment.transpose());
     }
   };
 
   template <ToolShape Shape>
-  void add(const Place& place, const Shape& shape, double k, const Vec3d& u, const Vec3d& x, FoundationSum& s,
-           Central& central, Mat3d& moment) noexcept {
-    const double rho = place.rho, h = place.z;
-    const ProfilePoint at = shape.at(rho, h);
-    if (!(at.distance < 0)) return;  // rounded otherwise
-    const double a = Foundation::place(place.sample / kSide), c = Foundation::place(place.sample % kSide);
-    FoundationPoint& q = points_.emplace_back();
-    q.arm = place.patch.position - place.p + a * place.patch.along + c * place.patch.across;
-    q.depth = -at.distance;
-    q.weight = place.patch.area / kPoints;
-    q.patch = place.index;
-    q.sample = place.sample;
-    q.central = at.central;
-    const double kw = k * q.weight, f = kw * q.depth;
-    if (at.central) {
-      q.normal = at.curvature * q.arm;
-      const double bend = f * at.curvature, all = kw + bend;
-      const Vec3d& g = q.normal;
-      central.energy += 0.5 * f * q.depth;
-      central.depth = std::max(central.depth, q.depth);
-      central.round += bend;
-      central.force += f * g;
-      const double x2 = g.x() * g.x(), xy = g.x() * g.y(), xz = g.x() * g.z(), y2 = g.y() * g.y(), yz = g.y() * g.z(),
-                   z2 = g.z() * g.z();
-      central.xx += all * x2, central.xy += all * xy, central.xz += all * xz;
-      central.yy += all * y2, central.yz += all * yz, central.zz += all * z2;
-      central.gxx += kw * x2, central.gxy += kw * xy, central.gxz += kw * xz;
-      central.gyy += kw * y2, central.gyz += kw * yz, central.gzz += kw * z2;
-      return;
+  void add(Candidates& c, const Shape& shape, double k, const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
+    for (std::size_t l = c.count; l < kProfileLanes; ++l) c.x[l] = c.y[l] = c.z[l] = c.weight[l] = 0;
+    Lanes height, rho;
+    const double ux = u.x(), uy = u.y(), uz = u.z();
+    for (std::size_t l = 0; l < kProfileLanes; ++l) height[l] = c.x[l] * ux + c.y[l] * uy + c.z[l] * uz;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      const double qx = c.x[l] - height[l] * ux, qy = c.y[l] - height[l] * uy, qz = c.z[l] - height[l] * uz;
+      rho[l] = qx * qx + qy * qy + qz * qz;
     }
-    const Vec3d out = rho > 1e-12 ? Vec3d((q.arm - h * u) / rho) : x;
-    q.normal = at.normal_rho * out + at.normal_z * u;
-    s.energy += 0.5 * f * q.depth;
-    s.depth = std::max(s.depth, q.depth);
-    const Vec6d J = with_moment(q.normal, q.arm);
-    s.wrench -= f * J;
-    s.stiffness.noalias() += (kw * J) * J.transpose();
-    if (at.curvature != 0) {
-      const Vec6d m = with_moment(at.normal_rho * u - at.normal_z * out, q.arm);
-      s.bending.noalias() -= (f * at.curvature * m) * m.transpose();
+    take_roots(rho);
+    Profile at;
+    shape.profile(rho, height, at);
+
+    // Of a ball about T the normal lies along the arm, and turning it comes to nothing.
+    Lanes kw, f, bend, depth, gx, gy, gz;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      depth[l] = at.distance[l] < 0 ? -at.distance[l] : 0.0;
+      kw[l] = at.distance[l] < 0 ? k * c.weight[l] * at.central[l] : 0.0;
+      f[l] = kw[l] * depth[l];
+      bend[l] = f[l] * at.curvature[l];
+      gx[l] = at.curvature[l] * c.x[l];
+      gy[l] = at.curvature[l] * c.y[l];
+      gz[l] = at.curvature[l] * c.z[l];
     }
-    const double round = rho > 1e-9 ? at.normal_rho / rho : at.curvature;
-    const Vec6d t = with_moment(u.cross(out), q.arm);
-    s.bending.noalias() -= (f * round * t) * t.transpose();
-    moment.noalias() += (f * q.normal) * q.arm.transpose();
+    const auto add_products = [&](std::size_t term, const Lanes& a, const Lanes& b) {
+      Lanes sum = sums.lanes[term];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) sum[l] += a[l] * b[l];
+      sums.lanes[term] = sum;
+    };
+    add_products(Sums::kForce, f, gx);
+    add_products(Sums::kForce + 1, f, gy);
+    add_products(Sums::kForce + 2, f, gz);
+    add_products(Sums::kRound, f, at.curvature);
+    add_products(Sums::kEnergy, f, depth);
+    const auto add_squares = [&](std::size_t term, const Lanes& weight) {
+      Lanes wx, wy, wz;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) wx[l] = weight[l] * gx[l];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) wy[l] = weight[l] * gy[l];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) wz[l] = weight[l] * gz[l];
+      add_products(term, wx, gx);
+      add_products(term + 1, wx, gy);
+      add_products(term + 2, wx, gz);
+      add_products(term + 3, wy, gy);
+      add_products(term + 4, wy, gz);
+      add_products(term + 5, wz, gz);
+    };
+    add_squares(Sums::kStraight, kw);
+    add_squares(Sums::kBent, bend);
+
+    for (std::size_t l = 0; l < c.count; ++l) {
+      if (!(at.distance[l] < 0) || points_.size() == points_.capacity()) continue;
+      sums.depth = std::max(sums.depth, depth[l]);
+      FoundationPoint& q = points_.emplace_back();
+      q = {{c.x[l], c.y[l], c.z[l]}, {gx[l], gy[l], gz[l]}, depth[l], c.weight[l], c.patch[l], c.sample[l]};
+      if (at.central[l] == 0) add_off_centre(q, at, l, rho[l], height[l], k, u, x, sums);
+    }
   }
 
-  /// Turning moves points along arcs: with F = Σ f g and M = Σ f g rᵀ of the points off centre, ∂²E has [F]× where a
-  /// turn meets a way, and tr M − (M + Mᵀ)/2 where turns meet.
-  static void add_turning(const Vec3d& f, const Mat3d& moment, FoundationSum& s) noexcept {
-    Mat3d cross;
-    cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
-    s.bending.block<3, 3>(3, 0) += cross;
-    s.bending.block<3, 3>(0, 3) -= cross;
-    s.bending.block<3, 3>(3, 3) += moment.trace() * Mat3d::Identity() - 0.5 * (moment + moment.transpose());
+  static void add_off_centre(FoundationPoint& q, const Profile& at, std::size_t l, double rho, double height, double k,
+                             const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
+    const Vec3d out = rho > kOnAxis ? Vec3d((q.arm - height * u) / rho) : x;
+    q.normal = at.normal_rho[l] * out + at.normal_z[l] * u;
+    const double kw = k * q.weight, f = kw * q.depth;
+    FoundationSum& s = sums.rest;
+    s.energy += 0.5 * f * q.depth;
+    const Vec6d J = with_moment(q.normal, q.arm);
+    s.wrench -= f * J;
+    add_square(s.stiffness, kw, J);
+    if (at.curvature[l] != 0) {
+      const Vec6d m = with_moment(at.normal_rho[l] * u - at.normal_z[l] * out, q.arm);
+      add_square(s.bending, -f * at.curvature[l], m);
+    }
+    const double round = rho > kOnAxis ? at.normal_rho[l] / rho : at.curvature[l];
+    const Vec6d t = with_moment(u.cross(out), q.arm);
+    add_square(s.bending, -f * round, t);
+    sums.moment += (f * q.normal) * q.arm.transpose();
   }
 
   std::vector<FoundationPoint> points_;

@@ -11,6 +11,33 @@
 
 namespace trephine {
 
+/// Distances of a tool at the origin with its axis along u from kProfileLanes points [m].
+template <ToolShape Shape>
+void distances_from(const Shape& shape, const Vec3<float>& u, const Vec3<float>& shift, const float* x, const float* y,
+                    const float* z, float* out) noexcept {
+  ProfileLanes<float> rho, along;
+  const float ux = u.x(), uy = u.y(), uz = u.z(), sx = shift.x(), sy = shift.y(), sz = shift.z();
+  for (std::size_t i = 0; i < kProfileLanes; ++i) {
+    const float px = x[i] + sx, py = y[i] + sy, pz = z[i] + sz;
+    const float a = px * ux + py * uy + pz * uz;
+    // What is square to the axis, without cancellation.
+    const float qx = px - a * ux, qy = py - a * uy, qz = pz - a * uz;
+    along[i] = a;
+    rho[i] = qx * qx + qy * qy + qz * qz;
+  }
+  take_roots(rho);
+  ProfileLanes<float> d;
+  shape.distances(rho, along, d);
+  std::copy(d.begin(), d.end(), out);
+}
+
+/// Positions and sides of patches, component by component [m].
+template <class Array>
+struct PatchComponents {
+  std::array<Array, 3> position, along, across;
+};
+using PatchLanes = PatchComponents<std::vector<float>>;
+
 /// Broad phase: the surface patches within a distance of the tool, kept while the tool stays near the pose that they
 /// were gathered at and the bone is not cut there. One list a tool.
 class NearPatches {
@@ -22,10 +49,14 @@ class NearPatches {
     const double h = view.grid().spacing().minCoeff();
     const double sides = 2 * 3.15 * b.radius * (b.z_high - b.z_low + b.radius) / (h * h);
     capacity_ = static_cast<std::size_t>(std::clamp(6 * sides, 4096.0, 262144.0));
-    for (auto* v : {&x_, &y_, &z_, &spread_of_}) v->resize(static_cast<std::size_t>(capacity_ + kLane));
+    for (auto* part : {&lanes_.position, &lanes_.along, &lanes_.across})
+      for (auto& v : *part) v.resize(capacity_ + kLane);
+    spread_of_.resize(capacity_ + kLane);
     patches_.resize(capacity_);
     distance_.resize(capacity_ + kLane);
     bricks_.reserve(kMostBricks);
+    corners_.reserve(kMostBricks);
+    for (auto* v : {&mx_, &my_, &mz_, &brick_distance_}) v->resize(kMostBricks + kLane);
     forget();
   }
 
@@ -67,26 +98,31 @@ class NearPatches {
   [[nodiscard]] double reach_at(const ToolBounds& bounds, const Posed& X) const noexcept {
     return reach_ - motion_between(bounds, X_, X);
   }
-  struct Patch : SurfacePatch {
-    std::uint64_t key;  ///< the voxel edge that it is of, the same number in every list
-  };
-  [[nodiscard]] const Patch& operator[](std::size_t i) const noexcept { return patches_[i]; }
+  /// The patch in G.
+  [[nodiscard]] SurfacePatch operator[](std::size_t i) const noexcept {
+    const Near& n = patches_[i];
+    return surface_patch(n.in_brick, corners_[n.brick], spacing_);
+  }
+  /// All patches' components in single precision, positions from `shift` of the pose's origin.
+  [[nodiscard]] const PatchLanes& lanes() const noexcept { return lanes_; }
+  [[nodiscard]] Vec3<float> shift(const Posed& X) const noexcept {
+    return (X_.translation() - X.translation()).template cast<float>();
+  }
+  /// The voxel edge that a patch is of, the same number in every list.
+  [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept {
+    const Near& n = patches_[i];
+    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 16) | n.in_brick.edge;
+  }
 
   /// Calls touches(i) for each patch that may have a point inside the tool at X; returns how near the others come [m].
   template <ToolShape Shape, class Visit>
   double for_each_touching(const Shape& shape, const Posed& X, Visit&& touches) noexcept {
-    const Vec3<float> from = (X_.translation() - X.translation()).template cast<float>();
+    const Vec3<float> from = shift(X);
     const Vec3<float> u = X.linear().col(2).template cast<float>();
     const auto n = static_cast<std::size_t>(padded_to_lane(static_cast<int>(count_)));
-    using Lanes = Eigen::Array<float, kLane, 1>;
-    for (std::size_t i = 0; i < n; i += kLane) {
-      const Lanes x = Eigen::Map<const Lanes>(x_.data() + i) + from.x();
-      const Lanes y = Eigen::Map<const Lanes>(y_.data() + i) + from.y();
-      const Lanes z = Eigen::Map<const Lanes>(z_.data() + i) + from.z();
-      const Lanes along = x * u.x() + y * u.y() + z * u.z();
-      const Lanes rho = (x.square() + y.square() + z.square() - along.square()).max(0.0F).sqrt();
-      shape.distances(rho.data(), along.data(), distance_.data() + i, std::size_t{kLane});
-    }
+    for (std::size_t i = 0; i < n; i += kLane)
+      distances_from(shape, u, from, lanes_.position[0].data() + i, lanes_.position[1].data() + i,
+                     lanes_.position[2].data() + i, distance_.data() + i);
     float nearest = static_cast<float>(reach_at(shape.bounds(), X));
     for (std::size_t i = 0; i < count_; ++i) {
       const float beyond = distance_[i] - spread_of_[i];
@@ -102,12 +138,17 @@ class NearPatches {
   [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
 
  private:
+  static_assert(kProfileLanes == static_cast<std::size_t>(kLane));
   static constexpr std::size_t kMostBricks = 16384;
   /// Bricks are looked for this much farther than patches [voxels], so that most lists of patches need no search.
   static constexpr double kBrickReach = 8;
   struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
+  };
+  struct Near {
+    PatchInBrick in_brick;
+    std::uint32_t brick;  // of the near bricks
   };
 
   /// Whether no brick near the tool was cut since patches were gathered.
@@ -127,15 +168,19 @@ class NearPatches {
   template <class View, ToolShape Shape>
   [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;
   template <class View, ToolShape Shape>
-  void gather_brick(const View& view, const Shape& shape, std::size_t brick) noexcept;
+  void gather_brick(const View& view, const Shape& shape, std::size_t near_brick) noexcept;
 
   std::size_t capacity_ = 0;
   std::size_t count_ = 0;
-  std::vector<float> x_, y_, z_;    // from the tool's origin where they were gathered [m]
+  PatchLanes lanes_;                // positions from the tool's origin where they were gathered
   std::vector<float> spread_of_;    // how far a patch's points are from its position at most [m]
   std::vector<float> distance_;     // from the tool, at the last pose asked for
-  std::vector<Patch> patches_;
+  std::vector<Near> patches_;
   std::vector<NearBrick> bricks_;
+  std::vector<Vec3d> corners_;       // of their voxels 0, in G [m]
+  std::vector<float> mx_, my_, mz_;  // of their middles, from the tool's origin where they were found [m]
+  std::vector<float> brick_distance_;
+  Vec3d spacing_ = Vec3d::Zero();
   Posed X_bricks_ = Posed::Identity();  // where bricks, and …
   double brick_reach_ = -1;
   Posed X_ = Posed::Identity();  // … where patches were gathered, and how far around
@@ -146,59 +191,75 @@ class NearPatches {
   bool valid_ = false;
 };
 
-/// Halves boxes of bricks as long as the tool's distance from their middle lets one of them be near.
+/// Looks at blocks of 4³ bricks, then at the bricks of those that may be near.
 template <class View, ToolShape Shape>
 void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
+  constexpr int kBlock = 4;
   const auto& grid = view.grid();
   bricks_.clear();
+  corners_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
+  spacing_ = grid.spacing();
   const ToolBounds bounds = shape.bounds();
-  const Vec3d brick_size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
+  const Vec3d size = BoneSurface<typename View::Density>::kBrick * spacing_;
   const Vec3d p = X.translation(), u = X.linear().col(2);
   // Patches reach beyond their edges' bricks by less than two voxels.
-  const double margin = reach + 2 * grid.spacing().maxCoeff();
+  const double margin = reach + 2 * spacing_.maxCoeff();
   const Vec3d end_low = p + bounds.z_low * u, end_high = p + bounds.z_high * u;
-  struct Box {
-    std::array<int, 3> lo, hi;
-  };
-  Box all;
+  std::array<int, 3> lo, hi;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
     const double last = grid.bricks()[i] - 1, pad = bounds.radius + margin;
-    all.lo[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / brick_size[a], 0.0, last));
-    all.hi[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / brick_size[a], 0.0, last));
+    lo[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / size[a], 0.0, last));
+    hi[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / size[a], 0.0, last));
   }
-  constexpr std::size_t kDeep = 64;  // each halving leaves one box behind, and 3 · 16 halvings are more than int has
-  std::array<Box, kDeep> stack;
-  std::size_t top = 0;
-  stack[top++] = all;
-  while (top > 0) {
-    const Box box = stack[--top];
-    const Vec3d lo = brick_size.cwiseProduct(Vec3d(box.lo[0], box.lo[1], box.lo[2]));
-    const Vec3d hi = brick_size.cwiseProduct(Vec3d(box.hi[0] + 1, box.hi[1] + 1, box.hi[2] + 1));
-    const Vec3d middle = 0.5 * (lo + hi) - p;
-    const double z = middle.dot(u);
-    const double rho = std::sqrt(std::max(0.0, middle.squaredNorm() - z * z));
-    if (!(shape.at(rho, z).distance <= 0.5 * (hi - lo).norm() + margin)) continue;
-    std::size_t longest = 0;
-    for (std::size_t a = 1; a < 3; ++a)
-      if (box.hi[a] - box.lo[a] > box.hi[longest] - box.lo[longest]) longest = a;
-    if (box.hi[longest] == box.lo[longest]) {
+  // Calls near(i, j, k) for the boxes of `count` bricks along each axis, from brick (x, y, z) on, that may be near.
+  const auto for_each_near = [&](int count, const std::array<int, 3>& from, const std::array<int, 3>& to, auto&& near) {
+    const Vec3<float> half = (0.5 * count * size).template cast<float>();
+    const Vec3<float> shift = (-p).template cast<float>(), axis = u.template cast<float>();
+    const float most = half.norm() + static_cast<float>(margin);
+    std::array<float, kLane> x, y, z, d;
+    std::array<std::array<int, 3>, kLane> at;
+    std::size_t n = 0;
+    const auto look = [&] {
+      for (std::size_t l = n; l < static_cast<std::size_t>(kLane); ++l) x[l] = y[l] = z[l] = 0;
+      distances_from(shape, axis, shift, x.data(), y.data(), z.data(), d.data());
+      for (std::size_t l = 0; l < n; ++l)
+        if (d[l] <= most) near(at[l]);
+      n = 0;
+    };
+    for (int k = from[2]; k <= to[2]; k += count)
+      for (int j = from[1]; j <= to[1]; j += count)
+        for (int i = from[0]; i <= to[0]; i += count) {
+          at[n] = {i, j, k};
+          x[n] = static_cast<float>(i * size.x()) + half.x();
+          y[n] = static_cast<float>(j * size.y()) + half.y();
+          z[n] = static_cast<float>(k * size.z()) + half.z();
+          if (++n == static_cast<std::size_t>(kLane)) look();
+        }
+    if (n > 0) look();
+  };
+  const Vec3d half = 0.5 * size;
+  for_each_near(kBlock, lo, hi, [&](const std::array<int, 3>& block) {
+    const std::array<int, 3> end{std::min(block[0] + kBlock - 1, hi[0]), std::min(block[1] + kBlock - 1, hi[1]),
+                                 std::min(block[2] + kBlock - 1, hi[2])};
+    for_each_near(1, block, end, [&](const std::array<int, 3>& at) {
+      const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
+      // Air stays air until densities rise.
+      if (!view.surface().has_bone(brick) || brick_reach_ < 0) return;
       if (bricks_.size() == kMostBricks) {
         brick_reach_ = -1;
         return;
       }
-      bricks_.push_back({grid.brick_index(box.lo[0], box.lo[1], box.lo[2]), 0});
-      continue;
-    }
-    const int half = (box.lo[longest] + box.hi[longest]) / 2;
-    Box low = box, high = box;
-    low.hi[longest] = half;
-    high.lo[longest] = half + 1;
-    stack[top++] = high;
-    stack[top++] = low;
-  }
+      const std::size_t n = bricks_.size();
+      bricks_.push_back({brick, 0});
+      corners_.push_back(view.surface().corner(brick));
+      mx_[n] = static_cast<float>(corners_[n].x() + half.x() - p.x());
+      my_[n] = static_cast<float>(corners_[n].y() + half.y() - p.y());
+      mz_[n] = static_cast<float>(corners_[n].z() + half.z() - p.z());
+    });
+  });
 }
 
 template <class View, ToolShape Shape>
@@ -214,18 +275,18 @@ bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, d
   edits_ = grid.edit_count();
   surface.begin_use();
   if (brick_reach_ < 0) return false;
-  const Vec3d p = X.translation(), u = X.linear().col(2);
-  const Vec3d half = 0.5 * BoneSurface<typename View::Density>::kBrick * grid.spacing();
-  const double margin = half.norm() + reach + 2 * grid.spacing().maxCoeff();
-  for (NearBrick& b : bricks_) {
+  const Vec3<float> shift = (X_bricks_.translation() - X.translation()).template cast<float>();
+  const Vec3<float> u = X.linear().col(2).template cast<float>();
+  for (std::size_t i = 0; i < bricks_.size(); i += static_cast<std::size_t>(kLane))
+    distances_from(shape, u, shift, mx_.data() + i, my_.data() + i, mz_.data() + i, brick_distance_.data() + i);
+  const double half = 0.5 * (BoneSurface<typename View::Density>::kBrick * spacing_).norm();
+  const auto margin = static_cast<float>(half + reach + 2 * spacing_.maxCoeff());
+  for (std::size_t i = 0; i < bricks_.size(); ++i) {
+    NearBrick& b = bricks_[i];
     b.version = grid.brick_version(b.brick);
-    if (!surface.crosses(b.brick)) continue;
-    const Vec3d middle = surface.corner(b.brick) + half - p;
-    const double z = middle.dot(u);
-    const double rho = std::sqrt(std::max(0.0, middle.squaredNorm() - z * z));
-    if (!(shape.at(rho, z).distance <= margin)) continue;
+    if (!(brick_distance_[i] <= margin) || !surface.crosses(b.brick)) continue;
     if (!surface.provide(b.brick)) return false;
-    gather_brick(view, shape, b.brick);
+    gather_brick(view, shape, i);
     if (count_ == capacity_) return false;
   }
   valid_ = true;
@@ -233,32 +294,31 @@ bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, d
 }
 
 template <class View, ToolShape Shape>
-void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t brick) noexcept {
+void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t near_brick) noexcept {
   auto& surface = view.surface();
-  const Vec3d corner = surface.corner(brick);
-  const Vec3<float> from_T = (corner - X_.translation()).template cast<float>();
+  const Vec3<float> from_T = (corners_[near_brick] - X_.translation()).template cast<float>();
   const Vec3<float> u = X_.linear().col(2).template cast<float>();
   const auto most = static_cast<float>(reach_);
-  surface.for_each_block(brick, [&](const PatchBlock& block, int count) {
-    using Lanes = Eigen::Array<float, kLane, 1>;
-    std::array<float, PatchBlock::kSize> beyond;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += kLane) {
-      const Lanes x = Eigen::Map<const Lanes>(block.x.data() + i) + from_T.x();
-      const Lanes y = Eigen::Map<const Lanes>(block.y.data() + i) + from_T.y();
-      const Lanes z = Eigen::Map<const Lanes>(block.z.data() + i) + from_T.z();
-      const Lanes along = x * u.x() + y * u.y() + z * u.z();
-      const Lanes rho = (x.square() + y.square() + z.square() - along.square()).max(0.0F).sqrt();
-      shape.distances(rho.data(), along.data(), beyond.data() + i, std::size_t{kLane});
-    }
+  const std::array<float, 3> half{static_cast<float>(spacing_.x() / 2), static_cast<float>(spacing_.y() / 2),
+                                  static_cast<float>(spacing_.z() / 2)};
+  surface.for_each_block(bricks_[near_brick].brick, [&](const PatchBlock& block, int count) {
+    std::array<float, PatchBlock::kSize> distance;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += static_cast<std::size_t>(kLane))
+      distances_from(shape, u, from_T, block.x.data() + i, block.y.data() + i, block.z.data() + i, distance.data() + i);
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      if (!(beyond[i] - block.spread[i] <= most) || count_ == capacity_) continue;
+      if (!(distance[i] - block.spread[i] <= most) || count_ == capacity_) continue;
       const std::size_t n = count_++;
-      Patch& patch = patches_[n];
-      static_cast<SurfacePatch&>(patch) = surface.patch(block, i, corner);
-      patch.key = (static_cast<std::uint64_t>(brick) << 16) | block.edge[i];
-      x_[n] = block.x[i] + from_T.x();
-      y_[n] = block.y[i] + from_T.y();
-      z_[n] = block.z[i] + from_T.z();
+      patches_[n] = {block.at(i), static_cast<std::uint32_t>(near_brick)};
+      lanes_.position[0][n] = block.x[i] + from_T.x();
+      lanes_.position[1][n] = block.y[i] + from_T.y();
+      lanes_.position[2][n] = block.z[i] + from_T.z();
+      const auto a = static_cast<std::size_t>(block.edge[i] % 3), b = (a + 1) % 3, c = (a + 2) % 3;
+      lanes_.along[a][n] = block.slope_b[i] * half[a];
+      lanes_.along[b][n] = half[b];
+      lanes_.along[c][n] = 0;
+      lanes_.across[a][n] = block.slope_c[i] * half[a];
+      lanes_.across[b][n] = 0;
+      lanes_.across[c][n] = half[c];
       spread_of_[n] = block.spread[i];
     }
   });
