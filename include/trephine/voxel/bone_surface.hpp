@@ -32,22 +32,31 @@ struct PatchInBrick {
   float x, y, z;          ///< position [m]
   float slope_b, slope_c;  ///< voxels that the surface rises along the edge's axis in one voxel of the next two
   float area;              ///< [m²]
-  std::uint16_t edge;      ///< 3 (x + 9 y + 81 z) + axis of the voxel edge, x, y, z from −1 on
+  std::uint32_t edge;      ///< 3 (x + 9 y + 81 z) + axis of the voxel edge, x, y, z from −1 on; …
+                           ///< and kEdges times which of its parts
+  static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
+};
+
+/// A grid's spacing and how a patch is cut into parts along each axis, so that parts are as long as they are wide.
+struct PatchSpacing {
+  Vec3d spacing = Vec3d::Zero();  ///< of the voxels [m]
+  Vec3d part = Vec3d::Zero();     ///< of the parts [m]
 };
 
 /// The patch in G; `corner` is where the brick's voxel 0 lies.
 [[nodiscard]] inline SurfacePatch surface_patch(const PatchInBrick& in_brick, const Vec3d& corner,
-                                                const Vec3d& spacing) noexcept {
-  const int a = in_brick.edge % 3, b = (a + 1) % 3, c = (a + 2) % 3;
+                                                const PatchSpacing& of) noexcept {
+  const int a = static_cast<int>(in_brick.edge % 3), b = (a + 1) % 3, c = (a + 2) % 3;
+  const Vec3d &spacing = of.spacing, &part = of.part;
   SurfacePatch p;
   p.position = corner + Vec3d(static_cast<double>(in_brick.x), static_cast<double>(in_brick.y),
                               static_cast<double>(in_brick.z));
   p.along.setZero();
   p.across.setZero();
-  p.along[b] = spacing[b] / 2;
-  p.along[a] = static_cast<double>(in_brick.slope_b) * spacing[a] / 2;
-  p.across[c] = spacing[c] / 2;
-  p.across[a] = static_cast<double>(in_brick.slope_c) * spacing[a] / 2;
+  p.along[b] = part[b] / 2;
+  p.along[a] = static_cast<double>(in_brick.slope_b) * spacing[a] * (part[b] / spacing[b]) / 2;
+  p.across[c] = part[c] / 2;
+  p.across[a] = static_cast<double>(in_brick.slope_c) * spacing[a] * (part[c] / spacing[c]) / 2;
   p.area = static_cast<double>(in_brick.area);
   return p;
 }
@@ -57,7 +66,7 @@ struct PatchBlock {
   static constexpr int kSize = 64;
   std::array<float, kSize> x, y, z, slope_b, slope_c, area;  // as PatchInBrick has them
   std::array<float, kSize> spread;                           // no point of the patch is farther from its position [m]
-  std::array<std::uint16_t, kSize> edge;
+  std::array<std::uint32_t, kSize> edge;
 
   [[nodiscard]] PatchInBrick at(std::size_t i) const noexcept {
     return {x[i], y[i], z[i], slope_b[i], slope_c[i], area[i], edge[i]};
@@ -82,6 +91,7 @@ class BoneSurface {
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 4096;  ///< 9 MB
+  static constexpr int kMostParts = 8;                 ///< of a patch along an axis
   /// Bricks that one tick may make (`begin_tick`): about 0.2 ms.
   static constexpr int kBricksPerTick = 128;
 
@@ -93,8 +103,14 @@ class BoneSurface {
         slots_(blocks),
         blocks_(blocks),
         next_(blocks) {
+    patch_spacing_.spacing = grid.spacing();
+    for (int a = 0; a < 3; ++a) {
+      const double longer = grid.spacing()[a] / grid.spacing().minCoeff();
+      parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMostParts);
+      patch_spacing_.part[a] = grid.spacing()[a] / parts_[static_cast<std::size_t>(a)];
+    }
     if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
-    if (blocks < kBlocksOfBrick) refuse("BoneSurface", "blocks must be at least 35", blocks);
+    if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 2188", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
       next_[i] = static_cast<std::int32_t>(i + 1 < blocks ? i + 1 : kEnd);
       slots_[i].next_free = next_[i];
@@ -171,6 +187,8 @@ class BoneSurface {
     return grid_->spacing().cwiseProduct(Vec3d(bx * kBrick, by * kBrick, bz * kBrick));
   }
 
+  [[nodiscard]] const PatchSpacing& patch_spacing() const noexcept { return patch_spacing_; }
+
   /// Whether p_G is bone: its interpolated density reaches the isovalue.
   [[nodiscard]] bool is_bone(const Vec3d& p_G) const noexcept {
     const Vec3d u = p_G.cwiseQuotient(grid_->spacing()) + Vec3d::Ones();
@@ -179,7 +197,9 @@ class BoneSurface {
 
  private:
   static constexpr std::int32_t kNone = -1, kEnd = -2;
-  static constexpr std::size_t kBlocksOfBrick = (3 * 9 * 9 * 9 + PatchBlock::kSize - 1) / PatchBlock::kSize;
+  /// What a brick can take, every edge of it crossed and every patch in all its parts.
+  static constexpr std::size_t kLeastBlocks =
+      PatchInBrick::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(PatchBlock::kSize) + 1;
   /// Patches of a smaller share χ are left out: they lie so flat along their axis that they would reach far.
   static constexpr float kLeastShare = 0.01F;
   static constexpr float kRoundedUp = 1.001F;
@@ -238,6 +258,8 @@ class BoneSurface {
   std::size_t hand_ = 0;
   std::uint64_t use_ = 2;
   int budget_ = kBricksPerTick;
+  std::array<int, 3> parts_{};
+  PatchSpacing patch_spacing_;
 };
 
 /// Finds the crossed edges of a brick by rows of bits, then interpolates on each.
@@ -285,32 +307,49 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     const float mb2 = (gb / rise) * (gb / rise), mc2 = (gc / rise) * (gc / rise);
     const float share = 1 / (1 + mb2 * mb2 * mb2 * mb2 + mc2 * mc2 * mc2 * mc2);
     if (!(share >= kLeastShare)) return;
-    if (n == PatchBlock::kSize) {
-      while (free_block_ == kEnd) let_go(&slot);
-      const std::int32_t next = free_block_;
-      free_block_ = next_[at(next)];
-      next_[at(next)] = kEnd;
-      (last == kEnd ? slot.first : next_[at(last)]) = next;
-      last = next;
-      block = &blocks_[at(next)];
-      n = 0;
-    }
-    std::array<float, 3> p{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
-    p[a] += f;
-    block->x[n] = p[0] * h.x();
-    block->y[n] = p[1] * h.y();
-    block->z[n] = p[2] * h.z();
-    const float slope_b = -gb / rise, slope_c = -gc / rise;
-    block->slope_b[n] = slope_b;
-    block->slope_c[n] = slope_c;
     const auto ha = h[static_cast<int>(a)], hb = h[static_cast<int>(b)], hc = h[static_cast<int>(c)];
+    const int parts_b = parts_[b], parts_c = parts_[c];
+    const float slope_b = -gb / rise, slope_c = -gc / rise;
+    const float part_b = hb / static_cast<float>(parts_b), part_c = hc / static_cast<float>(parts_c);
+    // How far a part rises along the edge's axis [m].
+    const float rise_b = slope_b * ha / static_cast<float>(parts_b), rise_c = slope_c * ha / static_cast<float>(parts_c);
     const float mb = slope_b * ha / hb, mc = slope_c * ha / hc;
-    block->area[n] = share * face[a] * std::sqrt(1 + mb * mb + mc * mc);
-    const float ab = slope_b * ha, ac = slope_c * ha;
-    block->spread[n] = kRoundedUp * (std::sqrt(hb * hb + ab * ab) + std::sqrt(hc * hc + ac * ac)) / 2;
-    block->edge[n] = static_cast<std::uint16_t>(3 * (i + 1 + 9 * (j + 1) + 81 * (k + 1)) + static_cast<int>(a));
-    ++n;
-    ++slot.count;
+    const float area = share * face[a] * std::sqrt(1 + mb * mb + mc * mc) / static_cast<float>(parts_b * parts_c);
+    const float spread =
+        kRoundedUp * (std::sqrt(part_b * part_b + rise_b * rise_b) + std::sqrt(part_c * part_c + rise_c * rise_c)) / 2;
+    const auto edge = static_cast<std::uint32_t>(3 * (i + 1 + 9 * (j + 1) + 81 * (k + 1)) + static_cast<int>(a));
+    std::array<float, 3> at_edge{static_cast<float>(i) * h.x(), static_cast<float>(j) * h.y(),
+                                 static_cast<float>(k) * h.z()};
+    at_edge[a] += f * ha;
+    for (int q = 0; q < parts_b * parts_c; ++q) {
+      if (n == PatchBlock::kSize) {
+        while (free_block_ == kEnd) let_go(&slot);
+        const std::int32_t next = free_block_;
+        free_block_ = next_[at(next)];
+        next_[at(next)] = kEnd;
+        (last == kEnd ? slot.first : next_[at(last)]) = next;
+        last = next;
+        block = &blocks_[at(next)];
+        n = 0;
+      }
+      // The part's place from the patch's middle, in parts.
+      const float qb = static_cast<float>(q % parts_b) - 0.5F * static_cast<float>(parts_b - 1);
+      const float qc = static_cast<float>(q / parts_b) - 0.5F * static_cast<float>(parts_c - 1);
+      std::array<float, 3> p = at_edge;
+      p[b] += qb * part_b;
+      p[c] += qc * part_c;
+      p[a] += qb * rise_b + qc * rise_c;
+      block->x[n] = p[0];
+      block->y[n] = p[1];
+      block->z[n] = p[2];
+      block->slope_b[n] = slope_b;
+      block->slope_c[n] = slope_c;
+      block->area[n] = area;
+      block->spread[n] = spread;
+      block->edge[n] = edge + PatchInBrick::kEdges * static_cast<std::uint32_t>(q);
+      ++n;
+      ++slot.count;
+    }
   };
   for (int k = lo[2]; k < hi[2]; ++k)
     for (int j = lo[1]; j < hi[1]; ++j) {

@@ -28,9 +28,9 @@ namespace trephine {
 /// alone: force and torque come from one energy, its stiffness is bounded whatever touches, deep pushing is allowed and
 /// the drawn tool sinks in by at most a third of a voxel on a plane.
 ///
-/// *Gains.* The ball pressed on a plane yields by δ(F) = δ_m √(F / F_max), with δ_m the lesser of a third of a voxel
-/// and what makes a footprint of kFootprint voxels radius; so k = F_max / (π R δ_m²). The coupling's spring is stiffer
-/// by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
+/// *Gains.* The ball pressed on a plane by δ is held with π k (R − δ) δ². At the greatest force δ is a third of a voxel,
+/// or what makes a footprint of kFootprint voxels radius where that is less; so much for k. The coupling's spring is
+/// stiffer by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
 ///
 /// *Work a tick*: Newton's steps with the exact second derivatives (Gauss and Newton's part alone where the rest makes
 /// them indefinite), at most kMostSteps, halved while the energy rises. No step moves any part of the tool farther than
@@ -50,12 +50,12 @@ class CoupledToolRenderer {
   using Gradient = AnalyticGradient;
   static constexpr bool kUsesBoneSurface = true;
   static constexpr int kMostSteps = 24;
-  /// Radius [longest spacings] of the contact on a plane at the greatest force: some ten voxels, a hundred points.
+  /// Radius [shortest spacings] of the contact on a plane at the greatest force: some ten voxels, a hundred points.
   static constexpr double kFootprint = 1.8;
-  /// Most that the contact yields on a plane [longest spacings].
+  /// Most that the contact yields on a plane [shortest spacings].
   static constexpr double kMostYield = 1.0 / 3;
   /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
-  /// [longest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
+  /// [shortest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
   static constexpr double kOfMotion = 0.05, kSmallestStep = 1e-6;
 
   /// Throws std::invalid_argument for options outside their range.
@@ -128,9 +128,9 @@ class CoupledToolRenderer {
   static constexpr int kMostHalvings = 6;
   /// Relative rise of the energy that is rounding.
   static constexpr double kRounding = 1e-9;
-  /// A tool that appears with bone deeper in it than this [longest spacings] is in contact.
+  /// A tool that appears with bone deeper in it than this [shortest spacings] is in contact.
   static constexpr double kTouching = 0.1;
-  /// The list of near patches reaches this far at least and at most [longest spacings] beyond what can touch.
+  /// The list of near patches reaches this far at least and at most [shortest spacings] beyond what can touch.
   static constexpr double kLeastReach = 2, kMostReach = 8;
 
   /// What is left from the virtual tool to the device [m, rad].
@@ -150,7 +150,7 @@ class CoupledToolRenderer {
     return Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
   }
   [[nodiscard]] SpringPull pull(double way) const noexcept {
-    return CompensatedSpring{options_.stiffness, options_.force, yield_}.at(way);
+    return CompensatedSpring{options_.stiffness, options_.force, yield_, shape_.burr().tip_radius}.at(way);
   }
   [[nodiscard]] SpringPull twist(double turn) const noexcept {
     return BoundedSpring{options_.rotational_stiffness, options_.torque}.at(turn);
@@ -158,11 +158,11 @@ class CoupledToolRenderer {
 
   template <class View>
   void tune(const View& view) noexcept {
-    voxel_ = view.grid().spacing().maxCoeff();
+    voxel_ = view.grid().spacing().minCoeff();
     const double R = shape_.burr().tip_radius, a = kFootprint * voxel_;
     // A contact softer than the coupling could not be made up for.
-    yield_ = std::min({kMostYield * voxel_, a * a / (2 * R), options_.force / options_.stiffness / 4});
-    gain_ = options_.force / (kPi * R * yield_ * yield_);
+    yield_ = std::min({kMostYield * voxel_, a * a / (2 * R), R / 4, options_.force / options_.stiffness / 4});
+    gain_ = options_.force / (kPi * (R - yield_) * yield_ * yield_);
   }
 
   /// Whether the tool's axis, as far as its core reaches, is in bone somewhere.
@@ -414,7 +414,7 @@ class CoupledToolRenderer {
   bool fresh_ = false;             // nothing is known of what touched before this tick
   bool begun_in_contact_ = false;  // this tick
   int steps_ = 0;
-  double voxel_ = 0;  // longest spacing [m]
+  double voxel_ = 0;  // shortest spacing [m]
   double yield_ = 0;  // δ_m [m]
   double gain_ = 0;   // k [N/m³]
   std::size_t contact_count_ = 0;

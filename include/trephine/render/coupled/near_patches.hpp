@@ -111,7 +111,7 @@ class NearPatches {
   /// The voxel edge that a patch is of, the same number in every list.
   [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept {
     const Near& n = patches_[i];
-    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 16) | n.in_brick.edge;
+    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 20) | n.in_brick.edge;
   }
 
   /// Calls touches(i) for each patch that may have a point inside the tool at X; returns how near the others come [m].
@@ -180,7 +180,7 @@ class NearPatches {
   std::vector<Vec3d> corners_;       // of their voxels 0, in G [m]
   std::vector<float> mx_, my_, mz_;  // of their middles, from the tool's origin where they were found [m]
   std::vector<float> brick_distance_;
-  Vec3d spacing_ = Vec3d::Zero();
+  PatchSpacing spacing_;
   Posed X_bricks_ = Posed::Identity();  // where bricks, and …
   double brick_reach_ = -1;
   Posed X_ = Posed::Identity();  // … where patches were gathered, and how far around
@@ -200,12 +200,12 @@ void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed&
   corners_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
-  spacing_ = grid.spacing();
+  spacing_ = view.surface().patch_spacing();
   const ToolBounds bounds = shape.bounds();
-  const Vec3d size = BoneSurface<typename View::Density>::kBrick * spacing_;
+  const Vec3d size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
   const Vec3d p = X.translation(), u = X.linear().col(2);
   // Patches reach beyond their edges' bricks by less than two voxels.
-  const double margin = reach + 2 * spacing_.maxCoeff();
+  const double margin = reach + 2 * grid.spacing().maxCoeff();
   const Vec3d end_low = p + bounds.z_low * u, end_high = p + bounds.z_high * u;
   std::array<int, 3> lo, hi;
   for (int a = 0; a < 3; ++a) {
@@ -279,8 +279,8 @@ bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, d
   const Vec3<float> u = X.linear().col(2).template cast<float>();
   for (std::size_t i = 0; i < bricks_.size(); i += static_cast<std::size_t>(kLane))
     distances_from(shape, u, shift, mx_.data() + i, my_.data() + i, mz_.data() + i, brick_distance_.data() + i);
-  const double half = 0.5 * (BoneSurface<typename View::Density>::kBrick * spacing_).norm();
-  const auto margin = static_cast<float>(half + reach + 2 * spacing_.maxCoeff());
+  const double half = 0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm();
+  const auto margin = static_cast<float>(half + reach + 2 * grid.spacing().maxCoeff());
   for (std::size_t i = 0; i < bricks_.size(); ++i) {
     NearBrick& b = bricks_[i];
     b.version = grid.brick_version(b.brick);
@@ -299,8 +299,13 @@ void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t
   const Vec3<float> from_T = (corners_[near_brick] - X_.translation()).template cast<float>();
   const Vec3<float> u = X_.linear().col(2).template cast<float>();
   const auto most = static_cast<float>(reach_);
-  const std::array<float, 3> half{static_cast<float>(spacing_.x() / 2), static_cast<float>(spacing_.y() / 2),
-                                  static_cast<float>(spacing_.z() / 2)};
+  std::array<float, 3> half, share;  // of the parts; of a voxel that they are
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    half[a] = static_cast<float>(spacing_.part[axis] / 2);
+    share[a] = static_cast<float>(spacing_.part[axis] / spacing_.spacing[axis]);
+  }
+  const Vec3<float> half_voxel = (spacing_.spacing / 2).template cast<float>();
   surface.for_each_block(bricks_[near_brick].brick, [&](const PatchBlock& block, int count) {
     std::array<float, PatchBlock::kSize> distance;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += static_cast<std::size_t>(kLane))
@@ -313,10 +318,10 @@ void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t
       lanes_.position[1][n] = block.y[i] + from_T.y();
       lanes_.position[2][n] = block.z[i] + from_T.z();
       const auto a = static_cast<std::size_t>(block.edge[i] % 3), b = (a + 1) % 3, c = (a + 2) % 3;
-      lanes_.along[a][n] = block.slope_b[i] * half[a];
+      lanes_.along[a][n] = block.slope_b[i] * half_voxel[static_cast<Eigen::Index>(a)] * share[b];
       lanes_.along[b][n] = half[b];
       lanes_.along[c][n] = 0;
-      lanes_.across[a][n] = block.slope_c[i] * half[a];
+      lanes_.across[a][n] = block.slope_c[i] * half_voxel[static_cast<Eigen::Index>(a)] * share[c];
       lanes_.across[b][n] = 0;
       lanes_.across[c][n] = half[c];
       spread_of_[n] = block.spread[i];

@@ -27,45 +27,52 @@ struct BoundedSpring {
   }
 };
 
-/// The same in series with a contact that yields: the two together have the stiffness k. A ball pressed on a plane with
-/// P yields by δ(P) = δ_m √(P / P_m), a foundation's law, so the spring's extension under P is
+/// The same in series with a contact that yields: the two together have the stiffness k. A ball of radius R pressed on a
+/// plane by δ is held with P(δ) = c (R − δ) δ², exactly, c = π times the foundation's stiffness. So the spring's
+/// extension under P(δ) is
 ///
-///     x(P) = P / k − δ_m P / √(P_m (P + P₀)),    P₀ = 4 (k δ_m)² / P_m:
+///     x(δ) = P(δ) / k − δ · δ² / (δ² + δ₀²),    δ₀ = k / (c R):
 ///
-/// P / k less δ(P), but for the smallest forces (P₀ is .008 N at 800 N/m), where a foundation is softer than k and the
-/// spring at most twice as stiff: x' lies between 1/(2k) and 1/k.
+/// P / k less δ, but for the smallest forces (.0005 N at 800 N/m), where a contact is softer than k. It grows
+/// everywhere for δ up to R / 4.
 struct CompensatedSpring {
   double stiffness;  ///< k
-  double most;       ///< P_m: greatest pull, and the force that δ_m belongs to
-  double yield;      ///< δ_m [m]
+  double most;       ///< greatest pull P_m
+  double yield;      ///< δ_m, the contact's depth under it [m], at most R / 4
+  double radius;     ///< R [m]
 
   [[nodiscard]] SpringPull at(double extension) const noexcept {
-    const double c = yield / std::sqrt(most), per_k = 1 / stiffness;
-    const double p0 = 4 * stiffness * stiffness * c * c;
-    const double most_extension = most * per_k - c * most / std::sqrt(most + p0);
+    const double c = most / ((radius - yield) * yield * yield), per_k = 1 / stiffness;
+    const double d0 = stiffness / (c * radius), a = d0 * d0;
+    const auto pull = [&](double d) { return c * (radius - d) * d * d; };
+    const double most_extension = most * per_k - yield * yield * yield / (yield * yield + a);
     const double x = std::min(extension, most_extension);
-    // With s = √(P + P₀) x is (s² − P₀)(1/k − c/s): convex, so Newton's steps from above end at it.
-    double s = std::sqrt(p0 + 2 * stiffness * x);
+    // Newton's steps from above, where x(δ) bends upward.
+    double d = extension < most_extension
+                   ? std::min(yield, std::sqrt(stiffness * (x + yield) / (c * (radius - yield))))
+                   : yield;
     double slope = 0;
     for (int i = 0; i < kMostSteps; ++i) {
-      const double over = (s * s - p0) * (per_k - c / s) - x;
-      slope = 2 * s * per_k - c - c * p0 / (s * s);
-      const double step = over / slope;
-      s -= step;
-      if (std::abs(step) <= 1e-15 * s) break;
+      const double s = d * d, sum = s + a;
+      slope = c * d * (2 * radius - 3 * d) * per_k - s * (s + 3 * a) / (sum * sum);
+      const double step = (pull(d) * per_k - d * s / sum - x) / slope;
+      if (!(std::abs(step) > 1e-15 * d)) break;
+      d = std::max(d - step, d / 4);
     }
     SpringPull out;
-    out.pull = extension < most_extension ? std::max(s * s - p0, 0.0) : most;
-    slope = 2 * s * per_k - c - c * p0 / (s * s);
-    out.tangent = extension < most_extension ? 2 * s / slope : 0;  // dP/dx = (dP/ds) / (dx/ds)
-    const double stored = out.pull * x - out.pull * out.pull * per_k / 2 +
-                          c * (2.0 / 3.0 * (s * s * s) - 2 * p0 * s + 4.0 / 3.0 * p0 * std::sqrt(p0));
-    out.energy = stored + most * std::max(0.0, extension - most_extension);
+    out.pull = extension < most_extension ? pull(d) : most;
+    out.tangent = extension < most_extension && d > 0 ? c * d * (2 * radius - 3 * d) / slope : 0;
+    // ∫ P dx = P x − P² / 2k + ∫ δ w dP, w = δ² / (δ² + δ₀²).
+    const double s = d * d, d3 = s * d;
+    const double turned = c * (2 * radius * (d3 / 3 - a * d + a * d0 * std::atan(d / d0)) -
+                               3 * (s * s / 4 - a * s / 2 + a * a / 2 * std::log1p(s / a)));
+    out.energy = out.pull * x - out.pull * out.pull * per_k / 2 + turned +
+                 most * std::max(0.0, extension - most_extension);
     return out;
   }
 
  private:
-  static constexpr int kMostSteps = 12;
+  static constexpr int kMostSteps = 20;
 };
 
 }  // namespace trephine
