@@ -348,12 +348,13 @@ class CoupledToolRenderer {
   void report(Rendered<Scalar>& out) noexcept {
     const double way = error_.way.norm(), turn = error_.turn.norm();
     contact_count_ = 0;
+    foundation_.move_on(last_step_);
     const auto points = std::span<const FoundationPoint>(foundation_.points());
     for (std::size_t i = 0; i < points.size(); ++i) add_contact(points[i], out.contact);
     std::size_t at = 0;
     bristles_.settle(points, near_, X_, gain_, [&](std::size_t i, const Vec3d& f) {
-      while (at < contact_count_ && touched_[at].patch != points[i].patch) ++at;
-      if (at < contact_count_) contacts_[at].force += f.template cast<Scalar>();
+      while (at < contact_count_ && touched_[at].patch < points[i].patch) ++at;
+      if (at < contact_count_ && touched_[at].patch == points[i].patch) contacts_[at].force += f.template cast<Scalar>();
     });
     for (std::size_t i = 0; i < contact_count_; ++i) {
       ContactPoint<Scalar>& c = contacts_[i];
@@ -367,11 +368,9 @@ class CoupledToolRenderer {
     if (turns() && turn > 0) out.wrench.torque = (-twist(turn).pull / turn * error_.turn).template cast<Scalar>();
   }
 
-  /// Joins the point to its patch's contact, which for now sums normals by load. The last step of a
-  /// search, too small to look again after, counts to first order.
+  /// Joins the point to its patch's contact, which for now sums normals by load.
   void add_contact(const FoundationPoint& q, ContactSummary& summary) noexcept {
-    const double deeper = with_moment(q.normal, q.arm).dot(last_step_);
-    const double load = gain_ * q.weight * std::max(0.0, q.depth + deeper);
+    const double load = gain_ * q.weight * q.depth;
     if (!(load > 0)) return;
     const bool tip = q.arm.dot(X_.linear().col(2)) <= shape_.burr().shaft_emerges();
     summary.tip = summary.tip || tip;

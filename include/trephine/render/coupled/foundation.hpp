@@ -70,6 +70,13 @@ class Foundation {
   /// The points inside the tool that `sum` found last, at most as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
+  /// The points as a small motion (δp, δθ) of the tool leaves them, to first order: some may have no depth any more.
+  void move_on(const Vec6d& motion) noexcept {
+    for (FoundationPoint& q : points_) {
+      q.depth = std::max(0.0, q.depth + with_moment(q.normal, q.arm).dot(motion));
+      q.arm -= motion.head<3>();
+    }
+  }
 
   template <ToolShape Shape>
   [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X, double k) noexcept {
