@@ -10,6 +10,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <thread>
 #include <vector>
 
 namespace trephine {
@@ -17,9 +18,8 @@ namespace trephine {
 template <VoxelDensity Density>
 class BoneSurfaceView;
 
-/// A small piece of the isosurface where it crosses the edge between two voxels: a parallelogram about `position`,
-/// exact on the trilinear interpolant, spanned by `along` and `across` (half of the way to the next crossing on either
-/// side), of `area` [m²]. G axes, metres.
+/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, of `area`
+/// [m²]. G axes, metres.
 struct SurfacePatch {
   Vec3d position;
   Vec3d along;
@@ -27,58 +27,34 @@ struct SurfacePatch {
   double area;
 };
 
-/// A patch as a brick keeps it: single precision, relative to the brick's voxel 0.
-struct PatchInBrick {
-  float x, y, z;          ///< position [m]
-  float slope_b, slope_c;  ///< voxels that the surface rises along the edge's axis in one voxel of the next two
-  float area;              ///< [m²]
-  std::uint32_t edge;      ///< 3 (x + 9 y + 81 z) + axis of the voxel edge, x, y, z from −1 on; …
-                           ///< and kEdges times which of its parts
-  static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
-};
-
-/// A grid's spacing and how a patch is cut into parts along each axis, so that parts are as long as they are wide.
-struct PatchSpacing {
-  Vec3d spacing = Vec3d::Zero();  ///< of the voxels [m]
-  Vec3d part = Vec3d::Zero();     ///< of the parts [m]
-};
-
-/// The patch in G; `corner` is where the brick's voxel 0 lies.
-[[nodiscard]] inline SurfacePatch surface_patch(const PatchInBrick& in_brick, const Vec3d& corner,
-                                                const PatchSpacing& of) noexcept {
-  const int a = static_cast<int>(in_brick.edge % 3), b = (a + 1) % 3, c = (a + 2) % 3;
-  const Vec3d &spacing = of.spacing, &part = of.part;
-  SurfacePatch p;
-  p.position = corner + Vec3d(static_cast<double>(in_brick.x), static_cast<double>(in_brick.y),
-                              static_cast<double>(in_brick.z));
-  p.along.setZero();
-  p.across.setZero();
-  p.along[b] = part[b] / 2;
-  p.along[a] = static_cast<double>(in_brick.slope_b) * spacing[a] * (part[b] / spacing[b]) / 2;
-  p.across[c] = part[c] / 2;
-  p.across[a] = static_cast<double>(in_brick.slope_c) * spacing[a] * (part[c] / spacing[c]) / 2;
-  p.area = static_cast<double>(in_brick.area);
-  return p;
-}
-
-/// Patches of a brick in arrays of this many.
+/// Patches of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
 struct PatchBlock {
   static constexpr int kSize = 64;
-  std::array<float, kSize> x, y, z, slope_b, slope_c, area;  // as PatchInBrick has them
-  std::array<float, kSize> spread;                           // no point of the patch is farther from its position [m]
-  std::array<std::uint32_t, kSize> edge;
+  /// Of `edge`: which part of the edge's patch is above it.
+  static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
+  using Lanes = std::array<float, kSize>;
+  std::array<Lanes, 3> position, along, across;
+  Lanes area;
+  Lanes spread;                           ///< no point of the patch is farther from its position [m]
+  std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, x, y, z from −1 on
 
-  [[nodiscard]] PatchInBrick at(std::size_t i) const noexcept {
-    return {x[i], y[i], z[i], slope_b[i], slope_c[i], area[i], edge[i]};
+  /// Patch i in G; `corner` is where the brick's voxel 0 lies.
+  [[nodiscard]] SurfacePatch patch(std::size_t i, const Vec3d& corner) const noexcept {
+    const auto vector = [&](const std::array<Lanes, 3>& v) {
+      return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
+    };
+    return {corner + vector(position), vector(along), vector(across), static_cast<double>(area[i])};
   }
 };
 
 /// The bone's isosurface as quadrature points, kept brick by brick (8³ voxels) where a tool comes near.
 ///
-/// A voxel edge whose ends lie on different sides of the isovalue carries a patch. Crossings along x sample the surface
-/// on the lattice of (y, z), each standing for the area h_y h_z / |n_x|; those along y and z sample it again. A
-/// partition of unity weighs the three, χ_a = g_a⁸ / Σ g⁸ with g the density's gradient per voxel, so that areas add up
-/// to the surface's in every direction and every orientation is sampled along its steepest axis.
+/// A voxel edge whose ends lie on different sides of the isovalue carries a patch: the parallelogram of the same middle
+/// and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners are the
+/// means of the cells' crossings (surface nets', Gibson 1998), moved along its normal through the edge's own crossing.
+/// So patches tile the surface whichever way it lies, each touches the trilinear interpolant's isosurface, and nothing
+/// but that surface tells how they lie. Where voxels are longer along an axis, patches are cut into parts along it, at
+/// most kMostParts.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
 /// were not used longest, when the store is full. Memory: 2 kB a block of 64 patches, one to three blocks a brick of
@@ -103,11 +79,9 @@ class BoneSurface {
         slots_(blocks),
         blocks_(blocks),
         next_(blocks) {
-    patch_spacing_.spacing = grid.spacing();
     for (int a = 0; a < 3; ++a) {
       const double longer = grid.spacing()[a] / grid.spacing().minCoeff();
       parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMostParts);
-      patch_spacing_.part[a] = grid.spacing()[a] / parts_[static_cast<std::size_t>(a)];
     }
     if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
     if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 2188", blocks);
@@ -187,8 +161,6 @@ class BoneSurface {
     return grid_->spacing().cwiseProduct(Vec3d(bx * kBrick, by * kBrick, bz * kBrick));
   }
 
-  [[nodiscard]] const PatchSpacing& patch_spacing() const noexcept { return patch_spacing_; }
-
   /// Whether p_G is bone: its interpolated density reaches the isovalue.
   [[nodiscard]] bool is_bone(const Vec3d& p_G) const noexcept {
     const Vec3d u = p_G.cwiseQuotient(grid_->spacing()) + Vec3d::Ones();
@@ -199,9 +171,9 @@ class BoneSurface {
   static constexpr std::int32_t kNone = -1, kEnd = -2;
   /// What a brick can take, every edge of it crossed and every patch in all its parts.
   static constexpr std::size_t kLeastBlocks =
-      PatchInBrick::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(PatchBlock::kSize) + 1;
-  /// Patches of a smaller share χ are left out: they lie so flat along their axis that they would reach far.
-  static constexpr float kLeastShare = 0.01F;
+      PatchBlock::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(PatchBlock::kSize) + 1;
+  /// Smaller patches are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
+  static constexpr float kLeastArea = 1e-4F;
   static constexpr float kRoundedUp = 1.001F;
 
   struct Slot {
@@ -259,69 +231,116 @@ class BoneSurface {
   std::uint64_t use_ = 2;
   int budget_ = kBricksPerTick;
   std::array<int, 3> parts_{};
-  PatchSpacing patch_spacing_;
 };
 
-/// Finds the crossed edges of a brick by rows of bits, then interpolates on each.
+/// Finds the crossed edges of a brick and of what is around it by rows of bits, sums the crossings of each cell, then
+/// makes a patch of each edge that is the brick's own. Nothing beyond the brick and its halo is read.
 template <VoxelDensity Density>
 void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
   release_blocks(slot);
   const auto [bx, by, bz] = grid_->brick_coordinates(brick);
   const std::array<int, 3> base{bx * kBrick, by * kBrick, bz * kBrick};
-  std::array<int, 3> lo{}, hi{};  // edges start at voxels lo to hi − 1, relative to the brick
+  std::array<int, 3> lo{}, hi{};  // own edges start at voxels lo to hi − 1, relative to the brick; voxel hi is there
   for (std::size_t a = 0; a < 3; ++a) {
     lo[a] = base[a] == 0 ? -1 : 0;
     hi[a] = std::min(kBrick, grid_->size()[a] - base[a]);
   }
   // Bit i + 1 of row (j, k): whether voxel i is bone.
-  std::array<std::array<std::uint32_t, kBrick + 2>, kBrick + 2> bone{};
+  constexpr std::size_t kRow = kBrick + 2;
+  std::array<std::uint32_t, kRow * kRow> bone{};
   const auto isovalue = static_cast<float>(isovalue_);
   const std::ptrdiff_t row = grid_->row_pitch(), plane = grid_->plane_pitch();
   const Density* const origin = grid_->data() + grid_->index(base[0], base[1], base[2]);
-  for (int k = lo[2]; k <= hi[2]; ++k)
-    for (int j = lo[1]; j <= hi[1]; ++j) {
+  const auto row_at = [](int j, int k) {
+    return static_cast<std::size_t>(k + 1) * kRow + static_cast<std::size_t>(j + 1);
+  };
+  for (int k = -1; k <= hi[2]; ++k)
+    for (int j = -1; j <= hi[1]; ++j) {
       const Density* const voxel = origin + k * plane + j * row;
       std::uint32_t bits = 0;
-      for (int i = lo[0]; i <= hi[0]; ++i)
+      for (int i = -1; i <= hi[0]; ++i)
         bits |= static_cast<std::uint32_t>(static_cast<float>(voxel[i]) >= isovalue) << (i + 1);
-      bone[static_cast<std::size_t>(k + 1)][static_cast<std::size_t>(j + 1)] = bits;
+      bone[row_at(j, k)] = bits;
     }
 
+  // Crossings [voxels], of the brick's own edges one by one, and what they add up to in each cell from −1 on.
+  constexpr int kCells = kBrick + 1;
+  struct Cell {
+    float x, y, z, count;
+  };
+  struct Crossing {
+    std::array<float, 3> at;
+    std::array<std::int8_t, 3> start;
+    std::uint8_t axis;
+  };
+  std::array<Cell, static_cast<std::size_t>(kCells* kCells* kCells)> cells{};
+  std::array<Crossing, PatchBlock::kEdges> crossings;
+  std::size_t count = 0;
+  const std::array<int, 3> cell_pitch{1, kCells, kCells * kCells};
   const std::array<std::ptrdiff_t, 3> pitch{1, row, plane};
-  const Vec3<float> h = grid_->spacing().template cast<float>();
-  const std::array<float, 3> face{h.y() * h.z(), h.z() * h.x(), h.x() * h.y()};
+  const auto cross = [&](int i, int j, int k, std::size_t a) {
+    const Density* const v = origin + k * plane + j * row + i;
+    const auto from = static_cast<float>(v[0]), to = static_cast<float>(v[pitch[a]]);
+    std::array<float, 3> at{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
+    at[a] += (isovalue - from) / (to - from);
+    const std::array<int, 3> start{i, j, k};
+    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+    for (int db = -1; db <= 0; ++db)
+      for (int dc = -1; dc <= 0; ++dc) {
+        const int at_b = start[b] + db, at_c = start[c] + dc;
+        if (at_b < -1 || at_c < -1 || at_b >= kBrick || at_c >= kBrick) continue;
+        Cell& cell = cells[static_cast<std::size_t>((start[a] + 1) * cell_pitch[a] + (at_b + 1) * cell_pitch[b] +
+                                                    (at_c + 1) * cell_pitch[c])];
+        cell.x += at[0];
+        cell.y += at[1];
+        cell.z += at[2];
+        cell.count += 1;
+      }
+    if (start[0] < lo[0] || start[1] < lo[1] || start[2] < lo[2] || start[0] >= hi[0] || start[1] >= hi[1] ||
+        start[2] >= hi[2])
+      return;
+    crossings[count++] = {at,
+                          {static_cast<std::int8_t>(i), static_cast<std::int8_t>(j), static_cast<std::int8_t>(k)},
+                          static_cast<std::uint8_t>(a)};
+  };
+  const std::uint32_t starts = (1U << (hi[0] + 1)) - 1, all = (1U << (hi[0] + 2)) - 1;
+  for (int k = -1; k <= hi[2]; ++k)
+    for (int j = -1; j <= hi[1]; ++j) {
+      const std::uint32_t here = bone[row_at(j, k)];
+      const std::array<std::uint32_t, 3> crossed{(here ^ (here >> 1)) & starts,
+                                                 j < hi[1] ? (here ^ bone[row_at(j + 1, k)]) & all : 0,
+                                                 k < hi[2] ? (here ^ bone[row_at(j, k + 1)]) & all : 0};
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::uint32_t bits = crossed[a]; bits != 0; bits &= bits - 1) cross(std::countr_zero(bits) - 1, j, k, a);
+    }
+
   PatchBlock* block = nullptr;
   std::size_t n = PatchBlock::kSize;
   std::int32_t last = kEnd;
-  const auto add = [&](int i, int j, int k, std::size_t a) {
-    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    const Density* const v = origin + k * plane + j * row + i;
-    const auto d = [](const Density* p, std::ptrdiff_t to, std::ptrdiff_t from) {
-      return static_cast<float>(p[to]) - static_cast<float>(p[from]);
+  const Vec3<float> h = grid_->spacing().template cast<float>();
+  for (std::size_t q = 0; q < count; ++q) {
+    const Crossing& crossing = crossings[q];
+    const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    const int first = (crossing.start[0] + 1) * cell_pitch[0] + (crossing.start[1] + 1) * cell_pitch[1] +
+                      (crossing.start[2] + 1) * cell_pitch[2];
+    const auto corner = [&](int db, int dc) -> Vec3<float> {
+      const Cell& cell = cells[static_cast<std::size_t>(first + db * cell_pitch[b] + dc * cell_pitch[c])];
+      return Vec3<float>(cell.x, cell.y, cell.z).cwiseProduct(h) / cell.count;
     };
-    const float rise = d(v, pitch[a], 0);
-    const float f = (isovalue - static_cast<float>(v[0])) / rise;
-    const Density* const w = v + pitch[a];
-    const float gb = 0.5F * lerp(d(v, pitch[b], -pitch[b]), d(w, pitch[b], -pitch[b]), f);
-    const float gc = 0.5F * lerp(d(v, pitch[c], -pitch[c]), d(w, pitch[c], -pitch[c]), f);
-    const float mb2 = (gb / rise) * (gb / rise), mc2 = (gc / rise) * (gc / rise);
-    const float share = 1 / (1 + mb2 * mb2 * mb2 * mb2 + mc2 * mc2 * mc2 * mc2);
-    if (!(share >= kLeastShare)) return;
-    const auto ha = h[static_cast<int>(a)], hb = h[static_cast<int>(b)], hc = h[static_cast<int>(c)];
+    const Vec3<float> p00 = corner(-1, -1), p10 = corner(0, -1), p01 = corner(-1, 0), p11 = corner(0, 0);
+    const Vec3<float> along = 0.25F * (p10 + p11 - p00 - p01), across = 0.25F * (p01 + p11 - p00 - p10);
+    const Vec3<float> normal = along.cross(across);
+    const float size = normal.norm();
+    const std::array<float, 3> face{h.y() * h.z(), h.z() * h.x(), h.x() * h.y()};
+    if (!(4 * size > kLeastArea * face[a])) continue;
+    Vec3<float> middle = 0.25F * (p00 + p10 + p01 + p11);
+    const Vec3<float> on = Vec3<float>(crossing.at[0], crossing.at[1], crossing.at[2]).cwiseProduct(h) - middle;
+    middle += (on.dot(normal) / (size * size)) * normal;
+
     const int parts_b = parts_[b], parts_c = parts_[c];
-    const float slope_b = -gb / rise, slope_c = -gc / rise;
-    const float part_b = hb / static_cast<float>(parts_b), part_c = hc / static_cast<float>(parts_c);
-    // How far a part rises along the edge's axis [m].
-    const float rise_b = slope_b * ha / static_cast<float>(parts_b), rise_c = slope_c * ha / static_cast<float>(parts_c);
-    const float mb = slope_b * ha / hb, mc = slope_c * ha / hc;
-    const float area = share * face[a] * std::sqrt(1 + mb * mb + mc * mc) / static_cast<float>(parts_b * parts_c);
-    const float spread =
-        kRoundedUp * (std::sqrt(part_b * part_b + rise_b * rise_b) + std::sqrt(part_c * part_c + rise_c * rise_c)) / 2;
-    const auto edge = static_cast<std::uint32_t>(3 * (i + 1 + 9 * (j + 1) + 81 * (k + 1)) + static_cast<int>(a));
-    std::array<float, 3> at_edge{static_cast<float>(i) * h.x(), static_cast<float>(j) * h.y(),
-                                 static_cast<float>(k) * h.z()};
-    at_edge[a] += f * ha;
-    for (int q = 0; q < parts_b * parts_c; ++q) {
+    const Vec3<float> part_along = along / static_cast<float>(parts_b), part_across = across / static_cast<float>(parts_c);
+    const float spread = kRoundedUp * (part_along.norm() + part_across.norm());
+    for (int part = 0; part < parts_b * parts_c; ++part) {
       if (n == PatchBlock::kSize) {
         while (free_block_ == kEnd) let_go(&slot);
         const std::int32_t next = free_block_;
@@ -332,37 +351,25 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
         block = &blocks_[at(next)];
         n = 0;
       }
-      // The part's place from the patch's middle, in parts.
-      const float qb = static_cast<float>(q % parts_b) - 0.5F * static_cast<float>(parts_b - 1);
-      const float qc = static_cast<float>(q / parts_b) - 0.5F * static_cast<float>(parts_c - 1);
-      std::array<float, 3> p = at_edge;
-      p[b] += qb * part_b;
-      p[c] += qc * part_c;
-      p[a] += qb * rise_b + qc * rise_c;
-      block->x[n] = p[0];
-      block->y[n] = p[1];
-      block->z[n] = p[2];
-      block->slope_b[n] = slope_b;
-      block->slope_c[n] = slope_c;
-      block->area[n] = area;
+      const auto ib = static_cast<float>(2 * (part % parts_b) + 1 - parts_b);
+      const auto ic = static_cast<float>(2 * (part / parts_b) + 1 - parts_c);
+      const Vec3<float> position = middle + ib * part_along + ic * part_across;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto e = static_cast<Eigen::Index>(axis);
+        block->position[axis][n] = position[e];
+        block->along[axis][n] = part_along[e];
+        block->across[axis][n] = part_across[e];
+      }
+      block->area[n] = 4 * size / static_cast<float>(parts_b * parts_c);
       block->spread[n] = spread;
-      block->edge[n] = edge + PatchInBrick::kEdges * static_cast<std::uint32_t>(q);
+      block->edge[n] = static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a) +
+                       PatchBlock::kEdges * static_cast<std::uint32_t>(part);
       ++n;
       ++slot.count;
     }
-  };
-  for (int k = lo[2]; k < hi[2]; ++k)
-    for (int j = lo[1]; j < hi[1]; ++j) {
-      const auto z = static_cast<std::size_t>(k + 1), y = static_cast<std::size_t>(j + 1);
-      const std::uint32_t here = bone[z][y];
-      const std::uint32_t starts = ((1U << (hi[0] + 1)) - 1) & ~((1U << (lo[0] + 1)) - 1);
-      const std::array<std::uint32_t, 3> crossed{(here ^ (here >> 1)) & starts, (here ^ bone[z][y + 1]) & starts,
-                                                 (here ^ bone[z + 1][y]) & starts};
-      for (std::size_t a = 0; a < 3; ++a)
-        for (std::uint32_t bits = crossed[a]; bits != 0; bits &= bits - 1)
-          add(std::countr_zero(bits) - 1, j, k, a);
-    }
-  for (; block && n % 16 != 0; ++n) block->x[n] = block->y[n] = block->z[n] = 0;  // whole lanes
+  }
+  for (; block && n % 16 != 0; ++n)  // whole lanes
+    for (auto& lanes : block->position) lanes[n] = 0;
 }
 
 /// The bone's surface as a renderer gets it: a copyable view. Haptic thread.
@@ -390,19 +397,24 @@ class BoneSurfaceView {
   BoneSurface<Density>* surface_;
 };
 
-/// The one surface that all scenes of a grid and an isovalue share, made by the first that asks. Throws as
-/// BoneSurface's constructor. Any thread.
+/// The one surface that all scenes of a grid and an isovalue share that are made on one thread: the first that asks makes
+/// it. Throws as BoneSurface's constructor. Any thread.
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<BoneSurface<Density>> share_bone_surface(const VoxelGrid<Density>& grid,
                                                                        double isovalue) {
+  struct Made {
+    std::weak_ptr<BoneSurface<Density>> surface;
+    std::thread::id thread;
+  };
   static std::mutex mutex;
-  static std::vector<std::weak_ptr<BoneSurface<Density>>> made;
+  static std::vector<Made> all;
   const std::scoped_lock lock(mutex);
-  std::erase_if(made, [](const auto& w) { return w.expired(); });
-  for (const auto& w : made)
-    if (auto s = w.lock(); s && &s->grid() == &grid && s->isovalue() == isovalue) return s;
+  std::erase_if(all, [](const Made& m) { return m.surface.expired(); });
+  const std::thread::id here = std::this_thread::get_id();
+  for (const Made& m : all)
+    if (auto s = m.surface.lock(); s && &s->grid() == &grid && s->isovalue() == isovalue && m.thread == here) return s;
   auto s = std::make_shared<BoneSurface<Density>>(grid, isovalue);
-  made.push_back(s);
+  all.push_back({s, here});
   return s;
 }
 

@@ -57,6 +57,8 @@ class CoupledToolRenderer {
   /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
   /// [shortest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
   static constexpr double kOfMotion = 0.05, kSmallestStep = 1e-6;
+  /// A device that moved farther counts as moved by this [shortest spacings].
+  static constexpr double kMostSlid = 0.5;
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
@@ -269,8 +271,12 @@ class CoupledToolRenderer {
     double ahead = NearPatches::motion_between(bounds_, X_, X_device);
     if (!evaluate(view, X_, ahead)) return give_up();
     begun_in_contact_ = contact_.depth > kTouching * voxel_;
-    const double smallest = std::max(kSmallestStep * voxel_, kOfMotion * slid_);
+    const double smallest = std::max(kSmallestStep * voxel_, kOfMotion * std::min(slid_, kMostSlid * voxel_));
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
+      if (foundation_.points().empty() && NearPatches::motion_between(bounds_, X_, X_device) <= contact_.nearest) {
+        rest_at(X_device);
+        return true;
+      }
       const Vec6d step = next_step();
       const Posed X_next = moved(X_, step);
       const double motion = NearPatches::motion_between(bounds_, X_, X_next);

@@ -100,8 +100,12 @@ class NearPatches {
   }
   /// The patch in G.
   [[nodiscard]] SurfacePatch operator[](std::size_t i) const noexcept {
+    const auto vector = [&](const std::array<std::vector<float>, 3>& v) {
+      return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
+    };
     const Near& n = patches_[i];
-    return surface_patch(n.in_brick, corners_[n.brick], spacing_);
+    return {corners_[n.brick] + n.position.template cast<double>(), vector(lanes_.along), vector(lanes_.across),
+            static_cast<double>(n.area)};
   }
   /// All patches' components in single precision, positions from `shift` of the pose's origin.
   [[nodiscard]] const PatchLanes& lanes() const noexcept { return lanes_; }
@@ -111,7 +115,7 @@ class NearPatches {
   /// The voxel edge that a patch is of, the same number in every list.
   [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept {
     const Near& n = patches_[i];
-    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 20) | n.in_brick.edge;
+    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 20) | n.edge;
   }
 
   /// Calls touches(i) for each patch that may have a point inside the tool at X; returns how near the others come [m].
@@ -147,7 +151,9 @@ class NearPatches {
     std::uint32_t version;
   };
   struct Near {
-    PatchInBrick in_brick;
+    Vec3<float> position;  // from the brick's voxel 0 [m]
+    float area;            // [m²]
+    std::uint32_t edge;
     std::uint32_t brick;  // of the near bricks
   };
 
@@ -180,7 +186,6 @@ class NearPatches {
   std::vector<Vec3d> corners_;       // of their voxels 0, in G [m]
   std::vector<float> mx_, my_, mz_;  // of their middles, from the tool's origin where they were found [m]
   std::vector<float> brick_distance_;
-  PatchSpacing spacing_;
   Posed X_bricks_ = Posed::Identity();  // where bricks, and …
   double brick_reach_ = -1;
   Posed X_ = Posed::Identity();  // … where patches were gathered, and how far around
@@ -200,7 +205,6 @@ void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed&
   corners_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
-  spacing_ = view.surface().patch_spacing();
   const ToolBounds bounds = shape.bounds();
   const Vec3d size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
   const Vec3d p = X.translation(), u = X.linear().col(2);
@@ -299,31 +303,23 @@ void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t
   const Vec3<float> from_T = (corners_[near_brick] - X_.translation()).template cast<float>();
   const Vec3<float> u = X_.linear().col(2).template cast<float>();
   const auto most = static_cast<float>(reach_);
-  std::array<float, 3> half, share;  // of the parts; of a voxel that they are
-  for (std::size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<Eigen::Index>(a);
-    half[a] = static_cast<float>(spacing_.part[axis] / 2);
-    share[a] = static_cast<float>(spacing_.part[axis] / spacing_.spacing[axis]);
-  }
-  const Vec3<float> half_voxel = (spacing_.spacing / 2).template cast<float>();
   surface.for_each_block(bricks_[near_brick].brick, [&](const PatchBlock& block, int count) {
     std::array<float, PatchBlock::kSize> distance;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += static_cast<std::size_t>(kLane))
-      distances_from(shape, u, from_T, block.x.data() + i, block.y.data() + i, block.z.data() + i, distance.data() + i);
+      distances_from(shape, u, from_T, block.position[0].data() + i, block.position[1].data() + i,
+                     block.position[2].data() + i, distance.data() + i);
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       if (!(distance[i] - block.spread[i] <= most) || count_ == capacity_) continue;
       const std::size_t n = count_++;
-      patches_[n] = {block.at(i), static_cast<std::uint32_t>(near_brick)};
-      lanes_.position[0][n] = block.x[i] + from_T.x();
-      lanes_.position[1][n] = block.y[i] + from_T.y();
-      lanes_.position[2][n] = block.z[i] + from_T.z();
-      const auto a = static_cast<std::size_t>(block.edge[i] % 3), b = (a + 1) % 3, c = (a + 2) % 3;
-      lanes_.along[a][n] = block.slope_b[i] * half_voxel[static_cast<Eigen::Index>(a)] * share[b];
-      lanes_.along[b][n] = half[b];
-      lanes_.along[c][n] = 0;
-      lanes_.across[a][n] = block.slope_c[i] * half_voxel[static_cast<Eigen::Index>(a)] * share[c];
-      lanes_.across[b][n] = 0;
-      lanes_.across[c][n] = half[c];
+      patches_[n] = {{block.position[0][i], block.position[1][i], block.position[2][i]},
+                     block.area[i],
+                     block.edge[i],
+                     static_cast<std::uint32_t>(near_brick)};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lanes_.position[axis][n] = block.position[axis][i] + from_T[static_cast<Eigen::Index>(axis)];
+        lanes_.along[axis][n] = block.along[axis][i];
+        lanes_.across[axis][n] = block.across[axis][i];
+      }
       spread_of_[n] = block.spread[i];
     }
   });
