@@ -31,6 +31,9 @@ const std::array<Named, 4> kBurrs{
     Named{"thick shaft", {.tip_radius = 0.0005, .shaft_radius = 0.001, .shaft_length = 0.005}},
     Named{"shaft as thick", {.tip_radius = 0.001, .shaft_radius = 0.001, .shaft_length = 0.005}}};
 
+/// What the tool answers for one point.
+ProfilePoint answer(const BallAndShaft& tool, double rho, double z) { return tool.at(rho, z); }
+
 struct InHalfPlane {
   double rho, z;
 };
@@ -89,7 +92,7 @@ TEST_CASE("ball and shaft: the distance is the nearest point's of the surface ou
       const InHalfPlane p = random_place(random, burr);
       double nearest = 1;
       for (const InHalfPlane& q : surface) nearest = std::min(nearest, std::hypot(p.rho - q.rho, p.z - q.z));
-      const double d = tool.at(p.rho, p.z).distance;
+      const double d = answer(tool, p.rho, p.z).distance;
       if (in_ball(burr, p) || in_shaft(burr, p)) {
         ++inside;
         wrong_side += d <= 0 ? 0 : 1;
@@ -105,7 +108,7 @@ TEST_CASE("ball and shaft: the distance is the nearest point's of the surface ou
     CHECK(wrong_side == 0);
     CHECK(beyond_bound == 0);
     CHECK(over <= kRounding);
-    for (const InHalfPlane& q : surface) on.add(std::abs(tool.at(q.rho, q.z).distance));
+    for (const InHalfPlane& q : surface) on.add(std::abs(answer(tool, q.rho, q.z).distance));
     CHECK(on.worst() <= kRounding);
     CHECK(inside > 50);
     MESSAGE(name, ": off the sampled surface's distance [m] ", outside, "; of points on it ", on.worst());
@@ -132,10 +135,10 @@ TEST_CASE("ball and shaft: normal and curvature are the distance's derivatives")
     for (int i = 0; i < 5000; ++i) {
       InHalfPlane p = random_place(random, burr);
       p.rho += kNearest;
-      const ProfilePoint at = tool.at(p.rho, p.z);
+      const ProfilePoint at = answer(tool, p.rho, p.z);
       if (at.curvature > 1 / kNearest) continue;
-      const ProfilePoint e = tool.at(p.rho + kStep, p.z), w = tool.at(p.rho - kStep, p.z);
-      const ProfilePoint n = tool.at(p.rho, p.z + kStep), s = tool.at(p.rho, p.z - kStep);
+      const ProfilePoint e = answer(tool, p.rho + kStep, p.z), w = answer(tool, p.rho - kStep, p.z);
+      const ProfilePoint n = answer(tool, p.rho, p.z + kStep), s = answer(tool, p.rho, p.z - kStep);
       if (!same_part(at, e) || !same_part(at, w) || !same_part(at, n) || !same_part(at, s)) {
         ++creases;
         continue;
@@ -160,14 +163,14 @@ TEST_CASE("ball and shaft: a part is central where the nearest is the ball") {
   for (const auto& [name, burr] : kBurrs) {
     CAPTURE(name);
     const BallAndShaft tool(burr);
-    CHECK(tool.at(0, -burr.tip_radius).central);
-    CHECK(tool.at(0, -2 * burr.tip_radius).central);
+    CHECK(answer(tool, 0, -burr.tip_radius).central);
+    CHECK(answer(tool, 0, -2 * burr.tip_radius).central);
     if (!burr.has_shaft()) continue;
-    CHECK_FALSE(tool.at(burr.shaft_radius, 0.8 * burr.shaft_length).central);
-    CHECK_FALSE(tool.at(0, burr.shaft_length).central);
+    CHECK_FALSE(answer(tool, burr.shaft_radius, 0.8 * burr.shaft_length).central);
+    CHECK_FALSE(answer(tool, 0, burr.shaft_length).central);
   }
   // The centre has no direction: a finite one is answered.
-  const ProfilePoint centre = BallAndShaft(kBurrs[1].burr).at(0, 0);
+  const ProfilePoint centre = answer(BallAndShaft(kBurrs[1].burr), 0, 0);
   CHECK(centre.distance == -kRadius);
   CHECK(std::isfinite(centre.curvature));
   CHECK(std::hypot(centre.normal_rho, centre.normal_z) == doctest::Approx(1));
@@ -192,7 +195,7 @@ TEST_CASE_TEMPLATE("ball and shaft: distances of many points are those of each",
     Figures off;
     for (std::size_t i = 0; i < kCount; ++i)
       off.add(std::abs(static_cast<double>(out[i]) -
-                       tool.at(static_cast<double>(rho[i]), static_cast<double>(z[i])).distance));
+                       answer(tool, static_cast<double>(rho[i]), static_cast<double>(z[i])).distance));
     MESSAGE(name, ": many against one [m] ", off);
     CHECK(off.worst() <= rounding);
     CHECK(out[kCount] == S(7));
@@ -234,7 +237,8 @@ TEST_CASE("ball and shaft: burrs that are none are refused") {
   }
   CHECK_THROWS_AS(BallAndShaft(Burr{.shaft_length = 0.0015}), std::invalid_argument);  // within the ball
   CHECK_NOTHROW(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}));           // a ball needs none
-  CHECK(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}).at(0.002, 0).distance == doctest::Approx(0.0005));
+  CHECK(answer(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}), 0.002, 0).distance ==
+        doctest::Approx(0.0005));
 }
 
 }  // namespace
