@@ -54,7 +54,7 @@ TEST_CASE("bristles: a weight on an incline sticks below the angle of friction a
           return Vec3d(scene.proxy_pose_W().translation());
         };
         Vec3d start;
-        for (int i = 0; i < 300; ++i) start = tick();
+        for (int i = 0; i < (share < 1 ? 300 : 5); ++i) start = tick();
         Vec3d end = start;
         constexpr int kTicks = 400;
         int ticks = 0;
@@ -69,7 +69,7 @@ TEST_CASE("bristles: a weight on an incline sticks below the angle of friction a
 TEST_CASE("bristles: what slides is held by the kinetic coefficient, against the motion") {
   constexpr double kKineticError = 0.02;  // asked for
   // Where the image tilts the plane by that much, a share of the normal force is along it.
-  constexpr double kNormal = 0.5 * kPi / 180;
+  constexpr double kNormal = 0.4 * kPi / 180;
   Figures off, aside, beyond;
   for (const bool tilted : {false, true})
     for (const double mu : {0.1, 0.3, 0.8}) {
@@ -107,7 +107,7 @@ TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and 
       const TickResult pressed = lead(scene, plane.pressed(-2e-4), plane.pressed(deep), 200);
       REQUIRE(std::abs(pressed.wrench.torque.dot(plane.n)) <= kAtRest);
       for (int i = 0; i < 300; ++i) {
-        const Posed X = tool_at(plane.pressed(deep).translation(), plane.n, 1e-4 * i);
+        const Posed X = tool_at(plane.pressed(deep).translation(), plane.n, 1e-3 * i);
         const TickResult r = scene.tick({.X_WT = X}, kDt);
         const double a = std::sqrt(2 * kBall.tip_radius * scene.renderer().penetration());
         const double share = -r.wrench.torque.dot(plane.n) / (8.0 / 15 * kMu * r.wrench.force.dot(plane.n) * a);
