@@ -88,8 +88,8 @@ double size_of(Mat6d H) {
 }
 
 struct Slopes {
-  Figures first, second;
-  int entered = 0;  // where points come in between, the second derivative jumps
+  Figures first, second, askew;  // askew: of a matrix that should be symmetric
+  int entered = 0;               // where points come in between, the second derivative jumps
   int touching = 0;
 };
 
@@ -103,6 +103,8 @@ void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& ran
   const FoundationSum at = foundation.sum(bench.near, shape, X, kStiffness);
   const std::size_t count = foundation.points().size();
   slopes.touching += count > 20 ? 1 : 0;
+  const Mat6d all = at.stiffness + at.bending;
+  slopes.askew.add(size_of(Mat6d(all - all.transpose())) / size_of(all));
   for (int i = 0; i < 12; ++i) {
     const Vec6d twist = random_twist(random);
     const FoundationSum a = foundation.sum(bench.near, shape, moved(X, twist, -kStep), kStiffness);
@@ -122,7 +124,7 @@ void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& ran
 // crease between ball and shaft may be on either side of it.
 TEST_CASE("foundation: the wrench is the energy's slope, stiffness and bending its second derivative") {
   CAPTURE(kSeed);
-  constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
+  constexpr double kFirstError = 1e-6, kSecondError = 1e-5, kAskew = 1e-12;
   Bench bench(kBone);
   struct Case {
     const char* name;
@@ -143,6 +145,7 @@ TEST_CASE("foundation: the wrench is the energy's slope, stiffness and bending i
             "; left out ", slopes.entered);
     CHECK(slopes.touching == 25);
     CHECK(slopes.second.count() > 200);
+    CHECK(slopes.askew.worst() <= kAskew);
     CHECK(slopes.first.worst() <= kFirstError);
     CHECK(slopes.second.worst() <= kSecondError);
   }
