@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// The coupled tool in what it mills.
+#include "render/coupled_helpers.hpp"
+
+#include <trephine/voxel/carving.hpp>
+
+#include <doctest/doctest.h>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::test::coupled;
+
+constexpr unsigned kSeed = 331;
+constexpr double R = kDrill.tip_radius;
+constexpr double kFree = 1e-4;  // [N]: near bone a search in the air leaves a share of its last step
+
+/// A tool in a hollow that it made, turned: change of its force, and torque over force times radius.
+struct Turned {
+  Figures force, torque;
+};
+template <class Pose>
+void turn(Bone& bone, const Burr& burr, const Vec3d& out, const Pose& pose, const Vec3d& axis, Turned& found) {
+  auto scene = coupled_scene(bone, burr);
+  const Posed X = pose();
+  Posed above = X;
+  above.translation() += 2e-3 * out;
+  lead(scene, above, X, 100);
+  const Vec3d rest = lead(scene, X, X, 30).wrench.force;
+  REQUIRE(rest.norm() > 0.2);
+  for (int i = 1; i <= 120; ++i) {
+    const Mat3d turned = X.linear() * rotation_from_vector(Vec3d(0.02 * i * axis));
+    const TickResult r = scene.tick({.X_WT = make_pose<double>(turned, X.translation())}, kDt);
+    found.force.add((r.wrench.force - rest).norm() / rest.norm());
+    found.torque.add(r.wrench.torque.norm() / (rest.norm() * burr.tip_radius));
+  }
+}
+
+TEST_CASE("coupled milling: a ball turned in its pit, socket, hole and slot, a shaft about its axis, feel nothing") {
+  CAPTURE(kSeed);
+  constexpr double kChange = 1e-6;  // asked for
+  const auto check = [&](const std::string& name, const auto& hollow_out, const Burr& burr) {
+    Random random(kSeed);
+    Turned found;
+    for (int i = 0; i < 4; ++i) {
+      const ImageOptions o{.size = {40, 40, 40}};
+      const Vec3d at = o.near_middle(random), n = i == 0 ? Vec3d(Vec3d::UnitZ()) : random.unit();
+      Bone bone = image(HalfSpace{at + (name == "socket" ? 0.2e-3 : 0.0) * n, n}, o);
+      const Vec3d bottom = hollow_out(bone, at, n);
+      const Vec3d axis = burr.has_shaft() ? Vec3d(Vec3d::UnitZ()) : random.unit();
+      turn(
+          bone, burr, n, [&] { return tool_at(bottom - 7e-4 * n, n); }, axis, found);
+    }
+    MESSAGE(name, std::string(burr.has_shaft() ? ", shaft about its axis" : ""), ": force changes by ", found.force,
+            "; torque ", found.torque);
+    CHECK(found.force.worst() <= kChange);
+    CHECK(found.torque.worst() <= kChange);
+  };
+  const auto mill = [](double from, double to, double aside) {
+    return [=](Bone& bone, const Vec3d& at, const Vec3d& n) {
+      const Vec3d bottom = at + to * n, side = aside * n.unitOrthogonal();
+      REQUIRE(carve(bone, kIso, SphereCutter(at + from * n + side, bottom + side, R)) > 0);
+      if (aside > 0) carve(bone, kIso, SphereCutter(bottom - side, bottom + side, R));
+      return bottom;
+    };
+  };
+  for (const Burr& burr : {kBall, kDrill}) {
+    check("pit", mill(5e-4, 2e-4, 0), burr);
+    check("socket", mill(0, 0, 0), burr);
+    check("hole", mill(3e-3, -2e-3, 0), burr);
+    check("slot", mill(2e-3, -1e-3, 1.5e-3), burr);
+  }
+}
+
+struct Plunge {
+  double removed = 0, swept = 0, at_rest = 0, behind = 0, most = 0;
+  int statuses = 0;
+  Status worst = Status::kOk;
+};
+
+/// Plunges into a flat block, whose top lies at that part of a voxel, at `speed` and holds still.
+template <class Cut, class Law>
+Plunge plunge(double depth, double speed, const Cut& milling, const Law& law, double part, Random& random) {
+  constexpr int kLead = 100, kRest = 500;
+  const ImageOptions o{.size = {30, 30, static_cast<int>((depth + 4e-3) / kH)}};
+  const double top = (o.size[2] - 7) * kH + part * kH;
+  Bone bone = image(HalfSpace{Vec3d(0, 0, top), Vec3d::UnitZ()}, o);
+  const Vec3d at = o.near_middle(random);
+  auto scene = coupled_scene(bone, kDrill, law, kGains, milling);
+  Plunge p;
+  const int ticks = static_cast<int>(depth / (speed * kDt));
+  for (int i = -kLead; i < ticks + kRest; ++i) {
+    const Vec3d tip(at.x(), at.y(), top + R - std::min(i, ticks) * speed * kDt);
+    const TickResult r = scene.tick({.X_WT = tool_at(tip, Vec3d::UnitZ()), .spindle_on = true}, kDt);
+    const double force = r.wrench.force.norm();
+    p.removed += r.removed_mm3;
+    p.statuses += r.status == Status::kOk ? 0 : 1;
+    p.worst = worse(p.worst, r.status);
+    p.most = std::max(p.most, force);
+    if (i > 0) p.behind = std::max(p.behind, (scene.proxy_pose_W().translation() - tip).norm() - force / kK);
+    if (i >= ticks + kRest - 100) p.at_rest = std::max(p.at_rest, force);
+  }
+  p.swept =
+      depth < R ? kPi * depth * depth * (3 * R - depth) / 3 : 2.0 / 3 * kPi * R * R * R + kPi * R * R * (depth - R);
+  p.swept *= 1e9;
+  return p;
+}
+
+TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests without force") {
+  CAPTURE(kSeed);
+  constexpr double kAtRest = 0.01, kAtRestWithFriction = 0.05;  // [N], asked for
+  constexpr double kRemoved = 0.01;                             // of 5 mm deep
+  constexpr double kBehind = kH / 2;
+  constexpr double kSpeed = 5e-3;
+  Random random(kSeed + 1);
+  const auto check = [&](const std::string& name, double depth, const auto& milling, const auto& law, double at_rest) {
+    Figures rest, removed, behind, most;
+    int bound = 0;
+    for (const double part : {0.5, 0.5, 0.2, 0.92}) {
+      const Plunge p = plunge(depth, kSpeed, milling, law, part, random);
+      rest.add(p.at_rest);
+      // Halfway between voxels the volume that a voxel's density tells is the block's by symmetry.
+      if (part == 0.5) removed.add(std::abs(p.removed / p.swept - 1));
+      behind.add(p.behind / kH);
+      most.add(p.most);
+      CHECK(p.worst <= Status::kWorkBound);
+      bound += p.statuses;
+    }
+    MESSAGE(name, ", ", 1e3 * depth, " mm: at rest [N] ", rest.worst(), ", removed off by ", removed.worst(),
+            ", behind [voxels] ", behind.worst(), ", most force [N] ", most.worst(), ", ticks that ran out of steps ",
+            bound);
+    CHECK(rest.worst() <= at_rest);
+    if (depth > 4e-3) CHECK(removed.worst() <= kRemoved);
+    CHECK(behind.worst() * kH <= kBehind);
+  };
+  for (const double depth : {2e-3, 5e-3}) {
+    check("geometric", depth, Milling{}, Frictionless{}, kAtRest);
+    check("rate 2e5", depth, Milling{{.rate = 2e5}}, Frictionless{}, kAtRest);
+    check("geometric, friction", depth, Milling{}, Coulomb(0.3, 0.3), kAtRestWithFriction);
+    check("rate 2e5, friction", depth, Milling{{.rate = 2e5}}, Coulomb(0.3, 0.3), kAtRestWithFriction);
+  }
+}
+
+TEST_CASE("coupled milling: the bite goes toward the device by so many voxels at most") {
+  const ImageOptions o;
+  for (const double bite : {0.0, 0.5, 2.0}) {
+    Bone bone = image(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+    CoupledOptions gains = kGains;
+    gains.bite = bite;
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, gains);
+    const auto pose = [&](double deep) { return tool_at(o.middle() + (R - deep) * Vec3d::UnitZ(), Vec3d::UnitZ()); };
+    lead(scene, pose(-2e-4), pose(2e-3), 100);
+    const Vec3d way = scene.cutting_pose_W().translation() - scene.proxy_pose_W().translation();
+    CHECK(way.norm() == doctest::Approx(bite * kH));
+    if (bite > 0) CHECK(angle_deg(way, pose(2e-3).translation() - scene.proxy_pose_W().translation()) < 1e-3);
+    CHECK(bone.edit_count() == 0);  // nobody carves
+    const TickResult free = lead(scene, pose(-2e-3), pose(-2e-3), 3);
+    CHECK(free.wrench.force == Vec3d::Zero());
+    CHECK(scene.cutting_pose_W().translation() == pose(-2e-3).translation());
+  }
+}
+
+TEST_CASE("coupled milling: bone that restore() brings back round the tool is told") {
+  const ImageOptions o{.size = {40, 40, 48}};
+  const Vec3d up = Vec3d::UnitZ();
+  for (const double deep : {1e-3, 5e-3}) {
+    CAPTURE(deep);
+    Bone bone = image(HalfSpace{o.middle(), up}, o);
+    auto scene = coupled_scene(bone, kDrill, Frictionless{}, kGains, Milling{});
+    const auto pose = [&](double d) { return tool_at(o.middle() + (R - d) * up, up); };
+    for (int i = 0; i <= 300; ++i)
+      static_cast<void>(
+          scene.tick({.X_WT = pose(deep * i / 250.0 > deep ? deep : deep * i / 250.0), .spindle_on = true}, kDt));
+    CHECK(scene.tick({.X_WT = pose(deep)}, kDt).status == Status::kOk);
+    REQUIRE(bone.restore() == 0);
+    const TickResult r = scene.tick({.X_WT = pose(deep)}, kDt);
+    CHECK(r.status == Status::kStartedInside);
+    CHECK(is_finite(r.wrench));
+    if (deep > 2 * R) CHECK(r.wrench == Wrenchd::zero());
+    // Out of the bone it is as new.
+    const TickResult out = lead(scene, pose(deep), pose(-1e-3), 300);
+    CHECK(out.wrench.force.norm() <= kFree);
+    CHECK(scene.tick({.X_WT = pose(-1e-3)}, kDt).status == Status::kOk);
+    const TickResult again = lead(scene, pose(-1e-3), pose(1e-3), 100);
+    CHECK(again.status == Status::kOk);
+    CHECK(again.wrench.force.z() == doctest::Approx(kK * 1e-3).epsilon(0.01));
+  }
+}
+
+}  // namespace
