@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/cholesky.hpp>
 #include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/coupled/foundation.hpp>
@@ -10,8 +11,6 @@
 #include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/voxel/gradient.hpp>
 #include <trephine/voxel/known_air.hpp>
-
-#include <Eigen/Cholesky>
 
 #include <cmath>
 #include <utility>
@@ -346,9 +345,9 @@ class CoupledToolRenderer {
       bending.rightCols<3>().setZero();
       force.tail<3>().setZero();
     }
-    Eigen::LLT<Mat6d> llt(H + bending);
-    if (llt.info() != Eigen::Success) llt.compute(H);
-    return llt.solve(force);
+    Vec6d step = Vec6d::Zero();
+    if (!solve_positive_definite<6>(H + bending, force, step)) static_cast<void>(solve_positive_definite<6>(H, force, step));
+    return step;
   }
 
   void report(Rendered<Scalar>& out) noexcept {

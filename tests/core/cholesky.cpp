@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include <trephine/core/cholesky.hpp>
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Dense>
+
+#include <random>
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+
+TEST_CASE("cholesky: solves positive definite systems, reading the lower triangle alone") {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return normal(random); };
+  for (int c = 0; c < 100; ++c) {
+    const Mat6 A = Mat6::NullaryExpr(any);
+    const Mat6 H = A * A.transpose() + 0.1 * Mat6::Identity();
+    const Vec6 b = Vec6::NullaryExpr(any);
+    Vec6 x;
+    REQUIRE(trephine::solve_positive_definite<6>(Mat6(H.triangularView<Eigen::Lower>()), b, x));
+    constexpr double kRounding = 1e-11;  // condition numbers are some hundreds
+    CHECK((H * x - b).norm() < kRounding * H.norm() * x.norm());
+  }
+}
+
+TEST_CASE("cholesky: refuses what is not positive definite or not finite") {
+  Vec6 x = Vec6::Constant(7);
+  const Vec6 b = Vec6::Ones();
+  Mat6 H = Mat6::Identity();
+  H(3, 3) = -1;
+  CHECK_FALSE(trephine::solve_positive_definite<6>(H, b, x));
+  H(3, 3) = std::nan("");
+  CHECK_FALSE(trephine::solve_positive_definite<6>(H, b, x));
+  CHECK(x == Vec6::Constant(7));
+}
