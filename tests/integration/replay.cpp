@@ -43,7 +43,7 @@ void record_and_replay(R renderer, const std::string& name) {
     CHECK(tick.result.wrench.torque.norm() <= kTorqueLimit);
   }
   CHECK(removed > 1.0);
-  CHECK(touching > 200);
+  CHECK(touching > 150);
 
   REQUIRE(bone.restore() == 0);
   scene.reset();

@@ -8,8 +8,8 @@
 namespace trephine {
 
 /// Solves H x = b for a symmetric positive definite matrix of fixed size by Cholesky's factorisation; reads H's lower
-/// triangle. Returns false, with x as it was, where H is not positive definite (or not finite). Eigen's takes a compiler
-/// three seconds.
+/// triangle. Returns false, with x as it was, where H is not positive definite (or not finite). Eigen's takes a
+/// compiler three seconds.
 template <int kSize>
 [[nodiscard]] bool solve_positive_definite(const Eigen::Matrix<double, kSize, kSize>& H,
                                            const Eigen::Matrix<double, kSize, 1>& b,

@@ -33,7 +33,8 @@ struct TipCuts {
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
 /// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of that
-/// place; a still one costs nothing. The ball cuts a little larger than it is (`fit`). The volume is told by `Coverage`. Haptic thread; no allocation.
+/// place; a still one costs nothing. The ball cuts a little larger than it is (`fit`). The volume is told by
+/// `Coverage`. Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
@@ -91,8 +92,8 @@ class Milling {
   }
 
  private:
-  /// What the ball is cut larger by [m], so that it fits into what it cut: bone's surface is known where it crosses voxel
-  /// edges, up to half a voxel from where a patch of it lies, and a ball's sags by h² / 8R over that way.
+  /// What the ball is cut larger by [m], so that it fits into what it cut: bone's surface is known where it crosses
+  /// voxel edges, up to half a voxel from where a patch of it lies, and a ball's sags by h² / 8R over that way.
   [[nodiscard]] static double fit(const Vec3d& spacing, double radius) noexcept {
     return spacing.squaredNorm() / 3 / (8 * radius);
   }

@@ -50,7 +50,8 @@ class BallAndShaft {
     }
   }
 
-  void distances(const ProfileLanes<float>& rho, const ProfileLanes<float>& z, ProfileLanes<float>& out) const noexcept {
+  void distances(const ProfileLanes<float>& rho, const ProfileLanes<float>& z,
+                 ProfileLanes<float>& out) const noexcept {
     const auto [R, r, L] = measures<float>();
     ProfileLanes<float> to_centre, to_rim, nearest;
     split(rho, z, r, L, to_centre, to_rim);

@@ -28,10 +28,11 @@ struct Profile {
 
 /// The space that a tool takes up at most.
 struct ToolBounds {
-  double z_low;        ///< lowest and highest z [m]
+  double z_low;  ///< lowest and highest z [m]
   double z_high;
-  double radius;       ///< largest ρ [m]
-  double core_radius;  ///< the tool's surface is at least this far from the part of the axis that is as far from the ends
+  double radius;  ///< largest ρ [m]
+  double
+      core_radius;  ///< the tool's surface is at least this far from the part of the axis that is as far from the ends
 };
 
 /// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class

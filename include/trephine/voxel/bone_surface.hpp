@@ -18,8 +18,8 @@ namespace trephine {
 template <VoxelDensity Density>
 class BoneSurfaceView;
 
-/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, of `area`
-/// [m²]. G axes, metres.
+/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, of
+/// `area` [m²]. G axes, metres.
 struct SurfacePatch {
   Vec3d position;
   Vec3d along;
@@ -273,7 +273,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     std::array<std::int8_t, 3> start;
     std::uint8_t axis;
   };
-  std::array<Cell, static_cast<std::size_t>(kCells* kCells* kCells)> cells{};
+  std::array<Cell, static_cast<std::size_t>(kCells * kCells * kCells)> cells{};
   std::array<Crossing, PatchBlock::kEdges> crossings;
   std::size_t count = 0;
   const std::array<int, 3> cell_pitch{1, kCells, kCells * kCells};
@@ -338,7 +338,8 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     middle += (on.dot(normal) / (size * size)) * normal;
 
     const int parts_b = parts_[b], parts_c = parts_[c];
-    const Vec3<float> part_along = along / static_cast<float>(parts_b), part_across = across / static_cast<float>(parts_c);
+    const Vec3<float> part_along = along / static_cast<float>(parts_b),
+                      part_across = across / static_cast<float>(parts_c);
     const float spread = kRoundedUp * (part_along.norm() + part_across.norm());
     for (int part = 0; part < parts_b * parts_c; ++part) {
       if (n == PatchBlock::kSize) {
@@ -388,8 +389,8 @@ class BoneSurfaceView {
     const Vec3d& h = grid().spacing();
     bool beyond = false;
     for (int a = 0; a < 3; ++a)
-      beyond = beyond || p_G[a] + radius <= -h[a] ||
-               p_G[a] - radius >= h[a] * grid().size()[static_cast<std::size_t>(a)];
+      beyond =
+          beyond || p_G[a] + radius <= -h[a] || p_G[a] - radius >= h[a] * grid().size()[static_cast<std::size_t>(a)];
     return beyond && static_cast<double>(grid().outside()) < surface_->isovalue();
   }
 
@@ -397,8 +398,8 @@ class BoneSurfaceView {
   BoneSurface<Density>* surface_;
 };
 
-/// The one surface that all scenes of a grid and an isovalue share that are made on one thread: the first that asks makes
-/// it. Throws as BoneSurface's constructor. Any thread.
+/// The one surface that all scenes of a grid and an isovalue share that are made on one thread: the first that asks
+/// makes it. Throws as BoneSurface's constructor. Any thread.
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<BoneSurface<Density>> share_bone_surface(const VoxelGrid<Density>& grid,
                                                                        double isovalue) {

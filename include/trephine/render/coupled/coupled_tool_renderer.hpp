@@ -27,9 +27,9 @@ namespace trephine {
 /// alone: force and torque come from one energy, its stiffness is bounded whatever touches, deep pushing is allowed and
 /// the drawn tool sinks in by at most a third of a voxel on a plane.
 ///
-/// *Gains.* The ball pressed on a plane by δ is held with π k (R − δ) δ². At the greatest force δ is a third of a voxel,
-/// or what makes a footprint of kFootprint voxels radius where that is less; so much for k. The coupling's spring is
-/// stiffer by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
+/// *Gains.* The ball pressed on a plane by δ is held with π k (R − δ) δ². At the greatest force δ is a third of a
+/// voxel, or what makes a footprint of kFootprint voxels radius where that is less; so much for k. The coupling's
+/// spring is stiffer by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
 ///
 /// *Work a tick*: Newton's steps with the exact second derivatives (Gauss and Newton's part alone where the rest makes
 /// them indefinite), at most kMostSteps, halved while the energy rises. No step moves any part of the tool farther than
@@ -141,9 +141,9 @@ class CoupledToolRenderer {
   };
 
   struct Touched {
-    std::size_t patch = 0;           // of the near patches
-    double load = 0;                 // [N]
-    Vec3d moment = Vec3d::Zero();    // Σ load · arm
+    std::size_t patch = 0;         // of the near patches
+    double load = 0;               // [N]
+    Vec3d moment = Vec3d::Zero();  // Σ load · arm
   };
 
   /// Whether the virtual tool finds its rotation by itself.
@@ -346,7 +346,8 @@ class CoupledToolRenderer {
       force.tail<3>().setZero();
     }
     Vec6d step = Vec6d::Zero();
-    if (!solve_positive_definite<6>(H + bending, force, step)) static_cast<void>(solve_positive_definite<6>(H, force, step));
+    if (!solve_positive_definite<6>(H + bending, force, step))
+      static_cast<void>(solve_positive_definite<6>(H, force, step));
     return step;
   }
 
@@ -359,7 +360,8 @@ class CoupledToolRenderer {
     std::size_t at = 0;
     bristles_.settle(points, near_, X_, gain_, [&](std::size_t i, const Vec3d& f) {
       while (at < contact_count_ && touched_[at].patch < points[i].patch) ++at;
-      if (at < contact_count_ && touched_[at].patch == points[i].patch) contacts_[at].force += f.template cast<Scalar>();
+      if (at < contact_count_ && touched_[at].patch == points[i].patch)
+        contacts_[at].force += f.template cast<Scalar>();
     });
     for (std::size_t i = 0; i < contact_count_; ++i) {
       ContactPoint<Scalar>& c = contacts_[i];
@@ -426,7 +428,7 @@ class CoupledToolRenderer {
   std::vector<Touched> touched_;  // of each contact
 };
 
-CoupledToolRenderer(Burr, CoupledOptions = {}) -> CoupledToolRenderer<double, BallAndShaft, Frictionless, SixDof>;
+CoupledToolRenderer(Burr, CoupledOptions = {})->CoupledToolRenderer<double, BallAndShaft, Frictionless, SixDof>;
 template <Friction FrictionLaw>
 CoupledToolRenderer(Burr, CoupledOptions, FrictionLaw)
     -> CoupledToolRenderer<double, BallAndShaft, FrictionLaw, SixDof>;

@@ -170,8 +170,7 @@ class Foundation {
         Part z, rho, d;
         for (std::size_t l = 0; l < kProfileLanes; ++l) z[l] = hr[l] + i * ha[l] + k * hc[l];
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          const float square =
-              rr[l] + 2 * (i * ra[l] + k * rc[l] + i * k * ac[l]) + i * i * aa[l] + k * k * cc[l];
+          const float square = rr[l] + 2 * (i * ra[l] + k * rc[l] + i * k * ac[l]) + i * i * aa[l] + k * k * cc[l];
           rho[l] = square > 0 ? square : 0.0F;
         }
         take_roots(rho);
@@ -199,7 +198,8 @@ class Foundation {
     }
     [[nodiscard]] static Part product(const Parts& v, const Parts& w) noexcept {
       Part out;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) out[l] = v[0][l] * w[0][l] + v[1][l] * w[1][l] + v[2][l] * w[2][l];
+      for (std::size_t l = 0; l < kProfileLanes; ++l)
+        out[l] = v[0][l] * w[0][l] + v[1][l] * w[1][l] + v[2][l] * w[2][l];
       return out;
     }
   };

@@ -178,9 +178,9 @@ class NearPatches {
 
   std::size_t capacity_ = 0;
   std::size_t count_ = 0;
-  PatchLanes lanes_;                // positions from the tool's origin where they were gathered
-  std::vector<float> spread_of_;    // how far a patch's points are from its position at most [m]
-  std::vector<float> distance_;     // from the tool, at the last pose asked for
+  PatchLanes lanes_;              // positions from the tool's origin where they were gathered
+  std::vector<float> spread_of_;  // how far a patch's points are from its position at most [m]
+  std::vector<float> distance_;   // from the tool, at the last pose asked for
   std::vector<Near> patches_;
   std::vector<NearBrick> bricks_;
   std::vector<Vec3d> corners_;       // of their voxels 0, in G [m]

@@ -27,8 +27,8 @@ struct BoundedSpring {
   }
 };
 
-/// The same in series with a contact that yields: the two together have the stiffness k. A ball of radius R pressed on a
-/// plane by δ is held with P(δ) = c (R − δ) δ², exactly, c = π times the foundation's stiffness. So the spring's
+/// The same in series with a contact that yields: the two together have the stiffness k. A ball of radius R pressed on
+/// a plane by δ is held with P(δ) = c (R − δ) δ², exactly, c = π times the foundation's stiffness. So the spring's
 /// extension under P(δ) is
 ///
 ///     x(δ) = P(δ) / k − δ · δ² / (δ² + δ₀²),    δ₀ = k / (c R):
@@ -48,9 +48,8 @@ struct CompensatedSpring {
     const double most_extension = most * per_k - yield * yield * yield / (yield * yield + a);
     const double x = std::min(extension, most_extension);
     // Newton's steps from above, where x(δ) bends upward.
-    double d = extension < most_extension
-                   ? std::min(yield, std::sqrt(stiffness * (x + yield) / (c * (radius - yield))))
-                   : yield;
+    double d = extension < most_extension ? std::min(yield, std::sqrt(stiffness * (x + yield) / (c * (radius - yield))))
+                                          : yield;
     double slope = 0;
     for (int i = 0; i < kMostSteps; ++i) {
       const double s = d * d, sum = s + a;
@@ -66,8 +65,8 @@ struct CompensatedSpring {
     const double s = d * d, d3 = s * d;
     const double turned = c * (2 * radius * (d3 / 3 - a * d + a * d0 * std::atan(d / d0)) -
                                3 * (s * s / 4 - a * s / 2 + a * a / 2 * std::log1p(s / a)));
-    out.energy = out.pull * x - out.pull * out.pull * per_k / 2 + turned +
-                 most * std::max(0.0, extension - most_extension);
+    out.energy =
+        out.pull * x - out.pull * out.pull * per_k / 2 + turned + most * std::max(0.0, extension - most_extension);
     return out;
   }
 
