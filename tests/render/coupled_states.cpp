@@ -146,18 +146,15 @@ TEST_CASE_TEMPLATE("coupled states: what is no pose and what is anywhere leaves 
     Bone odd({.size = {n, n, n}, .spacing = Vec3d::Constant(kH), .outside = outside}, voxels);
     HapticScene scene{odd, kIso, Tool{kDrill, kGains}};
     Random random(kSeed + 4);
-    int bad = 0, felt = 0, out_of_steps = 0;
+    int bad = 0, felt = 0;
     for (int i = 0; i < 100; ++i) {
       const TickResult r = scene.tick({.X_WT = tool_at(0.004 * random.uniform() * random.unit(), random.unit())}, kDt);
       bad += is_finite(r.wrench) ? 0 : 1;
-      if (r.wrench.force.norm() > kFree) ++(r.status == Status::kWorkBound ? out_of_steps : felt);
+      felt += r.wrench.force.norm() > kFree ? 1 : 0;
     }
     CHECK(bad == 0);
     if (n != 16) continue;
     CHECK(felt == 0);
-    // None is wanted. 43 of 100 are reached in air, with up to 1.5 N: where a 40 mm tool turns by some 90 degrees
-    // within a tick, the search runs out of steps in what it knows to be empty.
-    CHECK(out_of_steps <= (density > 0 ? 0 : 50));
     // Turned by up to 30 degrees a tick there is none.
     scene.reset();
     int smoothly = 0;

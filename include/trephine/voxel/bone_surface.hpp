@@ -36,7 +36,7 @@ struct PatchBlock {
   std::array<Lanes, 3> position, along, across;
   Lanes area;
   Lanes spread;                           ///< no point of the patch is farther from its position [m]
-  std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, x, y, z from −1 on
+  std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
 
   /// Patch i in G; `corner` is where the brick's voxel 0 lies.
   [[nodiscard]] SurfacePatch patch(std::size_t i, const Vec3d& corner) const noexcept {

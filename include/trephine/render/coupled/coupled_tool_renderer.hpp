@@ -202,6 +202,7 @@ class CoupledToolRenderer {
     X_ = X;
     error_ = {};
     contact_ = {};
+    met_ = false;
     last_step_.setZero();
     foundation_.clear();
     bristles_.reset();
@@ -217,12 +218,18 @@ class CoupledToolRenderer {
     return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + step.head<3>());
   }
 
+  /// How far to look for a tool that may go on by `ahead` [m].
+  [[nodiscard]] double reach_for(double ahead) const noexcept {
+    return std::clamp(ahead, kLeastReach * voxel_, kMostReach * voxel_);
+  }
+
   /// Contact, pose error and energy with the tool at X; false where the bone's surface there is not to be had yet.
   template <class View>
   [[nodiscard]] bool evaluate(const View& view, const Posed& X, double ahead) noexcept {
-    if (!near_.cover(view, shape_, X, 0, std::clamp(ahead, kLeastReach * voxel_, kMostReach * voxel_))) return false;
+    if (!near_.cover(view, shape_, X, 0, reach_for(ahead))) return false;
     bristles_.follow(near_);
     contact_ = foundation_.sum(near_, shape_, X, gain_);
+    met_ = met_ || !foundation_.points().empty();
     bristles_.add_to(contact_, foundation_.points(), X, gain_);
     error_ = error_at(X);
     pull_ = pull(error_.way.norm());
@@ -268,6 +275,8 @@ class CoupledToolRenderer {
     last_step_.setZero();
     steps_ = 0;
     double ahead = NearPatches::motion_between(bounds_, X_, X_device);
+    if (!near_.cover(view, shape_, X_, 0, reach_for(ahead))) return give_up();
+    met_ = false;
     if (!evaluate(view, X_, ahead)) return give_up();
     begun_in_contact_ = contact_.depth > kTouching * voxel_;
     const double smallest = std::max(kSmallestStep * voxel_, kOfMotion * std::min(slid_, kMostSlid * voxel_));
@@ -369,7 +378,8 @@ class CoupledToolRenderer {
       c.normal.normalize();
     }
     out.contact.count = static_cast<int>(contact_count_);
-    if (points.empty() && !(way > 0)) return;
+    // A search that ran out in air, behind the device, has met nothing.
+    if (!met_) return;
     if (!points.empty()) out.contact.depth = way + contact_.depth;
     if (way > 0) out.wrench.force = (-pull(way).pull / way * error_.way).template cast<Scalar>();
     if (turns() && turn > 0) out.wrench.torque = (-twist(turn).pull / turn * error_.turn).template cast<Scalar>();
@@ -419,6 +429,7 @@ class CoupledToolRenderer {
   bool inside_ = false;            // the axis is in bone
   bool fresh_ = false;             // nothing is known of what touched before this tick
   bool begun_in_contact_ = false;  // this tick
+  bool met_ = false;               // bone, in this search
   int steps_ = 0;
   double voxel_ = 0;  // shortest spacing [m]
   double yield_ = 0;  // δ_m [m]

@@ -86,6 +86,7 @@ class Foundation {
     Candidates candidates;
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
     const Vec3<float> shift = near.shift(X), axis = u.template cast<float>();
+    double nearest = std::numeric_limits<double>::max();
     const auto add_candidates = [&] {
       add(candidates, shape, k, u, x, sums);
       candidates.count = 0;
@@ -93,7 +94,10 @@ class Foundation {
     const auto sort_out = [&] {
       batch.measure(shape, shift, axis);
       for (std::size_t n = 0; n < batch.count; ++n) {
-        if (!(batch.least[n] < kRounding)) continue;
+        if (!(batch.least[n] < kRounding)) {
+          nearest = std::min(nearest, static_cast<double>(batch.least[n]));
+          continue;
+        }
         const SurfacePatch patch = near[batch.patch[n]];
         for (std::size_t j = 0; j < kPoints; ++j) {
           if (!(batch.distance[j][n] < kRounding)) continue;
@@ -103,14 +107,14 @@ class Foundation {
       }
       batch.count = 0;
     };
-    const double nearest = near.for_each_touching(shape, X, [&](std::size_t i) {
+    const double others = near.for_each_touching(shape, X, [&](std::size_t i) {
       batch.add(near.lanes(), i);
       if (batch.count == Batch::kSize) sort_out();
     });
     if (batch.count > 0) sort_out();
     if (candidates.count > 0) add_candidates();
     FoundationSum s = sums.total();
-    s.nearest = nearest;
+    s.nearest = std::max(0.0, std::min(nearest, others) - static_cast<double>(kRounding));
     return s;
   }
 

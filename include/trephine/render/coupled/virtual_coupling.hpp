@@ -51,7 +51,7 @@ struct CompensatedSpring {
     double d = extension < most_extension ? std::min(yield, std::sqrt(stiffness * (x + yield) / (c * (radius - yield))))
                                           : yield;
     double slope = 0;
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMostSteps && x > 0; ++i) {
       const double s = d * d, sum = s + a;
       slope = c * d * (2 * radius - 3 * d) * per_k - s * (s + 3 * a) / (sum * sum);
       const double step = (pull(d) * per_k - d * s / sum - x) / slope;
@@ -59,8 +59,9 @@ struct CompensatedSpring {
       d = std::max(d - step, d / 4);
     }
     SpringPull out;
+    if (!(x > 0)) return {0, stiffness, 0};
     out.pull = extension < most_extension ? pull(d) : most;
-    out.tangent = extension < most_extension && d > 0 ? c * d * (2 * radius - 3 * d) / slope : 0;
+    out.tangent = extension < most_extension ? c * d * (2 * radius - 3 * d) / slope : 0;
     // ∫ P dx = P x − P² / 2k + ∫ δ w dP, w = δ² / (δ² + δ₀²).
     const double s = d * d, d3 = s * d;
     const double turned = c * (2 * radius * (d3 / 3 - a * d + a * d0 * std::atan(d / d0)) -
