@@ -38,7 +38,7 @@ double plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, d
   const double reach = cut_reach(h);
   const auto reach_f = static_cast<float>(reach);
   const Coverage coverage(iso, slope);
-  const trephine::detail::DensityBelow<Density> below;
+  const trephine::detail::NearestDensity<Density> nearest;
   std::array<float, kCutLanes> removed{};
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j) {
@@ -61,7 +61,7 @@ double plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, d
         Density& voxel = voxels[static_cast<std::size_t>((k * n[1] + j) * n[0] + i)];
         const float share = 0.5F + at * (-0.5F / reach_f);
         const auto index = static_cast<std::uint32_t>(grid.index(i, j, k));
-        const auto target = below(static_cast<float>(iso) + at * static_cast<float>(slope / h.maxCoeff()));
+        const auto target = nearest(static_cast<float>(iso) + at * static_cast<float>(slope / h.maxCoeff()));
         const auto value =
             static_cast<Density>(limit(static_cast<WideDensity<Density>>(voxel), target, std::min(share, 1.0F), index));
         if (!(value < voxel)) continue;

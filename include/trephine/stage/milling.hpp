@@ -33,8 +33,7 @@ struct TipCuts {
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
 /// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of that
-/// place; a still one costs nothing. The ball cuts a little larger than it is (`fit`). The volume is told by
-/// `Coverage`. Haptic thread; no allocation.
+/// place; a still one costs nothing. The volume is told by `Coverage`. Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
@@ -71,17 +70,16 @@ class Milling {
     if constexpr (std::is_same_v<Shape, TipCuts>) {
       const Vec3d p = X_GT.translation();
       const Vec3d before = X_GT_previous.translation();
-      const double radius = burr.tip_radius + fit(grid.spacing(), burr.tip_radius);
       const bool near = (p - before).norm() <= longest;
       if constexpr (kRemembers) {
         const LastCut cut{grid.rise_stamp(), p, burr.tip_radius, isovalue};
         const bool goes_on = near && last_.is_same_but_at(cut, before);
         last_ = cut;
         if (goes_on && p == before) return 0;
-        const SphereCutter cutter(near ? before : p, p, radius, goes_on);
+        const SphereCutter cutter(near ? before : p, p, burr.tip_radius, goes_on);
         return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       } else {
-        const SphereCutter cutter(near ? before : p, p, radius);
+        const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
         return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       }
     } else {
@@ -92,12 +90,6 @@ class Milling {
   }
 
  private:
-  /// What the ball is cut larger by [m], so that it fits into what it cut: bone's surface is known where it crosses
-  /// voxel edges, up to half a voxel from where a patch of it lies, and a ball's sags by h² / 8R over that way.
-  [[nodiscard]] static double fit(const Vec3d& spacing, double radius) noexcept {
-    return spacing.squaredNorm() / 3 / (8 * radius);
-  }
-
   // A geometric cut need not cut again what it left behind a tick ago, unless bone came back (restore).
   static constexpr bool kRemembers = std::is_same_v<Policy, GeometricCut> && std::is_same_v<Shape, TipCuts>;
   struct LastCut {

@@ -4,7 +4,6 @@
 #include <trephine/tool/tool_shape.hpp>
 
 #include <algorithm>
-#include <cmath>
 
 namespace trephine {
 

@@ -11,7 +11,7 @@
 /// Removing bone. Haptic thread only; no allocation; work bounded by the voxels in the cutter's box.
 ///
 /// A **geometric cut** lowers every voxel to at most ρ_c = iso + slope · d/h, d the signed distance from the cutter and
-/// h the grid's longest spacing, rounded down to a density and clamped to the type's range. ρ_c is linear in
+/// h the grid's longest spacing, rounded to the nearest density and clamped to the type's range. ρ_c is linear in
 /// space, so the trilinear interpolant reproduces it and the new isosurface lies on the cutter, whatever the bone's
 /// density; a cut made twice changes nothing; what is lower already stays, so no cut adds bone.
 ///
@@ -37,7 +37,7 @@ namespace trephine {
 /// | int16, bone 1700 HU above | | .030 | .024 | .022 | .022 | .022 |
 /// | int16, bone 50 HU above | | .030 | .024 | .022 | .019 | .045 |
 ///
-/// So 16 levels for integers, more where the range is so wide that soft bone still lies far above (1/32 of what is
+/// So 16 levels for integers, more where the range is so wide that soft bone still lies far above (1/64 of what is
 /// above the isovalue), and less where there is no room for 16 above the isovalue or below it.
 template <VoxelDensity Density>
 [[nodiscard]] double auto_slope(const VoxelGrid<Density>& grid, double isovalue) noexcept {
@@ -46,7 +46,7 @@ template <VoxelDensity Density>
     return above > 0 ? above / 64 : 1.0;
   } else {
     const double below = isovalue - static_cast<double>(std::numeric_limits<Density>::lowest());
-    return std::max(std::min({above, below, std::max(16.0, above / 32)}), 4.0);
+    return std::max(std::min({above, below, std::max(16.0, above / 64)}), 4.0);
   }
 }
 
@@ -80,24 +80,23 @@ class Coverage {
 
 namespace detail {
 
-/// The next density below, clamped to the type's range: a cut's surface then lies on the cutter or outside, by up to a
-/// density, and what made a hole fits into it. The bounds are members, not constants: compilers that know them turn the
-/// clamps into jumps, which no loop with them survives as vector code.
+/// Nearest density, halves up, clamped to the type's range. The bounds are members, not constants: compilers that know
+/// them turn the clamps into jumps, which no loop with them survives as vector code.
 template <VoxelDensity Density>
-struct DensityBelow {
+struct NearestDensity {
   static constexpr int kLowest = static_cast<int>(std::numeric_limits<Density>::lowest());
   float zero = 0;
   float most = static_cast<float>(static_cast<int>(std::numeric_limits<Density>::max()) - kLowest);
 
   [[nodiscard]] int operator()(float v) const noexcept {
-    float up = v - static_cast<float>(kLowest);
+    float up = v - static_cast<float>(kLowest) + 0.5F;
     up = up > zero ? up : zero;
     up = up < most ? up : most;
     return static_cast<int>(up) + kLowest;
   }
 };
 template <>
-struct DensityBelow<float> {
+struct NearestDensity<float> {
   [[nodiscard]] float operator()(float v) const noexcept { return v; }
 };
 
@@ -138,7 +137,7 @@ class Cut {
     const Vec3d hi = (box.max().array() + reach_).matrix().cwiseQuotient(h);
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
-    lowest_target_ = below_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
+    lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
     const int last_k = voxel_before(hi.z(), size[2]);
     const int last_j = voxel_before(hi.y(), size[1]);
@@ -224,7 +223,7 @@ class Cut {
     const float isovalue = isovalue_;
     const float per_metre = per_metre_;
     const Limit limit = limit_;
-    const DensityBelow<Density> below = below_;
+    const NearestDensity<Density> nearest = nearest_;
     const auto voxel = static_cast<std::uint32_t>(index);
     std::array<float, kBySteepness ? kLanes : 1> steepness;
     if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
@@ -239,7 +238,7 @@ class Cut {
     for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float share = 0.5F + d[l] * per_share;
-      Wide target = below(isovalue + d[l] * per_metre);
+      Wide target = nearest(isovalue + d[l] * per_metre);
       if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
       const Wide cut = limited(l, from[l], target, share < 1.0F ? share : 1.0F);
       const Wide within = d[l] < reach ? cut : from[l];
@@ -256,7 +255,7 @@ class Cut {
   const C& cutter_;
   const Limit& limit_;
   Coverage coverage_;
-  [[no_unique_address]] DensityBelow<Density> below_;
+  [[no_unique_address]] NearestDensity<Density> nearest_;
   Vec3d origin_;
   double reach_;
   double per_x_;

@@ -61,13 +61,21 @@ class CoupledToolRenderer {
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
-      : shape_(std::move(shape)), bounds_(shape_.bounds()), options_(options), bristles_(friction) {
+      : shape_(std::move(shape)),
+        bounds_(shape_.bounds()),
+        options_(options),
+        cutting_burr_(shape_.burr()),
+        bristles_(friction) {
     options.validate();
   }
 
   /// Takes memory for the tool in voxels of this bone; a scene calls it once, before its first tick.
   template <class View>
   void prepare(const View& view) {
+    // Bone's surface is known where it crosses voxel edges, up to half a voxel from where a patch of it lies, and a
+    // ball's sags by h² / 8R over that way.
+    const double R = shape_.burr().tip_radius;
+    cutting_burr_.tip_radius = R + view.grid().spacing().squaredNorm() / 3 / (8 * R);
     near_.reserve(view, shape_);
     foundation_ = Foundation(kMostPoints);
     bristles_.reserve(near_.capacity(), kMostContacts);
@@ -108,7 +116,8 @@ class CoupledToolRenderer {
   /// Newton's steps that the last tick took.
   [[nodiscard]] int steps() const noexcept { return steps_; }
   [[nodiscard]] const Shape& tool() const noexcept { return shape_; }
-  [[nodiscard]] const Burr& shape() const noexcept { return shape_.burr(); }
+  /// The burr that cuts: a little larger than the tool's, so that the tool fits into what it cut.
+  [[nodiscard]] const Burr& shape() const noexcept { return cutting_burr_; }
   /// One for each patch of the bone's surface that touches, friction included.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};
@@ -411,6 +420,7 @@ class CoupledToolRenderer {
   Shape shape_;
   ToolBounds bounds_;
   CoupledOptions options_;
+  Burr cutting_burr_;
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
   NearPatches near_;
   Foundation foundation_;

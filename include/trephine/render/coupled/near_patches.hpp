@@ -5,7 +5,6 @@
 #include <trephine/voxel/bone_surface.hpp>
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
