@@ -111,14 +111,14 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
   CAPTURE(kSeed);
   // Asked for are .01 N at rest and .05 N with friction. At a milled rim patches lean into the hole, by up to 80 µm
   // where the interpolant's isosurface does not (`BoneSurface`): the ball's middle meets them. Reached at rest: 1.5 mm
-  // deep, the ball's middle at the rim, .14 N and .18 N; 2 mm deep less than .01 N, but .49 N with friction, which
-  // holds the ball where it is; 5 mm deep .012 N and .015 N.
+  // deep, the ball's middle at the rim, .16 N and .19 N; 2 mm deep .019 N, but .52 N with friction, which holds the
+  // ball where it is; 5 mm deep .023 N and .039 N.
   struct AtRest {
     double depth, none, friction;  // [m, N]
   };
   constexpr std::array<AtRest, 3> kAtRest{{{1.5e-3, 0.17, 0.21}, {2e-3, 0.025, 0.55}, {5e-3, 0.03, 0.05}}};
-  // Of 5 mm deep, 2 % asked for, 2.2 to 2.5 % reached: 1 % for the ball that fits what it cut (`Milling`), the rest for
-  // the rim, which the image shows rounded.
+  // Of 5 mm deep, 2 % asked for, 1.5 to 2.7 % reached: 1 % for the ball that fits what it cut
+  // (`CoupledToolRenderer::shape`), the rest for the rim, which the image shows rounded.
   constexpr double kRemoved = 0.03;
   constexpr double kBehind = kH / 2;
   constexpr double kSpeed = 5e-3;
