@@ -81,8 +81,9 @@ InHalfPlane random_place(Random& random, const Burr& b) {
 TEST_CASE("ball and shaft: the distance is the nearest point's of the surface outside, a bound of it inside") {
   CAPTURE(kSeed);
   constexpr double kStep = 2e-6, kSampling = kStep / 2, kRounding = 1e-15;
-  for (const auto& [name, burr] : kBurrs) {
-    CAPTURE(name);
+  for (const auto& case_of : kBurrs) {
+    CAPTURE(case_of.name);
+    const Burr& burr = case_of.burr;
     const BallAndShaft tool(burr);
     const auto surface = outline(burr, kStep);
     Random random(kSeed);
@@ -112,7 +113,7 @@ TEST_CASE("ball and shaft: the distance is the nearest point's of the surface ou
     for (const InHalfPlane& q : surface) on.add(std::abs(answer(tool, q.rho, q.z).distance));
     CHECK(on.worst() <= kRounding);
     CHECK(inside > 50);
-    MESSAGE(name, ": off the sampled surface's distance [m] ", outside, "; of points on it ", on.worst());
+    MESSAGE(case_of.name, ": off the sampled surface's distance [m] ", outside, "; of points on it ", on.worst());
   }
 }
 
@@ -127,8 +128,9 @@ TEST_CASE("ball and shaft: normal and curvature are the distance's derivatives")
   // Central differences over 1 µm leave step²/6 of the third derivative, 2/r³ with r the distance from what the level
   // lines are round: at .1 mm that is 3e-4 per mm. Rounding of 1e-18 m over step² is 1e-6 of 1/m.
   constexpr double kStep = 1e-6, kNearest = 1e-4, kNormalError = 1e-4, kCurvatureError = 1e-3, kUnit = 1e-12;
-  for (const auto& [name, burr] : kBurrs) {
-    CAPTURE(name);
+  for (const auto& case_of : kBurrs) {
+    CAPTURE(case_of.name);
+    const Burr& burr = case_of.burr;
     const BallAndShaft tool(burr);
     Random random(kSeed + 1);
     Figures normal, curvature, length;
@@ -151,7 +153,7 @@ TEST_CASE("ball and shaft: normal and curvature are the distance's derivatives")
       const double bend = (e.normal_rho - w.normal_rho + n.normal_z - s.normal_z) / (2 * kStep);
       curvature.add(std::abs(bend - at.curvature) / std::max(at.curvature, 1.0));
     }
-    MESSAGE(name, ": normal off its difference ", normal, "; curvature ", curvature);
+    MESSAGE(case_of.name, ": normal off its difference ", normal, "; curvature ", curvature);
     CHECK(normal.count() > 4000);
     CHECK(creases < 50);
     CHECK(length.worst() <= kUnit);
@@ -161,8 +163,9 @@ TEST_CASE("ball and shaft: normal and curvature are the distance's derivatives")
 }
 
 TEST_CASE("ball and shaft: a part is central where the nearest is the ball") {
-  for (const auto& [name, burr] : kBurrs) {
-    CAPTURE(name);
+  for (const auto& case_of : kBurrs) {
+    CAPTURE(case_of.name);
+    const Burr& burr = case_of.burr;
     const BallAndShaft tool(burr);
     CHECK(answer(tool, 0, -burr.tip_radius).central);
     CHECK(answer(tool, 0, -2 * burr.tip_radius).central);
@@ -181,8 +184,9 @@ TEST_CASE("ball and shaft: every lane answers for its own point, distances alone
   CAPTURE(kSeed);
   // Some ten roundings of lengths up to 20 mm.
   constexpr double kRounding = 10 * 0.02 * static_cast<double>(std::numeric_limits<float>::epsilon());
-  for (const auto& [name, burr] : kBurrs) {
-    CAPTURE(name);
+  for (const auto& case_of : kBurrs) {
+    CAPTURE(case_of.name);
+    const Burr& burr = case_of.burr;
     const BallAndShaft tool(burr);
     Random random(kSeed + 2);
     Figures off;
@@ -210,15 +214,16 @@ TEST_CASE("ball and shaft: every lane answers for its own point, distances alone
         off.add(std::abs(static_cast<double>(distance[i]) - one.distance));
       }
     }
-    MESSAGE(name, ": distances alone against the profile's [m] ", off);
+    MESSAGE(case_of.name, ": distances alone against the profile's [m] ", off);
     CHECK(differ == 0);
     CHECK(off.worst() <= kRounding);
   }
 }
 
 TEST_CASE("ball and shaft: its bounds hold its surface, its core lies that deep") {
-  for (const auto& [name, burr] : kBurrs) {
-    CAPTURE(name);
+  for (const auto& case_of : kBurrs) {
+    CAPTURE(case_of.name);
+    const Burr& burr = case_of.burr;
     const BallAndShaft tool(burr);
     const ToolBounds b = tool.bounds();
     constexpr double kRounding = 1e-15;

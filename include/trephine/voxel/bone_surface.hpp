@@ -86,7 +86,7 @@ class BoneSurface {
     if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
     if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 2188", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
-      next_[i] = static_cast<std::int32_t>(i + 1 < blocks ? i + 1 : kEnd);
+      next_[i] = i + 1 < blocks ? static_cast<std::int32_t>(i + 1) : kEnd;
       slots_[i].next_free = next_[i];
     }
   }
