@@ -31,8 +31,8 @@ struct ToolBounds {
   double z_low;  ///< lowest and highest z [m]
   double z_high;
   double radius;  ///< largest ρ [m]
-  double
-      core_radius;  ///< the tool's surface is at least this far from the part of the axis that is as far from the ends
+  /// Least distance of the tool's surface from the axis, between points this far from the axis' ends [m].
+  double core_radius;
 };
 
 /// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class

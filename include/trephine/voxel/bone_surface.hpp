@@ -30,7 +30,7 @@ struct SurfacePatch {
 /// Patches of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
 struct PatchBlock {
   static constexpr int kSize = 64;
-  /// Of `edge`: which part of the edge's patch is above it.
+  /// `edge` is its voxel edge's number plus this times the number of the patch's part.
   static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
   using Lanes = std::array<float, kSize>;
   std::array<Lanes, 3> position, along, across;
@@ -57,7 +57,7 @@ struct PatchBlock {
 /// most kMostParts.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
-/// were not used longest, when the store is full. Memory: 2 kB a block of 64 patches, one to three blocks a brick of
+/// were not used longest, when the store is full. Memory: 3 kB a block of 64 patches, one to three blocks a brick of
 /// bone's surface, `blocks` of them at most; and 4 bytes a brick of the grid. No allocation after construction.
 ///
 /// Threads: construction anywhere, all else on the haptic thread. The grid must outlive it and stay where it is.
@@ -66,7 +66,7 @@ class BoneSurface {
  public:
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
-  static constexpr std::size_t kDefaultBlocks = 4096;  ///< 9 MB
+  static constexpr std::size_t kDefaultBlocks = 4096;  ///< 13 MB
   static constexpr int kMostParts = 8;                 ///< of a patch along an axis
   /// Bricks that one tick may make (`begin_tick`): about 0.2 ms.
   static constexpr int kBricksPerTick = 128;

@@ -394,7 +394,7 @@ class CoupledToolRenderer {
     if (turns() && turn > 0) out.wrench.torque = (-twist(turn).pull / turn * error_.turn).template cast<Scalar>();
   }
 
-  /// Joins the point to its patch's contact, which for now sums normals by load.
+  /// Joins the point to its patch's contact, which sums normals by load until `report` scales them.
   void add_contact(const FoundationPoint& q, ContactSummary& summary) noexcept {
     const double load = gain_ * q.weight * q.depth;
     if (!(load > 0)) return;

@@ -276,7 +276,7 @@ class Foundation {
     Profile at;
     shape.profile(rho, height, at);
 
-    // Of a ball about T the normal lies along the arm, and turning it comes to nothing.
+    // The normal of a ball about T lies along the arm, and turning the ball changes nothing.
     Lanes kw, f, bend, depth, gx, gy, gz;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       depth[l] = at.distance[l] < 0 ? -at.distance[l] : 0.0;
