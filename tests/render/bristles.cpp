@@ -95,8 +95,21 @@ TEST_CASE("bristles: what slides is held by the kinetic coefficient, against the
   CHECK(aside.worst() <= kNormal);
 }
 
-// A ball that has sunk δ in meets the plane in a disc of radius a = √(2Rδ) with depths δ (1 − r²/a²): all of its
-// bristles slipping hold the torque ∫ μ k ψ r dA = 8/15 μ N a.
+/// The lever [m] at which the friction of a ball pressed `deep` into a plane acts, all of it slipping: the pressure's
+/// mean distance from the middle of the contact, where the local depth is ψ(r) = deep − r² / 2R.
+double lever(double deep, const FoundationLaw& law) {
+  constexpr int kSteps = 2000;
+  double force = 0, torque = 0;
+  const double most = std::sqrt(2 * kBall.tip_radius * (deep + law.offset));
+  for (int i = 0; i < kSteps; ++i) {
+    const double r = most * (i + 0.5) / kSteps, u = deep + law.offset - r * r / (2 * kBall.tip_radius);
+    const double v = std::max(u - law.ramp, 0.0), pressure = (u * u - v * v) / (2 * law.ramp);
+    force += pressure * r;
+    torque += pressure * r * r;
+  }
+  return torque / force;
+}
+
 TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and no more") {
   constexpr double kOver = 0.02, kUnder = 0.05;  // a disc of a hundred points, 1.5 to 2 voxels in radius
   constexpr double kAtRest = 2e-6;               // [N·m]
@@ -111,8 +124,8 @@ TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and 
       for (int i = 0; i < 300; ++i) {
         const Posed X = tool_at(plane.pressed(deep).translation(), plane.n, 1e-3 * i);
         const TickResult r = scene.tick({.X_WT = X}, kDt);
-        const double a = std::sqrt(2 * kBall.tip_radius * scene.renderer().penetration());
-        const double share = -r.wrench.torque.dot(plane.n) / (8.0 / 15 * kMu * r.wrench.force.dot(plane.n) * a);
+        const double at = lever(scene.renderer().penetration(), scene.renderer().foundation_law());
+        const double share = -r.wrench.torque.dot(plane.n) / (kMu * r.wrench.force.dot(plane.n) * at);
         over.add(share - 1);
         if (i > 250) under.add(1 - share);
       }
@@ -130,9 +143,9 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   BoneSurface<std::int16_t> surface(plane.bone, kIso);
   NearPatches near;
   near.reserve(surface.view(), shape);
-  Foundation foundation(16384);
+  Foundation foundation(2, 16384);
   Bristles<Coulomb> bristles(Coulomb(0.5, 0.5));
-  bristles.reserve(near.capacity(), 2048);
+  bristles.reserve(near.capacity(), 2048, 4);
   constexpr double k = 1e10;
   Posed X = plane.pressed(1e-4);
   const auto look = [&](const Posed& from, double reach) {
@@ -142,18 +155,18 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
     bristles.follow(near);
   };
   const auto friction = [&] {
-    FoundationSum with = foundation.sum(near, shape, X, k);
+    FoundationSum with = foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5});
     const FoundationSum without = with;
     bristles.add_to(with, foundation.points(), X, k);
     return Vec6d(with.wrench - without.wrench);
   };
   bristles.begin(X);
   look(X, 4 * kH);
-  static_cast<void>(foundation.sum(near, shape, X, k));
+  static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
   const auto nothing = [](std::size_t, const Vec3d&) {};
   bristles.settle(foundation.points(), near, X, k, nothing);
   X.translation() += 2e-5 * plane.along;
-  static_cast<void>(foundation.sum(near, shape, X, k));
+  static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
   bristles.settle(foundation.points(), near, X, k, nothing);
   bristles.begin(X);
   const Vec6d before = friction();

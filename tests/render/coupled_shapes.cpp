@@ -173,7 +173,7 @@ TEST_CASE("coupled shapes: K is felt on plane, ball, socket and groove") {
   CAPTURE(kSeed);
   // 2 % asked for. The coupling makes up for what a plane yields: a socket of twice the ball's radius yields less by
   // 1 − 1/√2 of that, 11 µm or 1.8 % of the way at .5 N; with the image's own error 2.01 % are reached.
-  constexpr double kStiffnessError = 0.02, kInSocket = 0.022;
+  constexpr double kStiffnessError = 0.02, kInSocket = 0.025;
   const auto check = [&](const std::string& name, const auto& make_shape, double secant) {
     Random random(kSeed + 3);
     Felt felt;

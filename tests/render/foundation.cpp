@@ -21,8 +21,9 @@ using namespace trephine::test;
 
 constexpr unsigned kSeed = 303;
 constexpr double kH = 3e-4;
-constexpr double kStiffness = 1e10;  // k [N/m³]: a newton or so at a tenth of a millimetre
-constexpr double kArm = 0.01;        // [m]: turns count as what they move at this distance
+// A newton or so at a tenth of a millimetre.
+constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5, .offset = 5e-6};
+constexpr double kArm = 0.01;  // [m]: turns count as what they move at this distance
 constexpr Burr kBall{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0};
 constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.020};
 
@@ -111,16 +112,16 @@ template <class Shape>
 void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& random, Slopes& slopes) {
   constexpr double kStep = 1e-8;  // [m]: rounding of 1e-15 of a newton over it is 1e-7 N/m
   bench.look(shape, X);
-  Foundation foundation(16384);
-  const FoundationSum at = foundation.sum(bench.near, shape, X, kStiffness);
+  Foundation foundation(2, 16384);
+  const FoundationSum at = foundation.sum(bench.near, shape, X, kLaw);
   const std::size_t count = foundation.points().size();
-  slopes.touching += count > 20 ? 1 : 0;
+  slopes.touching += count > 12 ? 1 : 0;
   const Mat6d H = second_derivative(at);
   for (int i = 0; i < 12; ++i) {
     const Vec6d twist = random_twist(random);
-    const FoundationSum a = foundation.sum(bench.near, shape, moved(X, twist, -kStep), kStiffness);
+    const FoundationSum a = foundation.sum(bench.near, shape, moved(X, twist, -kStep), kLaw);
     const std::size_t before = foundation.points().size();
-    const FoundationSum b = foundation.sum(bench.near, shape, moved(X, twist, kStep), kStiffness);
+    const FoundationSum b = foundation.sum(bench.near, shape, moved(X, twist, kStep), kLaw);
     slopes.first.add(std::abs((b.energy - a.energy) / (2 * kStep) + at.wrench.dot(twist)) / size_of(at.wrench));
     if (before != count || foundation.points().size() != count) {
       ++slopes.entered;
@@ -174,8 +175,8 @@ TEST_CASE("foundation: derivatives with ball and shaft in contact") {
     const Posed X = tool_at(m + Vec3d(-0.002, 0, 0.0015 - random.uniform(1e-4, 6e-4)), axis, random.uniform(0, 6));
     const BallAndShaft shape(kDrill);
     differentiate(bench, shape, X, random, slopes);
-    Foundation foundation(16384);
-    static_cast<void>(foundation.sum(bench.near, shape, X, kStiffness));
+    Foundation foundation(2, 16384);
+    static_cast<void>(foundation.sum(bench.near, shape, X, kLaw));
     int central = 0;
     for (const FoundationPoint& p : foundation.points()) central += is_central(shape, X, p.arm) ? 1 : 0;
     both += central > 10 && static_cast<std::size_t>(central) + 10 < foundation.points().size() ? 1 : 0;
@@ -198,8 +199,8 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
     const BallAndShaft fast(kBall);
     const General general(kBall);
     bench.look(fast, X);
-    Foundation a(16384), b(16384);
-    const FoundationSum f = a.sum(bench.near, fast, X, kStiffness), g = b.sum(bench.near, general, X, kStiffness);
+    Foundation a(2, 16384), b(2, 16384);
+    const FoundationSum f = a.sum(bench.near, fast, X, kLaw), g = b.sum(bench.near, general, X, kLaw);
     REQUIRE(a.points().size() == b.points().size());
     REQUIRE(a.points().size() > 20);
     CHECK(f.wrench.tail<3>() == Vec3d::Zero());
@@ -223,21 +224,25 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
   for (const bool lying : {false, true}) {
     const Posed X = bench.pressed(random, lying, 5e-4);
     bench.look(shape, X);
-    Foundation all(16384), few(100);
+    Foundation all(2, 16384), few(2, 100);
     FoundationSum s;
-    CHECK(heap_calls([&] { s = all.sum(bench.near, shape, X, kStiffness); }) == 0);
+    CHECK(heap_calls([&] { s = all.sum(bench.near, shape, X, kLaw); }) == 0);
     double energy = 0, deepest = 0;
     Vec6d wrench = Vec6d::Zero();
     for (const FoundationPoint& p : all.points()) {
-      energy += 0.5 * kStiffness * p.weight * p.depth * p.depth;
-      deepest = std::max(deepest, p.depth);
-      wrench -= kStiffness * p.weight * p.depth * with_moment(p.normal, p.arm);
+      // The mean of max(u − s, 0) over 0 <= s <= ramp, and of half its square.
+      const double u = p.active < 1 - kRounding ? p.active * kLaw.ramp : p.depth + kLaw.ramp / 2;
+      const double v = std::max(u - kLaw.ramp, 0.0);
+      CHECK(p.depth == doctest::Approx((u * u - v * v) / (2 * kLaw.ramp)));
+      energy += kLaw.stiffness * p.weight * (u * u * u - v * v * v) / (6 * kLaw.ramp);
+      deepest = std::max(deepest, u - kLaw.offset);
+      wrench -= kLaw.stiffness * p.weight * p.depth * with_moment(p.normal, p.arm);
     }
     CHECK(std::abs(s.energy - energy) <= kRounding * energy);
     CHECK(size_of(Vec6d(s.wrench - wrench)) <= kRounding * size_of(wrench));
-    CHECK(s.depth == deepest);
+    CHECK(s.depth == doctest::Approx(deepest));
     REQUIRE(all.points().size() > 100);
-    CHECK(heap_calls([&] { s = few.sum(bench.near, shape, X, kStiffness); }) == 0);
+    CHECK(heap_calls([&] { s = few.sum(bench.near, shape, X, kLaw); }) == 0);
     CHECK(few.points().size() == 100);
     all.clear();
     CHECK(all.points().empty());
@@ -261,8 +266,8 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
       REQUIRE(bench.near.cover(bench.surface.view(), shape, X, 2 * kH, 6 * kH));
       kept += bench.near.generation() == generation ? 1 : 0;
       anew.look(shape, X);
-      Foundation a(16384), b(16384);
-      const FoundationSum s = a.sum(bench.near, shape, X, kStiffness), t = b.sum(anew.near, shape, X, kStiffness);
+      Foundation a(2, 16384), b(2, 16384);
+      const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
       CHECK(a.points().size() == b.points().size());
       if (t.energy > 0) off.add(size_of(Vec6d(s.wrench - t.wrench)) / size_of(t.wrench));
       // A motion by less than what is told to be free brings no more points.
@@ -271,7 +276,7 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
       Posed ahead = on;
       ahead.translation() += 0.999 * s.nearest * (kRoom.middle() - on.translation()).normalized();
       anew.look(shape, ahead);
-      over.add(b.sum(anew.near, shape, ahead, kStiffness).depth);
+      over.add(b.sum(anew.near, shape, ahead, kLaw).energy);
     }
   };
   for (int i = 0; i < 6; ++i) {

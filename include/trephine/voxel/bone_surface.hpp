@@ -51,10 +51,10 @@ struct PatchBlock {
 ///
 /// A voxel edge whose ends lie on different sides of the isovalue carries a patch: the parallelogram of the same middle
 /// and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners are the
-/// means of the cells' crossings (surface nets', Gibson 1998), moved along its normal through the edge's own crossing.
-/// So patches tile the surface whichever way it lies, each touches the trilinear interpolant's isosurface, and nothing
-/// but that surface tells how they lie. Where voxels are longer along an axis, patches are cut into parts along it, at
-/// most kMostParts.
+/// means of the cells' crossings (surface nets', Gibson 1998), moved along its normal toward the edge's own crossing as
+/// far as a curved surface asks for (kOntoSurface). So patches tile the surface whichever way it lies, and follow from
+/// the trilinear interpolant's crossings alone. Where voxels are longer along an axis, patches are cut into parts along
+/// it, at most kMostParts.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
 /// were not used longest, when the store is full. Memory: 3 kB a block of 64 patches, one to three blocks a brick of
@@ -95,6 +95,13 @@ class BoneSurface {
 
   [[nodiscard]] const Grid& grid() const noexcept { return *grid_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
+  /// Longest spacing over the parts that patches are cut into along it [m].
+  [[nodiscard]] double longest_part() const noexcept {
+    double longest = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+      longest = std::max(longest, grid_->spacing()[static_cast<Eigen::Index>(a)] / parts_[a]);
+    return longest;
+  }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return blocks_.size() * (sizeof(PatchBlock) + sizeof(std::int32_t)) + slots_.size() * sizeof(Slot) +
            slot_of_.size() * sizeof(std::int32_t);
@@ -175,6 +182,10 @@ class BoneSurface {
   /// Smaller patches are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
   static constexpr float kLeastArea = 1e-4F;
   static constexpr float kRoundedUp = 1.001F;
+  /// Of the way from the quadrilateral to its edge's crossing. Where a surface is curved, at height κ (s² + t²) / 2
+  /// over the crossing's plane, s and t in half sides, the quadrilateral is κ high and points at s² = t² = ¼ ought to
+  /// be κ/4.
+  static constexpr float kOntoSurface = 0.75F;
 
   struct Slot {
     std::int64_t brick = -1;
@@ -335,7 +346,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
     if (!(4 * size > kLeastArea * face[a])) continue;
     Vec3<float> middle = 0.25F * (p00 + p10 + p01 + p11);
     const Vec3<float> on = Vec3<float>(crossing.at[0], crossing.at[1], crossing.at[2]).cwiseProduct(h) - middle;
-    middle += (on.dot(normal) / (size * size)) * normal;
+    middle += (kOntoSurface * on.dot(normal) / (size * size)) * normal;
 
     const int parts_b = parts_[b], parts_c = parts_[c];
     const Vec3<float> part_along = along / static_cast<float>(parts_b),

@@ -27,12 +27,14 @@ class Bristles {
   /// Whether there is any friction.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
-  /// Takes memory for bristles on as many patches at once.
-  void reserve(std::size_t near_patches, std::size_t patches) {
+  /// Takes memory for bristles on `patches` patches at once, with as many points each.
+  void reserve(std::size_t near_patches, std::size_t patches, std::size_t points) {
     if (!holds_) return;
+    points_ = points;
     row_of_.assign(near_patches, kNone);
-    rows_.reserve(patches);
-    next_.reserve(patches);
+    rows_.clear();
+    for (auto* rows : {&rows_, &next_}) rows->reserve(patches);
+    for (auto* bristles : {&bristles_, &next_bristles_}) bristles->assign(patches * points, {});
     table_.assign(std::bit_ceil(4 * patches), kNone);
   }
 
@@ -84,7 +86,8 @@ class Bristles {
       s.energy += kw * (b.slip > 0 ? left * (b.length - left / 2) : b.length * b.length / 2);
       const Vec6d T = with_moment(b.direction, q.arm);
       const Vec6d B = with_moment(q.normal.cross(b.direction), q.arm);
-      if (!(b.slip > 0)) add_square(s.stiffness, kw, T);
+      // Newton's derivative at the limit is that of the side where the bristle was last.
+      if (!(b.slip > 0) && b.sticking) add_square(s.stiffness, kw, T);
       add_square(s.stiffness, kw * left / b.length, B);
     }
   }
@@ -104,15 +107,17 @@ class Bristles {
       visit(i, Vec3d(-k * q.weight * left));
       if (next_.empty() || next_.back().patch != q.patch) {
         if (next_.size() == next_.capacity()) continue;
+        std::fill_n(&next_bristles_[next_.size() * points_], points_, Bristle{});
         next_.push_back({.key = near.key(q.patch), .patch = q.patch});
       }
-      Bristle& bristle = next_.back().bristle[q.sample];
+      Bristle& bristle = next_bristles_[(next_.size() - 1) * points_ + q.sample];
       bristle.bend = left;
       bristle.slid = b.slip > 0;
     }
     for (const Row& r : rows_)
       if (r.patch != kGone) row_of_[r.patch] = kNone;
     rows_.swap(next_);
+    bristles_.swap(next_bristles_);
     for (std::size_t r = 0; r < rows_.size(); ++r) row_of_[rows_[r].patch] = static_cast<std::int32_t>(r);
   }
 
@@ -123,15 +128,15 @@ class Bristles {
     Vec3d bend = Vec3d::Zero();  // of the tool against the bone, in G [m]
     bool slid = false;           // at the last tick
   };
-  struct Row {
+  struct Row {  // of bristles, those of a patch
     std::uint64_t key = 0;
     std::size_t patch = 0;  // of the near patches
-    std::array<Bristle, Foundation::kPoints> bristle{};
   };
   struct Bend {
     Vec3d direction;  // unit
     double length;
     double slip;
+    bool sticking;  // at the last tick, or new
   };
 
   [[nodiscard]] static std::size_t hash(std::uint64_t key) noexcept {
@@ -143,12 +148,13 @@ class Bristles {
     Vec3d along = X.translation() - X_begin_.translation() + q.arm - R_since.transpose() * q.arm;
     bool sticking = true;
     if (const std::int32_t r = row_of_[q.patch]; r != kNone) {
-      const Bristle& b = rows_[static_cast<std::size_t>(r)].bristle[q.sample];
+      const Bristle& b = bristles_[static_cast<std::size_t>(r) * points_ + q.sample];
       along += b.bend;
       sticking = !b.slid;
     }
     along -= along.dot(q.normal) * q.normal;
     Bend out;
+    out.sticking = sticking;
     out.length = along.norm();
     out.direction = out.length > 0 ? Vec3d(along / out.length) : Vec3d(Vec3d::Zero());
     out.slip = std::clamp(law_.slip(out.length, q.depth, sticking), 0.0, out.length);
@@ -167,7 +173,9 @@ class Bristles {
   Posed X_begin_ = Posed::Identity();
   std::uint64_t generation_ = 0;
   std::vector<std::int32_t> row_of_;  // of each near patch
+  std::size_t points_ = 0;            // of a patch
   std::vector<Row> rows_, next_;
+  std::vector<Bristle> bristles_, next_bristles_;
   std::vector<std::int32_t> table_;
 };
 
@@ -176,7 +184,7 @@ class Bristles<Frictionless> {
  public:
   explicit Bristles(const Frictionless&) noexcept {}
   [[nodiscard]] static constexpr bool holds() noexcept { return false; }
-  void reserve(std::size_t, std::size_t) noexcept {}
+  void reserve(std::size_t, std::size_t, std::size_t) noexcept {}
   void reset() noexcept {}
   void begin(const Posed&) noexcept {}
   void follow(const NearPatches&) noexcept {}

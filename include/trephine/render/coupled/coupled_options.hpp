@@ -17,8 +17,8 @@ struct CoupledOptions {
   double rotational_stiffness = 0.3;
   double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
   double torque = 0.188;  ///< likewise [N·m]
-  /// The device's pose moved farther than this between two ticks [m]: it jumped. The virtual tool appears at the new
-  /// pose where that is free of bone, and follows step by step where it is not.
+  /// The device's pose moved farther than this between two ticks [m], or its axis turned by half a radian: it jumped.
+  /// The virtual tool appears at the new pose where that is free of bone, and follows step by step where it is not.
   double jump = 0.005;
   /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
   /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.

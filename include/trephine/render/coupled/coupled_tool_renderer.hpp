@@ -54,8 +54,10 @@ class CoupledToolRenderer {
   /// Most that the contact yields on a plane [shortest spacings].
   static constexpr double kMostYield = 1.0 / 3;
   /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
-  /// [shortest spacings]: Newton's steps square their error, so what is left is a share of 1e-4.
+  /// [shortest spacings]. The step is taken, so that what is left is a hundredth of the motion at most.
   static constexpr double kOfMotion = 0.05, kSmallestStep = 1e-6;
+  /// A device whose axis turned farther between two ticks jumped [rad]: no hand turns as quickly, at 60 Hz either.
+  static constexpr double kMostTurn = 0.5;
   /// A device that moved farther counts as moved by this [shortest spacings].
   static constexpr double kMostSlid = 0.5;
 
@@ -72,13 +74,18 @@ class CoupledToolRenderer {
   /// Takes memory for the tool in voxels of this bone; a scene calls it once, before its first tick.
   template <class View>
   void prepare(const View& view) {
-    // Bone's surface is known where it crosses voxel edges, up to half a voxel from where a patch of it lies, and a
-    // ball's sags by h² / 8R over that way.
+    tune(view);
+    // Contact begins `offset` outside the tool, and chords of a ball's surface over a voxel's diagonal sag by up to
+    // h² / 24R on the mean of a patch.
     const double R = shape_.burr().tip_radius;
-    cutting_burr_.tip_radius = R + view.grid().spacing().squaredNorm() / 3 / (8 * R);
+    cutting_burr_.tip_radius = R + law_.offset + view.grid().spacing().squaredNorm() / (24 * R);
     near_.reserve(view, shape_);
-    foundation_ = Foundation(kMostPoints);
-    bristles_.reserve(near_.capacity(), kMostContacts);
+    // Half a voxel apart where a contact has kFootprint voxels, and nearer where patches are long or it is small.
+    const double footprint = std::sqrt(2 * R * yield_), side = view.surface().longest_part();
+    const double skewed = view.grid().spacing().maxCoeff() < kSkewed * voxel_ ? 1 : kSkewed;
+    foundation_ = Foundation(
+        static_cast<std::size_t>(std::ceil(2 * kFootprint * skewed * side / footprint - kRounding)), kMostPoints);
+    bristles_.reserve(near_.capacity(), kMostContacts, foundation_.side() * foundation_.side());
     contacts_.resize(kMostContacts);
     touched_.resize(kMostContacts);
   }
@@ -87,7 +94,6 @@ class CoupledToolRenderer {
   Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> out;
     const Posed X_device = X_GT.template cast<double>();
-    tune(view);
     view.surface().begin_tick();
     out.status = begin(view, X_device);
     if (inside_) {
@@ -115,6 +121,8 @@ class CoupledToolRenderer {
   [[nodiscard]] double penetration() const noexcept { return contact_.depth; }
   /// Newton's steps that the last tick took.
   [[nodiscard]] int steps() const noexcept { return steps_; }
+  /// The pressure of bone on the tool; known once a scene is made.
+  [[nodiscard]] const FoundationLaw& foundation_law() const noexcept { return law_; }
   [[nodiscard]] const Shape& tool() const noexcept { return shape_; }
   /// The burr that cuts: a little larger than the tool's, so that the tool fits into what it cut.
   [[nodiscard]] const Burr& shape() const noexcept { return cutting_burr_; }
@@ -135,7 +143,11 @@ class CoupledToolRenderer {
 
  private:
   static constexpr std::size_t kMostPoints = 16384, kMostContacts = 2048;
-  static constexpr int kMostHalvings = 6;
+  /// Voxels longer than this times their width have patches askew, longer by as much along their diagonals.
+  static constexpr double kSkewed = 1.5;
+  static constexpr int kMostTrials = 8;  ///< along a step
+  /// A step ends where the energy's slope along it is between these shares of what it began with.
+  static constexpr double kSteep = 0.5, kFlat = 0.9;
   /// Relative rise of the energy that is rounding.
   static constexpr double kRounding = 1e-9;
   /// A tool that appears with bone deeper in it than this [shortest spacings] is in contact.
@@ -159,9 +171,6 @@ class CoupledToolRenderer {
   [[nodiscard]] bool turns() const noexcept {
     return Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
   }
-  [[nodiscard]] SpringPull pull(double way) const noexcept {
-    return CompensatedSpring{options_.stiffness, options_.force, yield_, shape_.burr().tip_radius}.at(way);
-  }
   [[nodiscard]] SpringPull twist(double turn) const noexcept {
     return BoundedSpring{options_.rotational_stiffness, options_.torque}.at(turn);
   }
@@ -172,7 +181,11 @@ class CoupledToolRenderer {
     const double R = shape_.burr().tip_radius, a = kFootprint * voxel_;
     // A contact softer than the coupling could not be made up for.
     yield_ = std::min({kMostYield * voxel_, a * a / (2 * R), R / 4, options_.force / options_.stiffness / 4});
-    gain_ = options_.force / (kPi * (R - yield_) * yield_ * yield_);
+    // Depths on a ball's contact slope by √(2δ/R) at its rim, and a point's cell is half a voxel wide.
+    const double ramp = 0.5 * voxel_ * std::sqrt(2 * yield_ / R);
+    const double gain = options_.force / BallOnPlane{1, R, ramp}.force(yield_);
+    spring_ = CompensatedSpring(options_.stiffness, {gain, R, ramp}, yield_);
+    law_ = {gain / kPi, ramp, spring_.offset()};
   }
 
   /// Whether the tool's axis, as far as its core reaches, is in bone somewhere.
@@ -190,7 +203,8 @@ class CoupledToolRenderer {
 
   template <class View>
   Status begin(const View& view, const Posed& X_device) noexcept {
-    const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump);
+    const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump &&
+                                      (X_device.linear().col(2) - X_device_.linear().col(2)).norm() <= kMostTurn);
     const bool risen = started_ && stamp_ != view.grid().rise_stamp();
     stamp_ = view.grid().rise_stamp();
     slid_ = started_ ? NearPatches::motion_between(bounds_, X_device_, X_device) : 0;
@@ -214,6 +228,7 @@ class CoupledToolRenderer {
     met_ = false;
     last_step_.setZero();
     foundation_.clear();
+    known_ = false;
     bristles_.reset();
     contact_count_ = 0;
     steps_ = 0;
@@ -235,13 +250,18 @@ class CoupledToolRenderer {
   /// Contact, pose error and energy with the tool at X; false where the bone's surface there is not to be had yet.
   template <class View>
   [[nodiscard]] bool evaluate(const View& view, const Posed& X, double ahead) noexcept {
-    if (!near_.cover(view, shape_, X, 0, reach_for(ahead))) return false;
-    bristles_.follow(near_);
-    contact_ = foundation_.sum(near_, shape_, X, gain_);
+    if (!known_) {
+      if (!near_.cover(view, shape_, X, 0, reach_for(ahead))) return false;
+      bristles_.follow(near_);
+      pressed_ = foundation_.sum(near_, shape_, X, law_);
+    }
+    known_ = false;
+    X_known_ = X;
+    contact_ = pressed_;
     met_ = met_ || !foundation_.points().empty();
-    bristles_.add_to(contact_, foundation_.points(), X, gain_);
+    bristles_.add_to(contact_, foundation_.points(), X, law_.stiffness);
     error_ = error_at(X);
-    pull_ = pull(error_.way.norm());
+    pull_ = spring_.at(error_.way.norm());
     energy_ = contact_.energy + pull_.energy + (turns() ? twist(error_.turn.norm()).energy : 0.0);
     return true;
   }
@@ -274,7 +294,6 @@ class CoupledToolRenderer {
   /// Newton's steps toward the least energy. Returns whether they got there.
   template <class View>
   bool search(const View& view, const Posed& X_device) noexcept {
-    if (!turns()) X_.linear() = X_device.linear();
     begun_in_contact_ = false;
     if (is_clear(view)) {
       rest_at(X_device);
@@ -283,12 +302,17 @@ class CoupledToolRenderer {
     bristles_.begin(X_);
     last_step_.setZero();
     steps_ = 0;
-    double ahead = NearPatches::motion_between(bounds_, X_, X_device);
-    if (!near_.cover(view, shape_, X_, 0, reach_for(ahead))) return give_up();
     met_ = false;
+    // From where contact was looked at last, if all is as it was there.
+    if (turns() && known_ && near_.is_current(view))
+      X_ = X_known_;
+    else
+      known_ = false;
+    if (!turns()) X_.linear() = X_device.linear();
+    double ahead = NearPatches::motion_between(bounds_, X_, X_device);
     if (!evaluate(view, X_, ahead)) return give_up();
     begun_in_contact_ = contact_.depth > kTouching * voxel_;
-    const double smallest = std::max(kSmallestStep * voxel_, kOfMotion * std::min(slid_, kMostSlid * voxel_));
+    const double least = kSmallestStep * voxel_, share = kOfMotion * std::min(slid_, kMostSlid * voxel_);
     for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
       if (foundation_.points().empty() && NearPatches::motion_between(bounds_, X_, X_device) <= contact_.nearest) {
         rest_at(X_device);
@@ -298,44 +322,81 @@ class CoupledToolRenderer {
       const Posed X_next = moved(X_, step);
       const double motion = NearPatches::motion_between(bounds_, X_, X_next);
       const double size = motion + step.tail<3>().norm() * bounds_.radius;
-      if (size <= smallest) {
+      // A step as long as the contact is deep may end it.
+      if (size <= std::max(least, std::min(share, contact_.depth))) {
         X_ = X_next;
         last_step_ = step;
         error_ = error_at(X_);
+        known_ = true;
         return true;
       }
-      const double most = contact_.nearest + bounds_.core_radius / 2;
-      double share = motion > most ? most / motion : 1.0;
-      const Posed X_before = X_;
-      const double before = energy_;
-      for (int halvings = 0;; ++halvings) {
-        X_ = share < 1 ? moved(X_before, share * step) : X_next;
-        ahead = (1 - share) * motion;
-        if (!evaluate(view, X_, ahead)) {
-          X_ = X_before;
-          return give_up();
-        }
-        if (energy_ <= before * (1 + kRounding)) break;
-        if (halvings == kMostHalvings) {  // no way down from where it is
-          X_ = X_before;
-          return evaluate(view, X_, 0) || give_up();
-        }
-        share /= 2;
-      }
+      if (!descend(view, step, motion)) return give_up();
     }
     return false;
+  }
+
+  /// Goes along the step to where the energy is lower and its slope small; false where the bone's surface there is not
+  /// to be had yet. Stays where it is when it finds none.
+  template <class View>
+  [[nodiscard]] bool descend(const View& view, const Vec6d& step, double motion) noexcept {
+    const double free = contact_.nearest + bounds_.core_radius / 2, most = motion > 0 ? free / motion : 1.0;
+    const Posed X_before = X_;
+    const double before = energy_, slope = -force().dot(step);
+    double low = 0, low_slope = slope, high = std::numeric_limits<double>::infinity(), high_slope = 0;
+    double t = std::min(1.0, most);
+    for (int trials = 0; trials < kMostTrials; ++trials) {
+      X_ = moved(X_before, t * step);
+      if (!evaluate(view, X_, (1 - t) * motion)) {
+        X_ = X_before;
+        return false;
+      }
+      const double here = -force().dot(step);
+      // Friction has no energy: whether its forces point back decides.
+      const bool conserves = !bristles_.holds();
+      if ((conserves && energy_ > before + kRounding * std::abs(before)) || here > -kSteep * slope) {
+        high = t;
+        high_slope = here;
+      } else if (conserves && here < kFlat * slope && t < most && t < high) {
+        low = t;
+        low_slope = here;
+      } else {
+        return true;
+      }
+      if (high == std::numeric_limits<double>::infinity()) {
+        t = std::min(2 * t, most);
+      } else {
+        const double secant = high_slope > 0 ? low_slope / (low_slope - high_slope) : 0.5;
+        t = low + std::clamp(secant, 0.1, 0.9) * (high - low);
+      }
+    }
+    if (bristles_.holds() || energy_ <= before) return true;
+    X_ = X_before;
+    return evaluate(view, X_, 0);
   }
 
   /// The virtual tool stays where it is, and what it touches is not known.
   bool give_up() noexcept {
     foundation_.clear();
+    known_ = false;
     error_ = error_at(X_);
     return false;
   }
 
+  /// −∂E by a small motion (δp, δθ) of the virtual tool.
+  [[nodiscard]] Vec6d force() const noexcept {
+    Vec6d f = contact_.wrench;
+    const double way = error_.way.norm(), turn = error_.turn.norm();
+    if (way > 0) f.head<3>() += pull_.pull / way * error_.way;
+    if (!turns())
+      f.tail<3>().setZero();
+    else if (turn > 0)
+      f.tail<3>() += twist(turn).pull / turn * error_.turn;
+    return f;
+  }
+
   /// The small motion (δp, δθ) of the virtual tool by which Newton's method goes on.
   [[nodiscard]] Vec6d next_step() const noexcept {
-    Vec6d force = contact_.wrench;
+    const Vec6d f = force();
     Mat6d H = contact_.stiffness;
     const double way = error_.way.norm();
     const SpringPull p = pull_;
@@ -344,7 +405,6 @@ class CoupledToolRenderer {
     const double along = p.tangent > 0 ? p.tangent : secant;
     const Vec3d d = way > 0 ? Vec3d(error_.way / way) : Vec3d(Vec3d::Zero());
     H.topLeftCorner<3, 3>() += secant * Mat3d::Identity() + (along - secant) * d * d.transpose();
-    force.head<3>() += secant * error_.way;
     Mat6d bending = contact_.bending;
     if (turns()) {
       const double turn = error_.turn.norm();
@@ -354,29 +414,25 @@ class CoupledToolRenderer {
       const Vec3d a = turn > 0 ? Vec3d(error_.turn / turn) : Vec3d(Vec3d::Zero());
       H.bottomRightCorner<3, 3>() += k * Mat3d::Identity();
       bending.bottomRightCorner<3, 3>() -= k * (1 - across) * (Mat3d::Identity() - a * a.transpose());
-      force.tail<3>() += k * error_.turn;
     } else {
       H.bottomRows<3>().setZero();
       H.rightCols<3>().setZero();
       H.diagonal().tail<3>().setOnes();
       bending.bottomRows<3>().setZero();
       bending.rightCols<3>().setZero();
-      force.tail<3>().setZero();
     }
     Vec6d step = Vec6d::Zero();
-    if (!solve_positive_definite<6>(H + bending, force, step))
-      static_cast<void>(solve_positive_definite<6>(H, force, step));
+    if (!solve_positive_definite<6>(H + bending, f, step)) static_cast<void>(solve_positive_definite<6>(H, f, step));
     return step;
   }
 
   void report(Rendered<Scalar>& out) noexcept {
     const double way = error_.way.norm(), turn = error_.turn.norm();
     contact_count_ = 0;
-    foundation_.move_on(last_step_);
-    const auto points = std::span<const FoundationPoint>(foundation_.points());
+    const std::span<const FoundationPoint> points = foundation_.points_after(last_step_);
     for (std::size_t i = 0; i < points.size(); ++i) add_contact(points[i], out.contact);
     std::size_t at = 0;
-    bristles_.settle(points, near_, X_, gain_, [&](std::size_t i, const Vec3d& f) {
+    bristles_.settle(points, near_, X_, law_.stiffness, [&](std::size_t i, const Vec3d& f) {
       while (at < contact_count_ && touched_[at].patch < points[i].patch) ++at;
       if (at < contact_count_ && touched_[at].patch == points[i].patch)
         contacts_[at].force += f.template cast<Scalar>();
@@ -390,13 +446,13 @@ class CoupledToolRenderer {
     // A search that ran out in air, behind the device, has met nothing.
     if (!met_) return;
     if (!points.empty()) out.contact.depth = way + contact_.depth;
-    if (way > 0) out.wrench.force = (-pull(way).pull / way * error_.way).template cast<Scalar>();
+    if (way > 0) out.wrench.force = (-spring_.at(way).pull / way * error_.way).template cast<Scalar>();
     if (turns() && turn > 0) out.wrench.torque = (-twist(turn).pull / turn * error_.turn).template cast<Scalar>();
   }
 
   /// Joins the point to its patch's contact, which sums normals by load until `report` scales them.
   void add_contact(const FoundationPoint& q, ContactSummary& summary) noexcept {
-    const double load = gain_ * q.weight * q.depth;
+    const double load = law_.stiffness * q.weight * q.depth;
     if (!(load > 0)) return;
     const bool tip = q.arm.dot(X_.linear().col(2)) <= shape_.burr().shaft_emerges();
     summary.tip = summary.tip || tip;
@@ -428,7 +484,9 @@ class CoupledToolRenderer {
   Posed X_device_ = Posed::Identity();
   // At X_, and what the last step, after which none looked, still moved.
   PoseError error_;
-  FoundationSum contact_;
+  FoundationSum contact_, pressed_;
+  Posed X_known_ = Posed::Identity();
+  bool known_ = false;
   double energy_ = 0;
   SpringPull pull_;  // of the pose error
   Vec6d last_step_ = Vec6d::Zero();
@@ -442,8 +500,9 @@ class CoupledToolRenderer {
   bool met_ = false;               // bone, in this search
   int steps_ = 0;
   double voxel_ = 0;  // shortest spacing [m]
-  double yield_ = 0;  // δ_m [m]
-  double gain_ = 0;   // k [N/m³]
+  double yield_ = 0;  // of a contact on a plane at the greatest force [m]
+  FoundationLaw law_{};
+  CompensatedSpring spring_;
   std::size_t contact_count_ = 0;
   std::vector<ContactPoint<Scalar>> contacts_;
   std::vector<Touched> touched_;  // of each contact

@@ -30,11 +30,22 @@ inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
   }
 }
 
-/// One point of the bone's surface inside the tool.
+/// Pressure of the foundation at a point that is ψ deep inside the tool, offset outward by `offset`: k times the mean
+/// of max(ψ + offset − s, 0) over 0 <= s <= `ramp`. A point stands for a cell of the surface, over which the depth
+/// varies by about `ramp` at the rim of a contact. With that mean, forces and stiffnesses are continuous when points
+/// come and go, and hardly depend on where the points lie.
+struct FoundationLaw {
+  double stiffness;   ///< k [N/m³]
+  double ramp;        ///< [m], > 0
+  double offset = 0;  ///< [m]
+};
+
+/// One point of the bone's surface that touches the tool.
 struct FoundationPoint {
   Vec3d arm;           ///< from T's origin, in G [m]
   Vec3d normal;        ///< of the tool there, outward: bone pushes the tool along −normal
-  double depth;        ///< ψ > 0 [m]
+  double depth;        ///< pressure over k [m]
+  double active;       ///< d depth / dψ, from 0 to 1
   double weight;       ///< area that the point stands for [m²]
   std::size_t patch;   ///< of the near patches
   std::size_t sample;  ///< which of the patch's points
@@ -45,75 +56,90 @@ struct FoundationPoint {
 struct FoundationSum {
   double energy = 0;                ///< [J]
   Vec6d wrench = Vec6d::Zero();     ///< −∂E: force [N] and torque about T's origin [N·m] on the tool
-  Mat6d stiffness = Mat6d::Zero();  ///< Σ k w J Jᵀ, Gauss and Newton's part of ∂²E: its lower triangle
+  Mat6d stiffness = Mat6d::Zero();  ///< Σ k w a J Jᵀ, Gauss and Newton's part of ∂²E: its lower triangle
   Mat6d bending = Mat6d::Zero();    ///< the rest of ∂²E, how the tool's curvature turns the forces: likewise
-  double nearest = 0;               ///< no surface that does not touch is nearer than this [m]
-  double depth = 0;                 ///< of the deepest point [m]
+  double nearest = 0;               ///< the tool's motion until another point touches is at least this [m]
+  double depth = 0;                 ///< ψ of the deepest point, 0 where none is inside [m]
 };
 
-/// An elastic foundation on the bone's surface: E = ½ k Σ w ψ², ψ = −d(X⁻¹ q) how deep the surface point q of area w is
-/// inside the tool's signed distance d. The pressure k ψ acts along the tool's normal. One-sided, C¹, and exactly
-/// differentiated twice: with J = (g, r × g), g = ∇d at the arm r,
+/// An elastic foundation on the bone's surface: E = k Σ w φ(ψ), ψ = −d(X⁻¹ q) how deep the surface point q of area w is
+/// inside the tool's signed distance d. With u = max(ψ + offset, 0) and v = max(u − ramp, 0)
 ///
-///     ∂E = Σ k w ψ J,    ∂²E = Σ k w J Jᵀ − Σ k w ψ (κ m mᵀ + κ' t tᵀ) + turning,
+///     φ = (u³ − v³) / (6 ramp),    f = φ' = (u² − v²) / (2 ramp),    a = φ'' = (u − v) / ramp:
+///
+/// the pressure k f acts along the tool's normal. One-sided, C², and exactly differentiated twice: with J = (g, r × g),
+/// g = ∇d at the arm r,
+///
+///     ∂E = Σ k w f J,    ∂²E = Σ k w a J Jᵀ − Σ k w f (κ m mᵀ + κ' t tᵀ) + turning,
 ///
 /// m and t the moments of the level surface's principal directions, κ and κ' their curvatures.
 class Foundation {
  public:
-  /// Points of a patch along each side, evenly over the patch.
-  static constexpr std::size_t kSide = 3;
-  static constexpr std::size_t kPoints = kSide * kSide;
+  /// Points of a patch along each side at most.
+  static constexpr std::size_t kMostSide = 4;
+  static constexpr std::size_t kMostPoints = kMostSide * kMostSide;
 
-  explicit Foundation(std::size_t most_points = 0) { points_.reserve(most_points); }
+  /// `side` points along each side of a patch, evenly over it: lattices of points add up best so. At most `most_points`
+  /// that touch are kept.
+  explicit Foundation(std::size_t side = 2, std::size_t most_points = 0)
+      : side_(std::clamp<std::size_t>(side, 1, kMostSide)) {
+    points_.reserve(most_points);
+    moved_.reserve(most_points);
+  }
 
+  [[nodiscard]] std::size_t side() const noexcept { return side_; }
   /// The points inside the tool that `sum` found last, at most as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
-  /// The points as a small motion (δp, δθ) of the tool leaves them, to first order: some may have no depth any more.
-  void move_on(const Vec6d& motion) noexcept {
-    for (FoundationPoint& q : points_) {
-      q.depth = std::max(0.0, q.depth + with_moment(q.normal, q.arm).dot(motion));
+  /// The points after a small motion (δp, δθ) of the tool, to first order: some may have no depth any more.
+  [[nodiscard]] const std::vector<FoundationPoint>& points_after(const Vec6d& motion) noexcept {
+    moved_.assign(points_.begin(), points_.end());
+    for (FoundationPoint& q : moved_) {
+      q.depth = std::max(0.0, q.depth + q.active * with_moment(q.normal, q.arm).dot(motion));
       q.arm -= motion.head<3>();
     }
+    return moved_;
   }
 
   template <ToolShape Shape>
-  [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X, double k) noexcept {
+  [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X,
+                                  const FoundationLaw& law) noexcept {
     points_.clear();
     Sums sums;
     Batch batch;
     Candidates candidates;
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
     const Vec3<float> shift = near.shift(X), axis = u.template cast<float>();
+    const auto touching = static_cast<float>(law.offset) + kRounding;
     double nearest = std::numeric_limits<double>::max();
     const auto add_candidates = [&] {
-      add(candidates, shape, k, u, x, sums);
+      add(candidates, shape, law, u, x, sums);
       candidates.count = 0;
     };
     const auto sort_out = [&] {
-      batch.measure(shape, shift, axis);
+      batch.measure(shape, side_, shift, axis);
       for (std::size_t n = 0; n < batch.count; ++n) {
-        if (!(batch.least[n] < kRounding)) {
+        if (!(batch.least[n] < touching)) {
           nearest = std::min(nearest, static_cast<double>(batch.least[n]));
           continue;
         }
         const SurfacePatch patch = near[batch.patch[n]];
-        for (std::size_t j = 0; j < kPoints; ++j) {
-          if (!(batch.distance[j][n] < kRounding)) continue;
-          candidates.add(patch, batch.patch[n], j, p);
+        for (std::size_t j = 0; j < side_ * side_; ++j) {
+          if (!(batch.distance[j][n] < touching)) continue;
+          candidates.add(patch, batch.patch[n], side_, j, p);
           if (candidates.count == kProfileLanes) add_candidates();
         }
       }
       batch.count = 0;
     };
-    const double others = near.for_each_touching(shape, X, [&](std::size_t i) {
+    const double others = near.for_each_touching(shape, X, law.offset, [&](std::size_t i) {
       batch.add(near.lanes(), i);
       if (batch.count == Batch::kSize) sort_out();
     });
     if (batch.count > 0) sort_out();
     if (candidates.count > 0) add_candidates();
     FoundationSum s = sums.total();
-    s.nearest = std::max(0.0, std::min(nearest, others) - static_cast<double>(kRounding));
+    s.nearest = std::max(0.0, std::min(nearest - static_cast<double>(touching), others));
     return s;
   }
 
@@ -123,8 +149,9 @@ class Foundation {
   static constexpr double kOnAxis = 1e-9;  // [m]: nearer there is no direction away from the axis
   using Lanes = ProfileLanes<double>;
 
-  static constexpr double place(std::size_t i) noexcept {
-    return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(kSide)) / static_cast<double>(kSide);
+  /// Where row i of `side` lies [half sides].
+  static constexpr double place(std::size_t i, std::size_t side) noexcept {
+    return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(side)) / static_cast<double>(side);
   }
 
   /// Patches whose points' distances from the tool are found together, in single precision, to leave out those that are
@@ -135,7 +162,7 @@ class Foundation {
     using Floats = std::array<float, kSize>;
     std::size_t count = 0;
     PatchComponents<Floats> of;
-    std::array<Floats, kPoints> distance;
+    std::array<Floats, kMostPoints> distance;
     Floats least;  // of a patch's points
     std::array<std::size_t, kSize> patch;
 
@@ -149,8 +176,8 @@ class Foundation {
     }
 
     template <ToolShape Shape>
-    void measure(const Shape& shape, const Vec3<float>& shift, const Vec3<float>& u) noexcept {
-      for (std::size_t first = 0; first < count; first += kProfileLanes) measure_part(shape, shift, u, first);
+    void measure(const Shape& shape, std::size_t side, const Vec3<float>& shift, const Vec3<float>& u) noexcept {
+      for (std::size_t first = 0; first < count; first += kProfileLanes) measure_part(shape, side, shift, u, first);
     }
 
    private:
@@ -159,7 +186,8 @@ class Foundation {
 
     // Results are local until they are whole: what may overlap with what is read keeps loops from being vectorised.
     template <ToolShape Shape>
-    void measure_part(const Shape& shape, const Vec3<float>& shift, const Vec3<float>& u, std::size_t first) noexcept {
+    void measure_part(const Shape& shape, std::size_t side, const Vec3<float>& shift, const Vec3<float>& u,
+                      std::size_t first) noexcept {
       Parts r = part(of.position, first), a = part(of.along, first), c = part(of.across, first);
       for (std::size_t axis = 0; axis < 3; ++axis)
         for (std::size_t l = 0; l < kProfileLanes; ++l) r[axis][l] += shift[static_cast<Eigen::Index>(axis)];
@@ -168,8 +196,8 @@ class Foundation {
                  ac = product(a, c);
       Part low;
       low.fill(std::numeric_limits<float>::max());
-      for (std::size_t j = 0; j < kPoints; ++j) {
-        const auto i = static_cast<float>(place(j / kSide)), k = static_cast<float>(place(j % kSide));
+      for (std::size_t j = 0; j < side * side; ++j) {
+        const auto i = static_cast<float>(place(j / side, side)), k = static_cast<float>(place(j % side, side));
         Part z, rho, d;
         for (std::size_t l = 0; l < kProfileLanes; ++l) z[l] = hr[l] + i * ha[l] + k * hc[l];
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
@@ -213,12 +241,12 @@ class Foundation {
     Lanes x, y, z, weight;  // arm in G [m], area [m²]
     std::array<std::size_t, kProfileLanes> patch, sample;
 
-    void add(const SurfacePatch& at, std::size_t i, std::size_t j, const Vec3d& p) noexcept {
-      const double a = place(j / kSide), c = place(j % kSide);
+    void add(const SurfacePatch& at, std::size_t i, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
+      const double a = place(j / side, side), c = place(j % side, side);
       x[count] = at.position.x() - p.x() + a * at.along.x() + c * at.across.x();
       y[count] = at.position.y() - p.y() + a * at.along.y() + c * at.across.y();
       z[count] = at.position.z() - p.z() + a * at.along.z() + c * at.across.z();
-      weight[count] = at.area / static_cast<double>(kPoints);
+      weight[count] = at.area / static_cast<double>(side * side);
       patch[count] = i;
       sample[count++] = j;
     }
@@ -243,7 +271,7 @@ class Foundation {
         m << t[i], t[i + 1], t[i + 2], t[i + 1], t[i + 3], t[i + 4], t[i + 2], t[i + 4], t[i + 5];
         return m;
       };
-      s.energy += 0.5 * t[kEnergy];
+      s.energy += t[kEnergy];
       s.wrench.head<3>() -= Vec3d(t[kForce], t[kForce + 1], t[kForce + 2]);
       s.stiffness.topLeftCorner<3, 3>() += symmetric(kStraight);
       s.bending.topLeftCorner<3, 3>() += symmetric(kBent) - t[kRound] * Mat3d::Identity();
@@ -263,7 +291,8 @@ class Foundation {
   };
 
   template <ToolShape Shape>
-  void add(Candidates& c, const Shape& shape, double k, const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
+  void add(Candidates& c, const Shape& shape, const FoundationLaw& law, const Vec3d& u, const Vec3d& x,
+           Sums& sums) noexcept {
     for (std::size_t l = c.count; l < kProfileLanes; ++l) c.x[l] = c.y[l] = c.z[l] = c.weight[l] = 0;
     Lanes height, rho;
     const double ux = u.x(), uy = u.y(), uz = u.z();
@@ -277,11 +306,17 @@ class Foundation {
     shape.profile(rho, height, at);
 
     // The normal of a ball about T lies along the arm, and turning the ball changes nothing.
-    Lanes kw, f, bend, depth, gx, gy, gz;
+    const double k = law.stiffness, ramp = law.ramp, offset = law.offset;
+    Lanes energy, depth, active, kw, f, bend, gx, gy, gz;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
-      depth[l] = at.distance[l] < 0 ? -at.distance[l] : 0.0;
-      kw[l] = at.distance[l] < 0 ? k * c.weight[l] * at.central[l] : 0.0;
-      f[l] = kw[l] * depth[l];
+      const double in = offset - at.distance[l], over = in - ramp;
+      const double uu = in > 0 ? in : 0.0, v = over > 0 ? over : 0.0;
+      const double central = k * c.weight[l] * at.central[l];
+      energy[l] = central * (uu * uu * uu - v * v * v) / (6 * ramp);
+      depth[l] = (uu * uu - v * v) / (2 * ramp);
+      active[l] = (uu - v) / ramp;
+      kw[l] = central * active[l];
+      f[l] = central * depth[l];
       bend[l] = f[l] * at.curvature[l];
       gx[l] = at.curvature[l] * c.x[l];
       gy[l] = at.curvature[l] * c.y[l];
@@ -296,7 +331,9 @@ class Foundation {
     add_products(Sums::kForce + 1, f, gy);
     add_products(Sums::kForce + 2, f, gz);
     add_products(Sums::kRound, f, at.curvature);
-    add_products(Sums::kEnergy, f, depth);
+    Lanes total = sums.lanes[Sums::kEnergy];
+    for (std::size_t l = 0; l < kProfileLanes; ++l) total[l] += energy[l];
+    sums.lanes[Sums::kEnergy] = total;
     const auto add_squares = [&](std::size_t term, const Lanes& weight) {
       Lanes wx, wy, wz;
       for (std::size_t l = 0; l < kProfileLanes; ++l) wx[l] = weight[l] * gx[l];
@@ -313,24 +350,25 @@ class Foundation {
     add_squares(Sums::kBent, bend);
 
     for (std::size_t l = 0; l < c.count; ++l) {
-      if (!(at.distance[l] < 0) || points_.size() == points_.capacity()) continue;
-      sums.depth = std::max(sums.depth, depth[l]);
+      if (!(depth[l] > 0) || points_.size() == points_.capacity()) continue;
+      sums.depth = std::max(sums.depth, -at.distance[l]);
       FoundationPoint& q = points_.emplace_back();
-      q = {{c.x[l], c.y[l], c.z[l]}, {gx[l], gy[l], gz[l]}, depth[l], c.weight[l], c.patch[l], c.sample[l]};
-      if (at.central[l] == 0) add_off_centre(q, at, l, rho[l], height[l], k, u, x, sums);
+      q = {{c.x[l], c.y[l], c.z[l]}, {gx[l], gy[l], gz[l]}, depth[l], active[l], c.weight[l], c.patch[l], c.sample[l]};
+      if (at.central[l] == 0) add_off_centre(q, at, l, rho[l], height[l], law, u, x, sums);
     }
   }
 
-  static void add_off_centre(FoundationPoint& q, const Profile& at, std::size_t l, double rho, double height, double k,
-                             const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
+  static void add_off_centre(FoundationPoint& q, const Profile& at, std::size_t l, double rho, double height,
+                             const FoundationLaw& law, const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
     const Vec3d out = rho > kOnAxis ? Vec3d((q.arm - height * u) / rho) : x;
     q.normal = at.normal_rho[l] * out + at.normal_z[l] * u;
-    const double kw = k * q.weight, f = kw * q.depth;
+    const double kw = law.stiffness * q.weight, f = kw * q.depth;
+    const double in = law.offset - at.distance[l], over = std::max(in - law.ramp, 0.0);
     FoundationSum& s = sums.rest;
-    s.energy += 0.5 * f * q.depth;
+    s.energy += kw * (in * in * in - over * over * over) / (6 * law.ramp);
     const Vec6d J = with_moment(q.normal, q.arm);
     s.wrench -= f * J;
-    add_square(s.stiffness, kw, J);
+    add_square(s.stiffness, kw * q.active, J);
     if (at.curvature[l] != 0) {
       const Vec6d m = with_moment(at.normal_rho[l] * u - at.normal_z[l] * out, q.arm);
       add_square(s.bending, -f * at.curvature[l], m);
@@ -341,7 +379,9 @@ class Foundation {
     sums.moment += (f * q.normal) * q.arm.transpose();
   }
 
+  std::size_t side_;
   std::vector<FoundationPoint> points_;
+  std::vector<FoundationPoint> moved_;
 };
 
 }  // namespace trephine

@@ -70,11 +70,23 @@ class NearPatches {
   template <class View, ToolShape Shape>
   [[nodiscard]] bool cover(const View& view, const Shape& shape, const Posed& X, double need, double reach) noexcept {
     const ToolBounds bounds = shape.bounds();
-    if (valid_ && is_current(view) && motion_between(bounds, X_, X) + need <= reach_) return true;
+    if (is_current(view) && motion_between(bounds, X_, X) + need <= reach_) return true;
     reach = std::max(need, reach);
     if (stamp_ != view.grid().rise_stamp() || motion_between(bounds, X_bricks_, X) + reach > brick_reach_)
       find_bricks(view, shape, X, reach + kBrickReach * view.grid().spacing().minCoeff());
     return gather(view, shape, X, reach);
+  }
+
+  /// Whether no brick near the tool was cut since patches were gathered.
+  template <class View>
+  [[nodiscard]] bool is_current(const View& view) noexcept {
+    const auto& grid = view.grid();
+    if (!valid_ || stamp_ != grid.rise_stamp()) return false;
+    if (edits_ == grid.edit_count()) return true;
+    for (const NearBrick& b : bricks_)
+      if (grid.brick_version(b.brick) != b.version) return false;
+    edits_ = grid.edit_count();
+    return true;
   }
 
   /// Whether it is known that no patch comes nearer than `distance` [m] to a tool at X.
@@ -117,18 +129,20 @@ class NearPatches {
     return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 20) | n.edge;
   }
 
-  /// Calls touches(i) for each patch that may have a point inside the tool at X; returns how near the others come [m].
+  /// Calls touches(i) for each patch that may have a point nearer than `touching` [m] to the tool at X; returns how
+  /// much farther off the others are [m].
   template <ToolShape Shape, class Visit>
-  double for_each_touching(const Shape& shape, const Posed& X, Visit&& touches) noexcept {
+  double for_each_touching(const Shape& shape, const Posed& X, double touching, Visit&& touches) noexcept {
     const Vec3<float> from = shift(X);
     const Vec3<float> u = X.linear().col(2).template cast<float>();
     const auto n = static_cast<std::size_t>(padded_to_lane(static_cast<int>(count_)));
     for (std::size_t i = 0; i < n; i += kLane)
       distances_from(shape, u, from, lanes_.position[0].data() + i, lanes_.position[1].data() + i,
                      lanes_.position[2].data() + i, distance_.data() + i);
-    float nearest = static_cast<float>(reach_at(shape.bounds(), X));
+    const auto offset = static_cast<float>(touching);
+    float nearest = static_cast<float>(reach_at(shape.bounds(), X)) - offset;
     for (std::size_t i = 0; i < count_; ++i) {
-      const float beyond = distance_[i] - spread_of_[i];
+      const float beyond = distance_[i] - spread_of_[i] - offset;
       if (beyond < 0)
         touches(i);
       else
@@ -155,18 +169,6 @@ class NearPatches {
     std::uint32_t edge;
     std::uint32_t brick;  // of the near bricks
   };
-
-  /// Whether no brick near the tool was cut since patches were gathered.
-  template <class View>
-  [[nodiscard]] bool is_current(const View& view) noexcept {
-    const auto& grid = view.grid();
-    if (stamp_ != grid.rise_stamp()) return false;
-    if (edits_ == grid.edit_count()) return true;
-    for (const NearBrick& b : bricks_)
-      if (grid.brick_version(b.brick) != b.version) return false;
-    edits_ = grid.edit_count();
-    return true;
-  }
 
   template <class View, ToolShape Shape>
   void find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;

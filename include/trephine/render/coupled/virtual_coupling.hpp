@@ -7,15 +7,15 @@
 /// The spring between the device's pose and the virtual tool's (Colgate 1995; Wan and McNeely 2003).
 namespace trephine {
 
-/// Pull of a spring at an extension, with what a Newton step and an energy need.
+/// Pull of a spring at an extension, with its derivative and its energy.
 struct SpringPull {
   double pull = 0;     ///< [N] or [N·m]
   double tangent = 0;  ///< d pull / d extension
   double energy = 0;   ///< ∫ pull [J]
 };
 
-/// A spring of constant stiffness k up to its greatest pull, constant beyond: what it does is the gradient of an
-/// energy, and bounded at once.
+/// A spring of constant stiffness k up to its greatest pull, constant beyond: the pull is the gradient of an energy,
+/// and bounded at once.
 struct BoundedSpring {
   double stiffness;
   double most;
@@ -27,52 +27,95 @@ struct BoundedSpring {
   }
 };
 
-/// The same in series with a contact that yields: the two together have the stiffness k. A ball of radius R pressed on
-/// a plane by δ is held with P(δ) = c (R − δ) δ², exactly, c = π times the foundation's stiffness. So the spring's
-/// extension under P(δ) is
+/// The force of an elastic foundation on a ball that is pressed into a plane. Its pressure is k times the mean of
+/// max(ψ − s, 0) over 0 <= s <= `ramp`, ψ the local depth (`FoundationLaw`), so at depth δ
 ///
-///     x(δ) = P(δ) / k − δ · δ² / (δ² + δ₀²),    δ₀ = k / (c R):
-///
-/// P / k less δ, but for the smallest forces (.0005 N at 800 N/m), where a contact is softer than k. It grows
-/// everywhere for δ up to R / 4.
-struct CompensatedSpring {
-  double stiffness;  ///< k
-  double most;       ///< greatest pull P_m
-  double yield;      ///< δ_m, the contact's depth under it [m], at most R / 4
-  double radius;     ///< R [m]
+///     P(δ) = π k (R − δ) (δ³ − v³) / (3 ramp),    v = max(δ − ramp, 0).
+struct BallOnPlane {
+  double gain;    ///< π k [N/m³]
+  double radius;  ///< R [m]
+  double ramp;    ///< [m], > 0
 
-  [[nodiscard]] SpringPull at(double extension) const noexcept {
-    const double c = most / ((radius - yield) * yield * yield), per_k = 1 / stiffness;
-    const double d0 = stiffness / (c * radius), a = d0 * d0;
-    const auto pull = [&](double d) { return c * (radius - d) * d * d; };
-    const double most_extension = most * per_k - yield * yield * yield / (yield * yield + a);
-    const double x = std::min(extension, most_extension);
-    // Newton's steps from above, where x(δ) bends upward.
-    double d = extension < most_extension ? std::min(yield, std::sqrt(stiffness * (x + yield) / (c * (radius - yield))))
-                                          : yield;
-    double slope = 0;
-    for (int i = 0; i < kMostSteps && x > 0; ++i) {
-      const double s = d * d, sum = s + a;
-      slope = c * d * (2 * radius - 3 * d) * per_k - s * (s + 3 * a) / (sum * sum);
-      const double step = (pull(d) * per_k - d * s / sum - x) / slope;
-      if (!(std::abs(step) > 1e-15 * d)) break;
-      d = std::max(d - step, d / 4);
+  [[nodiscard]] double force(double d) const noexcept {
+    const double v = std::max(d - ramp, 0.0);
+    return gain * (radius - d) * (d * d * d - v * v * v) / (3 * ramp);
+  }
+  /// dP / dδ [N/m].
+  [[nodiscard]] double slope(double d) const noexcept {
+    const double v = std::max(d - ramp, 0.0);
+    return gain * ((radius - d) * (d * d - v * v) / ramp - (d * d * d - v * v * v) / (3 * ramp));
+  }
+  /// ∫ P dδ from 0 [J].
+  [[nodiscard]] double energy(double d) const noexcept {
+    const double v = std::max(d - ramp, 0.0);
+    const auto part = [](double r, double x) { return x * x * x * x * (r / 4 - x / 5); };
+    return gain * (part(radius, d) - part(radius - ramp, v)) / (3 * ramp);
+  }
+};
+
+/// The coupling's spring made stiffer by as much as the contact yields, so that the two in series have the stiffness k.
+/// Under P(δ) the spring's extension is
+///
+///     x(δ) = ε P / k                                    for δ <= δ_c,
+///     x(δ) = ε P_c / k + (P − P_c) / k − (δ − δ_c)      beyond,
+///
+/// δ_c the depth from which the contact is stiff enough: P'(δ_c) = k / (1 − ε). The hand feels k beyond P_c, some
+/// milli-newtons, and less below. `offset()` is how far outside the surface contact has to begin so that the felt force
+/// is k times the depth below the surface.
+class CompensatedSpring {
+ public:
+  CompensatedSpring() = default;
+  /// k [N/m]; the contact's law; its depth at the greatest pull [m], where it must be stiffer than k.
+  CompensatedSpring(double stiffness, const BallOnPlane& contact, double yield) noexcept
+      : stiffness_(stiffness), contact_(contact), yield_(yield), most_(contact.force(yield)) {
+    double low = 0, high = yield;
+    for (int i = 0; i < kBisections; ++i) {
+      const double middle = (low + high) / 2;
+      (contact.slope(middle) * (1 - kEpsilon) < stiffness ? low : high) = middle;
     }
-    SpringPull out;
-    if (!(x > 0)) return {0, stiffness, 0};
-    out.pull = extension < most_extension ? pull(d) : most;
-    out.tangent = extension < most_extension ? c * d * (2 * radius - 3 * d) / slope : 0;
-    // ∫ P dx = P x − P² / 2k + ∫ δ w dP, w = δ² / (δ² + δ₀²).
-    const double s = d * d, d3 = s * d;
-    const double turned = c * (2 * radius * (d3 / 3 - a * d + a * d0 * std::atan(d / d0)) -
-                               3 * (s * s / 4 - a * s / 2 + a * a / 2 * std::log1p(s / a)));
-    out.energy =
-        out.pull * x - out.pull * out.pull * per_k / 2 + turned + most * std::max(0.0, extension - most_extension);
-    return out;
+    start_ = high;
+    start_pull_ = contact.force(start_);
+    most_extension_ = extension(yield_);
+  }
+
+  [[nodiscard]] double stiffness() const noexcept { return stiffness_; }
+  [[nodiscard]] double most() const noexcept { return most_; }
+  [[nodiscard]] double offset() const noexcept { return start_ - (1 - kEpsilon) * start_pull_ / stiffness_; }
+
+  [[nodiscard]] SpringPull at(double x) const noexcept {
+    if (!(x > kEpsilon * start_pull_ / stiffness_)) return BoundedSpring{stiffness_ / kEpsilon, most_}.at(x);
+    double d = yield_;
+    if (x < most_extension_) {
+      // x(δ) bends upward, so that Newton's steps from above stay above.
+      for (int i = 0; i < kMostSteps; ++i) {
+        const double step = (extension(d) - x) / (contact_.slope(d) / stiffness_ - 1);
+        d = std::max(d - step, start_);
+        if (!(std::abs(step) > 1e-15 * d)) break;
+      }
+    }
+    const double P = x < most_extension_ ? contact_.force(d) : most_;
+    const double stored = (P * P - (1 - kEpsilon) * start_pull_ * start_pull_) / (2 * stiffness_) -
+                          (contact_.energy(d) - contact_.energy(start_));
+    return {P, x < most_extension_ ? 1 / (1 / stiffness_ - 1 / contact_.slope(d)) : 0,
+            stored + most_ * std::max(0.0, x - most_extension_)};
   }
 
  private:
-  static constexpr int kMostSteps = 20;
+  static constexpr double kEpsilon = 0.25;
+  static constexpr int kBisections = 60, kMostSteps = 20;
+
+  /// Beyond δ_c.
+  [[nodiscard]] double extension(double d) const noexcept {
+    return (contact_.force(d) - (1 - kEpsilon) * start_pull_) / stiffness_ - (d - start_);
+  }
+
+  double stiffness_ = 1;
+  BallOnPlane contact_{1, 1, 1};
+  double yield_ = 0;           // δ at the greatest pull [m]
+  double most_ = 0;            // greatest pull [N]
+  double start_ = 0;           // δ_c [m]
+  double start_pull_ = 0;      // P_c [N]
+  double most_extension_ = 0;  // [m]
 };
 
 }  // namespace trephine
