@@ -181,7 +181,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
     for (const Case& c : cases)
       for (const auto& place : {flat, tilted}) {
         if (options.quick && place == tilted) continue;
-        plan.push_back({"flat wall, small signal", [s, c, place] {
+        plan.push_back({s.renderer + ", flat wall, small signal", [s, c, place] {
                           const double analytic = analytic_critical(s, c, place->outward);
                           const double found = voxel_critical(s, c, *place, kOffWall);
                           Measured m;
@@ -209,7 +209,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
     const auto place = std::make_shared<Place>(make_place(name));
     for (const Setup& s : coupled)
       for (const Case& c : pressed_cases)
-        plan.push_back({"by place, small signal", [s, c, place] {
+        plan.push_back({s.renderer + ", by place, small signal", [s, c, place] {
                           Setup here = s;
                           here.burr = place->burr;
                           return coupled_critical(here, c, *place);
@@ -217,7 +217,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
   }
   for (const bool milled : {false, true}) {
     if (options.quick && options.skull.empty()) continue;
-    plan.push_back({"scanned bone, small signal", [=] {
+    plan.push_back({"coupled, scanned bone, small signal", [=] {
                       const Place place = scanned_place(options.skull, milled);
                       Measured m;
                       for (Setup s : coupled) {
@@ -239,7 +239,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
             for (const double quantum : {0.0, 0.055e-3}) {
               if (options.quick && (friction > 0) != (quantum > 0)) continue;
               const Case c{b, delay, hand, friction, quantum};
-              plan.push_back({"flat wall, from a hit", [s, c, flat, options] {
+              plan.push_back({s.renderer + ", flat wall, from a hit", [s, c, flat, options] {
                                 const double K = practical_critical(s, c, *flat, options.quick ? 1.2 : 1.06);
                                 Measured m;
                                 m.rows.push_back(told("13 greatest stable K from a hit", c.text(), s.renderer, label(s),
@@ -260,7 +260,7 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
   const int dampings = options.quick ? 7 : 16, stiffnesses = options.quick ? 9 : 25;
   for (const std::string renderer : {"line", "surface", "coupled"})
     for (int i = 0; i < dampings; ++i)
-      plan.push_back({"stability plane", [renderer, i, dampings, stiffnesses, flat] {
+      plan.push_back({renderer + ", stability plane", [renderer, i, dampings, stiffnesses, flat] {
                         Measured m;
                         const Case c{.damping = 0.005 * std::pow(1000.0, static_cast<double>(i) / (dampings - 1))};
                         for (int j = 0; j < stiffnesses; ++j) {

@@ -125,7 +125,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
           if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
-          plan.push_back({"milling", [=] {
+          plan.push_back({tool.renderer + ", milling", [=] {
                             Site site = block();
                             if (skull) site = scanned(options.skull);
                             if (tool.options == "thesis" && tool.renderer == "line")

@@ -148,7 +148,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
           for (const bool real : {false, true}) {
             if (options.quick && (hand == "light" || delay == 1)) continue;
             plan.push_back(
-                {name + " in the hand", [=] {
+                {tool.renderer + ", " + name + " in the hand", [=] {
                    const Setup s = setup_for(tool, *place, 800);
                    auto any = make_tool(s, *place->bone, place->isovalue);
                    const LoopReport r = run_loop(law_of(*any), in_hand(*place, s, hand, delay, real));
@@ -182,7 +182,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
           }
       // What a device feels of it.
       if (shaft || name == "flat wall")
-        plan.push_back({name + " felt", [=] {
+        plan.push_back({tool.renderer + ", " + name + " felt", [=] {
                           Measured m;
                           double linear = 0, angular = 0;
                           for (const double depth : {1e-4, 3e-4, 6e-4}) {
@@ -199,7 +199,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
                           return m;
                         }});
       if (!shaft && name != "slot")
-        plan.push_back({name + ", slide", [=] {
+        plan.push_back({tool.renderer + ", " + name + ", slide", [=] {
                           Measured m;
                           const Setup s = setup_for(tool, *place, 800);
                           for (const double depth : {3e-4, 8e-4}) {
