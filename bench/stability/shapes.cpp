@@ -49,6 +49,7 @@ struct Felt {
 };
 Felt felt(const Setup& s, const Place& place, double depth) {
   constexpr double kMove = 2e-5, kTurn = 1e-3;
+  constexpr int kRest = 3;  // ticks: a search ends with a share of what the device moved
   const Posed touch = place.start(s);
   auto tool = make_tool(s, *place.bone, place.isovalue);
   const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
@@ -57,7 +58,8 @@ Felt felt(const Setup& s, const Place& place, double depth) {
     to.translation() += dx - depth * place.outward;
     to.linear() = rotation_from_vector<double>(dr) * touch.linear();
     tool->reset();
-    return lead_tool(*tool, from, to, 30);
+    static_cast<void>(lead_tool(*tool, from, to, 30));
+    return lead_tool(*tool, to, to, kRest);
   };
   Mat3d K, T;
   for (int a = 0; a < 3; ++a) {
