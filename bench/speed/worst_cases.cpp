@@ -54,7 +54,7 @@ void measure_coupled(Spread& spread, int ticks) {
     // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
     const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
       tool.prepare(surface->view());
-      const double above = tool.shape().tip_radius - kDeep;
+      const double above = tool.tool().burr().tip_radius - kDeep;
       const auto pose = [&](int i) {
         const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
         const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;

@@ -108,23 +108,27 @@ double felt_staying(Rest& rest) {
   return (in - held(rest.depth - kMove)) / (2 * kMove);
 }
 
-/// The coupled tool's greatest stable stiffness is the coupling's wherever it is pressed, but where it gives way
-/// sideways: there what is felt at the border is theory's. Held by its shaft it turns too, and is felt softer than the
-/// coupling by its lever. A ball without friction rolls over an edge or a corner: the spring from its centre, R away
-/// from there, to the device's, r away, along u, is felt as K (1 − (R/r) (1 − (n·u)²)).
+/// The coupled tool's greatest stable stiffness, and what is felt there, which is theory's wherever it is pressed: a
+/// loop rests by what it feels. The stated stiffness is felt where the contact yields as a plane does. An edge yields
+/// more. Held by its shaft the tool turns too, and is felt softer by its lever. A ball without friction rolls over an
+/// edge or a corner: the spring from its centre, R away from there, to the device's, r away, along u, is felt as K (1 −
+/// (R/r) (1 − (n·u)²)). There the stated stiffness is not judged.
 Measured coupled_critical(const Setup& setup, const Case& c, const Place& place) {
   const double analytic = analytic_critical(setup, c, place.outward);
-  const double found = voxel_critical(setup, c, place, kOffShape, place.by_shaft ? 16 : 1.6);
+  const double found = voxel_critical(setup, c, place, kOffShape, place.by_shaft || place.rolls ? 16 : 1.6);
   const Setup s = with_tangent(setup, place.outward, found, bias_for(found));
   const std::string name = place.name + ", " + c.text();
   Rest rest(s, place, bias_for(found), kOffShape);
-  const bool rolls = place.rolls && !(setup.friction > 0);
-  const double felt = rolls ? felt_staying(rest) : felt_at(rest);
+  // A ball that friction holds, or that rolls, is led anew to another rest.
+  const double felt = place.rolls || setup.friction > 0 ? felt_staying(rest) : felt_at(rest);
+  const auto off = [&](double K) { return 100 * std::abs(K / analytic - 1); };
   Measured m;
   m.rows.push_back(told("13 K_crit by place", name, s.renderer, label(s), found, "N/m", c.theory()));
-  m.rows.push_back(at_most("13 K_crit by place off theory's", name, s.renderer, label(s),
-                           100 * std::abs((place.by_shaft || rolls ? felt : found) / analytic - 1), 2, "%", analytic));
-  m.rows.push_back(told("13 stiffness felt by place at K_crit", name, s.renderer, label(s), felt, "N/m", analytic));
+  if (!place.by_shaft && (!place.rolls || setup.friction > 0))
+    m.rows.push_back(
+        at_most("13 K_crit by place off theory's", name, s.renderer, label(s), off(found), 2, "%", analytic));
+  m.rows.push_back(at_most("13 stiffness felt by place at K_crit off theory's", name, s.renderer, label(s), off(felt),
+                           2, "%", analytic));
   m.rows.push_back(told("13 farther in than the shape lets it", name, s.renderer, label(s),
                         1e3 * (rest.depth - rest.guess), "mm", kNaN));
   return m;
