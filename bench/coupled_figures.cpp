@@ -520,8 +520,8 @@ void directions(const Spot& spot, Table& out) {
   const auto round = [&](const Vec3d& middle, double radius, double sign) {
     return [=](double deep, double aside) {
       const double angle = sign * aside / radius;
-      const Vec3d out = std::cos(angle) * n + std::sin(angle) * along;
-      return Place{middle + (sign * radius - deep) * out, out};
+      const Vec3d away = std::cos(angle) * n + std::sin(angle) * along;
+      return Place{middle + (sign * radius - deep) * away, away};
     };
   };
   one("plane", HalfSpace{at, n}, 0.5, flat);
@@ -664,9 +664,10 @@ void long_voxels(const Spot& spot, Table& out) {
     Vec3d h;
     std::array<int, 3> size;
   };
-  for (const auto& [name, h, size] : {Case{".2 × .2 × 1.5 mm", {2e-4, 2e-4, 15e-4}, {100, 100, 16}},
-                                      Case{".5 × .5 × 5 mm", {5e-4, 5e-4, 5e-3}, {48, 48, 10}}}) {
-    const ImageOptions o{.size = size, .spacing = h};
+  for (const Case& c : {Case{".2 × .2 × 1.5 mm", {2e-4, 2e-4, 15e-4}, {100, 100, 16}},
+                        Case{".5 × .5 × 5 mm", {5e-4, 5e-4, 5e-3}, {48, 48, 10}}}) {
+    const Vec3d h = c.h;
+    const ImageOptions o{.size = c.size, .spacing = h};
     const Vec3d n = spot.n(), at = o.near_middle(spot.random);
     const double slope = 30000 / (1.2 * h.norm());  // a density every .2 µm; no cell that the plane crosses is clamped
     Imaged<std::int16_t> imaged{make_bone(o,
@@ -680,8 +681,8 @@ void long_voxels(const Spot& spot, Table& out) {
     for (const double F : {0.5, 1.0, 3.0}) {
       scene.reset();
       const TickResult t = lead(scene, pose(-2e-4), pose(F / kK), 100);
-      out.add("plane in voxels of " + name + ": force", 0.01, "of K x", std::abs(t.wrench.force.norm() / F - 1));
-      out.add("plane in voxels of " + name + ": direction", 0.5, "°", angle_deg(t.wrench.force, n));
+      out.add("plane in voxels of " + c.name + ": force", 0.01, "of K x", std::abs(t.wrench.force.norm() / F - 1));
+      out.add("plane in voxels of " + c.name + ": direction", 0.5, "°", angle_deg(t.wrench.force, n));
     }
   }
 }

@@ -610,7 +610,7 @@ def stability_words(rows):
         bad = [r for r in steps if r["pass"] == "fail"]
         most = max(steps, key=lambda r: r["measured"])
         why = ": bone that falls below the isovalue lets long springs go at once" if renderer in ("line", "surface") and bad else ""
-        said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
+        said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than {steps[0]['limit']:g} N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
                     f"({most['case']}){why}.")
     for way in ("advancing cut", "rate limit 190 N/s"):
         parts = []
