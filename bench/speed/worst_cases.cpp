@@ -63,6 +63,11 @@ void measure_coupled(Spread& spread, int ticks) {
         const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
         return make_pose<double>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)) * R, p);
       };
+      for (int i = 0; i <= 50; ++i) {  // from above: a tool that appears as deep is without force
+        Pose<double> X = pose(0);
+        X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
+        static_cast<void>(tool.render(surface->view(), X));
+      }
       spread.measure(
           std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
           [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
