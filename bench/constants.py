@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME]: the coupled tool's constants, each a fifth less and more.
+"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...]: the coupled tool's constants, each a fifth less and more.
 
 Builds bench_coupled_figures against a copy of the headers in which one number is another, runs its quick set, and writes
 constants.csv: each figure as it is and as it becomes."""
@@ -55,13 +55,13 @@ def constants():
                         continue
                     at = declared.start(2)
                     found.append(Constant(number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
-            for name, what in UNNAMED:
-                found += [Constant(name, path, m.start(1), m.end(1), m[1], False) for m in what.finditer(text)]
+            for name, marked in UNNAMED:
+                found += [Constant(name, path, m.start(1), m.end(1), m[1], False) for m in marked.finditer(text)]
     return found
 
 
 def compiler(build):
-    """The command that builds the figures' program, but for its headers and what comes out."""
+    """The command that builds the figures' program, but for its headers and its name."""
     cache = {}
     with open(os.path.join(build, "CMakeCache.txt"), encoding="utf-8") as file:
         for line in file:
@@ -99,7 +99,7 @@ def main():
     parser.add_argument("--build", required=True)
     parser.add_argument("--out", required=True)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--only", nargs="*", default=[])
     arguments = parser.parse_args()
     command = compiler(arguments.build)
     before = figures(command)
@@ -117,13 +117,14 @@ def main():
         return [[constant.name, where, factor, *key, b["judged"], after[key]["judged"], b["bound"], b["pass"], after[key]["pass"]]
                 for key, b in before.items() if key in after]
 
-    jobs = [(c, f) for c in constants() if arguments.only in c.name for f in FACTORS]
+    jobs = [(c, f) for c in constants() if not arguments.only or c.name in arguments.only for f in FACTORS]
     with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "image", "before", "after", "bound", "pass_before", "pass_after"])
         with ThreadPoolExecutor(arguments.jobs) as pool:
             for rows in pool.map(measure, jobs):
                 table.writerows(rows)
+                file.flush()
     return 0
 
 

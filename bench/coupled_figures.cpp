@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/coupled_helpers.hpp"
+#include "stability/own_surface.hpp"
 #include "studies/arguments.hpp"
 
 #include <trephine/voxel/bone_surface.hpp>
@@ -58,7 +59,7 @@ class Table {
   std::map<std::string, Figure> figures_;
 };
 
-/// Where a shape lies: its frame in G, its image, and what else a case draws.
+/// Where a shape lies: its frame in G, its image, and the numbers that a case draws.
 struct Spot {
   Posed X = Posed::Identity();
   double sigma = 1;
@@ -190,9 +191,9 @@ void hollows(const Spot& spot, Table& out) {
       force = std::max(force, (t.wrench.force - rest).norm() / rest.norm());
       torque = std::max(torque, t.wrench.torque.norm() / (rest.norm() * R));
     }
-    const std::string what = name + (burr.has_shaft() ? ", shaft turned about its axis" : ", ball turned");
-    out.add(what + ": change of force", 1e-6, "of it", force);
-    out.add(what + ": torque", 1e-6, "of force × radius", torque);
+    const std::string title = name + (burr.has_shaft() ? ", shaft turned about its axis" : ", ball turned");
+    out.add(title + ": change of force", 1e-6, "of it", force);
+    out.add(title + ": torque", 1e-6, "of force × radius", torque);
   };
   for (const Burr& burr : {kBall, kDrill}) {
     one("pit", 0, 5e-4, 2e-4, 0, burr);
@@ -375,121 +376,7 @@ void balance(const Spot& spot, Table& out) {
   one("shaft, friction .3", kDrill, Coulomb(0.3, 0.3));
 }
 
-// --- Directions, and those of a rigid ball on the image's own surface
-/// The heights of the interpolant's isosurface over a plane through `at` with normal n.
-template <class D>
-class OwnSurface {
- public:
-  OwnSurface(const Imaged<D>& imaged, const Vec3d& at, const Vec3d& n, double from, double to, double half)
-      : surface_(imaged.bone, imaged.isovalue),
-        at_(at),
-        n_(n),
-        u_(n.unitOrthogonal()),
-        v_(n.cross(u_)),
-        from_(from),
-        half_(half) {
-    rows_ = static_cast<int>((to - from) / kStep) + 1;
-    columns_ = static_cast<int>(2 * half / kStep) + 1;
-    for (int i = 0; i < rows_; ++i)
-      for (int j = 0; j < columns_; ++j) points_.push_back(point(a(i), b(j)));
-  }
-  [[nodiscard]] const Vec3d& along() const { return u_; }
-
-  /// Where a ball rests that is pulled toward p and slides without friction, from near c: at the nearest place to p
-  /// from which no point of the surface is nearer than R, with as many points touching as hold it there.
-  [[nodiscard]] Vec3d rest(const Vec3d& p, Vec3d c) const {
-    constexpr double kTrust = 2e-5, kNear = 4e-5;
-    for (int round = 0; round < 80; ++round) {
-      struct Touch {
-        Vec3d n;
-        double gap, pushed = 0;
-      };
-      std::vector<Touch> touches;
-      for (const Vec3d& s : nearest(c, kNear)) touches.push_back({(c - s).normalized(), (c - s).norm() - R});
-      // Hildreth's method: the nearest x to p with gap + n · (x − c) ≥ 0 for all.
-      Vec3d x = p;
-      for (int k = 0; k < 400; ++k) {
-        double moved = 0;
-        for (Touch& t : touches) {
-          const double push = std::max(-t.pushed, -(t.gap + t.n.dot(x - c)));
-          t.pushed += push;
-          x += push * t.n;
-          moved = std::max(moved, std::abs(push));
-        }
-        if (moved < 1e-10) break;
-      }
-      const Vec3d step = x - c;
-      const double size = step.norm(), most = kTrust / (1 + 0.1 * round);
-      c += step * std::min(1.0, most / std::max(size, 1e-12));
-      if (size < 2e-8) break;
-    }
-    return c;
-  }
-
- private:
-  static constexpr double kStep = 1.5e-5;
-  [[nodiscard]] double a(int i) const { return from_ + kStep * i; }
-  [[nodiscard]] double b(int j) const { return kStep * j - half_; }
-  [[nodiscard]] Vec3d point(double a, double b) const {
-    const Vec3d from = at_ + a * u_ + b * v_;
-    double low = -1.5 * kH, high = 1.5 * kH;
-    for (int i = 0; i < 26; ++i) {
-      const double middle = (low + high) / 2;
-      (surface_.is_bone(from + middle * n_) ? low : high) = middle;
-    }
-    return from + low * n_;
-  }
-  /// The places where the surface comes nearest to c, each of those no more than `more` [m] beyond the nearest.
-  [[nodiscard]] std::vector<Vec3d> nearest(const Vec3d& c, double more) const {
-    const int i0 = static_cast<int>((u_.dot(c - at_) - from_) / kStep),
-              j0 = static_cast<int>((v_.dot(c - at_) + half_) / kStep);
-    constexpr int kReach = 35;  // half a millimetre
-    const auto square = [&](int i, int j) {
-      return i < 0 || j < 0 || i >= rows_ || j >= columns_
-                 ? 1e9
-                 : (points_[static_cast<std::size_t>(i * columns_ + j)] - c).squaredNorm();
-    };
-    double least = 1e9;
-    for (int i = i0 - kReach; i <= i0 + kReach; ++i)
-      for (int j = j0 - kReach; j <= j0 + kReach; ++j) least = std::min(least, square(i, j));
-    const double most = std::pow(std::sqrt(least) + more, 2);
-    std::vector<Vec3d> found;
-    for (int i = i0 - kReach; i <= i0 + kReach; ++i)
-      for (int j = j0 - kReach; j <= j0 + kReach; ++j) {
-        const double here = square(i, j);
-        bool is_least = here <= most;
-        for (int di = -1; di <= 1 && is_least; ++di)
-          for (int dj = -1; dj <= 1; ++dj) is_least = is_least && (!(di || dj) || here <= square(i + di, j + dj));
-        if (!is_least) continue;
-        double x = a(i), y = b(j), step = kStep / 2;
-        Vec3d best = point(x, y);
-        while (step > 1e-7) {
-          double bx = x, by = y;
-          for (int di = -1; di <= 1; ++di)
-            for (int dj = -1; dj <= 1; ++dj) {
-              const Vec3d q = point(x + di * step, y + dj * step);
-              if ((q - c).squaredNorm() < (best - c).squaredNorm()) {
-                best = q;
-                bx = x + di * step;
-                by = y + dj * step;
-              }
-            }
-          if (bx == x && by == y) step /= 2;
-          x = bx;
-          y = by;
-        }
-        found.push_back(best);
-      }
-    return found;
-  }
-
-  BoneSurface<D> surface_;
-  Vec3d at_, n_, u_, v_;
-  double from_, half_;
-  int rows_ = 0, columns_ = 0;
-  std::vector<Vec3d> points_;
-};
-
+// --- Directions
 constexpr double kForces[] = {0.1, 0.3, 1, 3};
 
 template <class D>
@@ -537,7 +424,7 @@ template <class D>
 void rigid_directions(const Spot& spot, Table& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0);
   auto imaged = take<D>(image(HalfSpace{at, n}, spot.image()));
-  const OwnSurface<D> own(imaged, at, n, -1.2e-3, 1.2e-3, 0.8e-3);
+  const bench::OwnSurface<D> own(imaged.bone, imaged.isovalue, at, n, R);
   auto scene = scene_of(imaged, kBall);
   for (const double F : kForces) {
     const auto centre = [&](double deep, double aside) { return Vec3d(at + (R - deep) * n + aside * own.along()); };
@@ -555,7 +442,7 @@ void rigid_directions(const Spot& spot, Table& out) {
   }
 }
 
-// --- What is felt
+// --- Stiffness felt
 template <class D>
 void felt(const Spot& spot, Table& out) {
   constexpr double kMove = 1e-5;

@@ -329,9 +329,9 @@ def stability_choices(rows):
 
 
 def places_words(rows):
-    """The coupled tool's greatest stable stiffness by place: what is felt there against theory, and the stated one."""
+    """The coupled tool's greatest stable stiffness by place, as felt and as stated, against theory."""
     said = []
-    for scenario, what in (("13 stiffness felt by place at K_crit off theory's", "what is felt at the greatest stable stiffness"),
+    for scenario, title in (("13 stiffness felt by place at K_crit off theory's", "the stiffness felt at the border"),
                            ("13 K_crit by place off theory's", "the greatest stable stiffness as stated")):
         every = of(rows, scenario)
         for options in dict.fromkeys(r["options"] for r in every):
@@ -339,7 +339,7 @@ def places_words(rows):
             bad = [r for r in mine if r["pass"] == "fail"]
             parts = [f"{place} {tables.worst([r for r in bad if r['case'].startswith(place + '; b ')], 'measured'):.2g} % (from {min(r['reference'] for r in bad if r['case'].startswith(place + '; b ')):.0f} N/m on)"
                      for place in dict.fromkeys(r["case"].split("; b ")[0] for r in bad)]
-            said.append(f"coupled, {options}: {what} is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
+            said.append(f"coupled, {options}: {title} is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
                         + ("; off by more: " + ", ".join(parts) if parts else "") + ".")
     return said
 
@@ -390,7 +390,7 @@ def sweep_words(rows):
 
 
 def figures_table(rows):
-    """A line a figure: its bound, the median of all, and what is judged by blur and image."""
+    """A line a figure: its bound, the median of all, and the judged values by blur and image."""
     kinds = list(dict.fromkeys((r["blur_voxels"], r["image"]) for r in rows if not math.isnan(r["blur_voxels"])))
     table = []
     for name in dict.fromkeys(r["figure"] for r in rows):
@@ -405,7 +405,7 @@ def figures_table(rows):
 
 
 def figure_words(rows):
-    """How many of the figures keep their bounds, those that do not, and what of the directions is the image's."""
+    """How many of the figures keep their bounds, those that do not, and the image's part in directions."""
     names = list(dict.fromkeys(r["figure"] for r in rows if r["pass"] in ("pass", "fail")))
     failed = [n for n in names if any(r["figure"] == n and r["pass"] == "fail" for r in rows)]
     said = [f"{len(names) - len(failed)} of {len(names)} figures keep their bounds at every place, orientation, blur and depth of grey."]
@@ -459,7 +459,12 @@ REASONS = [
     ("21 closed paths", ("surface",), "springs toward a centre are no gradient: pressed sideways, few vertices push by depth; where a centre enters bone, the way out is another"),
     ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
-    ("20 greatest force step", ("coupled",), "with an advancing cut under 10 N the drill breaks through skull and block within ten to twenty seconds: what held it is gone in a tick"),
+    ("20 greatest force step", ("coupled",), "under 10 N a cut by rate leaves a last layer of bone that gives way at once; an advancing cut takes the drill through the block, and the bone that held it ends in a tick"),
+    ("18 ticks until", ("coupled",), "a half turn is no jump: the shaft ends up in bone, and the search needs three ticks to bring it out"),
+    ("13 K_crit by place", ("coupled",), "edges and corners yield more than the plane that the coupling makes up for; from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it"),
+    ("13 K_crit off the analytic wall", ("coupled",), "from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it: the wall is felt stiffer than stated, and at the border as theory has it"),
+    ("13 stiffness felt by place", ("coupled",), "moves of 5 µm, in which points join the contact one by one"),
+    ("felt", ("coupled",), "points join the contact one by one"),
     ("20 greatest force step", ("surface",), "pressed beyond what its springs hold it sinks in by more than the ball's radius, where vertices find another way out at once; a rate limit makes it a slope"),
     ("20 energy beyond Rule E", ("surface",), "where it falls through, the rate limit takes back late what the springs let go at once"),
     ("13 K_crit off the analytic wall", ("surface",), "on a tilted wall the interpolant's normals are off by a degree, so that depths along rays change by 2 % more or less than the tool moves"),

@@ -108,11 +108,11 @@ double felt_staying(Rest& rest) {
   return (in - held(rest.depth - kMove)) / (2 * kMove);
 }
 
-/// The coupled tool's greatest stable stiffness, and what is felt there, which is theory's wherever it is pressed: a
-/// loop rests by what it feels. The stated stiffness is felt where the contact yields as a plane does. An edge yields
-/// more. Held by its shaft the tool turns too, and is felt softer by its lever. A ball without friction rolls over an
-/// edge or a corner: the spring from its centre, R away from there, to the device's, r away, along u, is felt as K (1 −
-/// (R/r) (1 − (n·u)²)). There the stated stiffness is not judged.
+/// The coupled tool's greatest stable stiffness, stated and felt. A loop rests by the stiffness that it feels, which at
+/// the border is theory's wherever the tool is pressed. The stated stiffness is felt where the contact yields as on a
+/// plane. An edge yields more. Held by its shaft the tool turns too, and is felt softer by its lever. A ball without
+/// friction rolls over an edge or a corner: the spring from its centre, R away from there, to the device's, r away,
+/// along u, is felt as K (1 − (R/r) (1 − (n·u)²)). By the shaft and rolling the stated stiffness is not judged.
 Measured coupled_critical(const Setup& setup, const Case& c, const Place& place) {
   const double analytic = analytic_critical(setup, c, place.outward);
   const double found = voxel_critical(setup, c, place, kOffShape, place.by_shaft || place.rolls ? 16 : 1.6);

@@ -50,7 +50,7 @@ struct Felt {
 };
 Felt felt(const Setup& s, const Place& place, double depth) {
   constexpr double kMove = 2e-5, kTurn = 1e-3;
-  constexpr int kRest = 3;  // ticks: a search ends with a share of what the device moved
+  constexpr int kRest = 3;  // ticks: a search ends within a share of the device's motion
   const Posed touch = place.start(s);
   auto tool = make_tool(s, *place.bone, place.isovalue);
   const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
