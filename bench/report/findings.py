@@ -461,7 +461,7 @@ REASONS = [
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
     ("20 greatest force step", ("coupled",), "under 10 N a cut by rate leaves a last layer of bone that gives way at once; an advancing cut takes the drill through the block, and the bone that held it ends in a tick"),
     ("18 ticks until", ("coupled",), "a half turn is no jump: the shaft ends up in bone, and the search needs three ticks to bring it out"),
-    ("13 K_crit by place", ("coupled",), "edges and corners yield more than the plane that the coupling makes up for; from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it"),
+    ("13 K_crit by place", ("coupled",), "edges and corners yield more, milled pits less, than the plane that the coupling makes up for; from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it"),
     ("13 K_crit off the analytic wall", ("coupled",), "from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it: the wall is felt stiffer than stated, and at the border as theory has it"),
     ("13 stiffness felt by place", ("coupled",), "moves of 5 µm, in which points join the contact one by one"),
     ("felt", ("coupled",), "points join the contact one by one"),
