@@ -488,7 +488,9 @@ void paths(const Spot& spot, Table& out) {
     lead(scene, above, pose(0), 80);
     PathWork sum(pose(0), scene.tick({.X_WT = pose(0)}, kDt).wrench);
     for (int i = 1; i <= kSteps; ++i) sum.go(pose(i), scene.tick({.X_WT = pose(i)}, kDt).wrench);
-    if (sum.length > 1e-5) out.add("net work of closed paths: " + name, 1e-4, "of it", std::abs(sum.net) / sum.length);
+    if (!(sum.length > 1e-5)) return;
+    out.add("net work of closed paths: " + name, 1e-4, "of it", std::abs(sum.net) / sum.length);
+    out.add("energy gained on closed paths: " + name, 1e-4, "of it", sum.net / sum.length);
   };
   one("plane", take<D>(image(HalfSpace{at, n}, spot.image())), kBall);
   one("edge", take<D>(blurred(Both{HalfSpace{at, n}, HalfSpace{at, along}}, spot.image())), kBall);
