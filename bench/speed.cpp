@@ -421,13 +421,15 @@ int main(int argc, char** argv) {
   using namespace trephine;
   using namespace trephine::bench::speed;
   Options options;
+  std::string only;  // "kernels", "spread", "servo" or "memory"
   if (!bench::read_arguments(argc, argv, "bench_speed", {{"--quick", &options.quick}, {"--append", &options.append}},
-                             {{"--out", &options.folder}, {"--march", &options.march}}))
+                             {{"--out", &options.folder}, {"--march", &options.march}, {"--only", &only}}))
     return 2;
   std::filesystem::create_directories(options.folder);
   const Scene scene;
-  measure_speed(options, scene);
-  measure_spread(options, scene);
-  measure_servo(options, scene);
-  if (!options.append) measure_memory(options);
+  const auto wanted = [&](const char* name) { return only.empty() || only == name; };
+  if (wanted("kernels")) measure_speed(options, scene);
+  if (wanted("spread")) measure_spread(options, scene);
+  if (wanted("servo")) measure_servo(options, scene);
+  if (wanted("memory") && !options.append) measure_memory(options);
 }

@@ -16,7 +16,7 @@
 #include <string>
 #include <thread>
 
-/// The closed-loop measurements: bench_stability --out DIR [--quick] [--skull FOLDER] [--only WORD]
+/// The closed-loop measurements: bench_stability --out DIR [--quick] [--skull FOLDER] [--only WORD] [--renderer NAME]
 namespace {
 
 using namespace trephine::bench;
@@ -96,9 +96,10 @@ void write(const std::string& folder, const std::vector<Measured>& results) {
 
 int main(int argc, char** argv) {
   StabilityOptions options{.folder = "build/report"};
-  std::string only;
-  if (!read_arguments(argc, argv, "bench_stability", {{"--quick", &options.quick}},
-                      {{"--out", &options.folder}, {"--skull", &options.skull}, {"--only", &only}}))
+  std::string only, renderer;
+  if (!read_arguments(
+          argc, argv, "bench_stability", {{"--quick", &options.quick}},
+          {{"--out", &options.folder}, {"--skull", &options.skull}, {"--only", &only}, {"--renderer", &renderer}}))
     return 2;
   try {
     std::filesystem::create_directories(options.folder);
@@ -106,7 +107,8 @@ int main(int argc, char** argv) {
     for (const auto part : {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls,
                             plan_jumps, plan_stages})
       part(options, plan);
-    if (!only.empty()) std::erase_if(plan, [&](const Work& w) { return w.name.find(only) == std::string::npos; });
+    std::erase_if(plan, [&](const Work& w) { return w.name.find(only) == std::string::npos; });
+    std::erase_if(plan, [&](const Work& w) { return w.name.rfind(renderer, 0) != 0; });
     const auto results = run(plan);
     write(options.folder, results);
     std::size_t judged = 0, failed = 0;

@@ -43,9 +43,9 @@ def goals(sweep, t):
     coupled = [sweep.at_defaults(s, tables.COUPLED) for s in tips]
     if any(coupled):
         direction = tables.worst(coupled, "direction_error_deg_p99")
-        found.append(Goal("Coupled, tip on smooth shapes: direction p99, force p95, median and p99.9 tick", "1°, –, 4 µs, 15 µs",
+        found.append(Goal("Coupled, tip on smooth shapes: direction p99, force p95, median and p99.9 tick", "1.2°, –, 4 µs, 15 µs",
                           f"{degrees(direction)}, {percent(tables.worst(coupled, 'force_error_rel_p95'))}, {microseconds(tables.worst(coupled, 'tick_ns_median'))}, {microseconds(tables.worst(coupled, 'tick_ns_p999'))}",
-                          direction <= 1))
+                          direction <= 1.2 and tables.worst(coupled, "tick_ns_median") <= 4e3 and tables.worst(coupled, "tick_ns_p999") <= 15e3))
 
     # At the thesis' counts and no more time: the thesis' own formulas against ours.
     for law, variant in (("default law", tables.SURFACE_DEFAULT), ("AreaWeights", tables.SURFACE_AREA)):
@@ -294,7 +294,7 @@ def ranked_stability(rows):
 
 
 def of(rows, scenario, **wanted):
-    return [r for r in rows if r["scenario"] == scenario and all(r[k] == v for k, v in wanted.items())]
+    return [r for r in rows if (scenario is None or r["scenario"] == scenario) and all(r[k] == v for k, v in wanted.items())]
 
 
 def stability_stages(rows):
@@ -328,20 +328,19 @@ def stability_choices(rows):
     return header, table
 
 
-def places_words(off, farther):
-    """What the coupled tool's greatest stable stiffness is by place, by options; those beyond the goal one by one."""
+def places_words(rows):
+    """The coupled tool's greatest stable stiffness by place, as felt and as stated, against theory."""
     said = []
-    for options in dict.fromkeys(r["options"] for r in off):
-        mine = [r for r in off if r["options"] == options]
-        bad = [r for r in mine if r["pass"] == "fail"]
-        parts = []
-        for place in dict.fromkeys(r["case"].split("; b ")[0] for r in bad):
-            there = [r for r in bad if r["case"].split("; b ")[0] == place]
-            deep = [r["measured"] for r in farther if r["options"] == options and r["case"].startswith(place + "; b ")]
-            parts.append(f"{place} {tables.worst(there, 'measured'):.2g} %" + (f" ({max(deep):.2g} mm farther in than the shape lets it)" if deep and max(deep) > 0.1 else ""))
-        said.append(f"coupled, {options}: the greatest stable stiffness is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
-                    + ("; off by more: " + ", ".join(parts) + ". On edges of 30° motions of micrometres cross kinks of the image's crest; a shaft that is held beside the tip is softer by its lever, "
-                       "and so stable beyond theory" if parts else "") + ".")
+    for scenario, title in (("13 stiffness felt by place at K_crit off theory's", "the stiffness felt at the border"),
+                           ("13 K_crit by place off theory's", "the greatest stable stiffness as stated")):
+        every = of(rows, scenario)
+        for options in dict.fromkeys(r["options"] for r in every):
+            mine = [r for r in every if r["options"] == options]
+            bad = [r for r in mine if r["pass"] == "fail"]
+            parts = [f"{place} {tables.worst([r for r in bad if r['case'].startswith(place + '; b ')], 'measured'):.2g} % (from {min(r['reference'] for r in bad if r['case'].startswith(place + '; b ')):.0f} N/m on)"
+                     for place in dict.fromkeys(r["case"].split("; b ")[0] for r in bad)]
+            said.append(f"coupled, {options}: {title} is theory's within {mine[0]['limit']:g} % in {len(mine) - len(bad)} of {len(mine)} cases over all places"
+                        + ("; off by more: " + ", ".join(parts) if parts else "") + ".")
     return said
 
 
@@ -390,6 +389,68 @@ def sweep_words(rows):
     return said
 
 
+def figures_table(rows):
+    """A line a figure: its bound, the median of all, and the judged values by blur and image."""
+    kinds = list(dict.fromkeys((r["blur_voxels"], r["image"]) for r in rows if not math.isnan(r["blur_voxels"])))
+    table = []
+    for name in dict.fromkeys(r["figure"] for r in rows):
+        mine = [r for r in rows if r["figure"] == name]
+        by_kind = {(r["blur_voxels"], r["image"]): r for r in mine}
+        single = [r for r in mine if math.isnan(r["blur_voxels"])]
+        cells = [by_kind.get(k) or (single[0] if single and k == kinds[0] else None) for k in kinds]
+        medians = sorted(r["median"] for r in mine)
+        table.append([name, f"{sum(r['cases'] for r in mine):.0f}", mine[0]["bound"], mine[0]["unit"] if isinstance(mine[0]["unit"], str) else "", medians[len(medians) // 2]]
+                     + ["–" if r is None else f"{r['judged']:.2g}" + (" NOT" if r["pass"] == "fail" else "") for r in cells])
+    return ["figure", "cases", "bound", "unit", "median"] + [f"σ {blur:g}, {image}" for blur, image in kinds], table
+
+
+def figure_words(rows):
+    """How many of the figures keep their bounds, those that do not, and the image's part in directions."""
+    names = list(dict.fromkeys(r["figure"] for r in rows if r["pass"] in ("pass", "fail")))
+    failed = [n for n in names if any(r["figure"] == n and r["pass"] == "fail" for r in rows)]
+    said = [f"{len(names) - len(failed)} of {len(names)} figures keep their bounds at every place, orientation, blur and depth of grey."]
+    if failed:
+        parts = []
+        for n in failed:
+            mine = [r for r in rows if r["figure"] == n]
+            parts.append(f"{n} {tables.worst(mine, 'judged'):.2g} for {mine[0]['bound']:g}")
+        said.append("Beyond their bounds: " + "; ".join(parts) + ".")
+    parts = []
+    for r in of(rows, None, figure="direction on a plane: a rigid ball on the image's own surface"):
+        ours = of(rows, None, figure="direction on a plane: the tool", blur_voxels=r["blur_voxels"], image=r["image"])
+        if ours:
+            parts.append(f"blurred by {r['blur_voxels']:g} voxel {degrees(ours[0]['judged'])} against {degrees(r['judged'])}")
+    if parts:
+        said.append("Direction on planes, p99, beside that of a rigid ball on the image's own surface: " + "; ".join(parts) + ". A foundation takes the mean of a surface that a rigid ball touches at one to three places.")
+    return said
+
+
+def constants_table(rows):
+    """A line a constant and factor: limits lost and won, the greatest change."""
+    table = []
+    for key in dict.fromkeys((r["constant"], r["header"], r["factor"]) for r in rows):
+        mine = [r for r in rows if (r["constant"], r["header"], r["factor"]) == key]
+        if mine[0]["figure"] == "does not build":
+            table.append([*key, "does not build", "", "", ""])
+            continue
+        lost = [r for r in mine if r["pass_before"] == "pass" and r["pass_after"] == "fail"]
+        won = [r for r in mine if r["pass_before"] == "fail" and r["pass_after"] == "pass"]
+        most = max((r for r in mine if not math.isnan(r["bound"])), key=lambda r: abs(r["after"] - r["before"]) / r["bound"])
+        names = "; ".join(dict.fromkeys(f"{r['figure']} ({r['before']:.3g} → {r['after']:.3g})" for r in lost))
+        table.append([*key, names or "none", f"{len(won)}", (most["after"] - most["before"]) / most["bound"], f"{most['figure']} ({most['before']:.3g} → {most['after']:.3g})"])
+    return ["constant", "header", "times", "limits no longer met", "met anew", "greatest change / bound", "of"], table
+
+
+def constant_words(rows):
+    """Which constants decide whether a figure keeps its bound."""
+    if not rows:
+        return []
+    names = list(dict.fromkeys((r["constant"], r["header"]) for r in rows))
+    deciding = list(dict.fromkeys((r["constant"], r["header"]) for r in rows if r["pass_before"] == "pass" and r["pass_after"] == "fail"))
+    return [f"{len(names) - len(deciding)} of {len(names)} constants of the coupled tool can be a fifth less or more without a figure passing its bound"
+            + ("; not so: " + ", ".join(f"{c} ({h})" for c, h in deciding) if deciding else "") + "."]
+
+
 # Why our options miss limits: scenario and renderers, and what does it. Derived in words; the figures are the tables'.
 REASONS = [
     ("21 closed paths: most net work gained", ("line",), "the shaft, never the tip: Eq. 8 to 12 give k r² to rotation at a lever r that moves along the shaft as it turns and slides, and leave out what that does "
@@ -398,7 +459,12 @@ REASONS = [
     ("21 closed paths", ("surface",), "springs toward a centre are no gradient: pressed sideways, few vertices push by depth; where a centre enters bone, the way out is another"),
     ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
-    ("20 greatest force step", ("coupled",), "with an advancing cut under 10 N the drill breaks through skull and block within ten to twenty seconds: what held it is gone in a tick"),
+    ("20 greatest force step", ("coupled",), "under 10 N a cut by rate leaves a last layer of bone that gives way at once; an advancing cut takes the drill through the block, and the bone that held it ends in a tick"),
+    ("18 ticks until", ("coupled",), "a half turn is no jump: the shaft ends up in bone, and the search needs three ticks to bring it out"),
+    ("13 K_crit by place", ("coupled",), "edges and corners yield more, milled pits less, than the plane that the coupling makes up for; from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it"),
+    ("13 K_crit off the analytic wall", ("coupled",), "from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it: the wall is felt stiffer than stated, and at the border as theory has it"),
+    ("13 stiffness felt by place", ("coupled",), "moves of 5 µm, in which points join the contact one by one"),
+    ("felt", ("coupled",), "points join the contact one by one"),
     ("20 greatest force step", ("surface",), "pressed beyond what its springs hold it sinks in by more than the ball's radius, where vertices find another way out at once; a rate limit makes it a slope"),
     ("20 energy beyond Rule E", ("surface",), "where it falls through, the rate limit takes back late what the springs let go at once"),
     ("13 K_crit off the analytic wall", ("surface",), "on a tilted wall the interpolant's normals are off by a degree, so that depths along rays change by 2 % more or less than the tool moves"),
@@ -513,9 +579,9 @@ def stability_words(rows):
     for renderer in ("line", "surface", "coupled"):
         step = worst_of("15 force step beyond 1.5 K |Δx|; slid at 30 mm/s", renderer, "default")
         if step > 0.02:
-            why = ("vertices that turn from one face to another find another way out at once" if renderer == "surface"
-                   else "a proxy that slides off the end of a face lets go of its whole spring at once")
-            said.append(f"{renderer} slid over edges and into corners: the force steps by {step:.2g} N more than 1.5 K |Δx| in a tick; {why}. A rate limit makes it a slope.")
+            why = {"surface": "; vertices that turn from one face to another find another way out at once",
+                   "line": "; a proxy that slides off the end of a face lets go of its whole spring at once"}.get(renderer, "")
+            said.append(f"{renderer} slid over edges and into corners: the force steps by {step:.2g} N more than 1.5 K |Δx| in a tick{why}. A rate limit makes it a slope.")
     for renderer in ("line", "surface"):
         without, thesis, budget = (worst_of("14 stiffness felt", renderer, o) for o in ("default", "thesis", "default + budget"))
         turn, turn_budget = worst_of("14 rotational stiffness felt", renderer, "default"), worst_of("14 rotational stiffness felt", renderer, "default + budget")
@@ -525,7 +591,7 @@ def stability_words(rows):
     felt, turn = worst_of("14 stiffness felt", "coupled", "default"), worst_of("14 rotational stiffness felt", "coupled", "default")
     if not math.isnan(felt):
         said.append(f"Stiffness felt, coupled, from one contact to the whole shaft: up to {felt:.0f} N/m and {turn:.2g} N·m/rad at 800 N/m stated.")
-    said += places_words(of(rows, "13 K_crit by place off theory's"), of(rows, "13 farther in than the shape lets it"))
+    said += places_words(rows)
     off = of(rows, "13 K_crit off the analytic wall's")
     mine = [r for r in off if r["renderer"] == "coupled" and r["options"] == "default"]
     if mine:
@@ -549,7 +615,7 @@ def stability_words(rows):
         bad = [r for r in steps if r["pass"] == "fail"]
         most = max(steps, key=lambda r: r["measured"])
         why = ": bone that falls below the isovalue lets long springs go at once" if renderer in ("line", "surface") and bad else ""
-        said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than 0.2 N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
+        said.append(f"Milling and sliding under 1 to 10 N, {renderer}: the force steps by more than {steps[0]['limit']:g} N a tick in {len(bad)} of {len(steps)} runs, at most by {most['measured']:.2g} N "
                     f"({most['case']}){why}.")
     for way in ("advancing cut", "rate limit 190 N/s"):
         parts = []

@@ -108,6 +108,16 @@ def stability_section(rows, sweep, loops):
             + plain(presets, ["scenario", "case", "renderer", "options", "measured", "unit", "limit", "pass"], "Presets on devices whose damping bears just the stated stiffness"))
 
 
+def coupled_section(figures, constants):
+    if not figures:
+        return ""
+    words = "".join(f"<li>{html.escape(w)}</li>" for w in findings.figure_words(figures) + findings.constant_words(constants))
+    return (f"<h2>The coupled tool, figure by figure</h2><ul>{words}</ul>"
+            + table(*findings.figures_table(figures), "Shapes whose truth is known, at seeded places between the voxels, along the axes and turned at random; blur of the image in voxels. "
+                    "Greatest of all cases (p99 of directions); NOT: beyond the bound")
+            + (table(*findings.constants_table(constants), "Each constant a fifth less and more, on a smaller set: limits no longer met and met anew, and the figure that changes most, in shares of its bound") if constants else ""))
+
+
 def main():
     if len(sys.argv) != 2 or not os.path.isdir(sys.argv[1]):
         print("usage: make_report.py FOLDER", file=sys.stderr)
@@ -117,7 +127,7 @@ def main():
     t = {name: tables.read(folder, name) for name in ("thesis_rates", "convergence", "orders", "first_contact", "ridge_spacing",
                                                       "ripple", "holes", "force_depth", "image_floor", "stability", "stability_plane", "stability_energy", "stability_sweep",
                                                       "stability_thin_walls", "speed", "speed_spread", "speed_servo", "speed_memory",
-                                                      "features", "features_spread", "compile_cost")}
+                                                      "features", "features_spread", "compile_cost", "coupled_figures", "constants")}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
 
@@ -161,6 +171,7 @@ Relative to max(|F|, 0.05 N) and max(|T|, 1 mN·m); directions only where |F| is
 <li>times: the renderer alone, clock included (some 25 ns), over the second half of each path, bone in the cache.</li></ul>
 <h2>Findings</h2><ul>{words}</ul>
 {stability_section(t['stability'], t['stability_sweep'], loops)}
+{coupled_section(t['coupled_figures'], t['constants'])}
 <h2>Goals</h2><table><tr><th>what</th><th>goal</th><th>found</th><th></th></tr>{goal_rows}</table>
 <h2>Questions settled</h2>{settled}
 <h2>Ours beside the thesis'</h2>{sweep_tables(sweep)}

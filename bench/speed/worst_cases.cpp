@@ -54,7 +54,7 @@ void measure_coupled(Spread& spread, int ticks) {
     // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
     const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
       tool.prepare(surface->view());
-      const double above = tool.shape().tip_radius - kDeep;
+      const double above = tool.tool().burr().tip_radius - kDeep;
       const auto pose = [&](int i) {
         const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
         const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
@@ -63,6 +63,11 @@ void measure_coupled(Spread& spread, int ticks) {
         const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
         return make_pose<double>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)) * R, p);
       };
+      for (int i = 0; i <= 50; ++i) {  // from above: a tool that appears as deep is without force
+        Pose<double> X = pose(0);
+        X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
+        static_cast<void>(tool.render(surface->view(), X));
+      }
       spread.measure(
           std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
           [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });

@@ -121,7 +121,7 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Kind& kind : kinds)
     plan.push_back(
-        {"closed paths", [=] {
+        {kind.setup.renderer + ", closed paths", [=] {
            Setup s = kind.setup;
            s.burr.shaft_length = 12e-3;
            const int count = options.quick ? 30 : kind.main ? 1000 : 200;

@@ -38,7 +38,7 @@ void plan_jumps(const StabilityOptions&, Plan& plan) {
     for (const std::string choice : {"default", "thesis"}) {
       if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
       plan.push_back(
-          {"jumps", [=] {
+          {renderer + ", jumps", [=] {
              const Place place = make_place("flat wall");
              Setup s{.renderer = renderer, .options = choice, .stack = limited()};
              s.burr.shaft_length = 20e-3;
@@ -70,7 +70,7 @@ void plan_jumps(const StabilityOptions&, Plan& plan) {
                  told("18 greatest force", "jumps of 5 to 50 mm, half turns", renderer, choice, w.force, "N", 3.3));
              return m;
            }});
-      plan.push_back({"ends of grids", [=] {
+      plan.push_back({renderer + ", ends of grids", [=] {
                         Worst w;
                         int cases = 0;
                         for (const auto& size :

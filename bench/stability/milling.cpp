@@ -125,27 +125,26 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
           if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
-          plan.push_back({"milling", [=] {
-                            Site site = block();
-                            if (skull) site = scanned(options.skull);
-                            if (tool.options == "thesis" && tool.renderer == "line")
-                              site.bone = with_gradients(*site.bone);
-                            Setup s = tool;
-                            s.burr = site.burr;
-                            if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
-                            const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
-                            std::ostringstream name;
-                            name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
-                                 << (skull ? seconds / 3 : seconds) << " s";
-                            Measured m;
-                            m.rows.push_back(at_most("20 greatest force step a tick", name.str(), s.renderer, label(s),
-                                                     r.force_step, 0.2, "N", r.most_force));
-                            m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), s.renderer, label(s),
-                                                     1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy));
-                            m.rows.push_back(
-                                told("20 ripple at the end", name.str(), s.renderer, label(s), r.ripple, "N", kNaN));
-                            return m;
-                          }});
+          plan.push_back(
+              {tool.renderer + ", milling", [=] {
+                 Site site = block();
+                 if (skull) site = scanned(options.skull);
+                 if (tool.options == "thesis" && tool.renderer == "line") site.bone = with_gradients(*site.bone);
+                 Setup s = tool;
+                 s.burr = site.burr;
+                 if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
+                 const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
+                 std::ostringstream name;
+                 name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
+                      << (skull ? seconds / 3 : seconds) << " s";
+                 Measured m;
+                 m.rows.push_back(at_most("20 greatest force step a tick", name.str(), s.renderer, label(s),
+                                          r.force_step, s.renderer == "coupled" ? 0.1 : 0.2, "N", r.most_force));
+                 m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), s.renderer, label(s), 1e3 * r.beyond,
+                                          1e-3, "mJ", 1e3 * r.energy));
+                 m.rows.push_back(told("20 ripple at the end", name.str(), s.renderer, label(s), r.ripple, "N", kNaN));
+                 return m;
+               }});
         }
   }
 }

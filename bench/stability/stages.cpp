@@ -201,7 +201,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
   const double within = options.quick ? 1.2 : 1.06;
   for (const Named& named : stacks()) {
     plan.push_back(
-        {"stages", [=] {
+        {"line, stages", [=] {
            Setup s{.renderer = "line", .stack = named.stack};
            Measured m;
            for (const auto& [hand, delay] : {std::pair<std::string, int>{"none", 0}, {"none", 1}, {"firm", 0}}) {
@@ -248,7 +248,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
     for (const std::string renderer : {"line", "surface", "coupled"})
       for (const std::string hand : {"none", "firm"})
         for (const bool staged : {false, true})
-          plan.push_back({"presets", [=] { return preset_rows(name, renderer, hand, staged); }});
+          plan.push_back({renderer + ", presets", [=] { return preset_rows(name, renderer, hand, staged); }});
 
   // What the thesis' choices cost, one at a time; what does without them beside.
   for (const std::string renderer : {"line", "surface", "coupled"}) {
@@ -258,7 +258,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
     for (const auto& choice : choices)
       for (const std::string place :
            {"flat wall", "edge 90", "concave corner", "one bar under the shaft", "shaft flush"})
-        plan.push_back({"choices", [=] {
+        plan.push_back({renderer + ", choices", [=] {
                           const Place p = make_place(place);
                           Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
                           const double K = largest_stable(1e2, 1e6, within, [&](double k) {
@@ -291,7 +291,7 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
   for (const std::string renderer : {"line", "surface", "coupled"})
     for (const std::string choice : {"default", "thesis"}) {
       if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
-      plan.push_back({"energy over time", [=] {
+      plan.push_back({renderer + ", energy over time", [=] {
                         const Place p = make_place("shaft flush");
                         const Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
                         auto tool = make_tool(s, *p.bone, p.isovalue);

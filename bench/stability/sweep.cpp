@@ -149,7 +149,8 @@ void plan_sweep(const StabilityOptions& options, Plan& plan) {
     for (const Setup& tool : kTools)
       for (std::size_t i = 0; i < all.size(); ++i) {
         if (options.quick && i % 8 != 0) continue;
-        plan.push_back({"sweep", [=, c = all[i]] { return measure(*ground, tool, c, i >= kByFactor); }});
+        plan.push_back(
+            {tool.renderer + ", sweep", [=, c = all[i]] { return measure(*ground, tool, c, i >= kByFactor); }});
       }
 }
 

@@ -62,7 +62,7 @@ void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
     const auto bone = make_bone([=](const Vec3d& p) { return std::abs(p.z() - 0.03e-3) - 0.5 * thickness; });
     for (const Setup& tool : tools)
       for (const double stiffness : {800.0, 3000.0})
-        plan.push_back({"thin walls", [=] {
+        plan.push_back({tool.renderer + ", thin walls", [=] {
                           Measured m;
                           for (const double speed : speeds) {
                             Setup s = tool;

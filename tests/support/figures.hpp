@@ -13,6 +13,7 @@ class Figures {
  public:
   void add(double v) { all_.push_back(v); }
   [[nodiscard]] std::size_t count() const { return all_.size(); }
+  [[nodiscard]] const std::vector<double>& all() const { return all_; }
   [[nodiscard]] double share(double s) const {
     if (all_.empty()) return 0;
     std::vector<double> sorted = all_;
