@@ -4,8 +4,9 @@
 Prints a line a file: bytes, lines, sentences, the median and the longest sentence [words] and the longest table cell
 [characters as shown]. With a bound, a file beyond it fails, and its sentences and cells beyond it are printed.
 
-A sentence ends at . ! or ? before a space, or with its paragraph or list item. Code blocks, tables, headings, pictures
-and comments hold no sentences; inline code and a link's text count as they are shown, a link's address not at all."""
+A sentence ends at . ! or ? before a space, or with its paragraph or list item. Code blocks, tables, headings, pictures,
+comments and what stands between marks `NAME: begin` and `NAME: end` (scripts write it) hold no sentences; inline code
+and a link's text count as they are shown, a link's address not at all."""
 
 import argparse
 import re
@@ -23,7 +24,7 @@ def shown(text):
 
 def blocks(text):
     """Paragraphs and list items as single lines, and table cells; nothing of what is no prose."""
-    text = re.sub(r"^---\n.*?\n---\n", "", text, flags=re.S)
+    text = re.sub(r"<!-- ([^>]*): begin -->.*?<!-- \1: end -->", "", text, flags=re.S)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
     text = re.sub(r"^```.*?^```[^\n]*$", "", text, flags=re.S | re.M)
     paragraphs, cells, current = [], [], []
@@ -47,7 +48,7 @@ def blocks(text):
         else:
             current.append(stripped)
     flush()
-    return [shown(p) for p in paragraphs], cells
+    return paragraphs, cells
 
 
 def sentences(paragraphs):
@@ -55,7 +56,7 @@ def sentences(paragraphs):
     for paragraph in paragraphs:
         # A full stop before a lower-case letter or a digit is an abbreviation's or a number's.
         found += re.split(r"(?<=[.!?])[*_)]*\s+(?=[^a-z0-9])", paragraph)
-    return [s for s in found if words(s)]
+    return [shown(s) for s in found if words(s)]
 
 
 def words(sentence):
