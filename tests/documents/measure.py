@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """measure.py FILE... [--bytes N] [--median N] [--longest N] [--cell N]: how long a document's sentences and cells are.
 
-Prints a line a file: bytes, lines, sentences, the median and the longest sentence [words] and the longest table cell
-[characters as shown]. With a bound, a file beyond it fails, and its sentences and cells beyond it are printed.
+Prints a line a file: bytes, lines, sentences, the median and the longest sentence [words], the longest table cell
+[characters as shown] and how many of 100 words in prose and cells hold a digit. With a bound, a file beyond it fails, and its sentences and cells beyond it are printed.
 
 A sentence ends at . ! or ? before a space, or with its paragraph or list item. Code blocks, tables, headings, pictures,
 comments and what stands between marks `NAME: begin` and `NAME: end` (scripts write it) hold no sentences; inline code
@@ -80,8 +80,10 @@ def main():
         found = sentences(paragraphs)
         lengths = [len(words(s)) for s in found] or [0]
         median, cell = statistics.median(lengths), max(map(len, cells), default=0)
+        every = [w for text in found + cells for w in words(text)]
+        numbers = 100 * sum(bool(re.search(r"\d", w)) for w in every) / max(1, len(every))
         print(f"{path}: {len(raw)} bytes, {text.count(chr(10))} lines, {len(found)} sentences, median {median:g}, "
-              f"longest {max(lengths)} words, longest cell {cell} characters")
+              f"longest {max(lengths)} words, longest cell {cell} characters, {numbers:.0f} numbers per 100 words")
         faults = [f"{len(words(s))} words: {s}" for s in found if len(words(s)) > bounds.longest]
         faults += [f"a cell of {len(c)} characters: {c}" for c in cells if len(c) > bounds.cell]
         if len(raw) > bounds.bytes:
