@@ -164,10 +164,10 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   look(X, 4 * kH);
   static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
   const auto nothing = [](std::size_t, const Vec3d&) {};
-  bristles.settle(foundation.points(), near, X, k, nothing);
+  bristles.settle(foundation.points(), Vec6d::Zero(), near, X, k, nothing);
   X.translation() += 2e-5 * plane.along;
   static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
-  bristles.settle(foundation.points(), near, X, k, nothing);
+  bristles.settle(foundation.points(), Vec6d::Zero(), near, X, k, nothing);
   bristles.begin(X);
   const Vec6d before = friction();
   REQUIRE(before.head<3>().norm() > 0.05);

@@ -92,16 +92,17 @@ class Bristles {
     }
   }
 
-  /// Lets the bristles slip as far as their law says with the tool at X, and forgets those that touch no more.
-  /// Calls visit(i, f) with the force on the tool of point i's bristle [N].
+  /// Lets the bristles slip as far as their law says with the tool at X, where the last step brought it after the
+  /// points were found, and forgets those that touch no more. Calls visit(i, f) with the force on the tool of point i's
+  /// bristle [N].
   template <class Visit>
-  void settle(std::span<const FoundationPoint> points, const NearPatches& near, const Posed& X, double k,
-              Visit&& visit) noexcept {
+  void settle(std::span<const FoundationPoint> points, const Vec6d& step, const NearPatches& near, const Posed& X,
+              double k, Visit&& visit) noexcept {
     if (!holds_) return;
     const Mat3d R_since = X.linear() * X_begin_.linear().transpose();
     next_.clear();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const FoundationPoint& q = points[i];
+      const FoundationPoint q = after(points[i], step);
       const Bend b = bend(q, X, R_since);
       const Vec3d left = (b.length - b.slip) * b.direction;
       visit(i, Vec3d(-k * q.weight * left));
@@ -190,7 +191,8 @@ class Bristles<Frictionless> {
   void follow(const NearPatches&) noexcept {}
   void add_to(FoundationSum&, std::span<const FoundationPoint>, const Posed&, double) const noexcept {}
   template <class Visit>
-  void settle(std::span<const FoundationPoint>, const NearPatches&, const Posed&, double, Visit&&) noexcept {}
+  void settle(std::span<const FoundationPoint>, const Vec6d&, const NearPatches&, const Posed&, double,
+              Visit&&) noexcept {}
 };
 
 }  // namespace trephine

@@ -429,10 +429,10 @@ class CoupledToolRenderer {
   void report(Rendered<Scalar>& out) noexcept {
     const double way = error_.way.norm(), turn = error_.turn.norm();
     contact_count_ = 0;
-    const std::span<const FoundationPoint> points = foundation_.points_after(last_step_);
-    for (std::size_t i = 0; i < points.size(); ++i) add_contact(points[i], out.contact);
+    const std::span<const FoundationPoint> points = foundation_.points();
+    for (const FoundationPoint& q : points) add_contact(after(q, last_step_), out.contact);
     std::size_t at = 0;
-    bristles_.settle(points, near_, X_, law_.stiffness, [&](std::size_t i, const Vec3d& f) {
+    bristles_.settle(points, last_step_, near_, X_, law_.stiffness, [&](std::size_t i, const Vec3d& f) {
       while (at < contact_count_ && touched_[at].patch < points[i].patch) ++at;
       if (at < contact_count_ && touched_[at].patch == points[i].patch)
         contacts_[at].force += f.template cast<Scalar>();

@@ -51,6 +51,13 @@ struct FoundationPoint {
   std::size_t sample;  ///< which of the patch's points
 };
 
+/// The point after a small motion (δp, δθ) of the tool, to first order: its depth may have become 0.
+[[nodiscard]] inline FoundationPoint after(FoundationPoint q, const Vec6d& motion) noexcept {
+  q.depth = std::max(0.0, q.depth + q.active * with_moment(q.normal, q.arm).dot(motion));
+  q.arm -= motion.head<3>();
+  return q;
+}
+
 /// What contact amounts to at a pose: an energy and its derivatives by a small motion (δp, δθ) of the tool about T's
 /// origin, G axes.
 struct FoundationSum {
@@ -84,22 +91,12 @@ class Foundation {
   explicit Foundation(std::size_t side = 2, std::size_t most_points = 0)
       : side_(std::clamp<std::size_t>(side, 1, kMostSide)) {
     points_.reserve(most_points);
-    moved_.reserve(most_points);
   }
 
   [[nodiscard]] std::size_t side() const noexcept { return side_; }
   /// The points inside the tool that `sum` found last, at most as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
-  /// The points after a small motion (δp, δθ) of the tool, to first order: some may have no depth any more.
-  [[nodiscard]] const std::vector<FoundationPoint>& points_after(const Vec6d& motion) noexcept {
-    moved_.assign(points_.begin(), points_.end());
-    for (FoundationPoint& q : moved_) {
-      q.depth = std::max(0.0, q.depth + q.active * with_moment(q.normal, q.arm).dot(motion));
-      q.arm -= motion.head<3>();
-    }
-    return moved_;
-  }
 
   template <ToolShape Shape>
   [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X,
@@ -381,7 +378,6 @@ class Foundation {
 
   std::size_t side_;
   std::vector<FoundationPoint> points_;
-  std::vector<FoundationPoint> moved_;
 };
 
 }  // namespace trephine

@@ -86,11 +86,14 @@ class CompensatedSpring {
     if (!(x > kEpsilon * start_pull_ / stiffness_)) return BoundedSpring{stiffness_ / kEpsilon, most_}.at(x);
     double d = yield_;
     if (x < most_extension_) {
-      // x(δ) bends upward, so that Newton's steps from above stay above.
+      // x(δ) bends upward, so that Newton's steps from above stay above. P = k (x + δ) at most, and gain (R − δ_m)
+      // (δ − ramp / 2)² at least.
+      const double least = contact_.gain * (contact_.radius - yield_);
+      d = std::min(yield_, contact_.ramp / 2 + std::sqrt(stiffness_ * (x + yield_) / least));
       for (int i = 0; i < kMostSteps; ++i) {
         const double step = (extension(d) - x) / (contact_.slope(d) / stiffness_ - 1);
         d = std::max(d - step, start_);
-        if (!(std::abs(step) > 1e-15 * d)) break;
+        if (!(std::abs(step) > kRoot * d)) break;
       }
     }
     const double P = x < most_extension_ ? contact_.force(d) : most_;
@@ -103,6 +106,7 @@ class CompensatedSpring {
  private:
   static constexpr double kEpsilon = 0.25;
   static constexpr int kBisections = 60, kMostSteps = 20;
+  static constexpr double kRoot = 1e-8;  // a step of this share leaves its square
 
   /// Beyond δ_c.
   [[nodiscard]] double extension(double d) const noexcept {
