@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/bone_volume.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cutter.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -56,28 +57,6 @@ template <VoxelDensity Density>
   return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
 }
 
-/// Share of a voxel's cell that is bone: 1/2 at the isovalue, 0 and 1 half a voxel to either side of a cut's surface.
-/// On the ramp that a cut leaves this is the cell's exact volume share for a plane along the grid, and sums of it are
-/// the volume inside the isosurface up to h²/(4R²) for a ball of radius R.
-class Coverage {
- public:
-  Coverage(double isovalue, double slope) noexcept
-      : isovalue_(static_cast<float>(isovalue)),
-        half_(static_cast<float>(slope / 2)),
-        per_density_(static_cast<float>(1 / slope)) {}
-
-  [[nodiscard]] float operator()(float density) const noexcept {
-    const float above = density - isovalue_;
-    const float low = above > -half_ ? above : -half_;
-    return 0.5F + (low < half_ ? low : half_) * per_density_;
-  }
-
- private:
-  float isovalue_;
-  float half_;
-  float per_density_;
-};
-
 namespace detail {
 
 /// Nearest density, halves up, clamped to the type's range. The bounds are members, not constants: compilers that know
@@ -113,7 +92,9 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows and adds up what that removes.
+/// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows`, and compares the bone's volume in the cells
+/// that their voxels are corners of, before and after. The volume that all cells lose is the sum over the slabs,
+/// whatever their order, though two slabs share cells.
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
@@ -121,7 +102,8 @@ class Cut {
       : grid_(grid),
         cutter_(cutter),
         limit_(limit),
-        coverage_(isovalue, slope),
+        before_(grid, isovalue),
+        after_(grid, isovalue),
         origin_(cutter.origin()),
         reach_(cut_reach(grid.spacing())),
         per_x_(1 / grid.spacing().x()),
@@ -139,17 +121,17 @@ class Cut {
     // No point is deeper in the body than half its box's shortest side.
     lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
-    const int last_k = voxel_before(hi.z(), size[2]);
     const int last_j = voxel_before(hi.y(), size[1]);
+    first_k_ = voxel_after(lo.z(), size[2]);
+    last_k_ = voxel_before(hi.z(), size[2]);
     bool any = false;
-    for (int k = voxel_after(lo.z(), size[2]); k <= last_k; ++k)
-      for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
-        any |= lower_rows(j, std::min(last_j - j + 1, kCutRows), k);
+    for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
+      any |= lower_slab(j, std::min(last_j - j + 1, kCutRows));
     if (!any) return 0;
     grid_.commit();
-    double cells = 0;
-    for (const float lane : removed_) cells += static_cast<double>(lane);
-    return cells * h.prod() * 1e9;
+    const double cells = before_.cells() - after_.cells();
+    // A cell that takes its lines along another axis now may say a hair more than it did.
+    return cells > 0 ? cells * h.prod() * 1e9 : 0.0;
   }
 
  private:
@@ -158,23 +140,80 @@ class Cut {
   static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
   static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
-  bool lower_rows(int first, int count, int k) noexcept {
+  /// Voxels of the rows of a slab that may be cut, in one plane; none where hi < lo.
+  struct Spans {
+    bool any = false;
+    std::array<int, kCutRows> lo, hi;
+    Spans() noexcept { clear(); }
+    void clear() noexcept {
+      any = false;
+      lo.fill(std::numeric_limits<int>::max());
+      hi.fill(-2);
+    }
+  };
+
+  bool lower_slab(int j, int count) noexcept {
+    // Voxels of planes k − 1, k, k + 1.
+    std::array<Spans, 3> spans;
+    Spans *below = &spans[0], *here = &spans[1], *above = &spans[2];
+    bool any = false;
+    find_spans(j, count, first_k_, *above);
+    for (int k = first_k_ - 1; k <= last_k_ + 1; ++k) {
+      add_cells(before_, j, count, k, *here, *above);
+      if (here->any) any |= lower_plane(j, count, k, *here);
+      add_cells(after_, j, count, k - 1, *below, *here);
+      std::swap(below, here);
+      std::swap(here, above);
+      find_spans(j, count, k + 2, *above);
+    }
+    return any;
+  }
+
+  void find_spans(int first, int count, int k, Spans& out) const noexcept {
+    out.clear();
+    if (k > last_k_) return;
     const Vec3d& h = grid_.spacing();
-    const double z = k * h.z() - origin_.z();
     RowLanes y;
     for (std::size_t l = 0; l < kCutRows; ++l) y[l] = (first + static_cast<int>(l)) * h.y() - origin_.y();
     RowSpans span;
-    cutter_.rows(y, z, reach_, span);
+    cutter_.rows(y, k * h.z() - origin_.z(), reach_, span);
     const double x0 = origin_.x(), per_x = per_x_;
     const int size = grid_.size()[0];
     std::array<int, kCutRows> lo, hi;
     for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
     for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
-    for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = span.lo[l] <= span.hi[l] ? hi[l] : -1;
+    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l) {
+      if (!(span.lo[l] <= span.hi[l]) || lo[l] > hi[l]) continue;
+      out.any = true;
+      out.lo[l] = lo[l];
+      out.hi[l] = hi[l];
+    }
+  }
+
+  /// Adds the cells between planes k and k + 1 that have voxels of the spans as corners.
+  void add_cells(BoneVolume<Density>& volume, int first, int count, int k, const Spans& lower,
+                 const Spans& upper) const noexcept {
+    if (!lower.any && !upper.any) return;
+    int lo = std::numeric_limits<int>::max(), hi = -2;
+    for (int l = 0; l <= count; ++l) {
+      const auto at = static_cast<std::size_t>(l);
+      const int next_lo = l < count ? std::min(lower.lo[at], upper.lo[at]) : std::numeric_limits<int>::max();
+      const int next_hi = l < count ? std::max(lower.hi[at], upper.hi[at]) : -2;
+      const int from = std::min(lo, next_lo), to = std::max(hi, next_hi);
+      if (from <= to) volume.add_row(first + l - 1, k, from - 1, to);
+      lo = next_lo;
+      hi = next_hi;
+    }
+  }
+
+  bool lower_plane(int first, int count, int k, const Spans& spans) noexcept {
+    const auto z = static_cast<float>(k * grid_.spacing().z() - origin_.z());
     bool any = false;
-    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l)
-      if (lo[l] <= hi[l])
-        any |= lower(first + static_cast<int>(l), k, lo[l], hi[l], static_cast<float>(y[l]), static_cast<float>(z));
+    for (int l = 0; l < count; ++l) {
+      const int j = first + l;
+      const int lo = spans.lo[static_cast<std::size_t>(l)], hi = spans.hi[static_cast<std::size_t>(l)];
+      if (lo <= hi) any |= lower(j, k, lo, hi, static_cast<float>(j * grid_.spacing().y() - origin_.y()), z);
+    }
     return any;
   }
 
@@ -246,15 +285,12 @@ class Cut {
       to[l] = mine < from[l] ? mine : from[l];
     }
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
-    const Coverage coverage = coverage_;
-    for (std::size_t l = 0; l < kLanes; ++l)
-      removed_[l] += coverage(static_cast<float>(from[l])) - coverage(static_cast<float>(to[l]));
   }
 
   VoxelGrid<Density>& grid_;
   const C& cutter_;
   const Limit& limit_;
-  Coverage coverage_;
+  BoneVolume<Density> before_, after_;
   [[no_unique_address]] NearestDensity<Density> nearest_;
   Vec3d origin_;
   double reach_;
@@ -262,12 +298,13 @@ class Cut {
   float isovalue_;
   float per_metre_;
   Wide lowest_target_{};
-  std::array<float, kCutLanes> removed_{};
+  int first_k_ = 0, last_k_ = -1;
 };
 
 }  // namespace detail
 
-/// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the fall of the voxels' summed `Coverage`.
+/// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the volume that the isosurface loses
+/// (`BoneVolume`), never negative.
 /// `slope` [densities per voxel], 0: `auto_slope`. A cutter with a non-finite place or away from the grid does nothing,
 /// nor does an isovalue that is not finite.
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
