@@ -5,10 +5,13 @@
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -48,10 +51,9 @@ class BoneVolume {
   void add_row(int j, int k, int first, int last) noexcept {
     if (!has_bone_) return;
     const Density* const row = grid_.data() + grid_.index(0, j, k);
-    for (int i = first; i <= last; i += kLanes) {
-      const int left = last - i + 1;
-      add_block(row + i, left < kLanes ? left : kLanes);
-    }
+    int i = first;
+    for (; last - i >= kLanes / 2; i += kLanes) add_block<kLanes>(row + i, std::min(last - i + 1, kLanes));
+    if (i <= last) add_block<kLanes / 2>(row + i, last - i + 1);
   }
 
   /// Volume added so far, in cells.
@@ -68,44 +70,47 @@ class BoneVolume {
                                   std::conditional_t<sizeof(Density) == 2, std::uint16_t, std::uint32_t>>;
   using Lanes = std::array<float, kLanes>;
 
+  template <std::size_t kBlock>
   void add_block(const Density* at, int count) noexcept {
     const std::ptrdiff_t y = grid_.row_pitch(), z = grid_.plane_pitch();
-    const Density* const r0 = at;
-    const Density* const r1 = at + y;
-    const Density* const r2 = at + z;
-    const Density* const r3 = at + y + z;
     const Density least = least_;
-    std::array<Mask, kLanes> in, crossed;
     // Corners in bone; lanes read past the count are of the next row, or spare.
-    for (std::size_t l = 0; l < kLanes; ++l)
-      in[l] = static_cast<Mask>(static_cast<Mask>(r0[l] >= least) + static_cast<Mask>(r1[l] >= least) +
-                                static_cast<Mask>(r2[l] >= least) + static_cast<Mask>(r3[l] >= least));
-    for (std::size_t l = 0; l < kLanes; ++l)
-      in[l] = static_cast<Mask>(in[l] + static_cast<Mask>(r0[l + 1] >= least) + static_cast<Mask>(r1[l + 1] >= least) +
-                                static_cast<Mask>(r2[l + 1] >= least) + static_cast<Mask>(r3[l + 1] >= least));
+    std::array<Mask, kBlock> in{}, crossed, whole;
+    for (const std::ptrdiff_t corner : {std::ptrdiff_t{0}, y, z, y + z}) {
+      const Density* const r = at + corner;
+      for (std::size_t l = 0; l < kBlock; ++l)
+        in[l] = static_cast<Mask>(in[l] + static_cast<Mask>(r[l] >= least) + static_cast<Mask>(r[l + 1] >= least));
+    }
     const auto lanes = static_cast<Mask>(count);
-    for (std::size_t l = 0; l < kLanes; ++l) in[l] = static_cast<Mask>(l) < lanes ? in[l] : Mask{0};
-    for (std::size_t l = 0; l < kLanes; ++l) crossed[l] = static_cast<Mask>(in[l] != 0 && in[l] != 8);
-    Mask whole = 0, any = 0;
-    for (std::size_t l = 0; l < kLanes; ++l) whole = static_cast<Mask>(whole + static_cast<Mask>(in[l] == 8));
-    for (std::size_t l = 0; l < kLanes; ++l) any = static_cast<Mask>(any | crossed[l]);
-    whole_ += whole;
-    if (any == 0) return;
-    std::array<std::uint8_t, kLanes> lane;
-    std::size_t n = 0;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      lane[n] = static_cast<std::uint8_t>(l);
-      n += crossed[l];
+    for (std::size_t l = 0; l < kBlock; ++l) in[l] = static_cast<Mask>(l) < lanes ? in[l] : Mask{0};
+    for (std::size_t l = 0; l < kBlock; ++l) whole[l] = static_cast<Mask>(in[l] == 8);
+    for (std::size_t l = 0; l < kBlock; ++l) crossed[l] = in[l] != 0 ? Mask{1} : Mask{0};
+    for (std::size_t l = 0; l < kBlock; ++l) crossed[l] = static_cast<Mask>(crossed[l] - whole[l]);
+    constexpr std::size_t kWords = sizeof(crossed) / 8;
+    constexpr int kBits = 8 * sizeof(Mask);
+    std::array<std::uint64_t, kWords> words, whole_words;
+    std::memcpy(words.data(), crossed.data(), sizeof(crossed));
+    std::memcpy(whole_words.data(), whole.data(), sizeof(whole));
+    for (std::size_t w = 0; w < kWords; ++w) {
+      whole_ += std::popcount(whole_words[w]);
+      for (std::uint64_t left = words[w]; left != 0;) {
+        constexpr bool kLittle = std::endian::native == std::endian::little;
+        const int bit = kLittle ? std::countr_zero(left) : 63 - std::countl_zero(left);
+        left ^= std::uint64_t{1} << bit;
+        const int lane = kLittle ? bit / kBits : 64 / kBits - 1 - bit / kBits;
+        keep(at + static_cast<std::ptrdiff_t>(w) * (64 / kBits) + lane, y, z);
+      }
     }
-    for (std::size_t c = 0; c < n; ++c) {
-      const std::ptrdiff_t l = lane[c];
-      const auto to = static_cast<std::size_t>(crossed_count_);
-      corner_[0][to] = r0[l], corner_[1][to] = r0[l + 1];
-      corner_[2][to] = r1[l], corner_[3][to] = r1[l + 1];
-      corner_[4][to] = r2[l], corner_[5][to] = r2[l + 1];
-      corner_[6][to] = r3[l], corner_[7][to] = r3[l + 1];
-      if (++crossed_count_ == kLanes) add_crossed();
-    }
+  }
+
+  /// Keeps a cell's corners until there are enough for a sum.
+  void keep(const Density* at, std::ptrdiff_t y, std::ptrdiff_t z) noexcept {
+    const auto to = static_cast<std::size_t>(crossed_count_);
+    corner_[0][to] = at[0], corner_[1][to] = at[1];
+    corner_[2][to] = at[y], corner_[3][to] = at[y + 1];
+    corner_[4][to] = at[z], corner_[5][to] = at[z + 1];
+    corner_[6][to] = at[y + z], corner_[7][to] = at[y + z + 1];
+    if (++crossed_count_ == kLanes) add_crossed();
   }
 
   // In loops of their own over all lanes, so that they vectorise.
@@ -114,27 +119,33 @@ class BoneVolume {
     const float isovalue = isovalue_;
     for (std::size_t m = 0; m < 8; ++m)
       for (std::size_t l = 0; l < kLanes; ++l) c[m][l] = static_cast<float>(corner_[m][l]) - isovalue;
-    // Corners at the lines' starts and ends, in the order of the two axes across.
-    std::array<Lanes, 4> start, end;
+    // How much steeper the cell is along x than along y, and along z than along both.
+    Lanes to_x, to_z;
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float d07 = c[7][l] - c[0][l], d16 = c[6][l] - c[1][l];
       const float d25 = c[5][l] - c[2][l], d34 = c[4][l] - c[3][l];
       const float x = std::abs(d07 - d16 + d25 - d34);
       const float y = std::abs(d07 + d16 - d25 - d34);
       const float z = std::abs(d07 + d16 + d25 + d34);
-      const bool along_z = z >= x && z >= y;
-      const bool along_x = x >= y;
-      const float p1 = along_x ? c[2][l] : c[1][l], p3 = along_x ? c[6][l] : c[5][l];
-      const float q0 = along_x ? c[1][l] : c[2][l], q2 = along_x ? c[5][l] : c[6][l];
-      start[0][l] = c[0][l];
-      start[1][l] = along_z ? c[1][l] : p1;
-      start[2][l] = along_z ? c[2][l] : c[4][l];
-      start[3][l] = along_z ? c[3][l] : p3;
-      end[0][l] = along_z ? c[4][l] : q0;
-      end[1][l] = along_z ? c[5][l] : c[3][l];
-      end[2][l] = along_z ? c[6][l] : q2;
-      end[3][l] = c[7][l];
+      to_x[l] = x - y;
+      to_z[l] = z - (x > y ? x : y);
     }
+    // Corners at the lines' starts and ends, in the order of the two axes across.
+    std::array<Lanes, 4> start, end;
+    start[0] = c[0];
+    end[3] = c[7];
+    const auto choose = [&](Lanes& out, const Lanes& by_x, const Lanes& by_y, const Lanes& by_z) {
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const float across = to_x[l] >= 0 ? by_x[l] : by_y[l];
+        out[l] = to_z[l] >= 0 ? by_z[l] : across;
+      }
+    };
+    choose(start[1], c[2], c[1], c[1]);
+    choose(start[2], c[4], c[4], c[2]);
+    choose(start[3], c[6], c[5], c[3]);
+    choose(end[0], c[1], c[2], c[4]);
+    choose(end[1], c[3], c[3], c[5]);
+    choose(end[2], c[5], c[6], c[6]);
     constexpr std::array<float, 4> kPlace{0.0694318442F, 0.3300094782F, 0.6699905218F, 0.9305681558F};
     constexpr std::array<float, 4> kWeight{0.1739274226F, 0.3260725774F, 0.3260725774F, 0.1739274226F};
     Lanes share{};
