@@ -58,11 +58,13 @@ void plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, dou
         const float at = d[static_cast<std::size_t>(lane)];
         if (!(at < reach_f)) continue;
         Density& voxel = voxels[static_cast<std::size_t>((k * n[1] + j) * n[0] + i)];
-        const float share = 0.5F + at * (-0.5F / reach_f);
+        CutLanes share;
+        cutter.shares(static_cast<float>((i - lane) * h.x() - cutter.origin().x()), static_cast<float>(h.x()),
+                      static_cast<float>(y[0]), static_cast<float>(z), reach_f, share);
         const auto index = static_cast<std::uint32_t>(grid.index(i, j, k));
         const auto target = nearest(static_cast<float>(iso) + at * static_cast<float>(slope / h.maxCoeff()));
-        const auto value =
-            static_cast<Density>(limit(static_cast<WideDensity<Density>>(voxel), target, std::min(share, 1.0F), index));
+        const auto value = static_cast<Density>(
+            limit(static_cast<WideDensity<Density>>(voxel), target, share[static_cast<std::size_t>(lane)], index));
         if (value < voxel) voxel = value;
       }
     }

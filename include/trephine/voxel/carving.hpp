@@ -222,8 +222,11 @@ class Cut {
     return grid_.lower_lanes(j, k, first, last, [&](int i, int count, const auto& old, auto& value) {
       if (is_low(old)) return;
       std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
-      cutter_.distances(static_cast<float>(i * grid_.spacing().x() - origin_.x()), step, y, z, d);
-      lower_lanes(grid_.index(i, j, k), count, d, old, value);
+      const auto x = static_cast<float>(i * grid_.spacing().x() - origin_.x());
+      cutter_.distances(x, step, y, z, d);
+      decltype(d) share;
+      if constexpr (!LimitAtOnce<Limit>) cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+      lower_lanes(grid_.index(i, j, k), count, d, share, old, value);
     });
   }
 
@@ -256,9 +259,9 @@ class Cut {
   // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
   template <std::size_t kLanes>
   void lower_lanes(std::size_t index, int count, const std::array<float, kLanes>& d,
-                   const std::array<Density, kLanes>& old, std::array<Density, kLanes>& value) noexcept {
+                   const std::array<float, kLanes>& share, const std::array<Density, kLanes>& old,
+                   std::array<Density, kLanes>& value) noexcept {
     const float reach = static_cast<float>(reach_);
-    const float per_share = -0.5F / reach;
     const float isovalue = isovalue_;
     const float per_metre = per_metre_;
     const Limit limit = limit_;
@@ -266,20 +269,21 @@ class Cut {
     const auto voxel = static_cast<std::uint32_t>(index);
     std::array<float, kBySteepness ? kLanes : 1> steepness;
     if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
-    const auto limited = [&](std::size_t l, Wide density, Wide target, float share) {
+    const auto limited = [&](std::size_t l, Wide density, Wide target) {
       const std::uint32_t here = voxel + static_cast<std::uint32_t>(l);
-      if constexpr (kBySteepness)
-        return limit(density, target, share, here, steepness[l]);
+      if constexpr (LimitAtOnce<Limit>)
+        return limit(density, target, 1.0F, here);
+      else if constexpr (kBySteepness)
+        return limit(density, target, share[l], here, steepness[l]);
       else
-        return limit(density, target, share, here);
+        return limit(density, target, share[l], here);
     };
     std::array<Wide, kLanes> from, to;
     for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
     for (std::size_t l = 0; l < kLanes; ++l) {
-      const float share = 0.5F + d[l] * per_share;
       Wide target = nearest(isovalue + d[l] * per_metre);
       if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
-      const Wide cut = limited(l, from[l], target, share < 1.0F ? share : 1.0F);
+      const Wide cut = limited(l, from[l], target);
       const Wide within = d[l] < reach ? cut : from[l];
       const Wide mine = static_cast<int>(l) < count ? within : from[l];
       to[l] = mine < from[l] ? mine : from[l];
