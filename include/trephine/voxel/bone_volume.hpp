@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
