@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/voxel/bone_volume.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cutter.hpp>
+#include <trephine/voxel/lost_cells.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <cmath>
@@ -92,9 +92,9 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows`, and compares the bone's volume in the cells
-/// that their voxels are corners of, before and after. The volume that all cells lose is the sum over the slabs,
-/// whatever their order, though two slabs share cells.
+/// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows` and tiles of them along x, and adds up what
+/// the cells lose that their voxels are corners of. What all cells lose is the sum over the tiles, whatever their
+/// order, though two tiles share cells.
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
@@ -102,8 +102,7 @@ class Cut {
       : grid_(grid),
         cutter_(cutter),
         limit_(limit),
-        before_(grid, isovalue),
-        after_(grid, isovalue),
+        lost_(grid, isovalue),
         origin_(cutter.origin()),
         reach_(cut_reach(grid.spacing())),
         per_x_(1 / grid.spacing().x()),
@@ -124,12 +123,18 @@ class Cut {
     const int last_j = voxel_before(hi.y(), size[1]);
     first_k_ = voxel_after(lo.z(), size[2]);
     last_k_ = voxel_before(hi.z(), size[2]);
+    // A voxel more at either end: rounding may let the cutter reach it.
+    const int first_i = std::max(voxel_after(lo.x(), size[0]) - 1, 0);
+    last_i_ = std::min(voxel_before(hi.x(), size[0]) + 1, size[0] - 1);
     bool any = false;
-    for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
-      any |= lower_slab(j, std::min(last_j - j + 1, kCutRows));
+    for (int i = first_i; i <= last_i_; i = tile_.next) {
+      tile_ = {i, last_i_ - i < LostCells<Density>::kVoxels ? last_i_ + 1 : i + kTile, i == first_i};
+      for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
+        any |= lower_slab(j, std::min(last_j - j + 1, kCutRows));
+    }
     if (!any) return 0;
     grid_.commit();
-    const double cells = before_.cells() - after_.cells();
+    const double cells = lost_.cells();
     // A cell that takes its lines along another axis now may say a hair more than it did.
     return cells > 0 ? cells * h.prod() * 1e9 : 0.0;
   }
@@ -140,28 +145,43 @@ class Cut {
   static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
   static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
+  static constexpr int kNoVoxel = std::numeric_limits<int>::max();
+
   /// Voxels of the rows of a slab that may be cut, in one plane; none where hi < lo.
   struct Spans {
     bool any = false;
+    int least, most;  // of all rows
     std::array<int, kCutRows> lo, hi;
     Spans() noexcept { clear(); }
     void clear() noexcept {
       any = false;
-      lo.fill(std::numeric_limits<int>::max());
+      least = kNoVoxel;
+      most = -2;
+      lo.fill(kNoVoxel);
       hi.fill(-2);
     }
   };
+
+  /// Blocks of lanes that begin here are cut in a tile; their ends may lie beyond `next`.
+  struct Tile {
+    int first = 0, next = 0;
+    bool is_first = true;
+  };
+  static constexpr int kTile = LostCells<Density>::kVoxels - VoxelGrid<Density>::kLowerLanes + 1;
+  static_assert(kCutRows == LostCells<Density>::kRows);
 
   bool lower_slab(int j, int count) noexcept {
     // Voxels of planes k − 1, k, k + 1.
     std::array<Spans, 3> spans;
     Spans *below = &spans[0], *here = &spans[1], *above = &spans[2];
     bool any = false;
+    lost_.start(tile_.first, j);
     find_spans(j, count, first_k_, *above);
     for (int k = first_k_ - 1; k <= last_k_ + 1; ++k) {
-      add_cells(before_, j, count, k, *here, *above);
+      lost_.enter(k, std::min({below->least, here->least, above->least}),
+                  std::max({below->most, here->most, above->most}));
       if (here->any) any |= lower_plane(j, count, k, *here);
-      add_cells(after_, j, count, k - 1, *below, *here);
+      lost_.add();
       std::swap(below, here);
       std::swap(here, above);
       find_spans(j, count, k + 2, *above);
@@ -182,27 +202,30 @@ class Cut {
     std::array<int, kCutRows> lo, hi;
     for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
     for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
-    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l) {
-      if (!(span.lo[l] <= span.hi[l]) || lo[l] > hi[l]) continue;
-      out.any = true;
-      out.lo[l] = lo[l];
-      out.hi[l] = hi[l];
+    if (!tile_.is_first || tile_.next <= last_i_) clip(lo, hi);
+    // Where the span is empty, lo > hi.
+    int least = kNoVoxel, most = -2;
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      const bool any = (static_cast<int>(l) < count) & (lo[l] <= hi[l]);
+      out.lo[l] = any ? lo[l] : kNoVoxel;
+      out.hi[l] = any ? hi[l] : -2;
     }
+    for (std::size_t l = 0; l < kCutRows; ++l) least = out.lo[l] < least ? out.lo[l] : least;
+    for (std::size_t l = 0; l < kCutRows; ++l) most = out.hi[l] > most ? out.hi[l] : most;
+    out.any = least <= most;
+    out.least = least;
+    out.most = most;
   }
 
-  /// Adds the cells between planes k and k + 1 that have voxels of the spans as corners.
-  void add_cells(BoneVolume<Density>& volume, int first, int count, int k, const Spans& lower,
-                 const Spans& upper) const noexcept {
-    if (!lower.any && !upper.any) return;
-    int lo = std::numeric_limits<int>::max(), hi = -2;
-    for (int l = 0; l <= count; ++l) {
-      const auto at = static_cast<std::size_t>(l);
-      const int next_lo = l < count ? std::min(lower.lo[at], upper.lo[at]) : std::numeric_limits<int>::max();
-      const int next_hi = l < count ? std::max(lower.hi[at], upper.hi[at]) : -2;
-      const int from = std::min(lo, next_lo), to = std::max(hi, next_hi);
-      if (from <= to) volume.add_row(first + l - 1, k, from - 1, to);
-      lo = next_lo;
-      hi = next_hi;
+  /// To the blocks of a tile, from where the row's span begins: so a voxel's distance is the same bits in any tile.
+  void clip(std::array<int, kCutRows>& lo, std::array<int, kCutRows>& hi) const noexcept {
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      if (lo[l] < tile_.first) {
+        const int blocks = (tile_.first - lo[l] + (tile_.is_first ? 0 : kCutLanes - 1)) / kCutLanes;
+        lo[l] += blocks * kCutLanes;
+      }
+      const int blocks = (tile_.next - 1 - lo[l] + kCutLanes) / kCutLanes;
+      hi[l] = lo[l] < tile_.next ? std::min(hi[l], lo[l] + blocks * kCutLanes - 1) : -2;
     }
   }
 
@@ -219,15 +242,18 @@ class Cut {
 
   bool lower(int j, int k, int first, int last, float y, float z) noexcept {
     const float step = static_cast<float>(grid_.spacing().x());
-    return grid_.lower_lanes(j, k, first, last, [&](int i, int count, const auto& old, auto& value) {
-      if (is_low(old)) return;
-      std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
-      const auto x = static_cast<float>(i * grid_.spacing().x() - origin_.x());
-      cutter_.distances(x, step, y, z, d);
-      decltype(d) share;
-      if constexpr (!LimitAtOnce<Limit>) cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
-      lower_lanes(grid_.index(i, j, k), count, d, share, old, value);
-    });
+    return grid_.lower_lanes(
+        j, k, first, last,
+        [&](int i, int count, const auto& old, auto& value) {
+          if (is_low(old)) return;
+          std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
+          const auto x = static_cast<float>(i * grid_.spacing().x() - origin_.x());
+          cutter_.distances(x, step, y, z, d);
+          decltype(d) share;
+          if constexpr (!LimitAtOnce<Limit>) cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+          lower_lanes(grid_.index(i, j, k), count, d, share, old, value);
+        },
+        [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
 
   /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower, and in the
@@ -264,29 +290,38 @@ class Cut {
     const float reach = static_cast<float>(reach_);
     const float isovalue = isovalue_;
     const float per_metre = per_metre_;
-    const Limit limit = limit_;
+    [[maybe_unused]] const Limit limit = limit_;
     const NearestDensity<Density> nearest = nearest_;
-    const auto voxel = static_cast<std::uint32_t>(index);
+    [[maybe_unused]] const auto voxel = static_cast<std::uint32_t>(index);
     std::array<float, kBySteepness ? kLanes : 1> steepness;
     if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
-    const auto limited = [&](std::size_t l, Wide density, Wide target) {
+    [[maybe_unused]] const auto limited = [&](std::size_t l, Wide density, Wide target) {
       const std::uint32_t here = voxel + static_cast<std::uint32_t>(l);
-      if constexpr (LimitAtOnce<Limit>)
-        return limit(density, target, 1.0F, here);
-      else if constexpr (kBySteepness)
+      if constexpr (kBySteepness)
         return limit(density, target, share[l], here, steepness[l]);
       else
         return limit(density, target, share[l], here);
     };
-    std::array<Wide, kLanes> from, to;
-    for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      Wide target = nearest(isovalue + d[l] * per_metre);
-      if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
-      const Wide cut = limited(l, from[l], target);
-      const Wide within = d[l] < reach ? cut : from[l];
-      const Wide mine = static_cast<int>(l) < count ? within : from[l];
-      to[l] = mine < from[l] ? mine : from[l];
+    std::array<Wide, kLanes> to;
+    if constexpr (LimitAtOnce<Limit>) {
+      // Needs no old density; that it adds no bone, lower_lanes sees to.
+      const Wide none = none_;
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const Wide target = nearest(isovalue + d[l] * per_metre);
+        const Wide within = d[l] < reach ? target : none;
+        to[l] = static_cast<int>(l) < count ? within : none;
+      }
+    } else {
+      std::array<Wide, kLanes> from;
+      for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        Wide target = nearest(isovalue + d[l] * per_metre);
+        if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
+        const Wide cut = limited(l, from[l], target);
+        const Wide within = d[l] < reach ? cut : from[l];
+        const Wide mine = static_cast<int>(l) < count ? within : from[l];
+        to[l] = mine < from[l] ? mine : from[l];
+      }
     }
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
   }
@@ -294,7 +329,7 @@ class Cut {
   VoxelGrid<Density>& grid_;
   const C& cutter_;
   const Limit& limit_;
-  BoneVolume<Density> before_, after_;
+  LostCells<Density> lost_;
   [[no_unique_address]] NearestDensity<Density> nearest_;
   Vec3d origin_;
   double reach_;
@@ -302,7 +337,9 @@ class Cut {
   float isovalue_;
   float per_metre_;
   Wide lowest_target_{};
-  int first_k_ = 0, last_k_ = -1;
+  Wide none_ = std::numeric_limits<Density>::max();  // a target that cuts nothing
+  int first_k_ = 0, last_k_ = -1, last_i_ = -1;
+  Tile tile_;
 };
 
 }  // namespace detail
