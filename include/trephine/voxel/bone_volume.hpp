@@ -52,21 +52,31 @@ class CrossedCells {
  public:
   explicit CrossedCells(double isovalue) noexcept : isovalue_(static_cast<float>(isovalue)) {}
 
-  /// Adds the cell between four rows, each from its voxel at the cell to the next: (y, z), (y + 1, z), (y, z + 1),
-  /// (y + 1, z + 1).
-  void add(const Density* r00, const Density* r10, const Density* r01, const Density* r11) noexcept {
-    const auto to = static_cast<std::size_t>(count_);
-    pair_[0][to] = pair_at(r00);
-    pair_[1][to] = pair_at(r10);
-    pair_[2][to] = pair_at(r01);
-    pair_[3][to] = pair_at(r11);
-    if (++count_ == kLanes) add_kept();
+  /// Adds the cells whose bit is set, between four rows: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). Cell i reaches
+  /// from their voxels i to i + 1.
+  void add(std::uint64_t cells, const Density* r00, const Density* r10, const Density* r01,
+           const Density* r11) noexcept {
+    std::size_t to = count_;
+    for (; cells != 0; cells &= cells - 1) {
+      const int i = std::countr_zero(cells);
+      pair_[0][to] = pair_at(r00 + i);
+      pair_[1][to] = pair_at(r10 + i);
+      pair_[2][to] = pair_at(r01 + i);
+      pair_[3][to] = pair_at(r11 + i);
+      if (++to < kLanes) continue;
+      add_kept(kLanes);
+      to = 0;
+    }
+    count_ = to;
   }
 
   /// Sum of the shares so far, in cells.
   [[nodiscard]] double sum() noexcept {
-    if (count_ > 0) add_kept();
-    return sum_;
+    add_kept(static_cast<int>(count_));
+    count_ = 0;
+    double sum = 0;
+    for (const double lane : sums_) sum += lane;
+    return sum;
   }
 
  private:
@@ -107,7 +117,7 @@ class CrossedCells {
   }
 
   // In loops of their own over all lanes, so that they vectorise.
-  void add_kept() noexcept {
+  void add_kept(int count) noexcept {
     std::array<Lanes, 8> c;
     const float isovalue = isovalue_;
     for (std::size_t m = 0; m < 4; ++m) {
@@ -162,15 +172,13 @@ class CrossedCells {
           share[l] += kWeight[u] * kWeight[v] * ((p + q + kLeast) / both);
         }
     }
-    float sum = 0;
-    for (std::size_t l = 0; l < kLanes; ++l) sum += static_cast<int>(l) < count_ ? 0.5F + 0.5F * share[l] : 0.0F;
-    sum_ += static_cast<double>(sum);
-    count_ = 0;
+    for (std::size_t l = 0; l < kLanes; ++l) share[l] = static_cast<int>(l) < count ? 0.5F + 0.5F * share[l] : 0.0F;
+    for (std::size_t l = 0; l < kLanes; ++l) sums_[l] += static_cast<double>(share[l]);
   }
 
   float isovalue_;
-  int count_ = 0;
-  double sum_ = 0;
+  std::size_t count_ = 0;
+  std::array<double, kLanes> sums_{};
   std::array<std::array<Pair, kLanes>, 4> pair_{};  // of corners along x, of cells that no sum has yet
 };
 
@@ -236,7 +244,7 @@ class BoneVolume {
         left ^= std::uint64_t{1} << bit;
         const int lane = kLittle ? bit / kBits : 64 / kBits - 1 - bit / kBits;
         const Density* const cell = at + static_cast<std::ptrdiff_t>(w) * (64 / kBits) + lane;
-        crossed_.add(cell, cell + y, cell + z, cell + y + z);
+        crossed_.add(1, cell, cell + y, cell + z, cell + y + z);
       }
     }
   }

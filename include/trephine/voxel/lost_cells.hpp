@@ -119,18 +119,10 @@ class LostCells {
     const std::uint64_t some_after = changed & either(any(last_->bone_after, here_->bone_after));
     const std::uint64_t whole_after = changed & both(all(last_->bone_after, here_->bone_after));
     whole_ += std::popcount(whole) - std::popcount(whole_after);
-    add_crossed(before_, some & ~whole, last_->old[r].data(), last_->old[r + 1].data(), here_->old[r].data(),
+    before_.add(some & ~whole, last_->old[r].data(), last_->old[r + 1].data(), here_->old[r].data(),
                 here_->old[r + 1].data());
-    add_crossed(after_, some_after & ~whole_after, voxels(*last_, row), voxels(*last_, row + 1), voxels(*here_, row),
-                voxels(*here_, row + 1));
-  }
-
-  static void add_crossed(CrossedCells<Density>& sum, std::uint64_t cells, const Density* r00, const Density* r10,
-                          const Density* r01, const Density* r11) noexcept {
-    for (; cells != 0; cells &= cells - 1) {
-      const int i = std::countr_zero(cells);
-      sum.add(r00 + i, r10 + i, r01 + i, r11 + i);
-    }
+    after_.add(some_after & ~whole_after, voxels(*last_, row), voxels(*last_, row + 1), voxels(*here_, row),
+               voxels(*here_, row + 1));
   }
 
   const VoxelGrid<Density>& grid_;
