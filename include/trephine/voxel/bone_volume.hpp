@@ -126,15 +126,16 @@ class CrossedCells {
       for (std::size_t l = 0; l < kLanes; ++l) c[2 * m + 1][l] -= isovalue;
     }
     // How much steeper the cell is along x than along y, and along z than along both.
-    Lanes to_x, to_z;
+    // As masks: compilers without blends make jumps of choices, which are wrong half of the time.
+    std::array<std::uint32_t, kLanes> along_x, along_z;
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float d07 = c[7][l] - c[0][l], d16 = c[6][l] - c[1][l];
       const float d25 = c[5][l] - c[2][l], d34 = c[4][l] - c[3][l];
       const float x = std::abs(d07 - d16 + d25 - d34);
       const float y = std::abs(d07 + d16 - d25 - d34);
       const float z = std::abs(d07 + d16 + d25 + d34);
-      to_x[l] = x - y;
-      to_z[l] = z - (x > y ? x : y);
+      along_x[l] = x >= y ? ~0U : 0U;
+      along_z[l] = z >= (x > y ? x : y) ? ~0U : 0U;
     }
     // Corners at the lines' starts and ends, in the order of the two axes across.
     std::array<Lanes, 4> start, end;
@@ -142,8 +143,9 @@ class CrossedCells {
     end[3] = c[7];
     const auto choose = [&](Lanes& out, const Lanes& by_x, const Lanes& by_y, const Lanes& by_z) {
       for (std::size_t l = 0; l < kLanes; ++l) {
-        const float across = to_x[l] >= 0 ? by_x[l] : by_y[l];
-        out[l] = to_z[l] >= 0 ? by_z[l] : across;
+        const auto bits = [l](const Lanes& from) { return std::bit_cast<std::uint32_t>(from[l]); };
+        const std::uint32_t across = (bits(by_x) & along_x[l]) | (bits(by_y) & ~along_x[l]);
+        out[l] = std::bit_cast<float>((bits(by_z) & along_z[l]) | (across & ~along_z[l]));
       }
     };
     choose(start[1], c[2], c[1], c[1]);
@@ -172,7 +174,8 @@ class CrossedCells {
           share[l] += kWeight[u] * kWeight[v] * ((p + q + kLeast) / both);
         }
     }
-    for (std::size_t l = 0; l < kLanes; ++l) share[l] = static_cast<int>(l) < count ? 0.5F + 0.5F * share[l] : 0.0F;
+    // Lanes that no cell is in hold former cells.
+    for (std::size_t l = 0; l < kLanes; ++l) share[l] = (static_cast<int>(l) < count ? 0.5F : 0.0F) * (1.0F + share[l]);
     for (std::size_t l = 0; l < kLanes; ++l) sums_[l] += static_cast<double>(share[l]);
   }
 
