@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/voxel/cut_policy.hpp>
+#include <trephine/voxel/lane_bits.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
@@ -214,9 +214,7 @@ class BoneVolume {
 
  private:
   static constexpr int kLanes = 16;
-  /// As wide as densities, so that comparisons stay in one register width.
-  using Mask = std::conditional_t<sizeof(Density) == 1, std::uint8_t,
-                                  std::conditional_t<sizeof(Density) == 2, std::uint16_t, std::uint32_t>>;
+  using Mask = detail::LaneFlag<Density>;
 
   template <std::size_t kBlock>
   void add_block(const Density* at, int count) noexcept {

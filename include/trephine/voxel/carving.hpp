@@ -118,7 +118,8 @@ class Cut {
     const Vec3d hi = (box.max().array() + reach_).matrix().cwiseQuotient(h);
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
-    lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
+    lowest_target_ =
+        static_cast<Density>(nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2)));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
     const int last_j = voxel_before(hi.y(), size[1]);
     first_k_ = voxel_after(lo.z(), size[2]);
@@ -277,9 +278,8 @@ class Cut {
   /// Whether no target can be lower than what is there: air, mostly.
   template <std::size_t kLanes>
   [[nodiscard]] bool is_low(const std::array<Density, kLanes>& old) const noexcept {
-    Density most = std::numeric_limits<Density>::lowest();
-    for (std::size_t l = 0; l < kLanes; ++l) most = old[l] > most ? old[l] : most;
-    return !(static_cast<Wide>(most) > lowest_target_);
+    const Density lowest = lowest_target_;
+    return !any_lane<Density, kLanes>([&](std::size_t l) { return old[l] > lowest; });
   }
 
   // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
@@ -336,7 +336,7 @@ class Cut {
   double per_x_;
   float isovalue_;
   float per_metre_;
-  Wide lowest_target_{};
+  Density lowest_target_{};
   Wide none_ = std::numeric_limits<Density>::max();  // a target that cuts nothing
   int first_k_ = 0, last_k_ = -1, last_i_ = -1;
   Tile tile_;

@@ -34,4 +34,16 @@ template <class T, std::size_t kLanes, class Is>
   return bits;
 }
 
+/// Whether is(l) anywhere, in 8 or 16 lanes.
+template <class T, std::size_t kLanes, class Is>
+[[nodiscard]] inline bool any_lane(Is&& is) noexcept {
+  std::array<LaneFlag<T>, kLanes> flag;
+  for (std::size_t l = 0; l < kLanes; ++l) flag[l] = is(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
+  std::array<std::uint64_t, sizeof(flag) / 8> words;
+  std::memcpy(words.data(), flag.data(), sizeof(flag));
+  std::uint64_t any = 0;
+  for (const std::uint64_t word : words) any |= word;
+  return any != 0;
+}
+
 }  // namespace trephine::detail

@@ -118,7 +118,8 @@ class LostCells {
     const std::uint64_t whole = changed & both(all(last_->bone, here_->bone));
     const std::uint64_t some_after = changed & either(any(last_->bone_after, here_->bone_after));
     const std::uint64_t whole_after = changed & both(all(last_->bone_after, here_->bone_after));
-    whole_ += std::popcount(whole) - std::popcount(whole_after);
+    // Densities fall: what is whole after the cut was so before.
+    whole_ += std::popcount(whole ^ whole_after);
     before_.add(some & ~whole, last_->old[r].data(), last_->old[r + 1].data(), here_->old[r].data(),
                 here_->old[r + 1].data());
     after_.add(some_after & ~whole_after, voxels(*last_, row), voxels(*last_, row + 1), voxels(*here_, row),
