@@ -94,7 +94,8 @@ struct NearestDensity<float> {
 
 /// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows` and tiles of them along x, and adds up what
 /// the cells lose that their voxels are corners of. What all cells lose is the sum over the tiles, whatever their
-/// order, though two tiles share cells.
+/// order, though two tiles share cells. A limit by steepness sees neighbours as the blocks before left them, so its
+/// order is part of its densities; tools narrower than a tile have one tile.
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
