@@ -10,6 +10,8 @@
 
 #include <doctest/doctest.h>
 
+#include <string>
+
 namespace {
 
 using namespace trephine;
@@ -109,6 +111,45 @@ TEST_CASE("advancing: adds no bone, goes no farther than the geometric cut and g
   CHECK(added == 0);
   CHECK(farther == 0);
   CHECK(removed == doctest::Approx(all).epsilon(0.05));
+}
+
+TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whatever the tick", Density, std::uint8_t,
+                   std::int16_t, float) {
+  constexpr bool kBytes = sizeof(Density) == 1;
+  constexpr double kAir = 10, kBone = kBytes ? 245 : 2700;
+  constexpr double kSpeed = 0.1, kWay = 20 * kVoxel, kTime = 0.4;
+  const double iso = (kAir + kBone) / 2;
+  const auto removed = [&](const auto& policy, double dt) {
+    auto grid = make_grid<Density>({.size = {44, 24, 16}, .spacing = Vec3d::Constant(kVoxel), .outside = kAir},
+                                   [&](int, int, int k) {
+                                     const double v = blurred(kAir, kBone, (k - 8.3) / 0.7);
+                                     return std::is_same_v<Density, float> ? v : std::floor(v + 0.5);
+                                   });
+    Milling milling{policy};
+    const auto at = [](double t) {
+      const double s = std::fmod(kSpeed * t, 2 * kWay);
+      return make_pose<double>(Mat3d::Identity(),
+                               Vec3d(12 * kVoxel + std::min(s, 2 * kWay - s), 12 * kVoxel, 11.8 * kVoxel));
+    };
+    double sum = 0;
+    const int ticks = static_cast<int>(std::lround(kTime / dt));
+    for (int t = 0; t < ticks; ++t)
+      sum += milling.carve(grid, iso, at(t * dt), at((t + 1) * dt), Burr{.tip_radius = 5 * kVoxel},
+                           {.spindle_on = true, .dt = dt, .force_N = 2});
+    return sum;
+  };
+  const auto check = [&](const std::string& name, const auto& policy) {
+    // Bytes fall by whole densities, each some hundredth of a voxel of this face.
+    constexpr double kBound = kBytes ? 0.04 : 0.01;
+    const double truth = removed(policy, kDt / 16);
+    for (const double dt : {kDt / 4, kDt, 4 * kDt}) {
+      const double off = removed(policy, dt) / truth - 1;
+      CHECK(std::abs(off) <= kBound);
+      MESSAGE(name, ", ticks of ", 1e3 * dt, " ms: off by ", off);
+    }
+  };
+  check("at a speed", AdvancingCut{.speed = 2e-3});
+  check("by a rate", RateLimitedCut<>{.rate = 6 * (kBone - kAir)});
 }
 
 TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refuses what cannot be") {

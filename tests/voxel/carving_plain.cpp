@@ -13,7 +13,8 @@ using namespace trephine;
 using namespace trephine::test;
 
 // The cut as its documentation has it, a voxel at a time and over all of them, against the one that is fast: the same
-// bits in every voxel, and of bricks, ranges, versions and the edit's box what a look at all voxels says.
+// bits in every voxel, the volume that all of the grid's cells lose, and of bricks, ranges, versions and the edit's box
+// what a look at all voxels says.
 namespace {
 
 constexpr unsigned kSeed = 20240;
@@ -29,17 +30,15 @@ std::vector<Density> voxels_of(const VoxelGrid<Density>& grid) {
 }
 
 /// ρ ← min(ρ, what the policy allows toward iso + slope d/h), for each voxel nearer than the reach, along x from where
-/// its row enters the cutter's span, as the lanes count; the sum of coverage goes by lanes too.
+/// its row enters the cutter's span, as the lanes count.
 template <VoxelDensity Density, Cutter C, class Limit>
-double plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, double iso, double slope,
-                 const C& cutter, const Limit& limit) {
+void plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, double iso, double slope, const C& cutter,
+               const Limit& limit) {
   const Vec3d& h = grid.spacing();
   const auto& n = grid.size();
   const double reach = cut_reach(h);
   const auto reach_f = static_cast<float>(reach);
-  const Coverage coverage(iso, slope);
   const trephine::detail::NearestDensity<Density> nearest;
-  std::array<float, kCutLanes> removed{};
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j) {
       RowLanes y;
@@ -59,20 +58,25 @@ double plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, d
         const float at = d[static_cast<std::size_t>(lane)];
         if (!(at < reach_f)) continue;
         Density& voxel = voxels[static_cast<std::size_t>((k * n[1] + j) * n[0] + i)];
-        const float share = 0.5F + at * (-0.5F / reach_f);
+        CutLanes share;
+        cutter.shares(static_cast<float>((i - lane) * h.x() - cutter.origin().x()), static_cast<float>(h.x()),
+                      static_cast<float>(y[0]), static_cast<float>(z), reach_f, share);
         const auto index = static_cast<std::uint32_t>(grid.index(i, j, k));
         const auto target = nearest(static_cast<float>(iso) + at * static_cast<float>(slope / h.maxCoeff()));
-        const auto value =
-            static_cast<Density>(limit(static_cast<WideDensity<Density>>(voxel), target, std::min(share, 1.0F), index));
-        if (!(value < voxel)) continue;
-        removed[static_cast<std::size_t>(lane)] +=
-            coverage(static_cast<float>(voxel)) - coverage(static_cast<float>(value));
-        voxel = value;
+        const auto value = static_cast<Density>(
+            limit(static_cast<WideDensity<Density>>(voxel), target, share[static_cast<std::size_t>(lane)], index));
+        if (value < voxel) voxel = value;
       }
     }
-  double cells = 0;
-  for (const float lane : removed) cells += static_cast<double>(lane);
-  return cells * h.prod() * 1e9;
+}
+
+/// Bone of all cells [mm³].
+template <VoxelDensity Density>
+double bone_mm3(const VoxelGrid<Density>& grid, double iso) {
+  BoneVolume<Density> volume(grid, iso);
+  for (int k = -1; k < grid.size()[2]; ++k)
+    for (int j = -1; j < grid.size()[1]; ++j) volume.add_row(j, k, -1, grid.size()[0] - 1);
+  return volume.cells() * grid.spacing().prod() * 1e9;
 }
 
 /// What bricks must say of an edit that made `after` of `before`.
@@ -159,7 +163,7 @@ TEST_CASE_TEMPLATE("Fast cuts change the bits that plain ones change", Density, 
       const double radius = uniform(0.3, 9) * kVoxel;
       const auto before = voxels;
       double removed = 0;
-      double expected = 0;
+      const double bone_before = bone_mm3(grid, iso);
       if (tick % 3 == 0) {
         const RateLimitedCut<> policy{.rate = 2e5};
         const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(tick)};
@@ -167,13 +171,15 @@ TEST_CASE_TEMPLATE("Fast cuts change the bits that plain ones change", Density, 
         const DrillCutter cutter(bit, make_pose<double>(Mat3d::Identity(), p), make_pose<double>(Mat3d::Identity(), q),
                                  kVoxel);
         removed = carve(grid, iso, cutter, policy, allowance, 10);
-        expected = plain_cut(grid, voxels, iso, 10, cutter, policy.limit<Density>(allowance));
+        plain_cut(grid, voxels, iso, 10, cutter, policy.limit<Density>(allowance));
       } else {
         const SphereCutter cutter(p, q, radius, tick % 3 == 1);
         removed = carve(grid, iso, cutter, GeometricCut{}, {}, 16);
-        expected = plain_cut(grid, voxels, iso, 16, cutter, GeometricCut{}.limit<Density>({}));
+        plain_cut(grid, voxels, iso, 16, cutter, GeometricCut{}.limit<Density>({}));
       }
-      CHECK(removed == expected);
+      // Sums of so many cells in another order, each in single precision; a tick never tells less than none.
+      const double rounding = 1e-6 * bone_before;
+      CHECK(std::abs(removed - std::max(bone_before - bone_mm3(grid, iso), 0.0)) <= rounding);
       const auto after = voxels_of(grid);
       CHECK(std::memcmp(after.data(), voxels.data(), after.size() * sizeof(Density)) == 0);
       voxels = after;

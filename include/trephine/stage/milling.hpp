@@ -33,7 +33,7 @@ struct TipCuts {
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
 /// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of that
-/// place; a still one costs nothing. The volume is told by `Coverage`. Haptic thread; no allocation.
+/// place; a still one costs nothing. The volume removed is the isosurface's loss. Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:

@@ -3,6 +3,7 @@
 
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cutter.hpp>
+#include <trephine/voxel/lost_cells.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <cmath>
@@ -56,28 +57,6 @@ template <VoxelDensity Density>
   return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
 }
 
-/// Share of a voxel's cell that is bone: 1/2 at the isovalue, 0 and 1 half a voxel to either side of a cut's surface.
-/// On the ramp that a cut leaves this is the cell's exact volume share for a plane along the grid, and sums of it are
-/// the volume inside the isosurface up to h²/(4R²) for a ball of radius R.
-class Coverage {
- public:
-  Coverage(double isovalue, double slope) noexcept
-      : isovalue_(static_cast<float>(isovalue)),
-        half_(static_cast<float>(slope / 2)),
-        per_density_(static_cast<float>(1 / slope)) {}
-
-  [[nodiscard]] float operator()(float density) const noexcept {
-    const float above = density - isovalue_;
-    const float low = above > -half_ ? above : -half_;
-    return 0.5F + (low < half_ ? low : half_) * per_density_;
-  }
-
- private:
-  float isovalue_;
-  float half_;
-  float per_density_;
-};
-
 namespace detail {
 
 /// Nearest density, halves up, clamped to the type's range. The bounds are members, not constants: compilers that know
@@ -113,7 +92,10 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows and adds up what that removes.
+/// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows` and tiles of them along x, and adds up what
+/// the cells lose that their voxels are corners of. What all cells lose is the sum over the tiles, whatever their
+/// order, though two tiles share cells. A limit by steepness sees neighbours as the blocks before left them, so its
+/// order is part of its densities; tools narrower than a tile have one tile.
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
@@ -121,7 +103,7 @@ class Cut {
       : grid_(grid),
         cutter_(cutter),
         limit_(limit),
-        coverage_(isovalue, slope),
+        lost_(grid, isovalue),
         origin_(cutter.origin()),
         reach_(cut_reach(grid.spacing())),
         per_x_(1 / grid.spacing().x()),
@@ -137,19 +119,26 @@ class Cut {
     const Vec3d hi = (box.max().array() + reach_).matrix().cwiseQuotient(h);
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
-    lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2));
+    lowest_target_ =
+        static_cast<Density>(nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2)));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
-    const int last_k = voxel_before(hi.z(), size[2]);
     const int last_j = voxel_before(hi.y(), size[1]);
+    first_k_ = voxel_after(lo.z(), size[2]);
+    last_k_ = voxel_before(hi.z(), size[2]);
+    // A voxel more at either end: rounding may let the cutter reach it.
+    const int first_i = std::max(voxel_after(lo.x(), size[0]) - 1, 0);
+    last_i_ = std::min(voxel_before(hi.x(), size[0]) + 1, size[0] - 1);
     bool any = false;
-    for (int k = voxel_after(lo.z(), size[2]); k <= last_k; ++k)
+    for (int i = first_i; i <= last_i_; i = tile_.next) {
+      tile_ = {i, last_i_ - i < LostCells<Density>::kVoxels ? last_i_ + 1 : i + kTile, i == first_i};
       for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
-        any |= lower_rows(j, std::min(last_j - j + 1, kCutRows), k);
+        any |= lower_slab(j, std::min(last_j - j + 1, kCutRows));
+    }
     if (!any) return 0;
     grid_.commit();
-    double cells = 0;
-    for (const float lane : removed_) cells += static_cast<double>(lane);
-    return cells * h.prod() * 1e9;
+    const double cells = lost_.cells();
+    // A cell that takes its lines along another axis now may say a hair more than it did.
+    return cells > 0 ? cells * h.prod() * 1e9 : 0.0;
   }
 
  private:
@@ -158,34 +147,115 @@ class Cut {
   static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
   static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
-  bool lower_rows(int first, int count, int k) noexcept {
+  static constexpr int kNoVoxel = std::numeric_limits<int>::max();
+
+  /// Voxels of the rows of a slab that may be cut, in one plane; none where hi < lo.
+  struct Spans {
+    bool any = false;
+    int least, most;  // of all rows
+    std::array<int, kCutRows> lo, hi;
+    Spans() noexcept { clear(); }
+    void clear() noexcept {
+      any = false;
+      least = kNoVoxel;
+      most = -2;
+      lo.fill(kNoVoxel);
+      hi.fill(-2);
+    }
+  };
+
+  /// Blocks of lanes that begin here are cut in a tile; their ends may lie beyond `next`.
+  struct Tile {
+    int first = 0, next = 0;
+    bool is_first = true;
+  };
+  static constexpr int kTile = LostCells<Density>::kVoxels - VoxelGrid<Density>::kLowerLanes + 1;
+  static_assert(kCutRows == LostCells<Density>::kRows);
+
+  bool lower_slab(int j, int count) noexcept {
+    // Voxels of planes k − 1, k, k + 1.
+    std::array<Spans, 3> spans;
+    Spans *below = &spans[0], *here = &spans[1], *above = &spans[2];
+    bool any = false;
+    lost_.start(tile_.first, j);
+    find_spans(j, count, first_k_, *above);
+    for (int k = first_k_ - 1; k <= last_k_ + 1; ++k) {
+      lost_.enter(k, std::min({below->least, here->least, above->least}),
+                  std::max({below->most, here->most, above->most}));
+      if (here->any) any |= lower_plane(j, count, k, *here);
+      lost_.add();
+      std::swap(below, here);
+      std::swap(here, above);
+      find_spans(j, count, k + 2, *above);
+    }
+    return any;
+  }
+
+  void find_spans(int first, int count, int k, Spans& out) const noexcept {
+    out.clear();
+    if (k > last_k_) return;
     const Vec3d& h = grid_.spacing();
-    const double z = k * h.z() - origin_.z();
     RowLanes y;
     for (std::size_t l = 0; l < kCutRows; ++l) y[l] = (first + static_cast<int>(l)) * h.y() - origin_.y();
     RowSpans span;
-    cutter_.rows(y, z, reach_, span);
+    cutter_.rows(y, k * h.z() - origin_.z(), reach_, span);
     const double x0 = origin_.x(), per_x = per_x_;
     const int size = grid_.size()[0];
     std::array<int, kCutRows> lo, hi;
     for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
     for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
-    for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = span.lo[l] <= span.hi[l] ? hi[l] : -1;
+    if (!tile_.is_first || tile_.next <= last_i_) clip(lo, hi);
+    // Where the span is empty, lo > hi.
+    int least = kNoVoxel, most = -2;
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      const bool any = (static_cast<int>(l) < count) & (lo[l] <= hi[l]);
+      out.lo[l] = any ? lo[l] : kNoVoxel;
+      out.hi[l] = any ? hi[l] : -2;
+    }
+    for (std::size_t l = 0; l < kCutRows; ++l) least = out.lo[l] < least ? out.lo[l] : least;
+    for (std::size_t l = 0; l < kCutRows; ++l) most = out.hi[l] > most ? out.hi[l] : most;
+    out.any = least <= most;
+    out.least = least;
+    out.most = most;
+  }
+
+  /// To the blocks of a tile, from where the row's span begins: so a voxel's distance is the same bits in any tile.
+  void clip(std::array<int, kCutRows>& lo, std::array<int, kCutRows>& hi) const noexcept {
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      if (lo[l] < tile_.first) {
+        const int blocks = (tile_.first - lo[l] + (tile_.is_first ? 0 : kCutLanes - 1)) / kCutLanes;
+        lo[l] += blocks * kCutLanes;
+      }
+      const int blocks = (tile_.next - 1 - lo[l] + kCutLanes) / kCutLanes;
+      hi[l] = lo[l] < tile_.next ? std::min(hi[l], lo[l] + blocks * kCutLanes - 1) : -2;
+    }
+  }
+
+  bool lower_plane(int first, int count, int k, const Spans& spans) noexcept {
+    const auto z = static_cast<float>(k * grid_.spacing().z() - origin_.z());
     bool any = false;
-    for (std::size_t l = 0; l < static_cast<std::size_t>(count); ++l)
-      if (lo[l] <= hi[l])
-        any |= lower(first + static_cast<int>(l), k, lo[l], hi[l], static_cast<float>(y[l]), static_cast<float>(z));
+    for (int l = 0; l < count; ++l) {
+      const int j = first + l;
+      const int lo = spans.lo[static_cast<std::size_t>(l)], hi = spans.hi[static_cast<std::size_t>(l)];
+      if (lo <= hi) any |= lower(j, k, lo, hi, static_cast<float>(j * grid_.spacing().y() - origin_.y()), z);
+    }
     return any;
   }
 
   bool lower(int j, int k, int first, int last, float y, float z) noexcept {
     const float step = static_cast<float>(grid_.spacing().x());
-    return grid_.lower_lanes(j, k, first, last, [&](int i, int count, const auto& old, auto& value) {
-      if (is_low(old)) return;
-      std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
-      cutter_.distances(static_cast<float>(i * grid_.spacing().x() - origin_.x()), step, y, z, d);
-      lower_lanes(grid_.index(i, j, k), count, d, old, value);
-    });
+    return grid_.lower_lanes(
+        j, k, first, last,
+        [&](int i, int count, const auto& old, auto& value) {
+          if (is_low(old)) return;
+          std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
+          const auto x = static_cast<float>(i * grid_.spacing().x() - origin_.x());
+          cutter_.distances(x, step, y, z, d);
+          decltype(d) share;
+          if constexpr (!LimitAtOnce<Limit>) cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+          lower_lanes(grid_.index(i, j, k), count, d, share, old, value);
+        },
+        [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
 
   /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower, and in the
@@ -209,65 +279,74 @@ class Cut {
   /// Whether no target can be lower than what is there: air, mostly.
   template <std::size_t kLanes>
   [[nodiscard]] bool is_low(const std::array<Density, kLanes>& old) const noexcept {
-    Density most = std::numeric_limits<Density>::lowest();
-    for (std::size_t l = 0; l < kLanes; ++l) most = old[l] > most ? old[l] : most;
-    return !(static_cast<Wide>(most) > lowest_target_);
+    const Density lowest = lowest_target_;
+    return !any_lane<Density, kLanes>([&](std::size_t l) { return old[l] > lowest; });
   }
 
   // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
   template <std::size_t kLanes>
   void lower_lanes(std::size_t index, int count, const std::array<float, kLanes>& d,
-                   const std::array<Density, kLanes>& old, std::array<Density, kLanes>& value) noexcept {
+                   const std::array<float, kLanes>& share, const std::array<Density, kLanes>& old,
+                   std::array<Density, kLanes>& value) noexcept {
     const float reach = static_cast<float>(reach_);
-    const float per_share = -0.5F / reach;
     const float isovalue = isovalue_;
     const float per_metre = per_metre_;
-    const Limit limit = limit_;
+    [[maybe_unused]] const Limit limit = limit_;
     const NearestDensity<Density> nearest = nearest_;
-    const auto voxel = static_cast<std::uint32_t>(index);
+    [[maybe_unused]] const auto voxel = static_cast<std::uint32_t>(index);
     std::array<float, kBySteepness ? kLanes : 1> steepness;
     if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
-    const auto limited = [&](std::size_t l, Wide density, Wide target, float share) {
+    [[maybe_unused]] const auto limited = [&](std::size_t l, Wide density, Wide target) {
       const std::uint32_t here = voxel + static_cast<std::uint32_t>(l);
       if constexpr (kBySteepness)
-        return limit(density, target, share, here, steepness[l]);
+        return limit(density, target, share[l], here, steepness[l]);
       else
-        return limit(density, target, share, here);
+        return limit(density, target, share[l], here);
     };
-    std::array<Wide, kLanes> from, to;
-    for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const float share = 0.5F + d[l] * per_share;
-      Wide target = nearest(isovalue + d[l] * per_metre);
-      if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
-      const Wide cut = limited(l, from[l], target, share < 1.0F ? share : 1.0F);
-      const Wide within = d[l] < reach ? cut : from[l];
-      const Wide mine = static_cast<int>(l) < count ? within : from[l];
-      to[l] = mine < from[l] ? mine : from[l];
+    std::array<Wide, kLanes> to;
+    if constexpr (LimitAtOnce<Limit>) {
+      // Needs no old density; that it adds no bone, lower_lanes sees to.
+      const Wide none = none_;
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const Wide target = nearest(isovalue + d[l] * per_metre);
+        const Wide within = d[l] < reach ? target : none;
+        to[l] = static_cast<int>(l) < count ? within : none;
+      }
+    } else {
+      std::array<Wide, kLanes> from;
+      for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        Wide target = nearest(isovalue + d[l] * per_metre);
+        if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
+        const Wide cut = limited(l, from[l], target);
+        const Wide within = d[l] < reach ? cut : from[l];
+        const Wide mine = static_cast<int>(l) < count ? within : from[l];
+        to[l] = mine < from[l] ? mine : from[l];
+      }
     }
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
-    const Coverage coverage = coverage_;
-    for (std::size_t l = 0; l < kLanes; ++l)
-      removed_[l] += coverage(static_cast<float>(from[l])) - coverage(static_cast<float>(to[l]));
   }
 
   VoxelGrid<Density>& grid_;
   const C& cutter_;
   const Limit& limit_;
-  Coverage coverage_;
+  LostCells<Density> lost_;
   [[no_unique_address]] NearestDensity<Density> nearest_;
   Vec3d origin_;
   double reach_;
   double per_x_;
   float isovalue_;
   float per_metre_;
-  Wide lowest_target_{};
-  std::array<float, kCutLanes> removed_{};
+  Density lowest_target_{};
+  Wide none_ = std::numeric_limits<Density>::max();  // a target that cuts nothing
+  int first_k_ = 0, last_k_ = -1, last_i_ = -1;
+  Tile tile_;
 };
 
 }  // namespace detail
 
-/// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the fall of the voxels' summed `Coverage`.
+/// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the volume that the isosurface loses
+/// (`BoneVolume`), never negative.
 /// `slope` [densities per voxel], 0: `auto_slope`. A cutter with a non-finite place or away from the grid does nothing,
 /// nor does an isovalue that is not finite.
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>

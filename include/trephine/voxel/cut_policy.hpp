@@ -73,6 +73,7 @@ struct GeometricCut {
   template <VoxelDensity Density>
   struct Limit {
     using Wide = WideDensity<Density>;
+    static constexpr bool kAtOnce = true;
     [[nodiscard]] Wide operator()(Wide /*old*/, Wide target, float /*share*/, std::uint32_t /*voxel*/) const {
       return target;
     }
@@ -97,13 +98,11 @@ concept Hardness = std::copy_constructible<H> && requires(const H& h, float dens
 
 /// Approaches the geometric cut: a voxel falls by at most rate · share · dt / hardness(ρ) a tick, and not below the
 /// geometric target. share goes linearly from 1 at `cut_reach` inside the cutter over 1/2 at its surface to 0 at the
-/// same distance outside: all voxels that the geometric cut would change approach it, inner ones first.
+/// same distance outside: all voxels that the geometric cut would change approach it, inner ones first. It is the mean
+/// over the way of the tick (`Cutter`), so that what a pass removes does not hang on how many ticks it takes.
 ///
 /// Integer densities fall by whole steps whose mean is exact: the fraction decides by a hash of voxel and tick, so that
 /// slow cuts do not stall and two runs give the same bits.
-///
-/// A voxel counts as covered for the whole tick in which the swept body reaches it: a burr that passes by faster than
-/// its own radius a tick removes up to (2R + v dt)/(2R) too much.
 template <Hardness H = UniformHardness>
 struct RateLimitedCut {
   double rate = 1e5;           ///< densities/s that a wholly covered voxel of hardness 1 loses, > 0
@@ -135,6 +134,12 @@ struct RateLimitedCut {
     return {detail::in_a_tick(rate, a, reference_force, most_force_factor), detail::scramble(a.tick + 0x9E3779B9U),
             &hardness};
   }
+};
+
+/// A limit that takes no time: it asks for no share.
+template <class Limit>
+concept LimitAtOnce = requires {
+  requires Limit::kAtOnce;
 };
 
 /// A limit that asks how steeply densities fall, as AdvancingCut's does.

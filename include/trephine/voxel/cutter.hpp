@@ -32,7 +32,9 @@ struct RowSpans {
 /// - `bounds()`: a box in G that holds the body;
 /// - `rows(y, z, reach, spans)`: span l holds every x of row (y[l], z) that is nearer than `reach` to the body (more is
 ///   allowed);
-/// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes.
+/// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes;
+/// - `shares(x, step, y, z, reach, out)`: out[l] = how much the tool covers that place on the mean over its way, from 1
+///   at `reach` inside it over 1/2 at its surface to 0 at `reach` outside.
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
                           const RowLanes& y, RowSpans& spans) {
@@ -48,6 +50,10 @@ concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLa
   noexcept;
   { c.distances(f, f, f, f, half) }
   noexcept;
+  { c.shares(f, f, f, f, f, out) }
+  noexcept;
+  { c.shares(f, f, f, f, f, half) }
+  noexcept;
 };
 
 namespace detail {
@@ -61,6 +67,19 @@ void take_roots(std::array<Scalar, kLanes>& x) noexcept {
   for (std::size_t i = 0; i < kLanes; i += kPart) {
     Eigen::Map<Eigen::Array<Scalar, static_cast<int>(kPart), 1>> lanes(x.data() + i);
     lanes = lanes.sqrt();
+  }
+}
+
+/// Adds `weight` times the share that a tool at these distances covers.
+template <std::size_t kLanes>
+void add_shares(const std::array<float, kLanes>& distance, float reach, float weight,
+                std::array<float, kLanes>& out) noexcept {
+  const float per_reach = -0.5F / reach;
+  const float none = 0, all = 1;  // in variables: known bounds make compilers turn the clamp into jumps
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    float share = 0.5F + distance[l] * per_reach;
+    share = share > none ? share : none;
+    out[l] += weight * (share < all ? share : all);
   }
 }
 
@@ -208,7 +227,32 @@ class SphereCutter {
     for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
 
+  /// By three Gauss points of the way. Ticks that join make up a path's whole time, whatever their length.
+  template <std::size_t kLanes>
+  void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
+    out.fill(0);
+    if (!(length_ > 0)) return add_shares_at(0, 1, x, step, y, z, reach, out);
+    constexpr std::array<float, 3> kPlace{0.112701665F, 0.5F, 0.887298335F}, kWeight{5 / 18.0F, 8 / 18.0F, 5 / 18.0F};
+    for (std::size_t i = 0; i < 3; ++i) add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, out);
+  }
+
  private:
+  /// With the ball's centre this far along the way.
+  template <std::size_t kLanes>
+  void add_shares_at(float t, float weight, float x, float step, float y, float z, float reach,
+                     std::array<float, kLanes>& out) const noexcept {
+    const float px = x - t * along_.x(), dy = y - t * along_.y(), dz = z - t * along_.z();
+    std::array<float, kLanes> d;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float dx = px + step * static_cast<float>(static_cast<int>(l));
+      d[l] = dx * dx + dy * dy + dz * dz;
+    }
+    detail::take_roots(d);
+    const auto radius = static_cast<float>(radius_);
+    for (std::size_t l = 0; l < kLanes; ++l) d[l] -= radius;
+    detail::add_shares(d, reach, weight, out);
+  }
+
   Vec3d start_;
   Vec3d end_;
   double radius_;

@@ -100,29 +100,47 @@ class DrillCutter {
   void distances(float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
     out.fill(std::numeric_limits<float>::max());
     for (int i = 0; i < count_; ++i) {
-      const auto& at = poses_[static_cast<std::size_t>(i)];
-      const float ax = at.axis_f.x(), ay = at.axis_f.y(), az = at.axis_f.z();
-      const float px = x - at.origin_f.x(), py = y - at.origin_f.y(), pz = z - at.origin_f.z();
-      std::array<float, kLanes> r, w;
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const float qx = px + step * static_cast<float>(static_cast<int>(l));
-        w[l] = qx * ax + py * ay + pz * az;
-        const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
-        r[l] = rx * rx + ry * ry + rz * rz;
-      }
-      detail::take_roots(r);
-      for (std::size_t l = 0; l < kLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
-      for (std::size_t l = 0; l < kLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
-      detail::take_roots(r);
-      const auto inflate = static_cast<float>(profile_.inflate);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const float d = (w[l] < 0.0F ? -r[l] : r[l]) - inflate;
-        out[l] = d < out[l] ? d : out[l];
-      }
+      std::array<float, kLanes> d;
+      distances_at(i, x, step, y, z, d);
+      for (std::size_t l = 0; l < kLanes; ++l) out[l] = d[l] < out[l] ? d[l] : out[l];
+    }
+  }
+
+  /// By trapezia over the poses.
+  template <std::size_t kLanes>
+  void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
+    out.fill(0);
+    const float weight = count_ > 1 ? 1 / static_cast<float>(count_ - 1) : 1;
+    for (int i = 0; i < count_; ++i) {
+      std::array<float, kLanes> d;
+      distances_at(i, x, step, y, z, d);
+      const bool is_end = count_ > 1 && (i == 0 || i == count_ - 1);
+      detail::add_shares(d, reach, is_end ? weight / 2 : weight, out);
     }
   }
 
  private:
+  /// From the bit in one of its poses.
+  template <std::size_t kLanes>
+  void distances_at(int pose, float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
+    const auto& at = poses_[static_cast<std::size_t>(pose)];
+    const float ax = at.axis_f.x(), ay = at.axis_f.y(), az = at.axis_f.z();
+    const float px = x - at.origin_f.x(), py = y - at.origin_f.y(), pz = z - at.origin_f.z();
+    std::array<float, kLanes> r, w;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float qx = px + step * static_cast<float>(static_cast<int>(l));
+      w[l] = qx * ax + py * ay + pz * az;
+      const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
+      r[l] = rx * rx + ry * ry + rz * rz;
+    }
+    detail::take_roots(r);
+    for (std::size_t l = 0; l < kLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
+    for (std::size_t l = 0; l < kLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
+    detail::take_roots(r);
+    const auto inflate = static_cast<float>(profile_.inflate);
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = (w[l] < 0.0F ? -r[l] : r[l]) - inflate;
+  }
+
   /// The bit's outline in the half plane (r from the axis, z along it): a convex polygon, or a segment of the axis
   /// that is inflated by the radius (round ends).
   struct Profile {

@@ -134,9 +134,9 @@ class VoxelGrid {
   /// The same, `kLowerLanes` voxels at a time, so that the compiler can vectorise, and half as many where no more are
   /// left: `edit(x, count, old, value)` gets the densities from voxel x on in the arrays `old` and `value` and lowers
   /// the first `count` of `value`; the lanes after them belong to other voxels and must stay. Returns whether any
-  /// changed.
-  template <class Edit>
-  bool lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept;
+  /// changed. Before lanes are stored that did, `note(x, changed, value)` gets them as bits.
+  template <class Edit, class Note>
+  bool lower_lanes(int j, int k, int x0, int x1, Edit&& edit, Note&& note) noexcept;
   static constexpr int kLowerLanes = 16;
 
   /// Publishes the rows edited since the last commit: gradients, ranges, then versions. Bounded by the edited bricks.
@@ -188,8 +188,9 @@ class VoxelGrid {
   [[nodiscard]] std::size_t brick_row(int by, int bz) const noexcept {
     return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(bz) * bricks_[1] + by);
   }
-  template <std::size_t kLanes, class Edit>
-  void lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last, Edit& edit) noexcept;
+  template <std::size_t kLanes, class Edit, class Note>
+  void lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last, Edit& edit,
+                   Note& note) noexcept;
   /// Voxels of rows, in the same bricks and halos of bricks, that are marked already.
   struct Marked {
     std::size_t own_row = 0, first_row = 0, last_row = 0;  // of bricks

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/lane_bits.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
@@ -14,33 +15,6 @@
 
 /// How a VoxelGrid's densities are lowered and put back, and its bricks' marks and versions kept meanwhile.
 namespace trephine {
-
-namespace detail {
-
-/// The lanes at which two arrays differ: from the first to the last; `first` > `last` where they do not.
-template <class T, std::size_t kLanes>
-void find_difference(const std::array<T, kLanes>& a, const std::array<T, kLanes>& b, int& first, int& last) noexcept {
-  constexpr std::size_t kWords = sizeof(a) / 8;
-  constexpr int kInWord = static_cast<int>(8 / sizeof(T));
-  constexpr int kBits = static_cast<int>(8 * sizeof(T));
-  static_assert(kWords * 8 == sizeof(a));
-  std::array<std::uint64_t, kWords> x, y;
-  std::memcpy(x.data(), a.data(), sizeof(a));
-  std::memcpy(y.data(), b.data(), sizeof(b));
-  first = static_cast<int>(kLanes);
-  last = -1;
-  for (std::size_t w = 0; w < kWords; ++w) {
-    const std::uint64_t d = x[w] ^ y[w];
-    if (d == 0) continue;
-    constexpr bool kLittle = std::endian::native == std::endian::little;
-    const int before = (kLittle ? std::countr_zero(d) : std::countl_zero(d)) / kBits;
-    const int after = (kLittle ? std::countl_zero(d) : std::countr_zero(d)) / kBits;
-    first = std::min(first, static_cast<int>(w) * kInWord + before);
-    last = static_cast<int>(w) * kInWord + kInWord - 1 - after;
-  }
-}
-
-}  // namespace detail
 
 template <VoxelDensity Density>
 template <class DensityOf>
@@ -69,8 +43,8 @@ int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& dens
 }
 
 template <VoxelDensity Density>
-template <class Edit>
-bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit) noexcept {
+template <class Edit, class Note>
+bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit, Note&& note) noexcept {
   // What a block reads past x1 is there: a row of border follows, and after the last one 64 spare bytes.
   static_assert(kLowerLanes <= static_cast<int>(64 / sizeof(Density)));
   constexpr int kHalf = kLowerLanes / 2;
@@ -79,8 +53,8 @@ bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit) 
   int last = -1;
   int x = x0;
   for (; x1 - x >= kHalf; x += kLowerLanes)
-    lower_block<kLowerLanes>(j, k, x, std::min(x1 - x + 1, kLowerLanes), bricks, first, last, edit);
-  if (x <= x1) lower_block<kHalf>(j, k, x, x1 - x + 1, bricks, first, last, edit);
+    lower_block<kLowerLanes>(j, k, x, std::min(x1 - x + 1, kLowerLanes), bricks, first, last, edit, note);
+  if (x <= x1) lower_block<kHalf>(j, k, x, x1 - x + 1, bricks, first, last, edit, note);
   if (last < 0) return false;
   mark(j, k, first, last, bricks);
   return true;
@@ -100,9 +74,9 @@ auto VoxelGrid<Density>::brick_rows(int j, int k) const noexcept -> BrickRows {
 
 /// Lowers the first `count` lanes of the block at voxel x; widens [first, last] by those that changed.
 template <VoxelDensity Density>
-template <std::size_t kLanes, class Edit>
+template <std::size_t kLanes, class Edit, class Note>
 void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last,
-                                     Edit& edit) noexcept {
+                                     Edit& edit, Note& note) noexcept {
   Density* at = voxels_.data() + index(x, j, k);
   std::array<Density, kLanes> old;
   std::memcpy(old.data(), at, sizeof(old));
@@ -110,14 +84,14 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
   edit(x, count, std::as_const(old), value);
   // In separate loops over all lanes, so that they vectorise.
   for (std::size_t l = 0; l < kLanes; ++l) value[l] = value[l] < old[l] ? value[l] : old[l];
-  int i0;
-  int i1;
-  detail::find_difference(value, old, i0, i1);
-  if (i1 < 0) return;
-  first = std::min(first, x + i0);
-  last = x + i1;
+  const std::uint32_t changed = detail::lane_bits<Density, kLanes>([&](std::size_t l) { return value[l] < old[l]; });
+  if (changed == 0) return;
+  first = std::min(first, x + std::countr_zero(changed));
+  last = x + 31 - std::countl_zero(changed);
+  note(x, changed, std::as_const(value));
   // Lanes that did not change too: a fixed count costs less than a short one.
-  for (std::size_t l = 0; l < kLanes; ++l) store_relaxed(at[l], value[l]);
+  [&]<std::size_t... kLane>(std::index_sequence<kLane...>) { (store_relaxed(at[kLane], value[kLane]), ...); }
+  (std::make_index_sequence<kLanes>());
   std::array<Density, kLanes> low;
   std::array<Density, kLanes> high;
   for (std::size_t l = 0; l < kLanes; ++l) low[l] = value[l] < old[l] ? value[l] : std::numeric_limits<Density>::max();
