@@ -21,21 +21,22 @@ namespace trephine {
 /// The whole tool as a proxy: a static virtual coupling (Wan and McNeely 2003; Barbič and James 2008) to a tool of
 /// exact shape that the bone's own surface points hold. The virtual tool's pose X minimises
 ///
-///     E(X) = ½ k Σ w_j max(ψ_j(X), 0)² + C_v(|p − p_dev|) + C_θ(|log(R_dev Rᵀ)|),    ψ_j(X) = −d_tool(X⁻¹ q_j)
+///     E(X) = k Σ w_j φ(ψ_j(X)) + C_v(|p − p_dev|) + C_θ(|log(R_dev Rᵀ)|),    ψ_j(X) = −d_tool(X⁻¹ q_j)
 ///
 /// over points q_j of the isosurface, each of area w_j (`BoneSurface`, `Foundation`). The hand feels the coupling
 /// alone: force and torque come from one energy, its stiffness is bounded whatever touches, deep pushing is allowed and
 /// the drawn tool sinks in by at most a third of a voxel on a plane.
 ///
-/// *Gains.* The ball pressed on a plane by δ is held with π k (R − δ) δ². At the greatest force δ is a third of a
-/// voxel, or what makes a footprint of kFootprint voxels radius where that is less; so much for k. The coupling's
-/// spring is stiffer by as much, so that the two in series have `stiffness` (`CompensatedSpring`).
+/// *Gains.* A ball pressed on a plane is held with a force in closed form (`BallOnPlane`). At the greatest force it is
+/// a third of a voxel deep, or as deep as makes a footprint of kFootprint voxels radius where that is less; k follows.
+/// The coupling's spring is stiffer by as much as contact yields, so that the two in series have `stiffness`
+/// (`CompensatedSpring`).
 ///
 /// *Work a tick*: Newton's steps with the exact second derivatives (Gauss and Newton's part alone where the rest makes
-/// them indefinite), at most kMostSteps, halved while the energy rises. No step moves any part of the tool farther than
-/// what is known to be free plus half of its core's radius, so no surface passes the tool's axis, which is what a point
-/// is pushed away from. What is left when steps, or bricks to make, run out is carried on at the next tick
-/// (`kWorkBound`).
+/// them indefinite), at most kMostSteps. A step is shortened where the energy rises or its slope turns, and lengthened
+/// where the slope hardly changes. No step moves any part of the tool farther than the free way known plus half of its
+/// core's radius, so no surface passes the tool's axis, which is where a point is pushed away from. Steps, or bricks to
+/// make, that are left over are carried on at the next tick (`kWorkBound`).
 ///
 /// *Statuses*: kJump (see options); kStartedInside where the tool appears in contact, or bone appears round it, and as
 /// long as its axis is in bone: then no force, and the virtual tool is the device's, until it has left the bone.
