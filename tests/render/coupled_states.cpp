@@ -125,6 +125,30 @@ int hostile(Scene& scene, const Vec3d& m) {
   return wrong;
 }
 
+// From one side of a plate, pressed on it, to the other, just free of it; and turned over there at once.
+TEST_CASE("coupled states: a jump past bone leaves nothing of the contact that was") {
+  const ImageOptions o;
+  const Vec3d m = o.middle();
+  constexpr double kThick = 12 * kH, kClear = 1e-4;
+  Bone bone = image(Plate{m, Vec3d::UnitZ(), kThick}, o);
+  auto scene = coupled_scene(bone, kBall);
+  const double reach = kThick / 2 + kBall.tip_radius;
+  const auto at = [&](double z) { return tool_at(m + Vec3d(1e-4, 0, z), Vec3d::UnitZ()); };
+  for (const double side : {1.0, -1.0, 1.0}) {
+    const TickResult pressed = lead(scene, at(side * (reach + 2e-4)), at(side * (reach - 1e-3)), 100);
+    REQUIRE(pressed.wrench.force.norm() > 0.5);
+    const Posed X = at(-side * (reach + kClear));
+    const TickResult r = scene.tick({.X_WT = X}, kDt);
+    CHECK(r.status == Status::kJump);
+    CHECK(r.wrench.force.norm() == 0);
+    CHECK((scene.proxy_pose_W().translation() - X.translation()).norm() <= 1e-9);
+  }
+  const Posed X = at(reach + kClear);
+  static_cast<void>(scene.tick({.X_WT = X}, kDt));
+  const Posed over = make_pose<double>(rotation_from_vector(Vec3d(kPi, 0, 0)) * X.linear(), X.translation());
+  CHECK(scene.tick({.X_WT = over}, kDt).status == Status::kJump);
+}
+
 TEST_CASE_TEMPLATE("coupled states: what is no pose and what is anywhere leaves it finite, bounded and without heap", S,
                    float, double) {
   const ImageOptions o;

@@ -76,8 +76,8 @@ class CoupledToolRenderer {
   template <class View>
   void prepare(const View& view) {
     tune(view);
-    // Contact begins `offset` outside the tool, and chords of a ball's surface over a voxel's diagonal sag by up to
-    // h² / 24R on the mean of a patch.
+    // Contact begins `offset` outside the tool, and chords of a ball's surface sag: by h² / 8R in the middle of a
+    // voxel's diagonal h, by a third of that on the mean.
     const double R = shape_.burr().tip_radius;
     cutting_burr_.tip_radius = R + law_.offset + view.grid().spacing().squaredNorm() / (24 * R);
     near_.reserve(view, shape_);
@@ -146,6 +146,8 @@ class CoupledToolRenderer {
   static constexpr std::size_t kMostPoints = 16384, kMostContacts = 2048;
   /// Voxels longer than this times their width have patches askew, longer by as much along their diagonals.
   static constexpr double kSkewed = 1.5;
+  /// A tick evaluates contact this many times, and a step's trials more, at most.
+  static constexpr int kMostEvaluations = 64;
   static constexpr int kMostTrials = 8;  ///< along a step
   /// A step ends where the energy's slope along it is between these shares of what it began with.
   static constexpr double kSteep = 0.5, kFlat = 0.9;
@@ -213,6 +215,7 @@ class CoupledToolRenderer {
     fresh_ = !started_ || jumped || risen || inside_;
     if (fresh_) {
       bristles_.reset();
+      known_ = false;
       // Where the jump ends in bone, the virtual tool follows from where it was.
       if (!started_ || inside_ || (jumped && !is_core_in_bone(view, X_device))) X_ = X_device;
       inside_ = is_core_in_bone(view, X_);
@@ -256,6 +259,7 @@ class CoupledToolRenderer {
       bristles_.follow(near_);
       pressed_ = foundation_.sum(near_, shape_, X, law_);
     }
+    ++evaluations_;
     known_ = false;
     X_known_ = X;
     contact_ = pressed_;
@@ -303,6 +307,7 @@ class CoupledToolRenderer {
     bristles_.begin(X_);
     last_step_.setZero();
     steps_ = 0;
+    evaluations_ = 0;
     met_ = false;
     // From where contact was looked at last, if all is as it was there.
     if (turns() && known_ && near_.is_current(view))
@@ -314,7 +319,7 @@ class CoupledToolRenderer {
     if (!evaluate(view, X_, ahead)) return give_up();
     begun_in_contact_ = contact_.depth > kTouching * voxel_;
     const double least = kSmallestStep * voxel_, share = kOfMotion * std::min(slid_, kMostSlid * voxel_);
-    for (steps_ = 1; steps_ <= kMostSteps; ++steps_) {
+    for (steps_ = 1; steps_ <= kMostSteps && evaluations_ <= kMostEvaluations; ++steps_) {
       if (foundation_.points().empty() && NearPatches::motion_between(bounds_, X_, X_device) <= contact_.nearest) {
         rest_at(X_device);
         return true;
@@ -485,9 +490,10 @@ class CoupledToolRenderer {
   Posed X_device_ = Posed::Identity();
   // At X_, and what the last step, after which none looked, still moved.
   PoseError error_;
-  FoundationSum contact_, pressed_;
-  Posed X_known_ = Posed::Identity();
-  bool known_ = false;
+  FoundationSum contact_;
+  Posed X_known_ = Posed::Identity();  // where contact was evaluated last,
+  FoundationSum pressed_;              // what came out, without friction,
+  bool known_ = false;                 // and whether a search ended there
   double energy_ = 0;
   SpringPull pull_;  // of the pose error
   Vec6d last_step_ = Vec6d::Zero();
@@ -500,6 +506,7 @@ class CoupledToolRenderer {
   bool begun_in_contact_ = false;  // this tick
   bool met_ = false;               // bone, in this search
   int steps_ = 0;
+  int evaluations_ = 0;
   double voxel_ = 0;  // shortest spacing [m]
   double yield_ = 0;  // of a contact on a plane at the greatest force [m]
   FoundationLaw law_{};
