@@ -62,7 +62,7 @@ Total all(const Setup& s, int count, bool rough) {
       const Vec3d u = random.unit();
       m = random.uniform(0.3, 1) * 5e-4 * (u - u.dot(n) * n);
     }
-    for (auto& t : p.turn) t = random.uniform(0.2, 1) * 0.05 * random.unit();
+    for (auto& t : p.turn) t = 0.05 * random.arrow(0.2, 1);
     // Halved until the work no longer changes by 1e-5 of the path's, twice running, for it may do so by chance; laws
     // that jump never get there, and need not.
     int steps = 500, still = 0;

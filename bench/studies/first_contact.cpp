@@ -138,7 +138,7 @@ void study_first_contact(const StudyOptions& options) {
     std::vector<Vec3d> tops, outs;
     for (int b = 0; b < (options.quick ? 4 : 16); ++b) {
       const Vec3d n = random.unit();
-      const Vec3d top = o.middle() + kVoxel * Vec3d(random.uniform(), random.uniform(), random.uniform());
+      const Vec3d top = o.middle() + kVoxel * Vec3d{random.uniform(), random.uniform(), random.uniform()};
       const double wall = shape_name == "wall_1_voxel" ? kVoxel : 2 * kVoxel;
       if (shape_name == "plane") bones.emplace_back(HalfSpace{top, n});
       if (shape_name == "sphere") bones.emplace_back(Ball{top - 0.0048 * n, 0.0048});
@@ -164,9 +164,8 @@ void study_first_contact(const StudyOptions& options) {
       const double above = random.uniform(0.02, 0.95) * way;
       Centreline<double> from{tops[b] + above * n - height * along, along};
       Centreline<double> to = from;
-      if (kind != 1)
-        to.tip -= way * (kind == 2 ? 0.5 : 1) *
-                  (n + 0.5 * (random.uniform(-1, 1) * u + random.uniform(-1, 1) * v)).normalized();
+      const double lean_u = random.uniform(-0.5, 0.5), lean_v = random.uniform(-0.5, 0.5);
+      if (kind != 1) to.tip -= way * (kind == 2 ? 0.5 : 1) * (n + lean_u * u + lean_v * v).normalized();
       if (kind != 0) to.direction = (along - (kind == 2 ? 0.5 : 1) * way / height * n).normalized();
       const Shape& shape = bones[b];
       if (!(deepest(shape, from) < -1e-6)) continue;

@@ -100,12 +100,14 @@ template <class Make>
 void add_tips(Scenario& s, int bones, int per_bone, Random& random, const TipOptions& o, const Make& make) {
   for (int b = 0; b < bones; ++b) {
     const Vec3d offset =
-        kVoxel * Vec3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5));
+        kVoxel * Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
     const Posed frame = make_pose<double>(random.rotation(), kMiddle + offset);
     auto [shape, spot] = make(frame);
     s.bones.push_back(shape);
-    for (int i = 0; i < per_bone; ++i)
-      add_tip(s, s.bones.size() - 1, spot(random), spot(random), o.least, o.most, o.cone, o.line, random);
+    for (int i = 0; i < per_bone; ++i) {
+      const Spot from = spot(random), to = spot(random);
+      add_tip(s, s.bones.size() - 1, from, to, o.least, o.most, o.cone, o.line, random);
+    }
   }
 }
 
@@ -252,7 +254,7 @@ void add_shaft(Scenario& s, std::size_t bone, const ShaftLay& lay, Random& rando
 void make_shafts(Scenario& s, int bones, int per_bone, Random& random) {
   for (int b = 0; b < bones; ++b) {
     const Vec3d offset =
-        kVoxel * Vec3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5));
+        kVoxel * Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
     const Placed f{make_pose<double>(random.rotation(), kMiddle + offset)};
     if (s.name == "hole") {
       const double hole = 0.002;

@@ -45,7 +45,7 @@ Pressed press(const Bone& bone, int vertices, double depth) {
   Random random(17);
   Pressed out;
   for (int image = 0; image < kImages; ++image) {
-    const Vec3d top = o.middle() + 0.5 * o.spacing.x() * Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+    const Vec3d top = o.middle() + 0.5 * o.spacing.x() * Vec3d{random.uniform(-1, 1), random.uniform(-1, 1), 0};
     const Vec3d n = random.unit();
     const double R = bone.radius;
     const Shape shape = bone.bar ? Shape(Rod{top - R * n, n.unitOrthogonal(), R})

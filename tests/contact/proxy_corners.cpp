@@ -51,8 +51,8 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of
           const Vec3d up(-std::sin(lean), 0, std::cos(lean));
           const Vec3d start = o.middle() + 10 * h * up;
           const Vec3d side = random.uniform(-3, 3) * h * up.cross(Vec3d::UnitY());
-          const Vec3d p =
-              o.middle() - random.uniform(3, 12) * h * up + side + random.uniform(-1, 1) * h * Vec3d::UnitY();
+          const double deep = random.uniform(3, 12) * h, along = random.uniform(-1, 1) * h;
+          const Vec3d p = o.middle() - deep * up + side + along * Vec3d::UnitY();
           SurfaceProxy<Scalar> proxy;
           CHECK(lead(proxy, field, start, p, 0.15 * h) == Status::kOk);
           static_cast<void>(rest(proxy, field, p, 50));

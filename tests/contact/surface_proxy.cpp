@@ -165,7 +165,8 @@ TEST_CASE_TEMPLATE("tip proxy on voxels of 1:1:3, in a grid that is turned in th
   for (int tilt = 0; tilt < 12; ++tilt) {
     const Vec3d n = random.unit();
     RasterOptions o{.size = {60, 60, 30}, .spacing = Vec3d(h, h, 3 * h)};
-    o.X_WG = make_pose<double>(random.rotation(), random.unit());  // proxies live in G: must not matter
+    const Mat3d turned = random.rotation();
+    o.X_WG = make_pose<double>(turned, random.unit());  // proxies live in G: must not matter
     const auto grid = rasterise<std::int16_t>(HalfSpace{o.middle(), n}, o);
     const auto field = field_of<Scalar, typename Of::Gradient>(grid, o);
     for (const double depth : {4.0, 16.0}) {

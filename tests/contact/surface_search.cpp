@@ -47,7 +47,7 @@ TEST_CASE_TEMPLATE("crossings of a voxel surface lie within a thousandth of a vo
     int missed = 0, found = 0;
     for (int i = 0; i < 400; ++i) {
       const Vec3d a = o.middle() + 15 * h * random.unit();
-      const Vec3d b = o.middle() + 9 * h * random.uniform() * random.unit();
+      const Vec3d b = o.middle() + 9 * h * random.arrow();
       // Both ways: into bone and out of it.
       for (const bool out : {false, true}) {
         const Vec3<Scalar> from = cast<Scalar>(out ? b : a), to = cast<Scalar>(out ? a : b);

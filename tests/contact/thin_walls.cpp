@@ -148,7 +148,7 @@ TEST_CASE_TEMPLATE("work is bounded whatever the probe does", Scalar, float, dou
       const ProxyOptions options{.iterations = 16, .path_steps = 64, .jump = 1.0, .trigger = trigger};
       SurfaceProxy<Scalar, Coulomb> proxy(options, Coulomb(0.2, 0.1));
       for (int i = 0; i < 3000; ++i) {
-        Vec3<Scalar> p = (o.middle() + random.uniform(0, 40) * h * random.unit()).template cast<Scalar>();
+        Vec3<Scalar> p = (o.middle() + h * random.arrow(0, 40)).template cast<Scalar>();
         if (i % 10 == 0) p *= Scalar(1e6);
         if (i % 17 == 0) p[random.below(3)] = i % 2 == 0 ? nan : inf;
         if (i % 23 == 0) p.setConstant(std::numeric_limits<Scalar>::max());

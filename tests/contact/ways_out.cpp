@@ -30,7 +30,7 @@ TEST_CASE_TEMPLATE("ways out in batches against one segment at a time", Scalar, 
       };
       std::vector<Ray> all;
       while (static_cast<int>(all.size()) < rays) {
-        const Vec3<Scalar> p_G = (o.middle() + random.uniform(0, 11) * h * random.unit()).template cast<Scalar>();
+        const Vec3<Scalar> p_G = (o.middle() + h * random.arrow(0, 11)).template cast<Scalar>();
         if (field.value(p_G) < 0) continue;
         const Vec3<Scalar> p = X.inverse(Eigen::Isometry) * p_G;
         const Scalar value = field.value(X * p);

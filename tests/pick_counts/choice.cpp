@@ -27,9 +27,10 @@ TEST_CASE("the front, against its definition") {
   Random random(2);
   for (int round = 0; round < 50; ++round) {
     std::vector<Measured> all;
-    for (int i = 0; i < 40; ++i)
-      all.push_back(
-          point(std::floor(random.between(1, 20)), std::floor(random.between(1, 20)), LineSetting{.vertices = i + 1}));
+    for (int i = 0; i < 40; ++i) {
+      const double us = std::floor(random.between(1, 20)), share = std::floor(random.between(1, 20));
+      all.push_back(point(us, share, LineSetting{.vertices = i + 1}));
+    }
     mark_front(all);
     for (std::size_t i = 0; i < all.size(); ++i) {
       bool beaten = false;

@@ -91,10 +91,9 @@ struct Walk {
     if (left-- <= 0) {
       left = 20 + random.below(60);
       const Vec3d place =
-          o.middle() + Vec3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1.5, 1)) * 0.004;
+          o.middle() + Vec3d{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1.5, 1)} * 0.004;
       target = tool_at(place, (random.unit() + 1.5 * Vec3d::UnitZ()).normalized());
-      if (rough && random.uniform() < 0.2)
-        X = tool_at(o.middle() + random.uniform(0, 0.05) * random.unit(), random.unit());
+      if (rough && random.uniform() < 0.2) X = random_pose(random, o.middle(), 0.05);
       if (rough && random.uniform() < 0.05) X.translation() *= 1e4;
       if (rough && random.uniform() < 0.1)
         X.linear() = Mat3d(X.linear() * rotation_from_vector(Vec3d(3.14159265358979, 0, 0)));
@@ -252,7 +251,7 @@ TEST_CASE_TEMPLATE("grids of one voxel, two voxels, empty, full, and places far 
       int bad = 0, felt = 0;
       for (int i = 0; i < 300; ++i) {
         const double far = i % 50 == 49 ? 1e3 : i % 10 == 9 ? 1.0 : 0.004;
-        const Posed X = tool_at(far * random.uniform() * random.unit(), random.unit());
+        const Posed X = random_pose(random, Vec3d::Zero(), far);
         const auto out = render_at(renderer, field, X);
         bad += is_finite(out.wrench) ? 0 : 1;
         felt += out.wrench == Wrench<Scalar>{} ? 0 : 1;

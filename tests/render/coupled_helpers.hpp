@@ -41,7 +41,7 @@ struct ImageOptions {
   }
   /// The middle and up to a voxel more along each axis.
   [[nodiscard]] Vec3d near_middle(Random& random) const {
-    return middle() + Vec3d(random.uniform(), random.uniform(), random.uniform()).cwiseProduct(spacing);
+    return middle() + Vec3d{random.uniform(), random.uniform(), random.uniform()}.cwiseProduct(spacing);
   }
 };
 

@@ -116,9 +116,10 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
     double depth, none, friction;  // [m, N]
   };
   constexpr std::array<AtRest, 3> kAtRest{{{1.5e-3, 0.08, 0.12}, {2e-3, 0.025, 0.22}, {5e-3, 0.025, 0.035}}};
-  // Of 5 mm deep, 1 % asked for, 3.0 % reached: 2 % for the ball that fits what it cut
-  // (`CoupledToolRenderer::shape`), the rest for the rim, which the image shows rounded.
-  constexpr double kRemoved = 0.031;
+  // Of 5 mm deep, 1 % asked for. The ball that fits what it cut is 16 µm wider (`CoupledToolRenderer::shape`), which is
+  // 2.1 %; the rim, which the image shows rounded, adds .6 to 1.1 % by where the block's top lies in its voxel. In 120
+  // plunges of six other seeds it is 3.1 % at most.
+  constexpr double kRemoved = 0.033;
   constexpr double kBehind = kH / 2;
   constexpr double kSpeed = 5e-3;
   Random random(kSeed + 1);

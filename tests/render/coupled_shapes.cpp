@@ -36,7 +36,8 @@ Figures slide_over(const Shape& shape, double sigma, const Law& law, unsigned se
   Figures beyond;
   for (int i = 0; i < 4; ++i) {
     const ImageOptions o{.sigma = sigma};
-    const Posed X = make_pose<double>(i == 0 ? Mat3d(Mat3d::Identity()) : random.rotation(), o.near_middle(random));
+    const Mat3d turned = i == 0 ? Mat3d(Mat3d::Identity()) : random.rotation();
+    const Posed X = make_pose<double>(turned, o.near_middle(random));
     Bone bone = blurred(Moved{shape, X}, o);
     for (const double deep : {3e-4, 5.5e-4, 8e-4})
       for (const double yaw : {0.0, 0.6}) {
@@ -98,7 +99,7 @@ TEST_CASE("coupled shapes: a plate of two voxels holds the shaft at any height")
   for (const double sigma : {0.5, 1.0})
     for (int i = 0; i < 8; ++i) {
       const ImageOptions o{.sigma = sigma};
-      const Vec3d at = o.middle() + Vec3d(random.uniform(), random.uniform(), i / 8.0) * kH;
+      const Vec3d at = o.middle() + Vec3d{random.uniform(), random.uniform(), i / 8.0} * kH;
       Bone bone = blurred(Both{Plate{at, Vec3d::UnitZ(), 2 * kH}, HalfSpace{at, -Vec3d::UnitX()}}, o, 4);
       const double rim = rim_of(bone, at);
       rims.add(rim);

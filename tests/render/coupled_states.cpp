@@ -112,7 +112,7 @@ int hostile(Scene& scene, const Vec3d& m) {
   for (int i = 0; i < 600; ++i) {
     const double far = i % 50 == 49 ? 1e2 : i % 10 == 9 ? 0.1 : 0.006;
     TickResult r;
-    const Posed X = tool_at(m + far * random.uniform() * random.unit(), random.unit(), random.uniform(0, 6));
+    const Posed X = random_pose(random, m, far);
     heap += heap_calls([&] { r = scene.tick({.X_WT = X}, kDt); });
     wrong +=
         is_finite(r.wrench) && r.wrench.force.norm() <= kForce * 1.000001 && r.wrench.torque.norm() <= 0.100001 ? 0 : 1;
@@ -172,7 +172,7 @@ TEST_CASE_TEMPLATE("coupled states: what is no pose and what is anywhere leaves 
     Random random(kSeed + 4);
     int bad = 0, felt = 0;
     for (int i = 0; i < 100; ++i) {
-      const TickResult r = scene.tick({.X_WT = tool_at(0.004 * random.uniform() * random.unit(), random.unit())}, kDt);
+      const TickResult r = scene.tick({.X_WT = random_pose(random, Vec3d::Zero(), 0.004)}, kDt);
       bad += is_finite(r.wrench) ? 0 : 1;
       felt += r.wrench.force.norm() > kFree ? 1 : 0;
     }

@@ -55,8 +55,8 @@ Energy closed_loops(Renderer& renderer, const Field& field, const Vec3d& bone, d
     if constexpr (requires { renderer.report(); })
       tip -= 0.9 * kBurr.tip_radius * n * (place == Place::kShaft ? 0.3 : 1);
     loop.middle = tool_at(tip, shaft);
-    for (auto& m : loop.move) m = random.uniform(0.3, 1) * 0.0009 * random.unit();
-    for (auto& t : loop.turn) t = random.uniform(0.3, 1) * 0.06 * random.unit();
+    for (auto& m : loop.move) m = 0.0009 * random.arrow(0.3, 1);
+    for (auto& t : loop.turn) t = 0.06 * random.arrow(0.3, 1);
     renderer.reset();
     // Come from outside, so that every policy starts as it would.
     const Posed start = loop.at(0);

@@ -56,13 +56,13 @@ struct Bench {
     while (!near.cover(surface.view(), shape, X, 3 * kH, 6 * kH)) surface.begin_tick();
   }
 
-  /// A pose whose ball, or whose shaft, is `deep` in the bone.
-  Posed pressed(Random& random, bool lying, double deep) const {
-    const Vec3d n = random.unit();
+  /// A pose whose ball, or whose shaft, is from `least` to `most` deep in the bone.
+  Posed pressed(Random& random, bool lying, double least, double most) const {
+    const double deep = random.uniform(least, most);
+    const Vec3d n = random.unit(), other = random.unit();
     if (!lying)
-      return tool_at(kRoom.middle() + (kBone.radius + kDrill.tip_radius - deep) * n,
-                     (n + 0.5 * random.unit()).normalized());
-    const Vec3d axis = n.cross(random.unit()).normalized();
+      return tool_at(kRoom.middle() + (kBone.radius + kDrill.tip_radius - deep) * n, (n + 0.5 * other).normalized());
+    const Vec3d axis = n.cross(other).normalized();
     return tool_at(
         kRoom.middle() + (kBone.radius + kDrill.shaft_radius - deep) * n - random.uniform(0.004, 0.012) * axis, axis);
   }
@@ -76,7 +76,8 @@ Posed moved(const Posed& X, const Vec6d& twist, double by) {
 Vec6d random_twist(Random& random) {
   Vec6d t;
   const double share = random.uniform();
-  t << share * random.unit(), (1 - share) / kArm * random.unit();
+  const Vec3d turn = random.unit();
+  t << share * turn, (1 - share) / kArm * random.unit();
   return t;
 }
 
@@ -150,8 +151,7 @@ TEST_CASE("foundation: the wrench is the energy's slope, stiffness and bending i
     Random random(kSeed);
     Slopes slopes;
     for (int i = 0; i < 25; ++i)
-      differentiate(bench, BallAndShaft(c.burr), bench.pressed(random, c.lying, random.uniform(c.least, c.most)),
-                    random, slopes);
+      differentiate(bench, BallAndShaft(c.burr), bench.pressed(random, c.lying, c.least, c.most), random, slopes);
     MESSAGE(std::string(c.name), ": first derivative off by ", slopes.first, ", second by ", slopes.second,
             "; left out ", slopes.entered);
     CHECK(slopes.touching == 25);
@@ -171,8 +171,9 @@ TEST_CASE("foundation: derivatives with ball and shaft in contact") {
   Slopes slopes;
   int both = 0;
   for (int i = 0; i < 25; ++i) {
-    const Vec3d axis = Vec3d(1, random.uniform(-0.3, 0.3), random.uniform(0.12, 0.2)).normalized();
-    const Posed X = tool_at(m + Vec3d(-0.002, 0, 0.0015 - random.uniform(1e-4, 6e-4)), axis, random.uniform(0, 6));
+    const Vec3d axis = Vec3d{1, random.uniform(-0.3, 0.3), random.uniform(0.12, 0.2)}.normalized();
+    const double deep = random.uniform(1e-4, 6e-4);
+    const Posed X = tool_at(m + Vec3d(-0.002, 0, 0.0015 - deep), axis, random.uniform(0, 6));
     const BallAndShaft shape(kDrill);
     differentiate(bench, shape, X, random, slopes);
     Foundation foundation(2, 16384);
@@ -195,7 +196,7 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
   Random random(kSeed + 2);
   Figures off;
   for (int i = 0; i < 40; ++i) {
-    const Posed X = bench.pressed(random, false, random.uniform(2e-5, 1e-3));
+    const Posed X = bench.pressed(random, false, 2e-5, 1e-3);
     const BallAndShaft fast(kBall);
     const General general(kBall);
     bench.look(fast, X);
@@ -222,7 +223,7 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
   Random random(kSeed + 3);
   const BallAndShaft shape(kDrill);
   for (const bool lying : {false, true}) {
-    const Posed X = bench.pressed(random, lying, 5e-4);
+    const Posed X = bench.pressed(random, lying, 5e-4, 5e-4);
     bench.look(shape, X);
     Foundation all(2, 16384), few(2, 100);
     FoundationSum s;
@@ -260,7 +261,8 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
   const auto compare = [&](const auto& shape, const Posed& start) {
     bench.look(shape, start);
     for (int i = 0; i < 40; ++i) {
-      const Posed X = moved(start, random_twist(random), random.uniform(0, 2e-3));
+      const Vec6d twist = random_twist(random);
+      const Posed X = moved(start, twist, random.uniform(0, 2e-3));
       const std::uint64_t generation = bench.near.generation();
       bench.surface.begin_tick();
       REQUIRE(bench.near.cover(bench.surface.view(), shape, X, 2 * kH, 6 * kH));
@@ -280,8 +282,8 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
     }
   };
   for (int i = 0; i < 6; ++i) {
-    compare(BallAndShaft(kBall), bench.pressed(random, false, random.uniform(-1e-3, 5e-4)));
-    compare(BallAndShaft(kDrill), bench.pressed(random, true, random.uniform(-1e-3, 5e-4)));
+    compare(BallAndShaft(kBall), bench.pressed(random, false, -1e-3, 5e-4));
+    compare(BallAndShaft(kDrill), bench.pressed(random, true, -1e-3, 5e-4));
   }
   MESSAGE("list from elsewhere against one at the place: ", off, "; kept ", kept, "; free places ", over);
   CHECK(kept > 50);

@@ -167,7 +167,8 @@ Tally compare(const Shape& shape, const Vec3d& near, const RasterOptions& o, boo
     const Vec3d normal = outward_normal(shape, near);
     Vec3d direction = (random.unit() + normal).normalized();
     if (random.uniform() < 0.5) direction = (normal.unitOrthogonal() + 0.2 * random.unit()).normalized();  // lies on it
-    const Vec3d tip = near + random.uniform(0.0002, 0.0016) * normal + 0.003 * random.uniform() * random.unit();
+    const double above = random.uniform(0.0002, 0.0016);
+    const Vec3d tip = near + above * normal + 0.003 * random.arrow();
     const Posed X = make_pose<double>(
         tool_at(tip, direction).linear() * rotation_from_vector(Vec3d(0, 0, random.uniform(0, 6.28))), tip);
     const Posed X_used = X.template cast<Scalar>().template cast<double>();
@@ -344,8 +345,7 @@ TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps o
   std::int64_t most = 0;
   for (int i = 0; i < 1000; ++i) {
     field.samples = 0;
-    static_cast<void>(render_at(
-        renderer, field, tool_at(20 * h * Vec3d::Ones() + random.uniform() * 20 * h * random.unit(), random.unit())));
+    static_cast<void>(render_at(renderer, field, random_pose(random, 20 * h * Vec3d::Ones(), 20 * h)));
     most = std::max(most, field.samples);
   }
   MESSAGE("samples a tick in noise: most ", most, " of ", bound);

@@ -168,11 +168,12 @@ TEST_CASE_TEMPLATE("A shaft's way that is said to be clear meets no bone", Step,
     const auto line = [&](const Vec3d& tip, const Vec3d& direction) {
       return Centreline<float>{tip.cast<float>(), direction.normalized().cast<float>()};
     };
-    const Vec3d tip = middle + random.uniform(2e-3, 12e-3) * random.unit();
+    const Vec3d tip = middle + random.arrow(2e-3, 12e-3);
     const Vec3d direction = random.unit();
     const double move = random.uniform(0, i % 4 < 2 ? 3e-3 : 1e-4), turn = random.uniform(0, i % 2 == 0 ? 0.5 : 4.0);
     const auto from = line(tip, direction);
-    const auto to = line(tip + move * random.unit(), direction + turn * random.unit());
+    const Vec3d end = tip + move * random.unit();
+    const auto to = line(end, direction + turn * random.unit());
     const bool is_clear = is_way_clear(known, from, to, length);
     const bool is_beyond = is_way_clear(field, from, to, length);
     const auto hit = find_first_contact(plain, tool, Step{}, from, to, scratch.data(), true);

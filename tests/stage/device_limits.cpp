@@ -24,7 +24,7 @@ TEST_CASE("limits: never above, direction kept, nothing below touched") {
   std::uniform_real_distribution<double> u(-1, 1);
   std::uniform_real_distribution<double> exponent(-320, 308);
   for (int i = 0; i < 5000; ++i) {
-    const Vec3d direction = Vec3d(u(random), u(random), u(random)).normalized();
+    const Vec3d direction = Vec3d{u(random), u(random), u(random)}.normalized();
     const Vec3d f = direction * std::pow(10.0, exponent(random));
     const Wrenchd out = limited(limits, {f, f});
     CHECK(out.force.norm() <= 3.3);

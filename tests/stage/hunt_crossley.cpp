@@ -35,7 +35,7 @@ TEST_CASE("impact: at one contact anywhere on the tool the rate is that point's 
   std::uniform_real_distribution<double> u(-1, 1);
   const HuntCrossley law{{.lambda = 0.5, .max_factor = 10, .lever = 0.04}};
   for (int i = 0; i < 200; ++i) {
-    const auto any = [&] { return Vec3d(u(random), u(random), u(random)); };
+    const auto any = [&] { return Vec3d{u(random), u(random), u(random)}; };
     const Vec3d f = any();
     const Vec3d r = 0.04 * any().normalized();
     const Twist v{any(), 10 * any()};

@@ -65,7 +65,7 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
   for (int tick = 0; tick < 20000; ++tick) {
     // Jumps anywhere, and then some ticks of slow motion.
     if (tick % 8 == 0)
-      p = Vec3d(random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2)).cwiseProduct(far);
+      p = Vec3d{random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2)}.cwiseProduct(far);
     else
       p += 4e-4 * random.unit();
     const Posed X = make_pose<double>(random.rotation(), p);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/random.hpp"
+
 #include <trephine/core/math.hpp>
 
 /// Where tools stand, and the ways between.
@@ -10,6 +12,12 @@ namespace trephine::test {
 [[nodiscard]] inline Posed tool_at(const Vec3d& tip, const Vec3d& direction, double spin = 0) {
   const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), direction.normalized());
   return make_pose<double>(R * rotation_from_vector(Vec3d(0, 0, spin)), tip);
+}
+
+/// A tool anywhere within `reach` of a point, turned in any way.
+[[nodiscard]] inline Posed random_pose(Random& random, const Vec3d& about, double reach) {
+  const Vec3d tip = about + reach * random.arrow(), direction = random.unit();
+  return tool_at(tip, direction, random.uniform(0, 6));
 }
 
 /// The pose `share` of the way from a to b: translation and rotation at even speed.

@@ -1,45 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/random.hpp"
+
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
 /// Analytic shapes and voxel grids made of them. A shape is a function `double(const Vec3d& p_G)`: its signed distance
 /// in metres, negative in bone. Whatever the kind of image, the isovalue lies on the shape's surface.
 namespace trephine::test {
-
-// --- Random numbers: the same on every machine
-// -------------------------------------------------------------------------
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  [[nodiscard]] double uniform(double lo = 0, double hi = 1) {
-    return lo + (hi - lo) * (static_cast<double>(engine_()) / 4294967296.0);
-  }
-  [[nodiscard]] int below(int n) { return static_cast<int>(uniform() * n); }
-  [[nodiscard]] double normal() {
-    const double r = std::sqrt(-2 * std::log(1 - uniform()));
-    return r * std::cos(2 * 3.14159265358979323846 * uniform());
-  }
-  [[nodiscard]] Vec3d unit() {
-    Vec3d v;
-    do v = Vec3d(normal(), normal(), normal());
-    while (!(v.norm() > 1e-3));
-    return v.normalized();
-  }
-  [[nodiscard]] Mat3d rotation() {
-    Quatd q(normal(), normal(), normal(), normal());
-    return q.normalized().toRotationMatrix();
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 /// What a scanner makes of a shape.
 enum class Image {

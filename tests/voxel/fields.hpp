@@ -91,7 +91,7 @@ template <VoxelDensity Density>
 
 [[nodiscard]] inline Mat3d random_rotation(std::mt19937& rng) {
   std::normal_distribution<double> n;
-  return Quatd(n(rng), n(rng), n(rng), n(rng)).normalized().toRotationMatrix();
+  return Quatd{n(rng), n(rng), n(rng), n(rng)}.normalized().toRotationMatrix();
 }
 
 [[nodiscard]] inline Vec3d random_point(std::mt19937& rng, const Vec3d& lo, const Vec3d& hi) {

@@ -79,9 +79,10 @@ TEST_CASE_TEMPLATE("The analytic gradient is the derivative of the interpolant",
     // Mid-cell by at least the step: the derivative jumps between cells. Along an axis the interpolant is linear
     // within a cell, so the difference is exact but for rounding.
     Vec3d u;
-    for (int a = 0; a < 3; ++a)
-      u[a] = std::floor(std::uniform_real_distribution<double>(-1.0, size[static_cast<std::size_t>(a)])(rng)) +
-             std::uniform_real_distribution<double>(0.05, 0.95)(rng);
+    for (int a = 0; a < 3; ++a) {
+      u[a] = std::floor(std::uniform_real_distribution<double>(-1.0, size[static_cast<std::size_t>(a)])(rng));
+      u[a] += std::uniform_real_distribution<double>(0.05, 0.95)(rng);
+    }
     const Vec3d p = u.cwiseProduct(kSpacing);
     Vec3d difference;
     for (int a = 0; a < 3; ++a) {

@@ -48,7 +48,7 @@ VoxelGrid<Density> face(int size, const Vec3d& p, const Vec3d& normal, double si
 Vec3d normal_of(int trial, Random& random) { return trial < 3 ? Vec3d(Vec3d::Unit(trial)) : random.unit(); }
 Vec3d near_middle(int size, Random& random) {
   return Vec3d::Constant(0.5 * size - 0.5) +
-         Vec3d(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5));
+         Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST_CASE_TEMPLATE("the gradient of the densities smoothed by the cubic B-spline
   const DensityField<std::uint8_t, Scalar, SplineGradient> field(grid, 10);
   for (int n = 0; n < 500; ++n) {
     // The array ends a voxel beyond the last ones; there a point is taken back to its edge.
-    const Vec3d u(random.uniform(-1, 7), random.uniform(-1, 6), random.uniform(-1, 5));
+    const Vec3d u{random.uniform(-1, 7), random.uniform(-1, 6), random.uniform(-1, 5)};
     Vec3d expected = Vec3d::Zero();
     for (int k = -4; k <= size[2] + 3; ++k)
       for (int j = -4; j <= size[1] + 3; ++j)
@@ -103,7 +103,7 @@ TEST_CASE_TEMPLATE("gradients in batches are those of single points, hostile one
     std::vector<Scalar> x(n), y(n), z(n), gx(n), gy(n), gz(n);
     const Pose<Scalar> X = make_pose<double>(random.rotation(), Vec3d(0.001, 0.002, 0.003)).template cast<Scalar>();
     for (std::size_t i = 0; i < n; ++i) {
-      const Vec3d p = 0.004 * random.uniform(0, 2) * random.unit();
+      const Vec3d p = 0.004 * random.arrow(0, 2);
       x[i] = static_cast<Scalar>(p.x());
       y[i] = static_cast<Scalar>(p.y());
       z[i] = static_cast<Scalar>(p.z());
