@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/math.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -33,6 +35,12 @@ struct ToolBounds {
   double radius;  ///< largest ρ [m]
   /// Least distance of the tool's surface from the axis, between points this far from the axis' ends [m].
   double core_radius;
+
+  /// No part of a tool that goes from pose a to b moves farther than this [m]. Turning about its own axis is no motion.
+  [[nodiscard]] double motion_between(const Posed& a, const Posed& b) const noexcept {
+    const double turn = (a.linear().col(2) - b.linear().col(2)).norm();
+    return (a.translation() - b.translation()).norm() + turn * (std::max(-z_low, z_high) + radius);
+  }
 };
 
 /// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/spatial.hpp>
 #include <trephine/render/coupled/near_patches.hpp>
 
 #include <Eigen/Core>
@@ -11,24 +12,6 @@
 #include <vector>
 
 namespace trephine {
-
-using Vec6d = Eigen::Matrix<double, 6, 1>;
-using Mat6d = Eigen::Matrix<double, 6, 6>;
-
-/// The moment of a vector at an arm, below the vector: how a point's motion depends on the tool's (δp, δθ).
-[[nodiscard]] inline Vec6d with_moment(const Vec3d& v, const Vec3d& arm) noexcept {
-  Vec6d out;
-  out << v, arm.cross(v);
-  return out;
-}
-
-/// Adds k v vᵀ to the lower triangle of H.
-inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
-  for (Eigen::Index j = 0; j < 6; ++j) {
-    const double kv = k * v[j];
-    for (Eigen::Index i = j; i < 6; ++i) H(i, j) += kv * v[i];
-  }
-}
 
 /// Pressure of the foundation at a point that is ψ deep inside the tool, offset outward by `offset`: k times the mean
 /// of max(ψ + offset − s, 0) over 0 <= s <= `ramp`. A point stands for a cell of the surface, over which the depth
@@ -67,6 +50,8 @@ struct FoundationSum {
   Mat6d bending = Mat6d::Zero();    ///< the rest of ∂²E, how the tool's curvature turns the forces: likewise
   double nearest = 0;               ///< the tool's motion until another point touches is at least this [m]
   double depth = 0;                 ///< ψ of the deepest point, 0 where none is inside [m]
+
+  [[nodiscard]] bool touches() const noexcept { return energy > 0; }
 };
 
 /// An elastic foundation on the bone's surface: E = k Σ w φ(ψ), ψ = −d(X⁻¹ q) how deep the surface point q of area w is

@@ -70,9 +70,9 @@ class NearPatches {
   template <class View, ToolShape Shape>
   [[nodiscard]] bool cover(const View& view, const Shape& shape, const Posed& X, double need, double reach) noexcept {
     const ToolBounds bounds = shape.bounds();
-    if (is_current(view) && motion_between(bounds, X_, X) + need <= reach_) return true;
+    if (is_current(view) && bounds.motion_between(X_, X) + need <= reach_) return true;
     reach = std::max(need, reach);
-    if (stamp_ != view.grid().rise_stamp() || motion_between(bounds, X_bricks_, X) + reach > brick_reach_)
+    if (stamp_ != view.grid().rise_stamp() || bounds.motion_between(X_bricks_, X) + reach > brick_reach_)
       find_bricks(view, shape, X, reach + kBrickReach * view.grid().spacing().minCoeff());
     return gather(view, shape, X, reach);
   }
@@ -94,20 +94,14 @@ class NearPatches {
   [[nodiscard]] bool is_empty_around(const View& view, const ToolBounds& bounds, const Posed& X,
                                      double distance) const noexcept {
     return valid_ && count_ == 0 && stamp_ == view.grid().rise_stamp() && edits_ == view.grid().edit_count() &&
-           motion_between(bounds, X_, X) + distance <= reach_;
-  }
-
-  /// No part of a tool that goes from pose a to b moves farther than this [m]. Turning about its own axis is no motion.
-  [[nodiscard]] static double motion_between(const ToolBounds& bounds, const Posed& a, const Posed& b) noexcept {
-    const double turn = (a.linear().col(2) - b.linear().col(2)).norm();
-    return (a.translation() - b.translation()).norm() + turn * (std::max(-bounds.z_low, bounds.z_high) + bounds.radius);
+           bounds.motion_between(X_, X) + distance <= reach_;
   }
 
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
   /// How far around X the list reaches [m].
   [[nodiscard]] double reach_at(const ToolBounds& bounds, const Posed& X) const noexcept {
-    return reach_ - motion_between(bounds, X_, X);
+    return reach_ - bounds.motion_between(X_, X);
   }
   /// The patch in G.
   [[nodiscard]] SurfacePatch operator[](std::size_t i) const noexcept {

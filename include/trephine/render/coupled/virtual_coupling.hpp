@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/spatial.hpp>
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +19,8 @@ struct SpringPull {
 /// A spring of constant stiffness k up to its greatest pull, constant beyond: the pull is the gradient of an energy,
 /// and bounded at once.
 struct BoundedSpring {
-  double stiffness;
-  double most;
+  double stiffness = 1;
+  double most = 0;
 
   [[nodiscard]] SpringPull at(double extension) const noexcept {
     const double bend = most / stiffness;
@@ -120,6 +122,60 @@ class CompensatedSpring {
   double start_ = 0;           // δ_c [m]
   double start_pull_ = 0;      // P_c [N]
   double most_extension_ = 0;  // [m]
+};
+
+/// The coupling of a virtual tool to the device at one pose, about the tool's origin, in G.
+struct CouplingSum {
+  Vec3d way = Vec3d::Zero();   ///< from the virtual tool to the device [m]
+  Vec3d turn = Vec3d::Zero();  ///< likewise, a rotation vector [rad]
+  SpringPull pull, twist;      ///< along them
+  double energy = 0;           ///< [J]
+};
+
+/// The springs for translation and rotation. A tool that does not turn has the device's rotation.
+struct VirtualCoupling {
+  CompensatedSpring spring;
+  BoundedSpring twister;
+  bool turns = false;
+
+  [[nodiscard]] CouplingSum at(const Posed& X, const Posed& X_device) const noexcept {
+    CouplingSum s;
+    s.way = X_device.translation() - X.translation();
+    s.pull = spring.at(s.way.norm());
+    s.energy = s.pull.energy;
+    if (!turns) return s;
+    s.turn = turn_between(X, X_device);
+    s.twist = twister.at(s.turn.norm());
+    s.energy += s.twist.energy;
+    return s;
+  }
+
+  /// On the virtual tool, so −∂E; the hand feels the opposite.
+  [[nodiscard]] static Vec6d wrench(const CouplingSum& s) noexcept {
+    const double way = s.way.norm(), turn = s.turn.norm();
+    Vec6d f = Vec6d::Zero();
+    if (way > 0) f.head<3>() = s.pull.pull / way * s.way;
+    if (turn > 0) f.tail<3>() = s.twist.pull / turn * s.turn;
+    return f;
+  }
+
+  /// Adds ∂²E, which is positive, to `stiffness`, and to `bending` how a turn moves the rest of the turn.
+  void add_curvature(const CouplingSum& s, Mat6d& stiffness, Mat6d& bending) const noexcept {
+    const double way = s.way.norm();
+    const double secant = way > 0 ? s.pull.pull / way : s.pull.tangent;
+    // A pull that grows no more has no stiffness along it: the secant keeps steps bounded, and downhill.
+    const double along = s.pull.tangent > 0 ? s.pull.tangent : secant;
+    const Vec3d d = way > 0 ? Vec3d(s.way / way) : Vec3d(Vec3d::Zero());
+    stiffness.topLeftCorner<3, 3>() += secant * Mat3d::Identity() + (along - secant) * d * d.transpose();
+    if (!turns) return;
+    const double turn = s.turn.norm();
+    const double k = turn > 0 ? s.twist.pull / turn : twister.stiffness;
+    // Second derivative of ½|log|²: 1 along the turn, (φ/2) cot (φ/2) across.
+    const double across = turn > 1e-4 ? (turn / 2) / std::tan(turn / 2) : 1.0;
+    const Vec3d a = turn > 0 ? Vec3d(s.turn / turn) : Vec3d(Vec3d::Zero());
+    stiffness.bottomRightCorner<3, 3>() += k * Mat3d::Identity();
+    bending.bottomRightCorner<3, 3>() -= k * (1 - across) * (Mat3d::Identity() - a * a.transpose());
+  }
 };
 
 }  // namespace trephine
