@@ -114,7 +114,7 @@ TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and 
   // A disc of a hundred points, 1.5 to 2 voxels in radius. The lever takes the depth of the deepest point for that of
   // the plane, which on tilted planes is up to 5 % more: ten other seeds give up to 4.7 % over.
   constexpr double kOver = 0.05, kUnder = 0.05;
-  constexpr double kAtRest = 2e-6;               // [N·m]
+  constexpr double kAtRest = 2e-6;  // [N·m]
   Figures over, under;
   for (const bool tilted : {false, true})
     for (const double deep : {6e-4, 1.5e-3, 3e-3}) {
@@ -137,6 +137,46 @@ TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and 
   CHECK(under.worst() <= kUnder);
 }
 
+// Points that slide with one coefficient slide on, and points that stick stick: between those the force is smooth.
+TEST_CASE("bristles: their stiffness is the derivative of their force") {
+  CAPTURE(kSeed);
+  constexpr double kStep = 1e-9;  // [m]: a hundred-thousandth of the bends
+  constexpr double kError = 1e-4;
+  OnPlane plane(kSeed + 6, true);
+  const BallAndShaft shape(kBall);
+  BoneSurface<std::int16_t> surface(plane.bone, kIso);
+  NearPatches near;
+  near.reserve(surface.view(), 0);
+  Foundation foundation(2, 16384);
+  constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
+  const Posed X = plane.pressed(1e-4);
+  do surface.begin_tick();
+  while (!near.cover(surface.view(), shape, X, {4 * kH, 0}));
+  static_cast<void>(foundation.sum(near, shape, X, kLaw));
+  Random random(kSeed + 7);
+  Figures stuck, slid;
+  for (const bool slides : {false, true})
+    for (int i = 0; i < 40; ++i) {
+      const double mu = slides ? 0.1 : 50.0;
+      Bristles<Coulomb> bristles{Coulomb(mu, mu)};
+      bristles.reserve(2048, 4, 16384);
+      bristles.begin(X);
+      bristles.attach(foundation.points(), X, kLaw.stiffness);
+      // All points go the same way, far enough for all to slide.
+      const Vec3d aside = 5e-5 * plane.n.cross(random.unit()).normalized();
+      Vec6d at, way;
+      at << Vec3d(aside - 2e-6 * plane.n), 1e-3 * random.unit();
+      way << random.unit(), 300 * random.unit();
+      const Vec6d a = bristles.at(at - kStep * way).wrench, b = bristles.at(at + kStep * way).wrench;
+      const FrictionSum sum = bristles.at(at);
+      const Vec6d difference = (a - b) / (2 * kStep) - sum.stiffness * way;
+      (slides ? slid : stuck).add(difference.norm() / (sum.stiffness * way).norm());
+    }
+  MESSAGE("derivative off by ", stuck, " where points stick, ", slid, " where they slide");
+  CHECK(stuck.worst() <= kError);
+  CHECK(slid.worst() <= kError);
+}
+
 // Bends belong to the bone's points: another list has them in another order.
 TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cut elsewhere") {
   constexpr double kRounding = 1e-12;
@@ -144,36 +184,38 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   const BallAndShaft shape(kBall);
   BoneSurface<std::int16_t> surface(plane.bone, kIso);
   NearPatches near;
-  near.reserve(surface.view(), shape);
+  near.reserve(surface.view(), 0);
   Foundation foundation(2, 16384);
   Bristles<Coulomb> bristles(Coulomb(0.5, 0.5));
-  bristles.reserve(near.capacity(), 2048, 4);
-  constexpr double k = 1e10;
+  bristles.reserve(2048, 4, 16384);
+  constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
   Posed X = plane.pressed(1e-4);
   const auto look = [&](const Posed& from, double reach) {
-    near.forget();
+    near.invalidate();
     do surface.begin_tick();
-    while (!near.cover(surface.view(), shape, from, 2 * kH, reach));
-    bristles.follow(near);
+    while (!near.cover(surface.view(), shape, from, {reach, 0}));
+  };
+  const auto attach = [&] {
+    static_cast<void>(foundation.sum(near, shape, X, kLaw));
+    bristles.attach(foundation.points(), X, kLaw.stiffness);
+  };
+  const auto settle = [&] {
+    attach();
+    bristles.settle(foundation.points(), Vec6d::Zero(), [](std::size_t, const Vec3d&) {});
   };
   const auto friction = [&] {
-    FoundationSum with = foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5});
-    const FoundationSum without = with;
-    bristles.add_to(with, foundation.points(), X, k);
-    return Vec6d(with.wrench - without.wrench);
+    attach();
+    return bristles.at(Vec6d::Zero()).wrench;
   };
   bristles.begin(X);
   look(X, 4 * kH);
-  static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
-  const auto nothing = [](std::size_t, const Vec3d&) {};
-  bristles.settle(foundation.points(), Vec6d::Zero(), near, X, k, nothing);
+  settle();
   X.translation() += 2e-5 * plane.along;
-  static_cast<void>(foundation.sum(near, shape, X, {.stiffness = k, .ramp = 3e-5}));
-  bristles.settle(foundation.points(), Vec6d::Zero(), near, X, k, nothing);
+  settle();
   bristles.begin(X);
   const Vec6d before = friction();
   REQUIRE(before.head<3>().norm() > 0.05);
-  for (const double reach : {3 * kH, 8 * kH, 2.5 * kH}) {
+  for (const double reach : {3 * kH, 8 * kH, 5 * kH}) {
     Posed from = X;
     from.translation() += 0.3 * kH * plane.n.cross(plane.along);
     look(from, reach);

@@ -51,9 +51,9 @@ struct Bench {
 
   template <class Shape>
   void look(const Shape& shape, const Posed& X) {
-    near.reserve(surface.view(), shape);
+    near.reserve(surface.view(), kLaw.offset);
     surface.begin_tick();
-    while (!near.cover(surface.view(), shape, X, 3 * kH, 6 * kH)) surface.begin_tick();
+    while (!near.cover(surface.view(), shape, X, {6 * kH, 0})) surface.begin_tick();
   }
 
   /// A pose whose ball, or whose shaft, is from `least` to `most` deep in the bone.
@@ -210,7 +210,7 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
     const Mat6d Hf = second_derivative(f), Hg = second_derivative(g);
     off.add(size_of(Mat6d(Hf - Hg)) / size_of(Hf));
     CHECK(f.depth == g.depth);
-    CHECK(f.nearest == g.nearest);
+    CHECK(f.clearance.near == g.clearance.near);
   }
   MESSAGE("central against general: ", off);
   CHECK(off.worst() <= kRounding);
@@ -251,13 +251,13 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
 }
 
 // A list gathered elsewhere serves as long as cover() says so, and then answers as one that is gathered at the place.
-TEST_CASE("foundation: a list that still covers the tool gives the same sum; what is told to be free is") {
+TEST_CASE("foundation: a list that still covers the tool gives the same sum; what is said to be free is") {
   CAPTURE(kSeed);
   constexpr double kRounding = 1e-6;  // the list's places are single precision, to find what may touch
   Bench bench(kBone), anew(kBone);
   Random random(kSeed + 4);
   int kept = 0;
-  Figures off, over;
+  Figures off, over, shares;
   const auto compare = [&](const auto& shape, const Posed& start) {
     bench.look(shape, start);
     for (int i = 0; i < 40; ++i) {
@@ -265,27 +265,32 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
       const Posed X = moved(start, twist, random.uniform(0, 2e-3));
       const std::uint64_t generation = bench.near.generation();
       bench.surface.begin_tick();
-      REQUIRE(bench.near.cover(bench.surface.view(), shape, X, 2 * kH, 6 * kH));
+      REQUIRE(bench.near.cover(bench.surface.view(), shape, X, {6 * kH, 0}));
       kept += bench.near.generation() == generation ? 1 : 0;
       anew.look(shape, X);
       Foundation a(2, 16384), b(2, 16384);
       const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
       CHECK(a.points().size() == b.points().size());
       if (t.energy > 0) off.add(size_of(Vec6d(s.wrench - t.wrench)) / size_of(t.wrench));
-      // A motion by less than what is told to be free brings no more points.
-      if (t.energy > 0 || !(s.nearest > 0)) continue;
-      const Posed on = moved(X, random_twist(random), 0);
-      Posed ahead = on;
-      ahead.translation() += 0.999 * s.nearest * (kRoom.middle() - on.translation()).normalized();
+      // A motion by less than the clearance brings no more points, whichever way it goes.
+      if (t.energy > 0 || !(s.clearance.near > 0)) continue;
+      const Vec3d in = (kRoom.middle() - X.translation()).normalized();
+      Vec6d step;
+      step << 2e-3 * in, random.uniform(0, 0.2) * X.linear().col(2).cross(in);
+      double share = 1;
+      while (s.clearance.share_of(motion_between(X, moved(X, step, share))) < 1) share *= 0.9;
+      const Posed ahead = moved(X, step, share);
       anew.look(shape, ahead);
       over.add(b.sum(anew.near, shape, ahead, kLaw).energy);
+      shares.add(share);
     }
   };
   for (int i = 0; i < 6; ++i) {
     compare(BallAndShaft(kBall), bench.pressed(random, false, -1e-3, 5e-4));
     compare(BallAndShaft(kDrill), bench.pressed(random, true, -1e-3, 5e-4));
   }
-  MESSAGE("list from elsewhere against one at the place: ", off, "; kept ", kept, "; free places ", over);
+  MESSAGE("list from elsewhere against one at the place: ", off, "; kept ", kept, "; free places ", over,
+          ", by shares of a motion ", shares);
   CHECK(kept > 50);
   CHECK(over.count() > 20);
   CHECK(off.worst() <= kRounding);

@@ -328,7 +328,7 @@ TEST_CASE_TEMPLATE("bone surface: a cut shows once it is provided anew, restore(
 /// Blocks that any one brick's patches fit into.
 constexpr std::size_t kFewest =
     PatchBlock::kEdges * BoneSurface<float>::kMostParts * BoneSurface<float>::kMostParts / PatchBlock::kSize + 1;
-constexpr std::size_t kMany = 16384;
+constexpr std::size_t kMany = 65536;
 
 // Bricks of nothing but surface, in voxels so long that patches have many parts: the store has room for some dozen.
 TEST_CASE("bone surface: the smallest store answers as a large one, in any order of asking") {

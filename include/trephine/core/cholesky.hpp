@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <utility>
 
 namespace trephine {
 
@@ -35,6 +36,38 @@ template <int kSize>
     y[i] *= L[i][i];
   }
   for (int i = 0; i < kSize; ++i) x[i] = y[i];
+  return true;
+}
+
+/// Solves A x = b by elimination with row pivots. Returns false, with x as it was, where A is singular (or not finite).
+template <int kSize>
+[[nodiscard]] bool solve_linear(const Eigen::Matrix<double, kSize, kSize>& A, const Eigen::Matrix<double, kSize, 1>& b,
+                                Eigen::Matrix<double, kSize, 1>& x) noexcept {
+  double M[kSize][kSize + 1];
+  for (int i = 0; i < kSize; ++i) {
+    for (int j = 0; j < kSize; ++j) M[i][j] = A(i, j);
+    M[i][kSize] = b[i];
+  }
+  for (int i = 0; i < kSize; ++i) {
+    int pivot = i;
+    for (int r = i + 1; r < kSize; ++r)
+      if (std::abs(M[r][i]) > std::abs(M[pivot][i])) pivot = r;
+    if (!(std::abs(M[pivot][i]) > 0) || !std::isfinite(M[pivot][i])) return false;
+    if (pivot != i)
+      for (int c = i; c <= kSize; ++c) std::swap(M[i][c], M[pivot][c]);
+    for (int r = i + 1; r < kSize; ++r) {
+      const double share = M[r][i] / M[i][i];
+      for (int c = i + 1; c <= kSize; ++c) M[r][c] -= share * M[i][c];
+    }
+  }
+  Eigen::Matrix<double, kSize, 1> y;
+  for (int i = kSize - 1; i >= 0; --i) {
+    double rest = M[i][kSize];
+    for (int c = i + 1; c < kSize; ++c) rest -= M[i][c] * y[c];
+    y[i] = rest / M[i][i];
+    if (!std::isfinite(y[i])) return false;
+  }
+  x = y;
   return true;
 }
 

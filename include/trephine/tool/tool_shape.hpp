@@ -28,6 +28,21 @@ struct Profile {
   ProfileLanes<double> central;    ///< 1 where the nearest part is a ball about T's origin: no moments; else 0
 };
 
+/// Bound of a tool's motion: against its surface, a point that is `arm` [m] from T's origin moves by shift + turn · arm
+/// at most. Turning about the tool's own axis is no motion.
+struct ToolMotion {
+  double shift = 0;  ///< of T's origin [m]
+  double turn = 0;   ///< of the axis [rad]
+
+  [[nodiscard]] double at(double arm) const noexcept { return shift + turn * arm; }
+  [[nodiscard]] bool is_within(const ToolMotion& other) const noexcept {
+    return shift <= other.shift && turn <= other.turn;
+  }
+};
+[[nodiscard]] inline ToolMotion motion_between(const Posed& a, const Posed& b) noexcept {
+  return {(a.translation() - b.translation()).norm(), (a.linear().col(2) - b.linear().col(2)).norm()};
+}
+
 /// The space that a tool takes up at most.
 struct ToolBounds {
   double z_low;  ///< lowest and highest z [m]
@@ -36,11 +51,8 @@ struct ToolBounds {
   /// Least distance of the tool's surface from the axis, between points this far from the axis' ends [m].
   double core_radius;
 
-  /// No part of a tool that goes from pose a to b moves farther than this [m]. Turning about its own axis is no motion.
-  [[nodiscard]] double motion_between(const Posed& a, const Posed& b) const noexcept {
-    const double turn = (a.linear().col(2) - b.linear().col(2)).norm();
-    return (a.translation() - b.translation()).norm() + turn * (std::max(-z_low, z_high) + radius);
-  }
+  /// No point of the tool is farther than this from T's origin [m].
+  [[nodiscard]] double arm() const noexcept { return std::max(-z_low, z_high) + radius; }
 };
 
 /// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class

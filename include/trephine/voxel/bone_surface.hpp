@@ -29,7 +29,7 @@ struct SurfacePatch {
 
 /// Patches of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
 struct PatchBlock {
-  static constexpr int kSize = 64;
+  static constexpr int kSize = 16;
   /// `edge` is its voxel edge's number plus this times the number of the patch's part.
   static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
   using Lanes = std::array<float, kSize>;
@@ -37,6 +37,8 @@ struct PatchBlock {
   Lanes area;
   Lanes spread;                           ///< no point of the patch is farther from its position [m]
   std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
+  Vec3<float> middle;                     ///< of a ball that holds the patches, from the brick's voxel 0 [m]
+  float radius;                           ///< of that ball [m]
 
   /// Patch i in G; `corner` is where the brick's voxel 0 lies.
   [[nodiscard]] SurfacePatch patch(std::size_t i, const Vec3d& corner) const noexcept {
@@ -44,6 +46,27 @@ struct PatchBlock {
       return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
     };
     return {corner + vector(position), vector(along), vector(across), static_cast<double>(area[i])};
+  }
+
+  /// Finds the ball about the first `count` patches, and fills the other lanes.
+  void finish(int count) noexcept {
+    const auto n = static_cast<std::size_t>(count);
+    Vec3<float> low, high;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto [least, most] = std::minmax_element(position[axis].begin(), position[axis].begin() + count);
+      low[static_cast<Eigen::Index>(axis)] = *least;
+      high[static_cast<Eigen::Index>(axis)] = *most;
+    }
+    middle = 0.5F * (low + high);
+    radius = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec3<float> p(position[0][i], position[1][i], position[2][i]);
+      radius = std::max(radius, (p - middle).norm() + spread[i]);
+    }
+    for (std::size_t i = n; i < kSize; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) position[axis][i] = position[axis][0];
+      spread[i] = spread[0];
+    }
   }
 };
 
@@ -57,8 +80,9 @@ struct PatchBlock {
 /// it, at most kMostParts.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
-/// were not used longest, when the store is full. Memory: 3 kB a block of 64 patches, one to three blocks a brick of
-/// bone's surface, `blocks` of them at most; and 4 bytes a brick of the grid. No allocation after construction.
+/// were not used longest, when the store is full. Memory: 0.8 kB a block of 16 patches, four to twelve blocks a
+/// brick of bone's surface, `blocks` of them at most; and 4 bytes a brick of the grid. No allocation after
+/// construction.
 ///
 /// Threads: construction anywhere, all else on the haptic thread. The grid must outlive it and stay where it is.
 template <VoxelDensity Density>
@@ -66,8 +90,8 @@ class BoneSurface {
  public:
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
-  static constexpr std::size_t kDefaultBlocks = 4096;  ///< 13 MB
-  static constexpr int kMostParts = 8;                 ///< of a patch along an axis
+  static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
+  static constexpr int kMostParts = 8;                  ///< of a patch along an axis
   /// Bricks that one tick may make (`begin_tick`): about 0.2 ms.
   static constexpr int kBricksPerTick = 128;
 
@@ -84,7 +108,7 @@ class BoneSurface {
       parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMostParts);
     }
     if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
-    if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 2188", blocks);
+    if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 8749", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
       next_[i] = i + 1 < blocks ? static_cast<std::int32_t>(i + 1) : kEnd;
       slots_[i].next_free = next_[i];
@@ -152,6 +176,12 @@ class BoneSurface {
     slots_[at(s)].stamp = stamp;
     return true;
   }
+
+  /// Grows whenever blocks were made or let go: while it stays, so do the blocks that were visited.
+  [[nodiscard]] std::uint64_t changes() const noexcept { return changes_; }
+  /// Bricks that were let go although they were asked for since `begin_use`: the store is too small.
+  [[nodiscard]] std::uint64_t overruns() const noexcept { return overruns_; }
+  [[nodiscard]] std::size_t block_count() const noexcept { return blocks_.size(); }
 
   /// Calls visit(block, count) for the blocks of a brick that `provide` provided.
   template <class Visit>
@@ -223,6 +253,7 @@ class BoneSurface {
       hand_ = hand_ + 1 < slots_.size() ? hand_ + 1 : 0;
       const Slot& slot = slots_[hand_];
       if (slot.brick < 0 || &slot == keep || (slot.used >= use_ && tried < slots_.size())) continue;
+      overruns_ += slot.used >= use_ ? 1 : 0;
       release(static_cast<std::int32_t>(hand_));
       return;
     }
@@ -240,6 +271,8 @@ class BoneSurface {
   std::int32_t free_slot_ = 0;
   std::size_t hand_ = 0;
   std::uint64_t use_ = 2;
+  std::uint64_t changes_ = 0;
+  std::uint64_t overruns_ = 0;
   int budget_ = kBricksPerTick;
   std::array<int, 3> parts_{};
 };
@@ -248,6 +281,7 @@ class BoneSurface {
 /// makes a patch of each edge that is the brick's own. Nothing beyond the brick and its halo is read.
 template <VoxelDensity Density>
 void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
+  ++changes_;
   release_blocks(slot);
   const auto [bx, by, bz] = grid_->brick_coordinates(brick);
   const std::array<int, 3> base{bx * kBrick, by * kBrick, bz * kBrick};
@@ -359,6 +393,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
         free_block_ = next_[at(next)];
         next_[at(next)] = kEnd;
         (last == kEnd ? slot.first : next_[at(last)]) = next;
+        if (block) block->finish(PatchBlock::kSize);
         last = next;
         block = &blocks_[at(next)];
         n = 0;
@@ -380,8 +415,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
       ++slot.count;
     }
   }
-  for (; block && n % 16 != 0; ++n)  // whole lanes
-    for (auto& lanes : block->position) lanes[n] = 0;
+  if (block) block->finish(static_cast<int>(n));
 }
 
 /// The bone's surface as a renderer gets it: a copyable view. Haptic thread.

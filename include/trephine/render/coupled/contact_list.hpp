@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/tick.hpp>
 #include <trephine/render/coupled/foundation.hpp>
-#include <trephine/render/renderer.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -36,9 +37,10 @@ class ContactList {
   }
 
   /// Adds to the force of a patch's contact; patches in the order in which points were added.
-  void add_force(std::size_t patch, const Vec3d& f) noexcept {
-    while (at_ < count_ && sums_[at_].patch < patch) ++at_;
-    if (at_ < count_ && sums_[at_].patch == patch) contacts_[at_].force += f.template cast<Scalar>();
+  void add_force(std::uint64_t patch, const Vec3d& f) noexcept {
+    if (f == Vec3d::Zero()) return;
+    while (at_ < count_ && sums_[at_].patch != patch) ++at_;
+    if (at_ < count_) contacts_[at_].force += f.template cast<Scalar>();
   }
 
   /// After all points: contacts are where their pressure is, about the origin p of the arms.
@@ -53,7 +55,7 @@ class ContactList {
 
  private:
   struct Sum {
-    std::size_t patch = 0;         // of the near patches
+    std::uint64_t patch = 0;       // `FoundationPoint::patch`
     double load = 0;               // [N]
     Vec3d moment = Vec3d::Zero();  // Σ load · arm
   };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/tick.hpp>
 #include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/contact_list.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
@@ -9,7 +10,6 @@
 #include <trephine/render/coupled/near_patches.hpp>
 #include <trephine/render/coupled/pose_search.hpp>
 #include <trephine/render/coupled/tool_in_bone.hpp>
-#include <trephine/render/renderer.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/voxel/gradient.hpp>
 
@@ -44,9 +44,9 @@ class CoupledToolRenderer {
   using Gradient = AnalyticGradient;
   static constexpr bool kUsesBoneSurface = true;
   static constexpr int kMostSteps = SearchEnd::kMostSteps;
-  /// A search ends with the step that is smaller than this share of what the device moved, or than kSmallestStep
-  /// [shortest spacings]. The step is taken, so that what is left is a hundredth of the motion at most.
-  static constexpr double kOfMotion = 0.05, kSmallestStep = 1e-6;
+  /// A search ends where its next step would be smaller than this share of what the device moved, or with one smaller
+  /// than kSmallestStep [shortest spacings].
+  static constexpr double kOfMotion = 0.02, kSmallestStep = 1e-6;
   /// A device whose axis turned farther between two ticks jumped [rad]: no hand turns as quickly, at 60 Hz either.
   static constexpr double kMostTurn = 0.5;
   /// A device that moved farther counts as moved by this [shortest spacings].
@@ -64,9 +64,9 @@ class CoupledToolRenderer {
   void prepare(const View& view) {
     const bool turns = Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
     gains_ = CoupledGains::of(shape_.burr(), options_, turns, view.grid().spacing(), view.surface().longest_part());
-    near_.reserve(view, shape_);
+    near_.reserve(view, gains_.law.offset);
     foundation_ = Foundation(gains_.side, kMostPoints);
-    bristles_.reserve(near_.capacity(), kMostContacts, foundation_.side() * foundation_.side());
+    bristles_.reserve(kMostContacts, foundation_.side() * foundation_.side(), kMostPoints);
     contacts_.reserve(kMostContacts);
   }
 
@@ -77,8 +77,9 @@ class CoupledToolRenderer {
     view.surface().begin_tick();
     const Begun begun = begin(view, X_device);
     if (begun.jumped) out.status = Status::kJump;
-    const double motion = bounds_.motion_between(X_, X_device);
-    if (inside_ || near_.is_empty_around(view, bounds_, X_, motion) || is_known_in_air(view, bounds_, X_, motion)) {
+    const ToolMotion motion = motion_between(X_, X_device);
+    if (inside_ || near_.is_empty_around(view, X_, motion) ||
+        is_known_in_air(view, bounds_, X_, motion.at(bounds_.arm()))) {
       rest_at(X_device);
       if (inside_) out.status = worse(out.status, Status::kStartedInside);
       return out;
@@ -94,7 +95,7 @@ class CoupledToolRenderer {
   void reset() noexcept {
     started_ = false;
     inside_ = false;
-    near_.forget();
+    near_.invalidate();
     rest_at(X_);
   }
 
@@ -127,8 +128,6 @@ class CoupledToolRenderer {
   static constexpr std::size_t kMostPoints = 16384, kMostContacts = 2048;
   /// A tool that appears with bone deeper in it than this [shortest spacings] is in contact.
   static constexpr double kTouching = 0.1;
-  /// The list of near patches reaches this far at least and at most [shortest spacings] beyond what can touch.
-  static constexpr double kLeastReach = 2, kMostReach = 8;
 
   /// What a tick begins with.
   struct Begun {
@@ -142,7 +141,7 @@ class CoupledToolRenderer {
     const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump &&
                                       (X_device.linear().col(2) - X_device_.linear().col(2)).norm() <= kMostTurn);
     const bool risen = started_ && stamp_ != view.grid().rise_stamp();
-    const Begun begun{.slid = started_ ? bounds_.motion_between(X_device_, X_device) : 0,
+    const Begun begun{.slid = started_ ? motion_between(X_device_, X_device).at(bounds_.arm()) : 0,
                       .jumped = jumped,
                       .fresh = !started_ || jumped || risen || inside_};
     stamp_ = view.grid().rise_stamp();
@@ -164,6 +163,7 @@ class CoupledToolRenderer {
     way_.setZero();
     depth_ = 0;
     steps_ = 0;
+    motion_.setZero();
     pressed_.reset();
     bristles_.reset();
     contacts_.clear();
@@ -171,17 +171,15 @@ class CoupledToolRenderer {
 
   /// What the tool at X amounts to; nothing where the bone's surface there is not to be had yet.
   template <class View>
-  [[nodiscard]] std::optional<PoseEnergy> evaluate(const View& view, const Posed& X, double ahead) noexcept {
+  [[nodiscard]] std::optional<PoseEnergy> evaluate(const View& view, const Posed& X, const ToolMotion& ahead) noexcept {
     if (!pressed_ || X.matrix() != pressed_->X.matrix()) {
       pressed_.reset();
-      const double reach = std::clamp(ahead, kLeastReach * gains_.voxel, kMostReach * gains_.voxel);
-      if (!near_.cover(view, shape_, X, 0, reach)) return std::nullopt;
-      bristles_.follow(near_);
+      if (!near_.cover(view, shape_, X, ahead)) return std::nullopt;
       pressed_ = Pressed{X, foundation_.sum(near_, shape_, X, gains_.law)};
     }
-    PoseEnergy at{pressed_->contact, gains_.coupling.at(X, X_device_), gains_.coupling.turns, !bristles_.holds()};
-    bristles_.add_to(at.contact, foundation_.points(), X, gains_.law.stiffness);
-    return at;
+    bristles_.attach(foundation_.points(), X, gains_.law.stiffness);
+    return PoseEnergy{pressed_->contact, bristles_.at(Vec6d::Zero()), gains_.coupling.at(X, X_device_),
+                      gains_.coupling.turns};
   }
 
   template <class View>
@@ -191,15 +189,18 @@ class CoupledToolRenderer {
     if (pressed_ && !near_.is_current(view)) pressed_.reset();
     Posed start = gains_.coupling.turns && pressed_ ? pressed_->X : X_;
     if (!gains_.coupling.turns) start.linear() = X_device.linear();
-    PoseSearch search(gains_.coupling, X_device, bounds_,
-                      [&](const Posed& X, double ahead) { return evaluate(view, X, ahead); });
+    PoseSearch search(
+        gains_.coupling, X_device, bounds_,
+        [&](const Posed& X, const ToolMotion& ahead) { return evaluate(view, X, ahead); }, bristles_);
     return search.from(
-        start, {.least = kSmallestStep * gains_.voxel, .loaded = kOfMotion * std::min(slid, kMostSlid * gains_.voxel)});
+        start, {.least = kSmallestStep * gains_.voxel, .left = kOfMotion * std::min(slid, kMostSlid * gains_.voxel)},
+        motion_);
   }
 
   void report(const Found& found, Rendered<Scalar>& out) noexcept {
     // Free, but for what is less than the smallest step.
     if (found.ended && !found.at.contact.touches()) return rest_at(X_device_);
+    motion_ << found.X.translation() - X_.translation(), turn_between(X_, found.X);
     X_ = found.X;
     steps_ = found.steps;
     if (!pressed_) foundation_.clear();
@@ -227,7 +228,7 @@ class CoupledToolRenderer {
       summary.shaft = summary.shaft || !tip;
       contacts_.add(q, load);
     }
-    bristles_.settle(points, last_step, near_, X_, k,
+    bristles_.settle(points, last_step,
                      [&](std::size_t i, const Vec3d& f) { contacts_.add_force(points[i].patch, f); });
     contacts_.finish(X_.translation());
     summary.count = static_cast<int>(contacts_.contacts().size());
@@ -251,6 +252,7 @@ class CoupledToolRenderer {
   // From tick to tick.
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
+  Vec6d motion_ = Vec6d::Zero();  // of the virtual tool, in the last tick
   std::optional<Pressed> pressed_;
   std::uint64_t stamp_ = 0;  // of densities that rose
   bool started_ = false;

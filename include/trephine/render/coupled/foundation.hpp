@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace trephine {
@@ -25,13 +26,13 @@ struct FoundationLaw {
 
 /// One point of the bone's surface that touches the tool.
 struct FoundationPoint {
-  Vec3d arm;           ///< from T's origin, in G [m]
-  Vec3d normal;        ///< of the tool there, outward: bone pushes the tool along −normal
-  double depth;        ///< pressure over k [m]
-  double active;       ///< d depth / dψ, from 0 to 1
-  double weight;       ///< area that the point stands for [m²]
-  std::size_t patch;   ///< of the near patches
-  std::size_t sample;  ///< which of the patch's points
+  Vec3d arm;            ///< from T's origin, in G [m]
+  Vec3d normal;         ///< of the tool there, outward: bone pushes the tool along −normal
+  double depth;         ///< pressure over k [m]
+  double active;        ///< d depth / dψ, from 0 to 1
+  double weight;        ///< area that the point stands for [m²]
+  std::uint64_t patch;  ///< its number (`NearBlock::key`)
+  std::size_t sample;   ///< which of the patch's points
 };
 
 /// The point after a small motion (δp, δθ) of the tool, to first order: its depth may have become 0.
@@ -48,7 +49,7 @@ struct FoundationSum {
   Vec6d wrench = Vec6d::Zero();     ///< −∂E: force [N] and torque about T's origin [N·m] on the tool
   Mat6d stiffness = Mat6d::Zero();  ///< Σ k w a J Jᵀ, Gauss and Newton's part of ∂²E: its lower triangle
   Mat6d bending = Mat6d::Zero();    ///< the rest of ∂²E, how the tool's curvature turns the forces: likewise
-  double nearest = 0;               ///< the tool's motion until another point touches is at least this [m]
+  Clearance clearance;              ///< of the points that do not touch
   double depth = 0;                 ///< ψ of the deepest point, 0 where none is inside [m]
 
   [[nodiscard]] bool touches() const noexcept { return energy > 0; }
@@ -91,37 +92,40 @@ class Foundation {
     Batch batch;
     Candidates candidates;
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
-    const Vec3<float> shift = near.shift(X), axis = u.template cast<float>();
+    const Vec3<float> axis = u.template cast<float>();
     const auto touching = static_cast<float>(law.offset) + kRounding;
-    double nearest = std::numeric_limits<double>::max();
+    float nearest = std::numeric_limits<float>::max();
     const auto add_candidates = [&] {
       add(candidates, shape, law, u, x, sums);
       candidates.count = 0;
     };
     const auto sort_out = [&] {
-      batch.measure(shape, side_, shift, axis);
+      batch.measure(shape, side_, axis);
       for (std::size_t n = 0; n < batch.count; ++n) {
         if (!(batch.least[n] < touching)) {
-          nearest = std::min(nearest, static_cast<double>(batch.least[n]));
+          nearest = std::min(nearest, batch.least[n] - touching);
           continue;
         }
-        const SurfacePatch patch = near[batch.patch[n]];
+        const auto [block, i] = batch.patch[n];
+        const SurfacePatch patch = block->patch(i);
         for (std::size_t j = 0; j < side_ * side_; ++j) {
           if (!(batch.distance[j][n] < touching)) continue;
-          candidates.add(patch, batch.patch[n], side_, j, p);
+          candidates.add(patch, block->key(i), side_, j, p);
           if (candidates.count == kProfileLanes) add_candidates();
         }
       }
       batch.count = 0;
     };
-    const double others = near.for_each_touching(shape, X, law.offset, [&](std::size_t i) {
-      batch.add(near.lanes(), i);
-      if (batch.count == Batch::kSize) sort_out();
-    });
+    const Clearance others = near.for_each_touching(
+        shape, X, place(side_ - 1, side_), [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift) {
+          batch.add(block, i, shift);
+          if (batch.count == Batch::kSize) sort_out();
+        });
     if (batch.count > 0) sort_out();
     if (candidates.count > 0) add_candidates();
     FoundationSum s = sums.total();
-    s.nearest = std::max(0.0, std::min(nearest - static_cast<double>(touching), others));
+    s.clearance = others;
+    s.clearance.near = std::max(0.0, std::min(static_cast<double>(nearest), others.near));
     return s;
   }
 
@@ -143,23 +147,23 @@ class Foundation {
     static constexpr std::size_t kSize = 2 * kProfileLanes;
     using Floats = std::array<float, kSize>;
     std::size_t count = 0;
-    PatchComponents<Floats> of;
+    std::array<Floats, 3> position, along, across;
     std::array<Floats, kMostPoints> distance;
     Floats least;  // of a patch's points
-    std::array<std::size_t, kSize> patch;
+    std::array<std::pair<const NearBlock*, std::size_t>, kSize> patch;
 
-    void add(const PatchLanes& lanes, std::size_t i) noexcept {
+    void add(const NearBlock& block, std::size_t i, const Vec3<float>& shift) noexcept {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        of.position[axis][count] = lanes.position[axis][i];
-        of.along[axis][count] = lanes.along[axis][i];
-        of.across[axis][count] = lanes.across[axis][i];
+        position[axis][count] = block.patches->position[axis][i] + shift[static_cast<Eigen::Index>(axis)];
+        along[axis][count] = block.patches->along[axis][i];
+        across[axis][count] = block.patches->across[axis][i];
       }
-      patch[count++] = i;
+      patch[count++] = {&block, i};
     }
 
     template <ToolShape Shape>
-    void measure(const Shape& shape, std::size_t side, const Vec3<float>& shift, const Vec3<float>& u) noexcept {
-      for (std::size_t first = 0; first < count; first += kProfileLanes) measure_part(shape, side, shift, u, first);
+    void measure(const Shape& shape, std::size_t side, const Vec3<float>& u) noexcept {
+      for (std::size_t first = 0; first < count; first += kProfileLanes) measure_part(shape, side, u, first);
     }
 
    private:
@@ -168,11 +172,8 @@ class Foundation {
 
     // Results are local until they are whole: what may overlap with what is read keeps loops from being vectorised.
     template <ToolShape Shape>
-    void measure_part(const Shape& shape, std::size_t side, const Vec3<float>& shift, const Vec3<float>& u,
-                      std::size_t first) noexcept {
-      Parts r = part(of.position, first), a = part(of.along, first), c = part(of.across, first);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        for (std::size_t l = 0; l < kProfileLanes; ++l) r[axis][l] += shift[static_cast<Eigen::Index>(axis)];
+    void measure_part(const Shape& shape, std::size_t side, const Vec3<float>& u, std::size_t first) noexcept {
+      Parts r = part(position, first), a = part(along, first), c = part(across, first);
       const Part hr = take_height(r, u), ha = take_height(a, u), hc = take_height(c, u);
       const Part rr = product(r, r), ra = product(r, a), rc = product(r, c), aa = product(a, a), cc = product(c, c),
                  ac = product(a, c);
@@ -221,15 +222,16 @@ class Foundation {
   struct Candidates {
     std::size_t count = 0;
     Lanes x, y, z, weight;  // arm in G [m], area [m²]
-    std::array<std::size_t, kProfileLanes> patch, sample;
+    std::array<std::uint64_t, kProfileLanes> patch;
+    std::array<std::size_t, kProfileLanes> sample;
 
-    void add(const SurfacePatch& at, std::size_t i, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
+    void add(const SurfacePatch& at, std::uint64_t key, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
       const double a = place(j / side, side), c = place(j % side, side);
       x[count] = at.position.x() - p.x() + a * at.along.x() + c * at.across.x();
       y[count] = at.position.y() - p.y() + a * at.along.y() + c * at.across.y();
       z[count] = at.position.z() - p.z() + a * at.along.z() + c * at.across.z();
       weight[count] = at.area / static_cast<double>(side * side);
-      patch[count] = i;
+      patch[count] = key;
       sample[count++] = j;
     }
   };

@@ -4,8 +4,10 @@
 #include <trephine/tool/tool_shape.hpp>
 #include <trephine/voxel/bone_surface.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace trephine {
@@ -19,7 +21,7 @@ void distances_from(const Shape& shape, const Vec3<float>& u, const Vec3<float>&
   for (std::size_t i = 0; i < kProfileLanes; ++i) {
     const float px = x[i] + sx, py = y[i] + sy, pz = z[i] + sz;
     const float a = px * ux + py * uy + pz * uz;
-    // What is square to the axis, without cancellation.
+    // Square to the axis, without cancellation.
     const float qx = px - a * ux, qy = py - a * uy, qz = pz - a * uz;
     along[i] = a;
     rho[i] = qx * qx + qy * qy + qz * qz;
@@ -30,294 +32,330 @@ void distances_from(const Shape& shape, const Vec3<float>& u, const Vec3<float>&
   std::copy(d.begin(), d.end(), out);
 }
 
-/// Positions and sides of patches, component by component [m].
-template <class Array>
-struct PatchComponents {
-  std::array<Array, 3> position, along, across;
-};
-using PatchLanes = PatchComponents<std::vector<float>>;
+/// Centres of balls in lanes, about an origin [m], and their distances from a tool.
+class BallLanes {
+ public:
+  void reserve(std::size_t balls) {
+    for (auto* v : {&x_, &y_, &z_, &distance_}) v->resize(balls + kProfileLanes);
+  }
+  void set(std::size_t i, const Vec3<float>& p) noexcept {
+    x_[i] = p.x();
+    y_[i] = p.y();
+    z_[i] = p.z();
+  }
+  /// How far ball i's centre is from the lanes' origin [m].
+  [[nodiscard]] float arm(std::size_t i) const noexcept { return Vec3<float>(x_[i], y_[i], z_[i]).norm(); }
+  [[nodiscard]] float distance(std::size_t i) const noexcept { return distance_[i]; }
+  /// Finds the distances of the first `count` centres from a tool with its axis along u, the lanes' origin being at
+  /// `shift` of the tool's.
+  template <ToolShape Shape>
+  void measure(const Shape& shape, const Vec3<float>& u, const Vec3<float>& shift, std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; i += kProfileLanes)
+      distances_from(shape, u, shift, x_.data() + i, y_.data() + i, z_.data() + i, distance_.data() + i);
+  }
 
-/// Broad phase: the surface patches within a distance of the tool, kept while the tool stays near the pose that they
-/// were gathered at and the bone is not cut there. One list a tool.
+ private:
+  std::vector<float> x_, y_, z_, distance_;
+};
+
+/// How far a tool may move before a patch that does not touch comes to touch.
+struct Clearance {
+  double near = 0;    ///< distance of the patches of the list that do not touch [m], which are …
+  double arm = 0;     ///< … at most this far from T's origin [m]
+  ToolMotion others;  ///< motion that brings no patch that is not in the list into touch; those are …
+  double reach = 1;   ///< … at most this far from T's origin [m]
+
+  /// Largest share of a motion that brings no patch deeper into the tool than `deep` [m], but for those that touch.
+  [[nodiscard]] double share_of(const ToolMotion& motion, double deep = 0) const noexcept {
+    const auto share = [](double of, double whole) {
+      return whole > 0 ? of / whole : std::numeric_limits<double>::infinity();
+    };
+    return std::min({share(near + deep, motion.at(arm)), share(others.shift + deep / 2, motion.shift),
+                     share(others.turn + deep / 2 / reach, motion.turn)});
+  }
+};
+
+/// A block of patches near the tool.
+struct NearBlock {
+  const PatchBlock* patches;
+  int count;
+  std::uint64_t brick;
+  Vec3d corner;  ///< where the brick's voxel 0 lies, in G [m]
+
+  [[nodiscard]] SurfacePatch patch(std::size_t i) const noexcept { return patches->patch(i, corner); }
+  /// The voxel edge that a patch is of, and its part: the same number in every list.
+  [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept { return brick << 20 | patches->edge[i]; }
+};
+
+/// Broad phase: the blocks of surface patches within a distance of the tool, kept while the tool stays near the pose
+/// that they were gathered at and the bone is not cut there. One list a tool.
 class NearPatches {
  public:
-  /// Takes memory for what a tool of this shape may have near it.
-  template <class View, ToolShape Shape>
-  void reserve(const View& view, const Shape& shape) {
-    const ToolBounds b = shape.bounds();
-    const double h = view.grid().spacing().minCoeff();
-    const double sides = 2 * 3.15 * b.radius * (b.z_high - b.z_low + b.radius) / (h * h);
-    capacity_ = static_cast<std::size_t>(std::clamp(6 * sides, 4096.0, 262144.0));
-    for (auto* part : {&lanes_.position, &lanes_.along, &lanes_.across})
-      for (auto& v : *part) v.resize(capacity_ + kLane);
-    spread_of_.resize(capacity_ + kLane);
-    patches_.resize(capacity_);
-    distance_.resize(capacity_ + kLane);
+  /// Takes memory for as many blocks as the bone's surface has. Patches touch from `touching` [m] outside the tool on.
+  template <class View>
+  void reserve(const View& view, double touching) {
+    touching_ = touching;
+    skipped_ = static_cast<float>(kSkipped * view.grid().spacing().minCoeff());
+    blocks_.reserve(view.surface().block_count());
+    balls_.reserve(view.surface().block_count());
     bricks_.reserve(kMostBricks);
-    corners_.reserve(kMostBricks);
-    for (auto* v : {&mx_, &my_, &mz_, &brick_distance_}) v->resize(kMostBricks + kLane);
-    forget();
+    watched_.reserve(kMostBricks);
+    middles_.reserve(kMostBricks);
+    invalidate();
   }
 
-  void forget() noexcept {
+  void invalidate() noexcept {
     valid_ = false;
-    count_ = 0;
-    brick_reach_ = -1;
+    blocks_.clear();
+    brick_reach_ = {-1, 0};
   }
 
-  /// Makes sure of every patch that comes nearer than `need` [m] to a tool at X; where it has to look, it looks as far
-  /// as `reach`. False where the bone's surface could not all be had in this tick.
+  /// Makes sure of every patch that may touch a tool at X; where it has to look, it looks as far as the tool could
+  /// touch after a motion by `ahead`, within kLeastReach and kMostReach. False where the bone's surface could not all
+  /// be had in this tick.
   template <class View, ToolShape Shape>
-  [[nodiscard]] bool cover(const View& view, const Shape& shape, const Posed& X, double need, double reach) noexcept {
-    const ToolBounds bounds = shape.bounds();
-    if (is_current(view) && bounds.motion_between(X_, X) + need <= reach_) return true;
-    reach = std::max(need, reach);
-    if (stamp_ != view.grid().rise_stamp() || bounds.motion_between(X_bricks_, X) + reach > brick_reach_)
-      find_bricks(view, shape, X, reach + kBrickReach * view.grid().spacing().minCoeff());
+  [[nodiscard]] bool cover(const View& view, const Shape& shape, const Posed& X, const ToolMotion& ahead) noexcept {
+    // The same list again where another tool had the surface make or let go of blocks.
+    if (is_current(view) && motion_between(X_, X).is_within(reach_))
+      return changes_ == view.surface().changes() || gather(view, shape, X_, reach_);
+    const double h = view.grid().spacing().minCoeff();
+    const ToolMotion reach{std::clamp(ahead.shift, kLeastReach * h, kMostReach * h),
+                           std::clamp(ahead.turn, kLeastTurn, kMostTurn)};
+    const ToolMotion moved = motion_between(X_bricks_, X);
+    if (stamp_ != view.grid().rise_stamp() ||
+        !ToolMotion{moved.shift + reach.shift, moved.turn + reach.turn}.is_within(brick_reach_))
+      find_bricks(view, shape, X, {reach.shift + kBrickReach * h, reach.turn + kMostTurn});
     return gather(view, shape, X, reach);
   }
 
-  /// Whether no brick near the tool was cut since patches were gathered.
+  /// Whether no brick near the tool was cut since blocks were gathered.
   template <class View>
   [[nodiscard]] bool is_current(const View& view) noexcept {
     const auto& grid = view.grid();
     if (!valid_ || stamp_ != grid.rise_stamp()) return false;
     if (edits_ == grid.edit_count()) return true;
-    for (const NearBrick& b : bricks_)
+    for (const WatchedBrick& b : watched_)
       if (grid.brick_version(b.brick) != b.version) return false;
     edits_ = grid.edit_count();
     return true;
   }
 
-  /// Whether it is known that no patch comes nearer than `distance` [m] to a tool at X.
+  /// Whether it is known that no patch touches a tool that goes from X on by `motion`.
   template <class View>
-  [[nodiscard]] bool is_empty_around(const View& view, const ToolBounds& bounds, const Posed& X,
-                                     double distance) const noexcept {
-    return valid_ && count_ == 0 && stamp_ == view.grid().rise_stamp() && edits_ == view.grid().edit_count() &&
-           bounds.motion_between(X_, X) + distance <= reach_;
+  [[nodiscard]] bool is_empty_around(const View& view, const Posed& X, const ToolMotion& motion) noexcept {
+    if (!blocks_.empty() || !is_current(view)) return false;
+    const ToolMotion moved = motion_between(X_, X);
+    return ToolMotion{moved.shift + motion.shift, moved.turn + motion.turn}.is_within(reach_);
   }
 
-  [[nodiscard]] std::size_t size() const noexcept { return count_; }
-  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
-  /// How far around X the list reaches [m].
-  [[nodiscard]] double reach_at(const ToolBounds& bounds, const Posed& X) const noexcept {
-    return reach_ - bounds.motion_between(X_, X);
-  }
-  /// The patch in G.
-  [[nodiscard]] SurfacePatch operator[](std::size_t i) const noexcept {
-    const auto vector = [&](const std::array<std::vector<float>, 3>& v) {
-      return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
-    };
-    const Near& n = patches_[i];
-    return {corners_[n.brick] + n.position.template cast<double>(), vector(lanes_.along), vector(lanes_.across),
-            static_cast<double>(n.area)};
-  }
-  /// All patches' components in single precision, positions from `shift` of the pose's origin.
-  [[nodiscard]] const PatchLanes& lanes() const noexcept { return lanes_; }
-  [[nodiscard]] Vec3<float> shift(const Posed& X) const noexcept {
-    return (X_.translation() - X.translation()).template cast<float>();
-  }
-  /// The voxel edge that a patch is of, the same number in every list.
-  [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept {
-    const Near& n = patches_[i];
-    return (static_cast<std::uint64_t>(bricks_[n.brick].brick) << 20) | n.edge;
-  }
-
-  /// Calls touches(i) for each patch that may have a point nearer than `touching` [m] to the tool at X; returns how
-  /// much farther off the others are [m].
+  /// Calls touches(block, i, shift) for each patch that may have a point that touches the tool at X, points being no
+  /// farther from their patch's position than the share `extent` of its corners; `shift` is where its brick's corner
+  /// lies from T's origin, in G. Returns the clearance of the others.
   template <ToolShape Shape, class Visit>
-  double for_each_touching(const Shape& shape, const Posed& X, double touching, Visit&& touches) noexcept {
-    const Vec3<float> from = shift(X);
+  Clearance for_each_touching(const Shape& shape, const Posed& X, double extent, Visit&& touches) noexcept {
+    const Vec3d p = X.translation();
     const Vec3<float> u = X.linear().col(2).template cast<float>();
-    const auto n = static_cast<std::size_t>(padded_to_lane(static_cast<int>(count_)));
-    for (std::size_t i = 0; i < n; i += kLane)
-      distances_from(shape, u, from, lanes_.position[0].data() + i, lanes_.position[1].data() + i,
-                     lanes_.position[2].data() + i, distance_.data() + i);
-    const auto offset = static_cast<float>(touching);
-    float nearest = static_cast<float>(reach_at(shape.bounds(), X)) - offset;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const float beyond = distance_[i] - spread_of_[i] - offset;
-      if (beyond < 0)
-        touches(i);
-      else
-        nearest = beyond < nearest ? beyond : nearest;
+    const Vec3<float> moved = (X_.translation() - p).template cast<float>();
+    const auto offset = static_cast<float>(touching_), share = static_cast<float>(extent);
+    static_assert(kProfileLanes == PatchBlock::kSize);
+    balls_.measure(shape, u, moved, blocks_.size());
+    constexpr float kFar = std::numeric_limits<float>::max();
+    float nearest = kFar;
+    std::array<float, kProfileLanes> beyond;
+    for (std::size_t b = 0; b < blocks_.size(); ++b) {
+      const NearBlock& block = blocks_[b];
+      const PatchBlock& of = *block.patches;
+      const float ball = balls_.distance(b) - of.radius - offset;
+      if (ball > skipped_) {
+        nearest = std::min(nearest, ball);
+        continue;
+      }
+      const Vec3<float> shift = (block.corner - p).template cast<float>();
+      distances_from(shape, u, shift, of.position[0].data(), of.position[1].data(), of.position[2].data(),
+                     beyond.data());
+      float least = kFar, free = kFar;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) beyond[l] -= share * of.spread[l] + offset;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) least = beyond[l] < least ? beyond[l] : least;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        const float outside = beyond[l] < 0 ? kFar : beyond[l];
+        free = outside < free ? outside : free;
+      }
+      nearest = std::min(nearest, free);
+      if (least >= 0) continue;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i)
+        if (beyond[i] < 0) touches(block, i, shift);
     }
-    return std::max(0.0, static_cast<double>(nearest));
+    const ToolMotion from = motion_between(X_, X);
+    return {static_cast<double>(nearest),
+            arm_ + from.shift,
+            {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
+            shape.bounds().arm()};
   }
 
-  /// Counts the lists: another number, another order of patches.
+  /// Counts the lists.
   [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
 
  private:
-  static_assert(kProfileLanes == static_cast<std::size_t>(kLane));
   static constexpr std::size_t kMostBricks = 16384;
-  /// Bricks are looked for this much farther than patches [voxels], so that most lists of patches need no search.
-  static constexpr double kBrickReach = 8;
-  struct NearBrick {
+  /// How far a list reaches beyond the tool [shortest spacings], and for turns of its axis [rad], so that most ticks
+  /// need none anew.
+  static constexpr double kLeastReach = 3, kMostReach = 8, kLeastTurn = 0.04, kMostTurn = 0.1;
+  /// How much farther bricks are looked for [shortest spacings].
+  static constexpr double kBrickReach = 16;
+  /// Blocks that are farther from the tool than this are not looked into [shortest spacings].
+  static constexpr double kSkipped = 0.5;
+  struct WatchedBrick {
     std::size_t brick;
     std::uint32_t version;
   };
-  struct Near {
-    Vec3<float> position;  // from the brick's voxel 0 [m]
-    float area;            // [m²]
-    std::uint32_t edge;
-    std::uint32_t brick;  // of the near bricks
-  };
 
   template <class View, ToolShape Shape>
-  void find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;
+  void find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
   template <class View, ToolShape Shape>
-  [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept;
-  template <class View, ToolShape Shape>
-  void gather_brick(const View& view, const Shape& shape, std::size_t near_brick) noexcept;
+  [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
 
-  std::size_t capacity_ = 0;
-  std::size_t count_ = 0;
-  PatchLanes lanes_;              // positions from the tool's origin where they were gathered
-  std::vector<float> spread_of_;  // how far a patch's points are from its position at most [m]
-  std::vector<float> distance_;   // from the tool, at the last pose asked for
-  std::vector<Near> patches_;
-  std::vector<NearBrick> bricks_;
-  std::vector<Vec3d> corners_;       // of their voxels 0, in G [m]
-  std::vector<float> mx_, my_, mz_;  // of their middles, from the tool's origin where they were found [m]
-  std::vector<float> brick_distance_;
-  Posed X_bricks_ = Posed::Identity();  // where bricks, and …
-  double brick_reach_ = -1;
-  Posed X_ = Posed::Identity();  // … where patches were gathered, and how far around
-  double reach_ = 0;
+  std::vector<NearBlock> blocks_;
+  BallLanes balls_;                     // about them, from the tool's origin where they were gathered
+  std::vector<WatchedBrick> watched_;   // those that the blocks are of, or may be after a cut
+  std::vector<std::size_t> bricks_;     // that hold bone, in a wider reach
+  BallLanes middles_;                   // of these, from the tool's origin where they were found
+  Posed X_bricks_ = Posed::Identity();  // where bricks were found, and how far around
+  ToolMotion brick_reach_{-1, 0};
+  Posed X_ = Posed::Identity();  // where blocks were gathered, and how far around
+  ToolMotion reach_;
+  double arm_ = 0;       // of the blocks' farthest points, there [m]
+  double touching_ = 0;  // [m]
+  float skipped_ = 0;    // kSkipped [m]
   std::uint64_t stamp_ = 0;
   std::uint64_t edits_ = 0;
+  std::uint64_t changes_ = 0;
   std::uint64_t generation_ = 0;
   bool valid_ = false;
 };
 
-/// Looks at blocks of 4³ bricks, then at the bricks of those that may be near.
+/// Looks at boxes of 16³ bricks, at those of 4³ bricks that they consist of, then at the bricks of those that may be
+/// near.
 template <class View, ToolShape Shape>
-void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
-  constexpr int kBlock = 4;
+void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
   const auto& grid = view.grid();
   bricks_.clear();
-  corners_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
   const ToolBounds bounds = shape.bounds();
   const Vec3d size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
   const Vec3d p = X.translation(), u = X.linear().col(2);
   // Patches reach beyond their edges' bricks by less than two voxels.
-  const double margin = reach + 2 * grid.spacing().maxCoeff();
+  const double margin = reach.shift + 2 * grid.spacing().maxCoeff();
   const Vec3d end_low = p + bounds.z_low * u, end_high = p + bounds.z_high * u;
   std::array<int, 3> lo, hi;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    const double last = grid.bricks()[i] - 1, pad = bounds.radius + margin;
+    const double last = grid.bricks()[i] - 1, pad = bounds.radius + margin + reach.turn * bounds.arm();
     lo[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / size[a], 0.0, last));
     hi[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / size[a], 0.0, last));
   }
-  // Calls near(i, j, k) for the boxes of `count` bricks along each axis, from brick (x, y, z) on, that may be near.
-  const auto for_each_near = [&](int count, const std::array<int, 3>& from, const std::array<int, 3>& to, auto&& near) {
-    const Vec3<float> half = (0.5 * count * size).template cast<float>();
-    const Vec3<float> shift = (-p).template cast<float>(), axis = u.template cast<float>();
-    const float most = half.norm() + static_cast<float>(margin);
-    std::array<float, kLane> x, y, z, d;
-    std::array<std::array<int, 3>, kLane> at;
-    std::size_t n = 0;
-    const auto look = [&] {
-      for (std::size_t l = n; l < static_cast<std::size_t>(kLane); ++l) x[l] = y[l] = z[l] = 0;
-      distances_from(shape, axis, shift, x.data(), y.data(), z.data(), d.data());
-      for (std::size_t l = 0; l < n; ++l)
-        if (d[l] <= most) near(at[l]);
-      n = 0;
-    };
-    for (int k = from[2]; k <= to[2]; k += count)
-      for (int j = from[1]; j <= to[1]; j += count)
-        for (int i = from[0]; i <= to[0]; i += count) {
-          at[n] = {i, j, k};
-          x[n] = static_cast<float>(i * size.x()) + half.x();
-          y[n] = static_cast<float>(j * size.y()) + half.y();
-          z[n] = static_cast<float>(k * size.z()) + half.z();
-          if (++n == static_cast<std::size_t>(kLane)) look();
-        }
-    if (n > 0) look();
-  };
-  const Vec3d half = 0.5 * size;
-  for_each_near(kBlock, lo, hi, [&](const std::array<int, 3>& block) {
-    const std::array<int, 3> end{std::min(block[0] + kBlock - 1, hi[0]), std::min(block[1] + kBlock - 1, hi[1]),
-                                 std::min(block[2] + kBlock - 1, hi[2])};
-    for_each_near(1, block, end, [&](const std::array<int, 3>& at) {
-      const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
-      // Air stays air until densities rise.
-      if (!view.surface().has_bone(brick) || brick_reach_ < 0) return;
-      if (bricks_.size() == kMostBricks) {
-        brick_reach_ = -1;
-        return;
+  constexpr int kParts = 4;
+  // Middles of parts in a layer [parts].
+  constexpr std::array<float, kProfileLanes> kAlong{.5F, 1.5F, 2.5F, 3.5F, .5F, 1.5F, 2.5F, 3.5F,
+                                                    .5F, 1.5F, 2.5F, 3.5F, .5F, 1.5F, 2.5F, 3.5F},
+      kAcross{.5F, .5F, .5F, .5F, 1.5F, 1.5F, 1.5F, 1.5F, 2.5F, 2.5F, 2.5F, 2.5F, 3.5F, 3.5F, 3.5F, 3.5F};
+  const Vec3<float> axis = u.template cast<float>();
+  const auto turn = static_cast<float>(reach.turn);
+  // Calls near(at) for those of the 4³ parts of a box, of `bricks` bricks along each side, that may be near.
+  const auto for_each_near = [&](const std::array<int, 3>& box, int bricks, auto&& near) {
+    const Vec3<float> part = (bricks * size).template cast<float>();
+    const Vec3<float> from = (size.cwiseProduct(Vec3d(box[0], box[1], box[2])) - p).template cast<float>();
+    const float most = 0.5F * part.norm() * (1 + turn) + static_cast<float>(margin);
+    for (int k = 0; k < kParts; ++k) {
+      std::array<float, kProfileLanes> x, y, z, d;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        x[l] = from.x() + kAlong[l] * part.x();
+        y[l] = from.y() + kAcross[l] * part.y();
+        z[l] = from.z() + (static_cast<float>(k) + 0.5F) * part.z();
       }
-      const std::size_t n = bricks_.size();
-      bricks_.push_back({brick, 0});
-      corners_.push_back(view.surface().corner(brick));
-      mx_[n] = static_cast<float>(corners_[n].x() + half.x() - p.x());
-      my_[n] = static_cast<float>(corners_[n].y() + half.y() - p.y());
-      mz_[n] = static_cast<float>(corners_[n].z() + half.z() - p.z());
-    });
-  });
+      distances_from(shape, axis, Vec3<float>::Zero(), x.data(), y.data(), z.data(), d.data());
+      for (std::size_t l = 0; l < kProfileLanes; ++l) x[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+      take_roots(x);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) d[l] -= most + turn * x[l];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        if (d[l] > 0) continue;
+        const auto i = static_cast<int>(l);
+        near({box[0] + i % kParts * bricks, box[1] + i / kParts * bricks, box[2] + k * bricks});
+      }
+    }
+  };
+  const auto is_in = [&](const std::array<int, 3>& at) { return at[0] <= hi[0] && at[1] <= hi[1] && at[2] <= hi[2]; };
+  const auto add_brick = [&](const std::array<int, 3>& at) {
+    if (!is_in(at) || brick_reach_.shift < 0) return;
+    const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
+    // Air stays air until densities rise.
+    if (!view.surface().has_bone(brick)) return;
+    if (bricks_.size() == kMostBricks) {
+      brick_reach_.shift = -1;
+      return;
+    }
+    middles_.set(bricks_.size(), (view.surface().corner(brick) + 0.5 * size - p).template cast<float>());
+    bricks_.push_back(brick);
+  };
+  constexpr int kLarge = kParts * kParts;
+  for (int k = lo[2]; k <= hi[2]; k += kLarge)
+    for (int j = lo[1]; j <= hi[1]; j += kLarge)
+      for (int i = lo[0]; i <= hi[0]; i += kLarge)
+        for_each_near({i, j, k}, kParts, [&](const std::array<int, 3>& box) {
+          if (is_in(box)) for_each_near(box, 1, add_brick);
+        });
 }
 
 template <class View, ToolShape Shape>
-bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, double reach) noexcept {
+bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
   const auto& grid = view.grid();
   auto& surface = view.surface();
   valid_ = false;
-  count_ = 0;
+  blocks_.clear();
   ++generation_;
   X_ = X;
   reach_ = reach;
+  arm_ = 0;
   stamp_ = grid.rise_stamp();
   edits_ = grid.edit_count();
   surface.begin_use();
-  if (brick_reach_ < 0) return false;
-  const Vec3<float> shift = (X_bricks_.translation() - X.translation()).template cast<float>();
+  if (brick_reach_.shift < 0) return false;
+  const std::uint64_t overruns = surface.overruns();
+  const Vec3d p = X.translation();
+  const Vec3<float> moved = (X_bricks_.translation() - p).template cast<float>();
   const Vec3<float> u = X.linear().col(2).template cast<float>();
-  for (std::size_t i = 0; i < bricks_.size(); i += static_cast<std::size_t>(kLane))
-    distances_from(shape, u, shift, mx_.data() + i, my_.data() + i, mz_.data() + i, brick_distance_.data() + i);
-  const double half = 0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm();
-  const auto margin = static_cast<float>(half + reach + 2 * grid.spacing().maxCoeff());
+  middles_.measure(shape, u, moved, bricks_.size());
+  const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + touching_);
+  const auto half = static_cast<float>(0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm() +
+                                       2 * grid.spacing().maxCoeff());
+  const float most = half * (1 + turn) + shift + turn * moved.norm();
+  watched_.clear();
   for (std::size_t i = 0; i < bricks_.size(); ++i) {
-    NearBrick& b = bricks_[i];
-    b.version = grid.brick_version(b.brick);
-    if (!(brick_distance_[i] <= margin) || !surface.crosses(b.brick)) continue;
-    if (!surface.provide(b.brick)) return false;
-    gather_brick(view, shape, i);
-    if (count_ == capacity_) return false;
+    if (!(middles_.distance(i) <= most + turn * middles_.arm(i))) continue;
+    const std::size_t brick = bricks_[i];
+    watched_.push_back({brick, grid.brick_version(brick)});
+    if (!surface.crosses(brick)) continue;
+    if (!surface.provide(brick) || surface.overruns() != overruns) return false;
+    const Vec3d corner = surface.corner(brick);
+    surface.for_each_block(brick, [&](const PatchBlock& block, int count) {
+      balls_.set(blocks_.size(), (corner - p).template cast<float>() + block.middle);
+      blocks_.push_back({&block, count, brick, corner});
+    });
   }
+  // Balls about blocks are smaller than bricks.
+  balls_.measure(shape, u, Vec3<float>::Zero(), blocks_.size());
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const float arm = balls_.arm(i) + blocks_[i].patches->radius;
+    if (balls_.distance(i) - blocks_[i].patches->radius > shift + turn * arm) continue;
+    blocks_[kept] = blocks_[i];
+    balls_.set(kept++, (blocks_[i].corner - p).template cast<float>() + blocks_[i].patches->middle);
+    arm_ = std::max(arm_, static_cast<double>(arm));
+  }
+  blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(kept), blocks_.end());
+  changes_ = surface.changes();
   valid_ = true;
   return true;
-}
-
-template <class View, ToolShape Shape>
-void NearPatches::gather_brick(const View& view, const Shape& shape, std::size_t near_brick) noexcept {
-  auto& surface = view.surface();
-  const Vec3<float> from_T = (corners_[near_brick] - X_.translation()).template cast<float>();
-  const Vec3<float> u = X_.linear().col(2).template cast<float>();
-  const auto most = static_cast<float>(reach_);
-  surface.for_each_block(bricks_[near_brick].brick, [&](const PatchBlock& block, int count) {
-    std::array<float, PatchBlock::kSize> distance;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += static_cast<std::size_t>(kLane))
-      distances_from(shape, u, from_T, block.position[0].data() + i, block.position[1].data() + i,
-                     block.position[2].data() + i, distance.data() + i);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      if (!(distance[i] - block.spread[i] <= most) || count_ == capacity_) continue;
-      const std::size_t n = count_++;
-      patches_[n] = {{block.position[0][i], block.position[1][i], block.position[2][i]},
-                     block.area[i],
-                     block.edge[i],
-                     static_cast<std::uint32_t>(near_brick)};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        lanes_.position[axis][n] = block.position[axis][i] + from_T[static_cast<Eigen::Index>(axis)];
-        lanes_.along[axis][n] = block.along[axis][i];
-        lanes_.across[axis][n] = block.across[axis][i];
-      }
-      spread_of_[n] = block.spread[i];
-    }
-  });
 }
 
 }  // namespace trephine
