@@ -64,7 +64,8 @@ template <RealScalar Scalar>
 /// The rotation from pose a to pose b as a rotation vector, in the axes of the frame that both map to [rad].
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> turn_between(const Pose<Scalar>& a, const Pose<Scalar>& b) noexcept {
-  return rotation_vector(Mat3<Scalar>(b.linear() * a.linear().transpose()));
+  const Mat3<Scalar> from = inverse_rotation(a), to = b.linear();
+  return rotation_vector<Scalar>(to * from);
 }
 
 /// exp: the rotation by |w| radians about w.

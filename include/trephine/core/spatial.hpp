@@ -24,6 +24,21 @@ inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
   }
 }
 
+/// The symmetric matrix of a lower triangle. Eigen's view of one takes a compiler a second.
+[[nodiscard]] inline Mat6d symmetric(Mat6d lower) noexcept {
+  for (Eigen::Index j = 0; j < 6; ++j)
+    for (Eigen::Index i = 0; i < j; ++i) lower(i, j) = lower(j, i);
+  return lower;
+}
+
+/// k v wᵀ. Eigen's product of expressions takes a compiler longer.
+[[nodiscard]] inline Mat3d outer(double k, const Vec3d& v, const Vec3d& w) noexcept {
+  Mat3d m;
+  for (Eigen::Index j = 0; j < 3; ++j)
+    for (Eigen::Index i = 0; i < 3; ++i) m(i, j) = k * v[i] * w[j];
+  return m;
+}
+
 /// The pose after a small motion, its rotation about the origin, in the axes of the frame that X is in.
 [[nodiscard]] inline Posed moved(const Posed& X, const Vec6d& motion) noexcept {
   const Vec3d turn = motion.tail<3>();

@@ -61,7 +61,8 @@ class Bristles {
   void attach(std::span<const FoundationPoint> points, const Posed& X, double k) noexcept {
     if (!holds_) return;
     // The tool's material at a point has come from where it was when the tick began.
-    const Mat3d back = X_begin_.linear() * X.linear().transpose() - Mat3d::Identity();
+    const Mat3d from = inverse_rotation(X), to = X_begin_.linear();
+    const Mat3d back = to * from - Mat3d::Identity();
     const Vec3d moved = X.translation() - X_begin_.translation();
     count_ = std::min(points.size(), lanes_.size() * kProfileLanes);
     const Bend* row = nullptr;

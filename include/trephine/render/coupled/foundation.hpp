@@ -250,15 +250,15 @@ class Foundation {
       std::array<double, kTerms> t;
       for (std::size_t i = 0; i < kTerms; ++i)
         t[i] = Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(lanes[i].data()).sum();
-      const auto symmetric = [&](std::size_t i) {
+      const auto from = [&](std::size_t i) {
         Mat3d m;
         m << t[i], t[i + 1], t[i + 2], t[i + 1], t[i + 3], t[i + 4], t[i + 2], t[i + 4], t[i + 5];
         return m;
       };
       s.energy += t[kEnergy];
       s.wrench.head<3>() -= Vec3d(t[kForce], t[kForce + 1], t[kForce + 2]);
-      s.stiffness.topLeftCorner<3, 3>() += symmetric(kStraight);
-      s.bending.topLeftCorner<3, 3>() += symmetric(kBent) - t[kRound] * Mat3d::Identity();
+      s.stiffness.topLeftCorner<3, 3>() += from(kStraight);
+      s.bending.topLeftCorner<3, 3>() += from(kBent) - t[kRound] * Mat3d::Identity();
       s.depth = depth;
       return s;
     }
@@ -270,7 +270,10 @@ class Foundation {
       Mat3d cross;
       cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
       s.bending.block<3, 3>(3, 0) += cross;
-      s.bending.block<3, 3>(3, 3) += moment.trace() * Mat3d::Identity() - 0.5 * (moment + moment.transpose());
+      const double trace = moment.trace();
+      for (Eigen::Index i = 0; i < 3; ++i)
+        for (Eigen::Index j = 0; j < 3; ++j)
+          s.bending(3 + i, 3 + j) += (i == j ? trace : 0.0) - 0.5 * (moment(i, j) + moment(j, i));
     }
   };
 
@@ -360,7 +363,7 @@ class Foundation {
     const double round = rho > kOnAxis ? at.normal_rho[l] / rho : at.curvature[l];
     const Vec6d t = with_moment(u.cross(out), q.arm);
     add_square(s.bending, -f * round, t);
-    sums.moment += (f * q.normal) * q.arm.transpose();
+    sums.moment += outer(f, q.normal, q.arm);
   }
 
   std::size_t side_;

@@ -34,8 +34,8 @@ struct Curvature {
   Curvature(const PoseEnergy& at, const VirtualCoupling& coupling) noexcept {
     Mat6d H = at.contact.stiffness, bending = at.contact.bending;
     coupling.add_curvature(at.coupling, H, bending);
-    gauss_newton = H.selfadjointView<Eigen::Lower>();
-    whole = (H + bending).selfadjointView<Eigen::Lower>();
+    gauss_newton = symmetric(H);
+    whole = symmetric(H + bending);
     if (at.turns) return;
     hold_turns(gauss_newton);
     hold_turns(whole);

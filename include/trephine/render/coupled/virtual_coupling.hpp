@@ -166,15 +166,17 @@ struct VirtualCoupling {
     // A pull that grows no more has no stiffness along it: the secant keeps steps bounded, and downhill.
     const double along = s.pull.tangent > 0 ? s.pull.tangent : secant;
     const Vec3d d = way > 0 ? Vec3d(s.way / way) : Vec3d(Vec3d::Zero());
-    stiffness.topLeftCorner<3, 3>() += secant * Mat3d::Identity() + (along - secant) * d * d.transpose();
+    stiffness.topLeftCorner<3, 3>() += outer(along - secant, d, d);
+    stiffness.diagonal().head<3>().array() += secant;
     if (!turns) return;
     const double turn = s.turn.norm();
     const double k = turn > 0 ? s.twist.pull / turn : twister.stiffness;
     // Second derivative of ½|log|²: 1 along the turn, (φ/2) cot (φ/2) across.
     const double across = turn > 1e-4 ? (turn / 2) / std::tan(turn / 2) : 1.0;
     const Vec3d a = turn > 0 ? Vec3d(s.turn / turn) : Vec3d(Vec3d::Zero());
-    stiffness.bottomRightCorner<3, 3>() += k * Mat3d::Identity();
-    bending.bottomRightCorner<3, 3>() -= k * (1 - across) * (Mat3d::Identity() - a * a.transpose());
+    stiffness.diagonal().tail<3>().array() += k;
+    bending.bottomRightCorner<3, 3>() += outer(k * (1 - across), a, a);
+    bending.diagonal().tail<3>().array() -= k * (1 - across);
   }
 };
 
