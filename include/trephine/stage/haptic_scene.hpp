@@ -14,6 +14,7 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
@@ -94,6 +95,9 @@ template <class... Parts>
 /// - `kBadInput`: a non-finite pose, one farther than kFarthestPosition, or no rotation within kRotationTolerance. Zero
 ///   wrench, nothing carved, renderer and stages left as they were; the next good tick goes on from there.
 /// - `kNonFinite`: a law overflowed. Zero wrench; renderer and stages start anew.
+/// - `kStartedInside`: there is a wrench, and the tick before it knew nothing of the bone there: the first tick, one
+///   after `reset`, or one after densities rose (`VoxelGrid::restore`), here or elsewhere. The wrench is what the
+///   contact gives; whoever sends it brings it in by a ramp, as a ServoLoop does.
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and such a tick has zero
 /// twist. So has any tick after a gap (see PoseHistory): velocities never spike.
 ///
@@ -168,11 +172,13 @@ class HapticScene {
       return start_anew(result);
     result.contact = found.contact;
     result.status = found.status;
+    const bool is_new_bone = std::exchange(known_rise_, bone_->rise_stamp()) != bone_->rise_stamp();
+    if (is_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
 
     TickContext context{input};
     context.dt = clamped_dt(dt);
     context.contact = found.contact;
-    context.status = found.status;
+    context.status = result.status;
     if constexpr (kLooksBack) {
       const Posed X_GC = kCarves ? Posed(renderer_.cutting_pose().template cast<double>()) : X_GT;
       if (!X_GC.matrix().allFinite()) return start_anew(result);
@@ -205,6 +211,7 @@ class HapticScene {
   void reset() noexcept {
     renderer_.reset();
     history_.forget();
+    known_rise_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
     });
@@ -326,6 +333,7 @@ class HapticScene {
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
+  std::uint64_t known_rise_ = 0;  // the bone's rise_stamp at the last tick; none has 0
 };
 
 }  // namespace trephine
