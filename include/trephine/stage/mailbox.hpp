@@ -9,8 +9,8 @@
 
 namespace trephine {
 
-/// One value on its way from one thread to another: options from a user interface to the haptic thread, or the drawn
-/// tool's pose (`Mailbox<Posed>`) the other way. The latest value wins; older ones that were not read are lost.
+/// One value on its way from one thread to another: options from a user interface to the haptic thread. A pose on its
+/// way to the drawing thread (`Mailbox<Posed>`) takes one too. The latest value wins; unread ones are lost.
 ///
 /// Exactly one thread may post and exactly one may take. Neither waits, locks or allocates: three slots, one each for
 /// the writer, the reader and the exchange, and one atomic byte that says which slot lies in the exchange and whether
