@@ -77,7 +77,10 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   const double radius_mm = std::ceil(steps_a_mm * least_mm - 1e-6) / steps_a_mm;
   trephine::Burr burr;
   burr.tip_radius = options.tip_radius.value_or(1e-3 * radius_mm);
-  burr.shaft_radius = options.shaft_radius.value_or(1e-4 * std::max(1.0, std::round(0.53e4 * burr.tip_radius)));
+  // To 0.1 mm, where that is not more than the ball itself.
+  const double about_half = 0.53 * burr.tip_radius;
+  burr.shaft_radius =
+      options.shaft_radius.value_or(about_half < 1e-4 ? about_half : 1e-4 * std::round(1e4 * about_half));
   burr.shaft_length = options.shaft_length.value_or(0.040);
   burr.validate();
   return burr;

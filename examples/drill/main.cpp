@@ -70,7 +70,7 @@ int verify(const Options& options, bool plots) {
 }
 
 void take_pictures(const Options& options, const Bone& bone, const Surgeon& surgeon, const std::vector<Run>& runs) {
-  const BoneSurface before(bone.grid, bone.isovalue);
+  const PicturedBone before(bone.grid, bone.isovalue);
   const auto take = [&](const std::vector<Shot>& shots) {
     for (const Shot& shot : shots) {
       const auto start = std::chrono::steady_clock::now();
@@ -80,7 +80,7 @@ void take_pictures(const Options& options, const Bone& bone, const Surgeon& surg
     }
   };
   take(shots_before(bone, before, surgeon));
-  for (const Run& run : runs) take(shots_of_run(bone, before, BoneSurface(run.bone, bone.isovalue), surgeon, run.log));
+  for (const Run& run : runs) take(shots_of_run(bone, before, PicturedBone(run.bone, bone.isovalue), surgeon, run.log));
 }
 
 /// All that a wrong argument or file can stop; nothing is written before it is through.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bone_surface.hpp"
 #include "canvas.hpp"
+#include "pictured_bone.hpp"
 
 #include <trephine/tool/shape.hpp>
 
@@ -26,8 +26,8 @@ struct Camera {
 
 /// What is drawn. Poses are X_GT.
 struct Picture {
-  const BoneSurface* bone = nullptr;
-  const BoneSurface* uncut = nullptr;  ///< the bone before the run: what is missing now is shown as freshly cut
+  const PicturedBone* bone = nullptr;
+  const PicturedBone* uncut = nullptr;  ///< the bone before the run: what is missing now is shown as freshly cut
   Camera camera{};
   trephine::Burr burr{};
   std::optional<trephine::Pose<float>> tool;   ///< the drill, in steel

@@ -36,7 +36,7 @@ class Studio {
     return look_at(spot_ + raised * R_ * out_, -across_, out_, height_in_radii * R_);
   }
   /// All of the bone, with the spot on the near side.
-  [[nodiscard]] Camera overall(const BoneSurface& surface) const {
+  [[nodiscard]] Camera overall(const PicturedBone& surface) const {
     const Vec3f middle = 0.5F * (surface.lo() + surface.hi());
     const bool on_top = std::abs(out_.dot(up_)) > 0.8F;
     const Vec3f from = out_ - 0.9F * across_.cross(out_).normalized() + (on_top ? -0.9F * across_ : 0.30F * up_);
@@ -61,7 +61,7 @@ class Studio {
   /// Low over the bone, so that its relief and the hole's edge show.
   [[nodiscard]] Vec3f raking_light() const { return -0.75F * lean_ + 0.62F * out_ - 0.25F * across_; }
 
-  [[nodiscard]] Picture picture(const BoneSurface& surface) const {
+  [[nodiscard]] Picture picture(const PicturedBone& surface) const {
     Picture p;
     p.bone = &surface;
     p.burr = bone_.burr;
@@ -100,7 +100,7 @@ std::string in_millimetres(const trephine::Burr& burr) {
 
 }  // namespace
 
-std::vector<Shot> shots_before(const Bone& bone, const BoneSurface& surface, const Surgeon& surgeon) {
+std::vector<Shot> shots_before(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon) {
   const Studio studio(bone, surgeon);
   Picture whole = studio.picture(surface);
   whole.camera = studio.overall(surface);
@@ -117,7 +117,7 @@ std::vector<Shot> shots_before(const Bone& bone, const BoneSurface& surface, con
   return {{"before.png", whole}, {"before_close.png", close}};
 }
 
-std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, const BoneSurface& after,
+std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
                                const Surgeon& surgeon, const RunLog& log) {
   const Studio studio(bone, surgeon);
   const bool line = log.algorithm == "line";

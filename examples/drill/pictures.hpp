@@ -18,12 +18,12 @@ struct Shot {
 };
 
 /// The whole bone with the drill on its way, and the spot from near.
-[[nodiscard]] std::vector<Shot> shots_before(const Bone& bone, const BoneSurface& surface, const Surgeon& surgeon);
+[[nodiscard]] std::vector<Shot> shots_before(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon);
 
 /// The drill leaning over in its hole at the run's pictured tick, by the shaft on the rim if that touches, from outside
 /// and cut open along the hole, and the hole that is left. The bone no longer changes once the shaft leans, so one
 /// surface serves all.
-[[nodiscard]] std::vector<Shot> shots_of_run(const Bone& bone, const BoneSurface& before, const BoneSurface& after,
+[[nodiscard]] std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
                                              const Surgeon& surgeon, const RunLog& log);
 
 }  // namespace drill

@@ -115,7 +115,7 @@ Vec3f Shading::lit(const Vec3f& albedo, const Vec3f& n, const Lit& light, float 
 }
 
 Vec3f Shading::bone_colour(const Vec3f& p, int seed) const {
-  const BoneSurface& bone = *picture_.bone;
+  const PicturedBone& bone = *picture_.bone;
   const Vec3f n = bone.normal(p, spread_);
   // Thick bone under the surface is paler, thin bone and marrow show warmer.
   const float below = bone.above(p - 2.0F * bone.voxel() * n) / bone.most_above();
@@ -128,7 +128,7 @@ Vec3f Shading::bone_colour(const Vec3f& p, int seed) const {
 }
 
 Vec3f Shading::section_colour(const Vec3f& p) const {
-  const BoneSurface& bone = *picture_.bone;
+  const PicturedBone& bone = *picture_.bone;
   const float share = bone.above(p) / bone.most_above();
   Vec3f c = mix(colour(0xa9694c), colour(0xfdf4e3), smooth(-0.05F, 0.60F, share));
   // A dark line along the edge of the cut face.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bone_surface.hpp"
+#include "pictured_bone.hpp"
 
 #include <trephine/tool/shape.hpp>
 

@@ -7,7 +7,9 @@
 #include <trephine/contact/shaft_tracking.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/units.hpp>
+#include <trephine/device/presets.hpp>
 #include <trephine/device/recorder.hpp>
+#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
@@ -23,6 +25,7 @@
 #include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>

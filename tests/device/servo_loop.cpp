@@ -174,6 +174,8 @@ TEST_CASE("servo loop: a fault at reading ends the run with zero, without a tick
   const RunReport report = simulated(device, scene).run_for(100ms);
   CHECK(report.end == RunEnd::kFault);
   CHECK(report.reason == "the device failed to read");
+  ScriptedDevice closed([](int) { return Moment{.read = DeviceStatus::kFault}; });
+  CHECK(simulated(closed, scene).run_for(100ms).reason.find("is it connected and opened?") != std::string::npos);
   CHECK(report.ticks == 30);
   CHECK(scene.ticks == 30);
   CHECK(device.wrote[30] == Wrenchd::zero());
@@ -319,6 +321,13 @@ TEST_CASE("servo loop: says where scene and device do not fit") {
   CHECK(warned(simulated(device, force_only), "computes no torque"));
   device.can.stiffness = 400;
   CHECK(warned(simulated(device, scene), "felt stiffness is 500 N/m"));
+  struct Stiffening : FloorScene {
+    double tangent_stiffness(double force) const { return force > 0 ? 50 * force : 390; }
+  } stiffening;
+  CHECK_FALSE(warned(simulated(device, stiffening), "felt stiffness"));
+  device.can.max_force = 9;
+  CHECK(warned(simulated(device, stiffening), "felt stiffness is 450 N/m (scale 1, as a tangent)"));
+  device.can.max_force = 0;
   const Registration half(Posed::Identity(), Posed::Identity(), 0.5);
   CHECK_FALSE(warned(simulated(device, scene, {}, half), "felt stiffness"));
   device.can = {.rate = 1000};

@@ -18,10 +18,12 @@ struct cMatrix3d {
   double operator()(int, int) const;
 };
 struct cHapticDeviceInfo {
-  double m_maxLinearForce, m_maxAngularTorque, m_maxLinearStiffness;
-  bool m_actuatedRotation;
+  double m_maxLinearForce, m_maxAngularTorque, m_maxLinearStiffness, m_maxAngularStiffness;
+  bool m_sensedRotation, m_actuatedRotation;
 };
 struct cGenericHapticDevice {
+  bool open();
+  bool close();
   cHapticDeviceInfo getSpecifications();
   bool getPosition(cVector3d&);
   bool getRotation(cMatrix3d&);
@@ -29,6 +31,32 @@ struct cGenericHapticDevice {
   bool setForceAndTorqueAndGripperForce(const cVector3d&, const cVector3d&, double);
 };
 using cGenericHapticDevicePtr = std::shared_ptr<cGenericHapticDevice>;
+
+struct cColorb {};
+struct cImage {
+  void setVoxelColor(unsigned int, unsigned int, unsigned int, const cColorb&);
+};
+struct cTexture3d {
+  std::shared_ptr<cImage> m_image;
+  void markForPartialUpdate(cVector3d, cVector3d);
+};
+struct cVoxelObject {
+  cVector3d m_minCorner, m_maxCorner;
+  void setLocalPos(const cVector3d&);
+};
+
+struct cWorld;
+class cToolCursor {
+ public:
+  explicit cToolCursor(cWorld*);
+  virtual ~cToolCursor() = default;
+  virtual void computeInteractionForces();
+  cVector3d getDeviceGlobalPos() const;
+  cMatrix3d getDeviceGlobalRot() const;
+  bool getUserSwitch(int) const;
+  void addDeviceGlobalForce(const cVector3d&);
+  void addDeviceGlobalTorque(const cVector3d&);
+};
 
 }  // namespace chai3d
 

@@ -60,9 +60,9 @@ struct Bone {
   std::vector<std::uint8_t> voxels;
 };
 
-/// Sides of 1 to 12 voxels, spacings of 1e-6 to 1e3 m that may differ a thousandfold by axis, six ways to fill it.
+/// Sides of 1 to 12 voxels, spacings of 1e-6 to 0.02 m, and some refused, that may differ by axis, six ways to fill it.
 inline Bone any_bone(Bytes& in) {
-  static constexpr double kSpacings[] = {3e-4, 1e-3, 3e-4, 1e-3, 1e-6, 1e-4, 0.1, 1.0, 1e3, 5e-324, 1e-40};
+  static constexpr double kSpacings[] = {3e-4, 1e-3, 3e-4, 1e-3, 1e-6, 1e-4, 0.02, 5e-3, 1e3, 5e-324, 1e-40};
   Bone bone;
   bone.geometry.size = {1 + in.below(12), 1 + in.below(12), 1 + in.below(12)};
   bone.geometry.spacing = Vec3d::Constant(in.one_of(kSpacings));
@@ -93,7 +93,7 @@ inline Bone any_bone(Bytes& in) {
 }
 
 inline Burr any_burr(Bytes& in) {
-  static constexpr double kRadii[] = {1.5e-3, 8e-4, 3e-4, 1e-4, 1e-6, 0, 0.1, 10, 1e-40, -1e-3, kNaN, kInf};
+  static constexpr double kRadii[] = {1.5e-3, 8e-4, 3e-4, 1e-4, 1e-6, 0, 0.05, 10, 1e-40, -1e-3, kNaN, kInf};
   static constexpr double kLengths[] = {10e-3, 0, 2e-3, 40e-3, 1, 1e3, 1e-40, -1, kNaN, kInf};
   if (in.below(3) != 0) return {.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 10e-3};
   return {.tip_radius = in.one_of(kRadii), .shaft_radius = in.one_of(kRadii), .shaft_length = in.one_of(kLengths)};

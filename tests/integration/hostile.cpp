@@ -73,7 +73,7 @@ void survive(R renderer, const std::string& name) {
 template <class R>
 void survive_grid(const std::array<int, 3>& size, std::uint8_t density, R renderer) {
   std::vector<std::uint8_t> voxels(static_cast<std::size_t>(size[0] * size[1] * size[2]), density);
-  VoxelGrid<std::uint8_t> bone({.size = size, .spacing = {1e-3, 1e-3, 1e-3}, .outside = 0.0}, voxels,
+  VoxelGrid<std::uint8_t> bone({.size = size, .spacing = {2e-3, 2e-3, 2e-3}, .outside = 0.0}, voxels,
                                {.stored_gradients = true});
   auto scene = make_full_scene(bone, std::move(renderer));
   for (int i = 0; i < 200; ++i) {
@@ -195,7 +195,8 @@ TEST_CASE("hostile tools: of no size, larger than the grid, smaller than a voxel
              away));
   };
   const auto played = std::pair(Fate::kPlayed, Fate::kPlayed), refused = std::pair(Fate::kRefused, Fate::kRefused);
-  CHECK(both({.tip_radius = 0.1, .shaft_radius = 0.05, .shaft_length = 0.2}, {}, {}) == played);
+  CHECK(both({.tip_radius = 0.02, .shaft_radius = 0.05, .shaft_length = 0.2}, {}, {}) == played);
+  CHECK(both({.tip_radius = 0.021, .shaft_radius = 0.05, .shaft_length = 0.2}, {}, {}) == refused);
   CHECK(both({.tip_radius = 1e-5, .shaft_radius = 1e-5, .shaft_length = 1e-3}, {}, {}) == played);
   CHECK(both({.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0}, {}, {}) == played);
   // A ball of one vertex has no inside; a shaft's row of two and slices of one are the least there is.
@@ -238,15 +239,18 @@ TEST_CASE("hostile grids and isovalues: refused, or finite and limited") {
   const auto checkers = [](int i, int j, int k) { return (i + j + k) % 2 != 0 ? 200.0 : 0.0; };
   const std::array<int, 3> cube{12, 12, 12};
   const Vec3d millimetre = Vec3d::Constant(1e-3);
-  for (const auto& size : {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{12, 12, 1}, cube}) {
+  CHECK(played(millimetre, {1, 1, 1}, 100, full) == refused);  // smaller than the burr
+  for (const auto& size : {std::array{3, 2, 1}, std::array{2, 2, 2}, std::array{12, 12, 1}, cube}) {
     CHECK(played(millimetre, size, 100, full) == fine);
     CHECK(played(millimetre, size, 100, checkers) == fine);
   }
   for (const double isovalue : {1e-3, 199.9, 200.0, 200.1, 1e30})
     CHECK(played(millimetre, cube, isovalue, full) == fine);
-  for (const double spacing : {1e-6, 1e-4, 1.0, 1e3}) CHECK(played(Vec3d::Constant(spacing), cube, 300, full) == fine);
+  for (const double spacing : {2e-4, 5e-3, 2e-2}) CHECK(played(Vec3d::Constant(spacing), cube, 300, full) == fine);
+  for (const double spacing : {1e-6, 1e-4, 0.1, 1e3})
+    CHECK(played(Vec3d::Constant(spacing), cube, 300, full) == refused);
   CHECK(played(Vec3d(1e-6, 1e-3, 1e-3), cube, 100, checkers) == fine);  // 1 : 1000
-  CHECK(played(Vec3d(1e-3, 1e-3, 1.0), cube, 300, checkers) == fine);
+  CHECK(played(Vec3d(1e-5, 1e-5, 1e-2), cube, 300, checkers) == fine);
   for (const double bad : {0.0, -1e-3, kNan, kInf}) CHECK(played(Vec3d(1e-3, bad, 1e-3), cube, 100, full) == refused);
   for (const double bad : {kNan, kInf, -kInf}) {
     CHECK(played(millimetre, cube, bad, full) == refused);

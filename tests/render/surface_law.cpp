@@ -22,13 +22,13 @@ constexpr double kTorqueError = 0.06, kTorqueFloor = 1e-3;  // 6 % or 1 mN·m
 // ------------------------------------------------------------------------------------------------
 
 TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
-  // 26 cube directions, R = 3, turned .3 about y and then .2 about x, both fixed axes; force along the plane's normal,
-  // k = 1.
-  const Tool<double> tool(Burr{.tip_radius = 3, .shaft_length = 0}, SurfaceCounts::thesis());
+  // 26 cube directions, R = 3 mm, turned .3 about y and then .2 about x, both fixed axes; force along the plane's
+  // normal, k = 1.
+  const Tool<double> tool(Burr{.tip_radius = 3e-3, .shaft_length = 0}, SurfaceCounts::thesis());
   const Mat3d R = rotation_from_vector(Vec3d(0.2, 0, 0)) * rotation_from_vector(Vec3d(0, 0.3, 0));
   const auto force = [&](const Mat3d& turned, double depth) {
     const Vec3d n = turned.transpose() * Vec3d::UnitZ();
-    return plane_law<CollisionRatio>(tool, 0, depth, n).dot(n);
+    return 1e3 * plane_law<CollisionRatio>(tool, 0, 1e-3 * depth, n).dot(n);
   };
   CHECK(force(R, 0.3) == doctest::Approx(2.83).epsilon(0.002));
   CHECK(force(R, 0.4) == doctest::Approx(2.72).epsilon(0.002));
@@ -352,10 +352,26 @@ TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps o
   CHECK(most <= bound);
   // One bad radius cannot make it endless: 64 lanes a vertex at most.
   SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce> huge(
-      Tool<Scalar>(Burr{.tip_radius = 10, .shaft_length = 0}, SurfaceCounts::thesis()));
-  field.samples = 0;
-  static_cast<void>(render_at(huge, field, tool_at({0, 0, 9.999}, Vec3d::UnitZ())));
-  CHECK(field.samples <= 32 + 26 * (64 * 16 + 14));
+      Tool<Scalar>(Burr{.tip_radius = 0.05, .shaft_length = 0}, SurfaceCounts::thesis()));
+  const VoxelGrid<std::uint8_t> fine({.size = {40, 40, 40}, .spacing = Vec3d::Constant(1e-5), .outside = 0.0}, noise);
+  const DensityField<std::uint8_t, Scalar> fine_base(fine, 127.5);
+  const CountingField fine_field(fine_base);
+  static_cast<void>(render_at(huge, fine_field, tool_at({2e-4, 2e-4, 0.0501}, Vec3d::UnitZ())));
+  CHECK(fine_field.samples <= 32 + 26 * (64 * 16 + 14));
+}
+
+TEST_CASE("the force on a plane is quadratic in depth: the tangent is 2 k at R/2 and up to 4 k at R, or the budget") {
+  constexpr double k = 800, R = 0.0015;
+  const Tool<float> tool(Burr{.tip_radius = R, .shaft_length = 0}, SurfaceCounts{});
+  const SurfaceApproxRenderer<float> surface(tool, {.stiffness = k});
+  CHECK(surface.tangent_stiffness(0) == doctest::Approx(2 * k).epsilon(0.02));
+  CHECK(surface.tangent_stiffness(k * R / 2) == doctest::Approx(2 * k).epsilon(0.02));
+  CHECK(surface.tangent_stiffness(0.25 * k * R / 2) == doctest::Approx(k).epsilon(0.02));
+  // At R the patches beside the equator round the square off.
+  CHECK(surface.tangent_stiffness(100) < 4 * k);
+  CHECK(surface.tangent_stiffness(100) > 3.4 * k);
+  const SurfaceApproxRenderer<float> shared(tool, {.stiffness = k, .budget = StiffnessBudget{1000, 0.3}});
+  CHECK(shared.tangent_stiffness(100) == 1000);
 }
 
 }  // namespace

@@ -60,16 +60,14 @@ static_assert(!kStageUsesTwist<DeviceLimits> && !kStageUsesTwist<FirstOrderFilte
               !kStageUsesTwist<MillingVibration> && !kStageUsesTwist<Remote<DeviceLimits>> &&
               !kStageUsesTwist<ForceOnly>);
 
-// What is not listed takes no bytes.
+// What is not listed takes no bytes. A scene itself keeps one word: of which bone it knows.
 template <class... Parts>
 using Scene = HapticScene<std::int16_t, Floor<>, Parts...>;
 struct Bare {
   Grid* bone;
   double isovalue;
   Floor<> renderer;
-};
-struct BareLimited : Bare {
-  DeviceLimits limits;
+  std::uint64_t known_rise;
 };
 constexpr std::size_t aligned(std::size_t n) { return (n + alignof(Bare) - 1) / alignof(Bare) * alignof(Bare); }
 static_assert(sizeof(Scene<>) == sizeof(Bare));

@@ -30,6 +30,19 @@ TEST_CASE("a burr that is none is refused with what is wrong and what was given"
                     "trephine::Burr: shaft_length must exceed tip_radius (or be 0: no shaft), got 0.0015");
 }
 
+TEST_CASE("lengths in millimetres are refused, with what was probably meant") {
+  const auto check = [](double tip, double shaft, double length) {
+    Burr{.tip_radius = tip, .shaft_radius = shaft, .shaft_length = length}.validate();
+  };
+  CHECK_NOTHROW(check(0.05, 0.05, 1));
+  CHECK_THROWS_WITH(check(1.5, 0.0008, 0.04),
+                    "trephine::Burr: tip_radius must be at most 0.05 m (did you mean 1.5_mm?), got 1.5");
+  CHECK_THROWS_WITH(check(0.0015, 0.8, 0.04),
+                    "trephine::Burr: shaft_radius must be at most 0.05 m (did you mean 0.8_mm?), got 0.8");
+  CHECK_THROWS_WITH(check(0.0015, 0.0008, 40),
+                    "trephine::Burr: shaft_length must be at most 1 m (did you mean 40_mm?), got 40");
+}
+
 TEST_CASE("a ball alone needs no shaft radius") {
   CHECK_NOTHROW((Burr{.tip_radius = 0.001, .shaft_radius = kNan, .shaft_length = 0}.validate()));
   CHECK_FALSE(Burr{.shaft_length = 0}.has_shaft());

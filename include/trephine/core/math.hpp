@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#if __cplusplus <= 201703L && (!defined(_MSVC_LANG) || _MSVC_LANG <= 201703L)
+#error trephine needs C++20: compile with -std=c++20 (MSVC: /std:c++20; CMake: link trephine::trephine)
+#include <Cpp20>  // there is none: ends the compilation, which would go on to hundreds of errors
+#endif
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -11,6 +16,9 @@
 /// `p_WT` is T's origin seen from W, `X_WG` maps coordinates of G to coordinates of W: `p_WQ = X_WG * p_GQ`.
 /// Units are SI throughout: metres, seconds, newtons.
 namespace trephine {
+
+static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
+              "trephine needs Eigen 3.4: an older one comes first in the include path");
 
 template <class Scalar>
 concept RealScalar = std::same_as<Scalar, float> || std::same_as<Scalar, double>;

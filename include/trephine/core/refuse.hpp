@@ -16,4 +16,12 @@ template <class Value>
   throw std::invalid_argument(s.str());
 }
 
+/// The same for a length [m] that is more than `most`, as one is that was meant in millimetres.
+inline void refuse_beyond(std::string_view type, std::string_view name, double most, double got) {
+  if (got <= most) return;
+  std::ostringstream rule;
+  rule << name << " must be at most " << most << " m (did you mean " << got << "_mm?)";
+  refuse(type, rule.str(), got);
+}
+
 }  // namespace trephine

@@ -8,12 +8,11 @@ namespace trephine {
 /// What a tick has to say beside its wrench. Ordered by severity; a tick reports the most severe that applies.
 enum class Status : std::uint8_t {
   kOk = 0,
-  kWorkBound = 1,  ///< the work limit ended a search early; what is left is carried on at the next tick
-  kStartedInside =
-      2,      ///< the tool appeared inside bone (start, restore): the wrench is finite but the hand must be ramped in
-  kJump = 3,  ///< the pose moved farther in a tick than the search range; the contact state was started anew
-  kBadInput = 4,   ///< non-finite or absurd pose or rotation: zero wrench, state kept
-  kNonFinite = 5,  ///< a law gave a non-finite wrench (overflow): zero wrench, state started anew
+  kWorkBound = 1,      ///< the work limit ended a search early; what is left is carried on at the next tick
+  kStartedInside = 2,  ///< tool or bone appeared where the other is (start, restore): ramp the hand in
+  kJump = 3,           ///< the pose moved farther in a tick than the search range; the contact state was started anew
+  kBadInput = 4,       ///< non-finite or absurd pose or rotation: zero wrench, state kept
+  kNonFinite = 5,      ///< a law gave a non-finite wrench (overflow): zero wrench, state started anew
 };
 
 [[nodiscard]] constexpr Status worse(Status a, Status b) noexcept { return a < b ? b : a; }

@@ -8,6 +8,11 @@ namespace trephine {
 inline constexpr double kRotationTolerance = 1e-3;
 /// Farther from the world's origin than this [m] a pose is absurd: no haptic scene is a kilometre wide.
 inline constexpr double kFarthestPosition = 1e3;
+/// Larger than these [m] no tool and no voxel is: the number was meant in millimetres. A metre of radius would remove
+/// the whole bone, and a voxel of half a metre would give a hundred newtons.
+inline constexpr double kLargestRadius = 0.05;
+inline constexpr double kLongestShaft = 1.0;
+inline constexpr double kLargestSpacing = 0.02;
 /// dt is clamped to this range [s]: 100 kHz is faster than any servo loop, a tenth of a second is a stall, not a tick.
 inline constexpr double kShortestDt = 1e-5;
 inline constexpr double kLongestDt = 0.1;

@@ -52,7 +52,8 @@ struct DeviceState {
   std::optional<double> time;      ///< the device's own time of this pose [s], where it has one: dt then comes from it
 };
 
-/// A polled device, or the part of a self-paced one that moves data. Both calls come from the haptic thread alone:
+/// A polled device, or the part of a self-paced one that moves data. It is open before a loop runs it: its constructor
+/// opens it, and throws where it cannot. Both calls come from the haptic thread alone:
 /// - `read(state)` takes the pose. On kSafetyTrip the state is valid; on kFault it is not looked at.
 /// - `write(wrench)` applies force [N] and torque [N·m], about H in D axes, until the next write. It clamps to what the
 ///   hardware bears, and answers kFault on a non-finite wrench after applying none.

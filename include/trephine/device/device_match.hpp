@@ -37,10 +37,17 @@ template <TickableScene Scene>
   if constexpr (requires {
                   { scene.stiffness() } -> std::convertible_to<double>;
                 }) {
-    const double felt = registration.felt_stiffness(static_cast<double>(scene.stiffness()));
+    double stiffness = static_cast<double>(scene.stiffness());
+    std::string where;
+    // A law that stiffens does so up to the largest force that the device gives.
+    if constexpr (requires { scene.tangent_stiffness(1.0); }) {
+      stiffness = static_cast<double>(scene.tangent_stiffness(device.max_force));
+      where = ", as a tangent";
+    }
+    const double felt = registration.felt_stiffness(stiffness);
     if (device.stiffness > 0 && felt > device.stiffness)
-      warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), "), more than the ", device.stiffness,
-           " N/m that device '", device.name, "' is said to render stably");
+      warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), where, "), more than the ",
+           device.stiffness, " N/m that device '", device.name, "' is said to render stably");
   }
   if (device.rate > 0 && rate < 0.5 * device.rate)
     warn("the loop runs at ", rate, " Hz, less than half the ", device.rate, " Hz that device '", device.name,

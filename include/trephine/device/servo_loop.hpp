@@ -237,7 +237,10 @@ class ServoLoop {
   void step(Condition& condition, Observer& observer) noexcept {
     try {
       exchange();
-      if (run_.record.read_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to read");
+      if (run_.record.read_status == DeviceStatus::kFault)
+        return end(RunEnd::kFault, run_.report.ticks == 0
+                                       ? "the device failed to read at its first tick: is it connected and opened?"
+                                       : "the device failed to read");
       observer(std::as_const(run_.record));
       if (run_.record.write_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to write");
       if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition came true");

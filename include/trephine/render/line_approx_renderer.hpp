@@ -3,6 +3,7 @@
 
 #include <trephine/contact/shaft_tracking.hpp>
 #include <trephine/contact/surface_proxy.hpp>
+#include <trephine/core/misuse.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
 #include <trephine/render/stiffness_budget.hpp>
@@ -61,6 +62,20 @@ struct LineReport {
   Vec3<Scalar> tip_force = Vec3<Scalar>::Zero();
 };
 
+// What fits no Line ends here, in one sentence.
+template <class S, class Step = TranslateRotate, class Track = ConstrainedTracking, class FrictionLaw = Frictionless,
+          class Shaft = FullWrench, class GradientChoice = SplineGradient>
+class LineApproxRenderer : public detail::MisusedRenderer {
+  static_assert(detail::kFits<S>,
+                "trephine::LineApproxRenderer: write LineApproxRenderer{ToolDiscretization{burr, LineCounts{}}, "
+                "LineOptions{}, TranslateRotate{}, Coulomb{0.2, 0.15}}; the last three may be left out. As a type: "
+                "LineApproxRenderer<float, stepping, tracking, friction, shaft force, gradient>");
+
+ public:
+  template <class... Arguments>
+  explicit LineApproxRenderer(const Arguments&...) noexcept {}
+};
+
 /// The Line approximation: thesis 3.1. The tip is a point proxy with a spring (Eq. 6, 7); the shaft's centreline is a
 /// row of vertices whose first contact with bone is searched from t−1 toward t (Eq. 1–5) and then tracked; a spring
 /// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). `r × F_IntP` equals the
@@ -75,10 +90,9 @@ struct LineReport {
 /// proxy steps as `ConstrainedTracking` has pieces), plus a first contact of at most 2 · (stepping.most_steps + 1) ·
 /// count samples. Tip and shaft, each alone, take none where nothing is in contact and the field knows that the way is
 /// clear (beyond the grid, or by `SkipFar`).
-template <RealScalar S, Stepping Step = TranslateRotate, Tracking Track = ConstrainedTracking,
-          Friction FrictionLaw = Frictionless, ShaftForce Shaft = FullWrench,
-          GradientPolicy GradientChoice = SplineGradient>
-class LineApproxRenderer {
+template <RealScalar S, Stepping Step, Tracking Track, Friction FrictionLaw, ShaftForce Shaft,
+          GradientPolicy GradientChoice>
+class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
  public:
   using Scalar = S;
   using Gradient = GradientChoice;
@@ -312,5 +326,7 @@ LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step) -> Line
 template <class S, Stepping Step, Friction F>
 LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step, F)
     -> LineApproxRenderer<S, Step, ConstrainedTracking, F>;
+template <class... Arguments>
+LineApproxRenderer(const Arguments&...) -> LineApproxRenderer<detail::Misused<Arguments...>>;
 
 }  // namespace trephine

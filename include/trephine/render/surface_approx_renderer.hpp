@@ -2,13 +2,11 @@
 #pragma once
 
 #include <trephine/contact/ways_out.hpp>
-#include <trephine/render/deep_contact.hpp>
 #include <trephine/render/patch_ways.hpp>
 #include <trephine/render/renderer.hpp>
-#include <trephine/render/shaft_force.hpp>
 #include <trephine/render/shared_groups.hpp>
+#include <trephine/render/surface_misuse.hpp>
 #include <trephine/render/surface_options.hpp>
-#include <trephine/render/weighting.hpp>
 #include <trephine/voxel/density_field.hpp>
 #include <trephine/voxel/known_air.hpp>
 
@@ -35,9 +33,8 @@ namespace trephine {
 /// vertex in bone what `WaysOut` says; a group whose centre is in bone costs what `Deep` costs instead. With
 /// `PatchWeights` one gradient more for each vertex in bone and for those next to them, and for each group without one
 /// a gradient and a sample, and if bone is within its patch's reach those of its neighbours.
-template <RealScalar S, Weighting Weights = PatchWeights, DeepContact Deep = ExtendAlongSurface,
-          ShaftForce Shaft = FullWrench, GradientPolicy GradientChoice = AnalyticGradient>
-class SurfaceApproxRenderer {
+template <RealScalar S, Weighting Weights, DeepContact Deep, ShaftForce Shaft, GradientPolicy GradientChoice>
+class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
  public:
   using Scalar = S;
   using Gradient = GradientChoice;
@@ -138,6 +135,11 @@ class SurfaceApproxRenderer {
   }
   /// Secant stiffness [N/m] of the tip at δ = R/2, however it was given.
   [[nodiscard]] double stiffness() const noexcept { return k_ / k_per_stiffness_; }
+  /// Tangent stiffness [N/m] of the tip that presses on a plane with `force` [N], within the budget; 0: at δ = R/2.
+  [[nodiscard]] double tangent_stiffness(double force) const {
+    const double k = plane_tangent<Weights>(tool_, k_, force);
+    return options_.budget ? std::min(k, options_.budget->linear) : k;
+  }
   /// Surface has no proxy: all three are the device's pose.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_GT_; }
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return X_GT_; }
@@ -392,5 +394,7 @@ template <class S>
 SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>) -> SurfaceApproxRenderer<S>;
 template <class S>
 SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>, SurfaceOptions) -> SurfaceApproxRenderer<S>;
+template <class... Arguments>
+SurfaceApproxRenderer(const Arguments&...) -> SurfaceApproxRenderer<detail::Misused<Arguments...>>;
 
 }  // namespace trephine

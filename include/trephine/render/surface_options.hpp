@@ -12,7 +12,9 @@
 namespace trephine {
 
 struct SurfaceOptions {
-  /// Secant stiffness [N/m] of the tip pressed on a plane at δ = R/2: what a hand would call its stiffness.
+  /// Secant stiffness k [N/m] of the tip pressed on a plane at δ = R/2. The force is no plain spring's but grows with
+  /// the square of the depth, F = 2 k δ²/R (PatchWeights, AreaWeights). So the tangent, which a device has to bear, is
+  /// 2 k at R/2 and at most 4 k near R; `tangent_stiffness` of the renderer tells it at a force.
   double stiffness = 800;
   /// The literal k of Eq. 15 instead, in the unit of the weighting: N/m for CollisionRatio and MeanWeights, N/m³ for
   /// PatchWeights and AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.

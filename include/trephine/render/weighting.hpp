@@ -139,4 +139,19 @@ template <Weighting W, class Tool>
   return sum / kDirections;
 }
 
+/// Tangent stiffness [N/m] of a law of literal stiffness k where the ball presses on a plane with `force` [N]: at most
+/// one radius deep, and half a radius deep for a force of 0.
+template <Weighting W, class Tool>
+[[nodiscard]] double plane_tangent(const Tool& tool, double k, double force) {
+  constexpr double kApart = 0.05;  // radii; a law of squares has no error by it
+  double low = force > 0 ? 0 : 0.5, high = force > 0 ? 1 : 0.5;
+  for (int i = 0; i < 10 && low < high; ++i) {
+    const double middle = (low + high) / 2;
+    (k * mean_plane_force<W>(tool, 0, middle) < force ? low : high) = middle;
+  }
+  const double from = std::max((low + high) / 2 - kApart, 0.0), to = std::min((low + high) / 2 + kApart, 1.0);
+  const double rise = mean_plane_force<W>(tool, 0, to) - mean_plane_force<W>(tool, 0, from);
+  return k * rise / ((to - from) * tool.burr().tip_radius);
+}
+
 }  // namespace trephine

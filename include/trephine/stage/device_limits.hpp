@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trephine {
 
 /// What the device can give: the magnitudes of force and torque are cut to the limits, their directions kept. Nothing
-/// may change the wrench after it, so a scene accepts it only as its last stage. A limit that is not given is zero, and
-/// so is that part of the wrench: right for a device without motors for torque.
+/// may change the wrench after it, so a scene accepts it only as its last stage. What is not given is not limited here;
+/// a servo loop keeps it within the device's own means. A device without motors for torque has a limit of zero.
 ///
 /// `DeviceLimits{.force = 3.3, .torque = 0.1}`; an aggregate, so it is the scene's constructor that calls `validate`.
 /// Results never exceed a limit, not by rounding either. A non-finite wrench is left as it is, for the scene to see
@@ -20,13 +21,13 @@ struct DeviceLimits {
   static constexpr bool kUsesTwist = false;
   using Options = DeviceLimits;
 
-  double force = 0;   ///< [N], >= 0
-  double torque = 0;  ///< [N·m], >= 0
+  double force = std::numeric_limits<double>::infinity();   ///< [N], >= 0
+  double torque = std::numeric_limits<double>::infinity();  ///< [N·m], >= 0
 
   /// Throws std::invalid_argument.
   void validate() const {
-    if (!(force >= 0) || !std::isfinite(force)) refuse("DeviceLimits", "force must be finite and >= 0 N", force);
-    if (!(torque >= 0) || !std::isfinite(torque)) refuse("DeviceLimits", "torque must be finite and >= 0 N·m", torque);
+    if (!(force >= 0)) refuse("DeviceLimits", "force must be >= 0 N", force);
+    if (!(torque >= 0)) refuse("DeviceLimits", "torque must be >= 0 N·m", torque);
   }
   /// Takes limits that `validate` accepted; between ticks, haptic thread.
   void adopt(const DeviceLimits& options) noexcept { *this = options; }

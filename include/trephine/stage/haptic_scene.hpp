@@ -1,84 +1,53 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/render/renderer.hpp>
-#include <trephine/stage/carver.hpp>
-#include <trephine/stage/context.hpp>
-#include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/pose_history.hpp>
-#include <trephine/voxel/bone_surface.hpp>
-#include <trephine/voxel/density_field.hpp>
+#include <trephine/stage/scene_parts.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
+#include <sstream>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace trephine {
 
-/// A scene that lists it answers with forces only: the torque is zero. A renderer whose shaft gives torque alone
-/// (`TorqueOnly`) then leaves its shaft out, vertices and all.
-struct ForceOnly {};
+// What makes no scene ends here, in one sentence.
+template <class Density, class ContactRenderer, class... Parts>
+class HapticScene {
+  using Mistake = detail::SceneMistake;
+  static constexpr Mistake kMistake = detail::kMistake<Density, ContactRenderer, Parts...>;
+  static_assert(kMistake != Mistake::kConstBone,
+                "trephine::HapticScene: the bone is const, and a scene drills it: pass a VoxelGrid that is not const");
+  static_assert(kMistake != Mistake::kTemporaryBone,
+                "trephine::HapticScene: the bone is a temporary, and must outlive the scene: name it first");
+  static_assert(kMistake != Mistake::kArguments,
+                "trephine::HapticScene: write HapticScene{bone, isovalue, renderer, parts...}: a VoxelGrid, a number, "
+                "a renderer, then what else there is");
+  static_assert(kMistake != Mistake::kNoRenderer,
+                "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
+                "write HapticScene{bone, isovalue, renderer, parts...}");
+  static_assert(kMistake != Mistake::kNoPart,
+                "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), SkipFar "
+                "or ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
+  static_assert(kMistake != Mistake::kLimitsNotLast,
+                "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
+  static_assert(kMistake != Mistake::kTwoForceOnly, "trephine::HapticScene: more than one ForceOnly");
 
-/// A part that tells the renderer what it may pass over: see `SkipFar`.
-template <class P>
-concept Skipper = requires(const P& p) {
-  p.map();
-  requires P::kSkips;
+ public:
+  template <class... Arguments>
+  explicit HapticScene(Arguments&&...) noexcept {}
+  TickResult tick(const TickInput&, double) noexcept;  // what uses the scene is no further mistake
+  void reset() noexcept;
 };
-
-/// What a scene may list after its renderer.
-template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || Skipper<P> || std::same_as<P, ForceOnly>;
-
-/// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
-template <class R, class Density>
-[[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {
-  if constexpr (requires { renderer.field(bone, isovalue); })
-    return renderer.field(bone, isovalue);
-  else
-    return DensityField<Density, typename R::Scalar, typename R::Gradient>(bone, isovalue);
-}
-
-/// Whether a renderer reads a BoneSurface, which the scene then keeps for it.
-template <class R>
-concept UsesBoneSurface = requires {
-  requires R::kUsesBoneSurface;
-};
-
-/// What a scene hands its renderer each tick.
-template <class R, class Density>
-struct FieldOf {
-  using Type = decltype(contact_field(std::declval<const R&>(), std::declval<const VoxelGrid<Density>&>(), 0.0));
-};
-template <UsesBoneSurface R, class Density>
-struct FieldOf<R, Density> {
-  using Type = BoneSurfaceView<Density>;
-};
-
-/// How many of the parts are, or derive from, T.
-template <class T, class... Parts>
-inline constexpr std::size_t kPartCount = (std::size_t{0} + ... + (std::derived_from<Parts, T> ? 1U : 0U));
-
-/// No stage follows a DeviceLimits (nor does a second one).
-template <class... Parts>
-[[nodiscard]] consteval bool limits_come_last() {
-  constexpr std::array<bool, sizeof...(Parts)> stage{Stage<Parts>...};
-  constexpr std::array<bool, sizeof...(Parts)> limits{std::derived_from<Parts, DeviceLimits>...};
-  bool limited = false;
-  for (std::size_t i = 0; i < sizeof...(Parts); ++i) {
-    if (limited && stage[i]) return false;
-    limited = limited || limits[i];
-  }
-  return true;
-}
 
 /// The whole loop of one tool in one bone: pose in, wrench and status out, bone removed on the way.
 /// \code
@@ -94,6 +63,9 @@ template <class... Parts>
 /// - `kBadInput`: a non-finite pose, one farther than kFarthestPosition, or no rotation within kRotationTolerance. Zero
 ///   wrench, nothing carved, renderer and stages left as they were; the next good tick goes on from there.
 /// - `kNonFinite`: a law overflowed. Zero wrench; renderer and stages start anew.
+/// - `kStartedInside`: there is a wrench, and the tick before it knew nothing of the bone there: the first tick, one
+///   after `reset`, or one after densities rose (`VoxelGrid::restore`), here or elsewhere. The wrench is what the
+///   contact gives; whoever sends it brings it in by a ramp, as a ServoLoop does.
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and such a tick has zero
 /// twist. So has any tick after a gap (see PoseHistory): velocities never spike.
 ///
@@ -102,42 +74,34 @@ template <class... Parts>
 /// pose may change between ticks. `tick` is noexcept and takes no memory, lock or clock; its time is the renderer's and
 /// the carvers'. Same input, same binary: same bits.
 template <class Density, class ContactRenderer, class... Parts>
-class HapticScene {
-  static_assert(
-      requires {
-        typename ContactRenderer::Scalar;
-        typename ContactRenderer::Gradient;
-      },
-      "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp)");
-
+requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
+         detail::SceneMistake::kNone) class HapticScene<Density, ContactRenderer, Parts...> {
  public:
   using Grid = VoxelGrid<Density>;
   using Scalar = typename ContactRenderer::Scalar;
   using Gradient = typename ContactRenderer::Gradient;
   using Field = typename FieldOf<ContactRenderer, Density>::Type;
 
-  static_assert(Renderer<ContactRenderer, Field>,
-                "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp)");
-  static_assert(
-      (ScenePart<Parts, Grid> && ...),
-      "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), SkipFar or "
-      "ForceOnly, its functions noexcept; a scene has one renderer");
-  static_assert(kPartCount<DeviceLimits, Parts...> <= 1, "trephine::HapticScene: more than one DeviceLimits");
-  static_assert(limits_come_last<Parts...>(), "trephine::HapticScene: DeviceLimits must be the last stage");
-  static_assert(kPartCount<ForceOnly, Parts...> <= 1, "trephine::HapticScene: more than one ForceOnly");
-
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
   static constexpr bool kSkips = (Skipper<Parts> || ...);
 
-  /// Throws std::invalid_argument where the isovalue is not finite, a part's `validate` refuses, or the renderer
-  /// reads stored gradients and the grid keeps none.
+  /// Throws std::invalid_argument where the isovalue is not finite, the burr is larger than the grid, a part's
+  /// `validate` refuses, or the renderer reads stored gradients and the grid keeps none.
   HapticScene(VoxelGrid<Density>& bone, double isovalue, ContactRenderer renderer, Parts... parts)
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
     if (!std::isfinite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
+    // A burr that covers the whole bone has other units than the grid.
+    const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm(),
+                 tip_radius = renderer_.shape().tip_radius;
+    if (!(2 * tip_radius <= diagonal)) {
+      std::ostringstream rule;
+      rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
+      refuse("HapticScene", rule.str(), 2 * tip_radius);
+    }
     if constexpr (!kHasTorque && requires { renderer_.forces_alone(); }) renderer_.forces_alone();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
@@ -168,11 +132,13 @@ class HapticScene {
       return start_anew(result);
     result.contact = found.contact;
     result.status = found.status;
+    const bool is_new_bone = std::exchange(known_rise_, bone_->rise_stamp()) != bone_->rise_stamp();
+    if (is_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
 
     TickContext context{input};
     context.dt = clamped_dt(dt);
     context.contact = found.contact;
-    context.status = found.status;
+    context.status = result.status;
     if constexpr (kLooksBack) {
       const Posed X_GC = kCarves ? Posed(renderer_.cutting_pose().template cast<double>()) : X_GT;
       if (!X_GC.matrix().allFinite()) return start_anew(result);
@@ -205,6 +171,7 @@ class HapticScene {
   void reset() noexcept {
     renderer_.reset();
     history_.forget();
+    known_rise_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
     });
@@ -226,6 +193,12 @@ class HapticScene {
   /// The renderer's largest contact stiffness [N/m], where it states one: a servo loop compares it with the device's.
   [[nodiscard]] double stiffness() const noexcept requires requires(const ContactRenderer& r) { r.stiffness(); }
   { return static_cast<double>(renderer_.stiffness()); }
+
+  /// The same as a tangent where the contact presses with `force` [N], of a renderer that is no plain spring.
+  [[nodiscard]] double tangent_stiffness(double force) const requires requires(const ContactRenderer& r) {
+    r.tangent_stiffness(force);
+  }
+  { return static_cast<double>(renderer_.tangent_stiffness(force)); }
 
   /// Poses as the last good tick left them, carried along should the grid have moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
@@ -326,6 +299,13 @@ class HapticScene {
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
+  std::uint64_t known_rise_ = 0;  // the bone's rise_stamp at the last tick; none has 0
 };
+
+template <class Density, class ContactRenderer, class... Parts>
+HapticScene(VoxelGrid<Density>&, double, ContactRenderer, Parts...) -> HapticScene<Density, ContactRenderer, Parts...>;
+template <class... Arguments>
+requires(!detail::kAreScene<Arguments...>) HapticScene(Arguments&&...)
+->HapticScene<detail::Misused<Arguments...>, void>;
 
 }  // namespace trephine

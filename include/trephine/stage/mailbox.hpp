@@ -9,16 +9,18 @@
 
 namespace trephine {
 
-/// One value on its way from one thread to another: options from a user interface to the haptic thread. The latest
-/// value wins; older ones that were not read are lost.
+/// One value on its way from one thread to another: options from a user interface to the haptic thread. A pose on its
+/// way to the drawing thread (`Mailbox<Posed>`) takes one too. The latest value wins; unread ones are lost.
 ///
 /// Exactly one thread may post and exactly one may take. Neither waits, locks or allocates: three slots, one each for
 /// the writer, the reader and the exchange, and one atomic byte that says which slot lies in the exchange and whether
 /// it is new. Each side swaps its slot with that one.
 template <class T>
 class Mailbox {
-  static_assert(std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T>,
-                "trephine::Mailbox: T must be trivially copyable and default constructible");
+  // What owns nothing copies without memory or lock. Eigen's fixed sizes do, and are not trivially copyable.
+  static_assert(
+      std::is_trivially_destructible_v<T> && std::is_copy_assignable_v<T> && std::is_default_constructible_v<T>,
+      "trephine::Mailbox: T must own nothing (trivially destructible), be copyable and default constructible");
 
  public:
   Mailbox() = default;  ///< empty

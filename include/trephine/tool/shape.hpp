@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/core/tolerances.hpp>
 
 #include <cmath>
 
@@ -22,15 +23,18 @@ struct Burr {
     return d2 > 0 ? std::sqrt(d2) : 0.0;
   }
 
-  /// Throws std::invalid_argument unless radii are > 0 and finite and the shaft, if any, is longer than where it
-  /// emerges.
+  /// Throws std::invalid_argument unless radii are > 0 and at most kLargestRadius, and the shaft, if any, is longer
+  /// than where it emerges and at most kLongestShaft.
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
     if (!positive(tip_radius)) refuse("Burr", "tip_radius must be > 0 m", tip_radius);
+    refuse_beyond("Burr", "tip_radius", kLargestRadius, tip_radius);
     if (!(shaft_length >= 0) || !std::isfinite(shaft_length))
       refuse("Burr", "shaft_length must be >= 0 m", shaft_length);
+    refuse_beyond("Burr", "shaft_length", kLongestShaft, shaft_length);
     if (!has_shaft()) return;
     if (!positive(shaft_radius)) refuse("Burr", "shaft_radius must be > 0 m", shaft_radius);
+    refuse_beyond("Burr", "shaft_radius", kLargestRadius, shaft_radius);
     if (!(shaft_length > tip_radius))
       refuse("Burr", "shaft_length must exceed tip_radius (or be 0: no shaft)", shaft_length);
   }

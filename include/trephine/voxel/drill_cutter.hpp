@@ -21,6 +21,8 @@ struct DrillBit {
   void validate() const {
     if (!(radius > 0) || !std::isfinite(radius)) refuse("DrillBit", "radius must be > 0 m", radius);
     if (!(length > 0) || !std::isfinite(length)) refuse("DrillBit", "length must be > 0 m", length);
+    refuse_beyond("DrillBit", "radius", kLargestRadius, radius);
+    refuse_beyond("DrillBit", "length", kLongestShaft, length);
     if (end == DrillEnd::kRound && !(length > radius))
       refuse("DrillBit", "a round bit's length must exceed its radius", length);
     if (end != DrillEnd::kCone) return;

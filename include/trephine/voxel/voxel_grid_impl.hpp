@@ -23,8 +23,8 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   for (int a = 0; a < 3; ++a) {
     if (!(spacing_[a] > 0)) refuse("VoxelGrid", "spacing must be > 0 m", spacing_[a]);
     // Single precision must be able to invert it.
-    if (!(spacing_[a] >= kShortestSpacing) || !(spacing_[a] <= kFarthestPosition))
-      refuse("VoxelGrid", "spacing must be between 1 nm and 1 km", spacing_[a]);
+    if (!(spacing_[a] >= kShortestSpacing)) refuse("VoxelGrid", "spacing must be at least 1 nm", spacing_[a]);
+    refuse_beyond("VoxelGrid", "spacing", kLargestSpacing, spacing_[a]);
   }
   check_pose(X_WG_);
   if (static_cast<std::int64_t>(voxels.size()) != count)

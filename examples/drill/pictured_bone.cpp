@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bone_surface.hpp"
+#include "pictured_bone.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ void box_blur(std::vector<float>& values, const std::array<int, 3>& n, std::size
 
 }  // namespace
 
-BoneSurface::BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue)
+PicturedBone::PicturedBone(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue)
     : field_(bone, isovalue),
       spacing_(bone.spacing().cast<float>()),
       hi_(Vec3f(static_cast<float>(bone.size()[0]), static_cast<float>(bone.size()[1]),
@@ -54,7 +54,7 @@ BoneSurface::BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double i
   blur(isovalue);
 }
 
-void BoneSurface::find_occupied(double isovalue) {
+void PicturedBone::find_occupied(double isovalue) {
   const auto& bone = grid();
   const auto& n = bone.size();
   // Cells have voxels at their corners, the border's too: cell (0, 0, 0) lies between voxels -1 and 0.
@@ -77,7 +77,7 @@ void BoneSurface::find_occupied(double isovalue) {
       }
 }
 
-void BoneSurface::blur(double isovalue) {
+void PicturedBone::blur(double isovalue) {
   const auto& bone = grid();
   const auto& n = bone.size();
   for (std::size_t a = 0; a < 3; ++a) half_[a] = (n[a] + 1) / 2;
@@ -98,7 +98,7 @@ void BoneSurface::blur(double isovalue) {
   }
 }
 
-float BoneSurface::share_at(const Blurred& blurred, const Vec3f& p) const noexcept {
+float PicturedBone::share_at(const Blurred& blurred, const Vec3f& p) const noexcept {
   std::array<int, 3> base{};
   std::array<float, 3> f{};
   float fade = 1;  // to air beyond the grid
@@ -123,7 +123,7 @@ float BoneSurface::share_at(const Blurred& blurred, const Vec3f& p) const noexce
   return fade * sum;
 }
 
-float BoneSurface::openness(const Vec3f& p, const Vec3f& n) const noexcept {
+float PicturedBone::openness(const Vec3f& p, const Vec3f& n) const noexcept {
   // One standard deviation above a plane a Gaussian blur sees 15.9 % of it: that much is no occlusion.
   constexpr float kPlane = 0.159F;
   float open = 1;
@@ -134,7 +134,7 @@ float BoneSurface::openness(const Vec3f& p, const Vec3f& n) const noexcept {
   return open;
 }
 
-Vec3f BoneSurface::gradient(const Vec3f& p) const noexcept {
+Vec3f PicturedBone::gradient(const Vec3f& p) const noexcept {
   const auto& bone = grid();
   const auto& n = bone.size();
   std::array<int, 3> base{};
@@ -164,7 +164,7 @@ Vec3f BoneSurface::gradient(const Vec3f& p) const noexcept {
   return sum.cwiseQuotient(spacing_);
 }
 
-Vec3f BoneSurface::normal(const Vec3f& p, float spread) const noexcept {
+Vec3f PicturedBone::normal(const Vec3f& p, float spread) const noexcept {
   Vec3f sum = gradient(p);
   if (spread > 0)
     for (int a = 0; a < 3; ++a) {
@@ -176,7 +176,7 @@ Vec3f BoneSurface::normal(const Vec3f& p, float spread) const noexcept {
   return length > 0 ? Vec3f(-sum / length) : Vec3f::UnitZ();
 }
 
-std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, float step) const noexcept {
+std::optional<float> PicturedBone::hit(const Ray& ray, float from, float to, float step) const noexcept {
   const Vec3f inverse = ray.direction.cwiseInverse();
   for (int a = 0; a < 3; ++a) {
     const float t0 = (lo()[a] - ray.origin[a]) * inverse[a];
@@ -195,8 +195,9 @@ std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, floa
     }
     return out;
   };
-  const float nudge = 1e-4F * voxel();  // into the next cell
   for (float t = from; t <= to;) {
+    // Into the next cell. Far from the eye that takes more than rounding, or the ray stands still.
+    const float nudge = std::max(1e-4F * voxel(), 4 * std::numeric_limits<float>::epsilon() * std::abs(t));
     const Vec3f p = ray.origin + t * ray.direction;
     std::array<int, 3> cell{};
     std::array<int, 3> block{};
@@ -223,7 +224,7 @@ std::optional<float> BoneSurface::hit(const Ray& ray, float from, float to, floa
 }
 
 /// The surface between a place outside and one in bone, to a 256th of the way.
-float BoneSurface::first_bone(const Ray& ray, float outside, float inside) const noexcept {
+float PicturedBone::first_bone(const Ray& ray, float outside, float inside) const noexcept {
   for (int i = 0; i < 8; ++i) {
     const float middle = 0.5F * (outside + inside);
     (above(ray.origin + middle * ray.direction) >= 0 ? inside : outside) = middle;

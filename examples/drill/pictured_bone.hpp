@@ -20,9 +20,9 @@ struct Ray {
 /// The bone as a picture sees it: the surface of the trilinear density, which is also what the tool feels, with smooth
 /// normals and a measure of how open each place is. A view of a grid that nobody carves meanwhile; any thread. G,
 /// metres.
-class BoneSurface {
+class PicturedBone {
  public:
-  BoneSurface(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue);
+  PicturedBone(const trephine::VoxelGrid<std::int16_t>& bone, double isovalue);
 
   /// Density above the isovalue; >= 0 is bone.
   [[nodiscard]] float above(const Vec3f& p) const noexcept { return field_.value(p); }
