@@ -56,16 +56,17 @@ struct LineReport {
   Scalar spring_m = 0;                               ///< |g|
   Scalar lever_m = 0;                                ///< |r|, r = IntP − p_proxy
   Scalar reaction_N = 0;                             ///< |F_IntP|
-  Scalar torque_Nm = 0;                              ///< |r × F_IntP|
+  Scalar torque_Nm = 0;                              ///< of the shaft, about T's origin
   int active = 0;                                    ///< active vertices of the first contact, if this tick found one
   Vec3<Scalar> tip_force = Vec3<Scalar>::Zero();
 };
 
 /// The Line approximation: thesis 3.1. The tip is a point proxy with a spring (Eq. 6, 7); the shaft's centreline is a
 /// row of vertices whose first contact with bone is searched from t−1 toward t (Eq. 1–5) and then tracked; a spring
-/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). `r × F_IntP` equals the
-/// moment of F_IntP about T's origin for either `TorqueOrigin::kProxy` reading, because r and the probe's lever differ
-/// by g itself.
+/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). With `TorqueOnly` the torque
+/// is `r × F_IntP`. With `FullWrench` the wrench is that of the contacts about T's origin: F_IntP acts at IntP, and the
+/// tip's contact bears the part of F_IntP along the tip's own force, as far as that goes. Both torques agree while the
+/// tip is free.
 ///
 /// Edges of the loop, as defined here: the first tick has no t−1 and searches nothing; a shaft that starts in bone
 /// gives no torque and `kStartedInside` until it has once been free; a search whose last step is free makes no contact;
@@ -209,10 +210,15 @@ class LineApproxRenderer {
     const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;  // Eq. 9
     const Vec3<Scalar> g = c.point - on_probe;                     // Eq. 10
     const Scalar k = static_cast<Scalar>(shaft_stiffness(static_cast<double>(r.norm() + g.norm())));
-    const Vec3<Scalar> f = k * g;            // Eq. 11
-    const Vec3<Scalar> torque = r.cross(f);  // Eq. 12
+    const Vec3<Scalar> f = k * g;      // Eq. 11
+    Vec3<Scalar> torque = r.cross(f);  // Eq. 12
+    if constexpr (Shaft::kForce) {
+      torque = (c.point - probe.tip).cross(f);
+      const Vec3<Scalar> borne = borne_by_tip(f);
+      if (tip_.in_contact()) contacts_[0].force -= borne;
+      out.wrench.force += f - borne;
+    }
     out.wrench.torque += torque;
-    if constexpr (Shaft::kForce) out.wrench.force += f;
     out.contact.shaft = true;
     out.contact.depth = std::max(out.contact.depth, static_cast<double>(g.norm()));
     contacts_[contact_count_++] = {c.point, c.normal, f};
@@ -224,6 +230,16 @@ class LineApproxRenderer {
     report_.lever_m = r.norm();
     report_.reaction_N = f.norm();
     report_.torque_Nm = torque.norm();
+  }
+
+  // The part of the shaft's force that the bone under the tip bears. A probe that moves along the tip's force leaves
+  // the tip's proxy, and with it the shaft's spring, where they are: felt as well, that part would make energy. At most
+  // the tip's own force, so that nothing jumps when the tip touches.
+  [[nodiscard]] Vec3<Scalar> borne_by_tip(const Vec3<Scalar>& f) const noexcept {
+    const Scalar most = report_.tip_force.norm();
+    if (!(most > Scalar(0))) return Vec3<Scalar>::Zero();
+    const Vec3<Scalar> along = report_.tip_force / most;
+    return std::clamp(f.dot(along), -most, most) * along;
   }
 
   // Tip and shaft push side by side where the shaft gives force too.
