@@ -31,6 +31,9 @@ struct LineOptions {
   /// deepest vertex too: a ridge between vertices is placed within a sixteenth of their spacing instead of at one of
   /// them. Costs a lane of samples on top of each look at all vertices.
   bool refine = true;
+  /// The drawn ball and shaft rise out of bone, and sink back, by at most this many times the tool's own motion, so
+  /// that the drawn tool does not jump by a radius when it touches. Infinite: at once, as in the thesis.
+  double drawn_lead = 2;
   /// Keeps the tangent stiffness at T, of tip and shaft together, within a device's means: the shaft's spring at a
   /// lever r has at most angular/r², and tip and shaft at most half of `linear` each (all of it, where the shaft gives
   /// torque alone). No factor follows what touches, so that nothing jumps.
@@ -42,6 +45,7 @@ struct LineOptions {
     if (shaft_stiffness && !positive(*shaft_stiffness))
       refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
     if (!(moved >= 0) || !std::isfinite(moved)) refuse("LineOptions", "moved must be >= 0 m", moved);
+    if (!(drawn_lead > 0)) refuse("LineOptions", "drawn_lead must be > 0", drawn_lead);
     proxy.validate();
     if (budget) budget->validate();
   }
@@ -103,6 +107,7 @@ class LineApproxRenderer {
 
   template <ContactField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    const Pose<Scalar> before = X_GT_;
     X_GT_ = X_GT;
     report_ = {};
     contact_count_ = 0;
@@ -120,6 +125,7 @@ class LineApproxRenderer {
     }
     if (tool_.count() > 0) add_shaft(field, out);
     out.contact.count = static_cast<int>(contact_count_);
+    lead_drawn(before, !drawn_ || needs_ramp(out.status));
     return out;
   }
 
@@ -128,6 +134,7 @@ class LineApproxRenderer {
     shaft_.reset();
     has_previous_ = false;
     embedded_ = false;
+    drawn_ = false;
     contact_count_ = 0;
     report_ = {};
   }
@@ -167,13 +174,13 @@ class LineApproxRenderer {
     X.translation() = tip_position();
     return X;
   }
-  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it.
+  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it,
+  /// led there by `drawn_lead`.
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
-    Vec3<Scalar> tip = tip_position();
-    if (tip_.in_contact()) tip += static_cast<Scalar>(shape().tip_radius) * tip_.normal();
-    if (!report_.shaft_contact) return turned_to(tip, X_GT_.linear().col(2));
-    const Vec3<Scalar> through = report_.intersection + static_cast<Scalar>(shape().shaft_radius) * shaft_normal_;
-    return turned_to(tip, through - tip);
+    const Vec3<Scalar> tip = tip_position();
+    const Vec3<Scalar> along =
+        report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * X_GT_.linear().col(2));
+    return turned_to(tip + tip_lift_, along + lean_);
   }
 
  private:
@@ -194,6 +201,27 @@ class LineApproxRenderer {
     if (direction.norm() > Scalar(0))
       X.linear() = rotation_between<Scalar>(X_GT_.linear().col(2), direction.normalized()) * X_GT_.linear();
     return X;
+  }
+
+  // Leads the drawn ball from its centre on the proxy toward its radius above the bone, and the shaft's axis likewise.
+  void lead_drawn(const Pose<Scalar>& before, bool at_once) noexcept {
+    const auto lead = [](Vec3<Scalar>& v, const Vec3<Scalar>& to, Scalar most) {
+      const Vec3<Scalar> way = to - v;
+      const Scalar length = way.norm();
+      v = length > most ? Vec3<Scalar>(v + (most / length) * way) : to;
+    };
+    const Scalar factor = at_once ? std::numeric_limits<Scalar>::infinity() : static_cast<Scalar>(options_.drawn_lead);
+    const Scalar moved = (X_GT_.translation() - before.translation()).norm();
+    const Scalar turned = (X_GT_.linear().col(2) - before.linear().col(2)).norm();
+    Vec3<Scalar> up = Vec3<Scalar>::Zero(), lean = up;
+    if (tip_.in_contact()) up = static_cast<Scalar>(shape().tip_radius) * tip_.normal();
+    lead(tip_lift_, up, factor * moved);
+    if (report_.shaft_contact) {
+      lever_ = report_.lever_m;
+      lean = static_cast<Scalar>(shape().shaft_radius) * shaft_normal_ - tip_lift_;
+    }
+    lead(lean_, lean, factor * (moved + lever_ * turned));
+    drawn_ = true;
   }
 
   template <ContactField Field>
@@ -312,6 +340,10 @@ class LineApproxRenderer {
   Centreline<Scalar> previous_{};
   bool has_previous_ = false;
   bool embedded_ = false;
+  bool drawn_ = false;
+  Vec3<Scalar> tip_lift_ = Vec3<Scalar>::Zero();  // of the drawn ball over the tip's proxy
+  Vec3<Scalar> lean_ = Vec3<Scalar>::Zero();      // of the drawn shaft at its contact, beside what the ball is lifted
+  Scalar lever_ = Scalar(1);                      // of the last contact of the shaft
   Vec3<Scalar> intersection_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> shaft_normal_ = Vec3<Scalar>::Zero();
   LineReport<Scalar> report_{};
