@@ -45,6 +45,11 @@ constexpr bool kIsLine = requires(const R& r) {
 };
 
 template <class R>
+constexpr bool kTorqueAlone = requires(R& r) {
+  r.forces_alone();
+};
+
+template <class R>
 R make() {
   using Tool = typename R::Tool;
   if constexpr (kIsLine<R>)
@@ -168,9 +173,8 @@ TEST_CASE_TEMPLATE("finite, no heap, summed contacts, rigid poses, along smooth 
           sum += c.force.template cast<double>();
         }
         if constexpr (kIsLine<R>) {
-          groups = renderer.report().tip_force.template cast<double>();
-          if (renderer.contacts().size() == (out.contact.tip ? 2U : 1U) && out.contact.shaft)
-            groups += renderer.contacts().back().force.template cast<double>();
+          groups = out.wrench.force.template cast<double>();
+          if (kTorqueAlone<R> && out.contact.shaft) groups += renderer.contacts().back().force.template cast<double>();
         } else {
           for (const auto& g : renderer.groups()) groups += g.force.template cast<double>();
         }

@@ -17,7 +17,7 @@ namespace trephine::test {
 enum class Image {
   kBinary,           ///< a mask: full contrast where the centre is in bone
   kPartialVolume,    ///< the share of the voxel's box that is in bone (4³ points)
-  kCtBlur,           ///< the profile of a plane blurred with a Gaussian of one voxel: never flat near the surface
+  kCtBlur,           ///< the profile of a plane blurred with a Gaussian of `blur` voxels: never flat near the surface
   kClampedDistance,  ///< the distance, clamped to two voxels either side
 };
 
@@ -25,6 +25,7 @@ struct RasterOptions {
   std::array<int, 3> size{64, 64, 64};
   Vec3d spacing = Vec3d::Constant(3e-4);  ///< [m]
   Image image = Image::kCtBlur;
+  double blur = 1;        ///< standard deviation of kCtBlur [voxels]
   double contrast = 255;  ///< from air to bone, in densities
   double air = 0;
   double noise = 0;  ///< standard deviation of what is added to each voxel, in densities
@@ -69,7 +70,7 @@ template <class Shape>
   }
   // A voxel's extent along the surface's normal: a Gaussian of one voxel per axis has this width there.
   const double h = outward_normal(shape, p).cwiseProduct(o.spacing).norm();
-  if (o.image == Image::kCtBlur) return 0.5 * std::erfc(d / (h * std::sqrt(2.0)));
+  if (o.image == Image::kCtBlur) return 0.5 * std::erfc(d / (o.blur * h * std::sqrt(2.0)));
   return 0.5 - 0.5 * std::clamp(d / (2 * h), -1.0, 1.0);
 }
 

@@ -37,10 +37,11 @@ struct ProxyOptions {
 /// the probe.
 ///
 /// A tick: hold or let go (`Trigger`); then moves in the tangent plane toward the probe, each followed by a search
-/// along the normal back to the surface, and kept only if it brings the proxy nearer, or, where normals are smooth
-/// (`SplineGradient`), leaves less to slide without climbing steeper than voxels ripple. That rule is what ends the
-/// moves at concave corners and in sockets without chatter: within a tick distance and what is left to slide fall. All
-/// sampling is at the proxy, so the probe may be arbitrarily deep, where gradients vanish.
+/// along the normal back to the surface. A move is kept if it brings the proxy nearer. Where normals are smooth
+/// (`SplineGradient`) a move is also kept if it leaves less to slide, and turned down if it slides too far without
+/// that: the proxy rests where the normal faces the probe, however slowly the probe moves. This rule ends the moves at
+/// concave corners and in sockets without chatter. All sampling is at the proxy, so the probe may be arbitrarily deep,
+/// where gradients vanish.
 ///
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
@@ -87,7 +88,6 @@ class SurfaceProxy {
     const Scalar step = static_cast<Scalar>(options_.step) * field.voxel();
     const bool jumped =
         state_ != State::kNone && has_probe_ && !((p - probe_).norm() <= static_cast<Scalar>(options_.jump));
-    probe_moved_ = has_probe_ ? (p - probe_).norm() : Scalar(0);
     probe_ = p;
     has_probe_ = true;
     if (jumped) {
@@ -107,6 +107,8 @@ class SurfaceProxy {
  private:
   enum class State { kNone, kFree, kContact, kInside };
   enum class Move { kOnSurface, kTooHigh, kFree };
+  static constexpr Scalar kProgress = Scalar(0.05);  // least share of a move's length that counts as progress
+  static constexpr Scalar kSteepest = Scalar(0.5);   // climb over a move's length: twice the slope of noisy bone
 
   // No history: free where the probe is free; in bone, out of it by the shortest way found.
   template <PointField Field>
@@ -222,11 +224,11 @@ class SurfaceProxy {
       const Scalar distance = d.norm();
       Scalar length = std::min(slip, step);
       bool moved = false;
-      for (int halving = 0; halving < 4 && !moved; ++halving, length /= Scalar(2)) {
+      for (int trial = 0; trial < 4 && !moved; ++trial) {
         Vec3<Scalar> q = q_ + (length / tangential) * t;
-        const Scalar nearer = distance - Scalar(0.05) * length * (tangential / distance);
+        const Scalar nearer = distance - kProgress * length * (tangential / distance);
         // A height h over q the probe is √((tangential − length)² + (depth + h)²) away.
-        const Scalar farthest = kSmoothNormals<Field> ? distance + climb(field) : nearer;
+        const Scalar farthest = kSmoothNormals<Field> ? distance + kSteepest * length : nearer;
         const Scalar left = tangential - length;
         const Scalar rise = std::sqrt(farthest * farthest - left * left) - depth + enough;
         const Move move = to_surface(field, q, p, step, rise);
@@ -234,9 +236,13 @@ class SurfaceProxy {
           let_go(p);
           return Status::kOk;
         }
-        if (move == Move::kTooHigh) continue;
-        moved = (p - q).norm() < nearer || settles(field, q, p, tangential, distance);
-        if (moved) q_ = q;
+        Scalar shorter = Scalar(0.5);
+        if (move == Move::kOnSurface) {
+          moved = (p - q).norm() < nearer;
+          if constexpr (kSmoothNormals<Field>) moved = settles(field, q, p, t, length, moved, shorter);
+          if (moved) q_ = q;
+        }
+        length *= shorter;
       }
       if (!moved) return Status::kOk;
     }
@@ -244,22 +250,22 @@ class SurfaceProxy {
     return (q_ - last_but_one).norm() > step ? Status::kWorkBound : Status::kOk;
   }
 
-  // A surface made of voxels ripples by about a hundredth of one, so near its end a slide may have to climb: a move
-  // that leaves less to slide is kept too, where it brings the proxy no farther away than that.
+  // Smooth normals are not quite those of the surface of voxels, whose ripple the proxy has to climb to where the
+  // normal faces the probe. So a move counts by what it leaves to slide, and by coming nearer only while it leads on:
+  // a move too far is shortened to where the two slides would meet.
   template <PointField Field>
-  [[nodiscard]] bool settles(const Field& field, const Vec3<Scalar>& q, const Vec3<Scalar>& p, Scalar tangential,
-                             Scalar distance) const noexcept {
-    if constexpr (!kSmoothNormals<Field>) return false;
-    const Vec3<Scalar> d = p - q;
-    if (!(d.norm() < distance + climb(field))) return false;
+  [[nodiscard]] bool settles(const Field& field, const Vec3<Scalar>& q, const Vec3<Scalar>& p, const Vec3<Scalar>& t,
+                             Scalar length, bool nearer, Scalar& shorter) const noexcept {
     Vec3<Scalar> n = n_;
     static_cast<void>(field.normal(q, n));
+    const Vec3<Scalar> d = p - q;
     const Scalar depth = -d.dot(n);
-    return depth > Scalar(0) && (d + depth * n).norm() < Scalar(0.8) * tangential;
-  }
-  template <PointField Field>
-  [[nodiscard]] Scalar climb(const Field& field) const noexcept {
-    return std::min(Scalar(0.02) * field.voxel(), Scalar(0.1) * probe_moved_);
+    const Vec3<Scalar> left = d + depth * n;
+    const Scalar tangential = t.norm();
+    if (depth > Scalar(0) && left.norm() <= tangential - kProgress * length) return true;
+    const Scalar on = left.dot(t) / tangential;
+    if (on < Scalar(0)) shorter = std::max(Scalar(0.1), std::min(shorter, tangential / (tangential - on)));
+    return nearer && !(on < Scalar(0));
   }
 
   // Puts q back just outside the surface along the normal; where the surface falls away, on toward the probe. A surface
@@ -339,7 +345,6 @@ class SurfaceProxy {
   State state_ = State::kNone;
   bool sticking_ = false;
   bool has_probe_ = false;
-  Scalar probe_moved_ = Scalar(0);
   Vec3<Scalar> probe_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> q_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> n_ = Vec3<Scalar>::Zero();

@@ -32,6 +32,9 @@ struct LineOptions {
   /// deepest vertex too: a ridge between vertices is placed within a sixteenth of their spacing instead of at one of
   /// them. Costs a lane of samples on top of each look at all vertices.
   bool refine = true;
+  /// The drawn ball and shaft rise out of bone, and sink back, by at most this many times the tool's own motion, so
+  /// that the drawn tool does not jump by a radius when it touches. Infinite: at once, as in the thesis.
+  double drawn_lead = 2;
   /// Keeps the tangent stiffness at T, of tip and shaft together, within a device's means: the shaft's spring at a
   /// lever r has at most angular/r², and tip and shaft at most half of `linear` each (all of it, where the shaft gives
   /// torque alone). No factor follows what touches, so that nothing jumps.
@@ -43,6 +46,7 @@ struct LineOptions {
     if (shaft_stiffness && !positive(*shaft_stiffness))
       refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
     if (!(moved >= 0) || !std::isfinite(moved)) refuse("LineOptions", "moved must be >= 0 m", moved);
+    if (!(drawn_lead > 0)) refuse("LineOptions", "drawn_lead must be > 0", drawn_lead);
     proxy.validate();
     if (budget) budget->validate();
   }
@@ -57,7 +61,7 @@ struct LineReport {
   Scalar spring_m = 0;                               ///< |g|
   Scalar lever_m = 0;                                ///< |r|, r = IntP − p_proxy
   Scalar reaction_N = 0;                             ///< |F_IntP|
-  Scalar torque_Nm = 0;                              ///< |r × F_IntP|
+  Scalar torque_Nm = 0;                              ///< of the shaft, about T's origin
   int active = 0;                                    ///< active vertices of the first contact, if this tick found one
   Vec3<Scalar> tip_force = Vec3<Scalar>::Zero();
 };
@@ -78,9 +82,10 @@ class LineApproxRenderer : public detail::MisusedRenderer {
 
 /// The Line approximation: thesis 3.1. The tip is a point proxy with a spring (Eq. 6, 7); the shaft's centreline is a
 /// row of vertices whose first contact with bone is searched from t−1 toward t (Eq. 1–5) and then tracked; a spring
-/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). `r × F_IntP` equals the
-/// moment of F_IntP about T's origin for either `TorqueOrigin::kProxy` reading, because r and the probe's lever differ
-/// by g itself.
+/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). With `TorqueOnly` the torque
+/// is `r × F_IntP`. With `FullWrench` the wrench is that of the contacts about T's origin: F_IntP acts at IntP, and the
+/// tip's contact bears the part of F_IntP along the tip's own force, as far as that goes. Both torques agree while the
+/// tip is free.
 ///
 /// Edges of the loop, as defined here: the first tick has no t−1 and searches nothing; a shaft that starts in bone
 /// gives no torque and `kStartedInside` until it has once been free; a search whose last step is free makes no contact;
@@ -116,6 +121,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
 
   template <ContactField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+    const Pose<Scalar> before = X_GT_;
     X_GT_ = X_GT;
     report_ = {};
     contact_count_ = 0;
@@ -133,6 +139,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     }
     if (tool_.count() > 0) add_shaft(field, out);
     out.contact.count = static_cast<int>(contact_count_);
+    lead_drawn(before, !drawn_ || needs_ramp(out.status));
     return out;
   }
 
@@ -141,6 +148,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     shaft_.reset();
     has_previous_ = false;
     embedded_ = false;
+    drawn_ = false;
     contact_count_ = 0;
     report_ = {};
   }
@@ -180,13 +188,13 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     X.translation() = tip_position();
     return X;
   }
-  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it.
+  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it,
+  /// led there by `drawn_lead`.
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
-    Vec3<Scalar> tip = tip_position();
-    if (tip_.in_contact()) tip += static_cast<Scalar>(shape().tip_radius) * tip_.normal();
-    if (!report_.shaft_contact) return turned_to(tip, X_GT_.linear().col(2));
-    const Vec3<Scalar> through = report_.intersection + static_cast<Scalar>(shape().shaft_radius) * shaft_normal_;
-    return turned_to(tip, through - tip);
+    const Vec3<Scalar> tip = tip_position();
+    const Vec3<Scalar> along =
+        report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * X_GT_.linear().col(2));
+    return turned_to(tip + tip_lift_, along + lean_);
   }
 
  private:
@@ -209,6 +217,27 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     return X;
   }
 
+  // Leads the drawn ball from its centre on the proxy toward its radius above the bone, and the shaft's axis likewise.
+  void lead_drawn(const Pose<Scalar>& before, bool at_once) noexcept {
+    const auto lead = [](Vec3<Scalar>& v, const Vec3<Scalar>& to, Scalar most) {
+      const Vec3<Scalar> way = to - v;
+      const Scalar length = way.norm();
+      v = length > most ? Vec3<Scalar>(v + (most / length) * way) : to;
+    };
+    const Scalar factor = at_once ? std::numeric_limits<Scalar>::infinity() : static_cast<Scalar>(options_.drawn_lead);
+    const Scalar moved = (X_GT_.translation() - before.translation()).norm();
+    const Scalar turned = (X_GT_.linear().col(2) - before.linear().col(2)).norm();
+    Vec3<Scalar> up = Vec3<Scalar>::Zero(), lean = up;
+    if (tip_.in_contact()) up = static_cast<Scalar>(shape().tip_radius) * tip_.normal();
+    lead(tip_lift_, up, factor * moved);
+    if (report_.shaft_contact) {
+      lever_ = report_.lever_m;
+      lean = static_cast<Scalar>(shape().shaft_radius) * shaft_normal_ - tip_lift_;
+    }
+    lead(lean_, lean, factor * (moved + lever_ * turned));
+    drawn_ = true;
+  }
+
   template <ContactField Field>
   void add_shaft(const Field& field, Rendered<Scalar>& out) noexcept {
     const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
@@ -223,10 +252,15 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;  // Eq. 9
     const Vec3<Scalar> g = c.point - on_probe;                     // Eq. 10
     const Scalar k = static_cast<Scalar>(shaft_stiffness(static_cast<double>(r.norm() + g.norm())));
-    const Vec3<Scalar> f = k * g;            // Eq. 11
-    const Vec3<Scalar> torque = r.cross(f);  // Eq. 12
+    const Vec3<Scalar> f = k * g;      // Eq. 11
+    Vec3<Scalar> torque = r.cross(f);  // Eq. 12
+    if constexpr (Shaft::kForce) {
+      torque = (c.point - probe.tip).cross(f);
+      const Vec3<Scalar> borne = borne_by_tip(f);
+      if (tip_.in_contact()) contacts_[0].force -= borne;
+      out.wrench.force += f - borne;
+    }
     out.wrench.torque += torque;
-    if constexpr (Shaft::kForce) out.wrench.force += f;
     out.contact.shaft = true;
     out.contact.depth = std::max(out.contact.depth, static_cast<double>(g.norm()));
     contacts_[contact_count_++] = {c.point, c.normal, f};
@@ -238,6 +272,16 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     report_.lever_m = r.norm();
     report_.reaction_N = f.norm();
     report_.torque_Nm = torque.norm();
+  }
+
+  // The part of the shaft's force that the bone under the tip bears. A probe that moves along the tip's force leaves
+  // the tip's proxy, and with it the shaft's spring, where they are: felt as well, that part would make energy. At most
+  // the tip's own force, so that nothing jumps when the tip touches.
+  [[nodiscard]] Vec3<Scalar> borne_by_tip(const Vec3<Scalar>& f) const noexcept {
+    const Scalar most = report_.tip_force.norm();
+    if (!(most > Scalar(0))) return Vec3<Scalar>::Zero();
+    const Vec3<Scalar> along = report_.tip_force / most;
+    return std::clamp(f.dot(along), -most, most) * along;
   }
 
   // Tip and shaft push side by side where the shaft gives force too.
@@ -310,6 +354,10 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
   Centreline<Scalar> previous_{};
   bool has_previous_ = false;
   bool embedded_ = false;
+  bool drawn_ = false;
+  Vec3<Scalar> tip_lift_ = Vec3<Scalar>::Zero();  // of the drawn ball over the tip's proxy
+  Vec3<Scalar> lean_ = Vec3<Scalar>::Zero();      // of the drawn shaft at its contact, beside what the ball is lifted
+  Scalar lever_ = Scalar(1);                      // of the last contact of the shaft
   Vec3<Scalar> intersection_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> shaft_normal_ = Vec3<Scalar>::Zero();
   LineReport<Scalar> report_{};
