@@ -99,7 +99,6 @@ class NearPatches {
     blocks_.reserve(view.surface().block_count());
     balls_.reserve(view.surface().block_count());
     bricks_.reserve(kMostBricks);
-    watched_.reserve(kMostBricks);
     middles_.reserve(kMostBricks);
     invalidate();
   }
@@ -134,7 +133,7 @@ class NearPatches {
     const auto& grid = view.grid();
     if (!valid_ || stamp_ != grid.rise_stamp()) return false;
     if (edits_ == grid.edit_count()) return true;
-    for (const WatchedBrick& b : watched_)
+    for (const NearBrick& b : bricks_)
       if (grid.brick_version(b.brick) != b.version) return false;
     edits_ = grid.edit_count();
     return true;
@@ -204,7 +203,7 @@ class NearPatches {
   static constexpr double kBrickReach = 16;
   /// Blocks that are farther from the tool than this are not looked into [shortest spacings].
   static constexpr double kSkipped = 0.5;
-  struct WatchedBrick {
+  struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
   };
@@ -216,8 +215,7 @@ class NearPatches {
 
   std::vector<NearBlock> blocks_;
   BallLanes balls_;                     // about them, from the tool's origin where they were gathered
-  std::vector<WatchedBrick> watched_;   // those that the blocks are of, or may be after a cut
-  std::vector<std::size_t> bricks_;     // that hold bone, in a wider reach
+  std::vector<NearBrick> bricks_;       // that hold bone, in a wider reach
   BallLanes middles_;                   // of these, from the tool's origin where they were found
   Posed X_bricks_ = Posed::Identity();  // where bricks were found, and how far around
   ToolMotion brick_reach_{-1, 0};
@@ -295,7 +293,7 @@ void NearPatches::find_bricks(const View& view, const Shape& shape, const Posed&
       return;
     }
     middles_.set(bricks_.size(), (view.surface().corner(brick) + 0.5 * size - p).template cast<float>());
-    bricks_.push_back(brick);
+    bricks_.push_back({brick, 0});
   };
   constexpr int kLarge = kParts * kParts;
   for (int k = lo[2]; k <= hi[2]; k += kLarge)
@@ -329,12 +327,10 @@ bool NearPatches::gather(const View& view, const Shape& shape, const Posed& X, c
   const auto half = static_cast<float>(0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm() +
                                        2 * grid.spacing().maxCoeff());
   const float most = half * (1 + turn) + shift + turn * moved.norm();
-  watched_.clear();
   for (std::size_t i = 0; i < bricks_.size(); ++i) {
-    if (!(middles_.distance(i) <= most + turn * middles_.arm(i))) continue;
-    const std::size_t brick = bricks_[i];
-    watched_.push_back({brick, grid.brick_version(brick)});
-    if (!surface.crosses(brick)) continue;
+    const std::size_t brick = bricks_[i].brick;
+    bricks_[i].version = grid.brick_version(brick);
+    if (!(middles_.distance(i) <= most + turn * middles_.arm(i)) || !surface.crosses(brick)) continue;
     if (!surface.provide(brick) || surface.overruns() != overruns) return false;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const PatchBlock& block, int count) {
