@@ -113,6 +113,13 @@ TEST_CASE("near patches: a list has all that touches and its clearance is clear,
         cuts += carve(bone, o.isovalue(), SphereCutter(at, at, 2 * h)) > 0 ? 1 : 0;
         all = all_patches(bone, o.isovalue());
       }
+      // Beside the bone at some height of the shaft, every other time.
+      const auto now = static_cast<std::size_t>(i % 2);
+      if (i % 4 < 2) {
+        const Vec3d n = random.unit(), axis = n.cross(random.unit()).normalized();
+        const double gap = random.uniform(0, 3e-3), height = random.uniform(0, 0.018);
+        turns.X[now] = tool_at(o.middle() + (0.12 * side * h + kDrill.shaft_radius + gap) * n - height * axis, axis);
+      }
       const std::size_t t = turns.go(shape, i);
       const Posed& X = turns.X[t];
       std::set<std::uint64_t> found;
@@ -120,20 +127,24 @@ TEST_CASE("near patches: a list has all that touches and its clearance is clear,
           shape, X, 0.5,
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
-      constexpr double kRounding = 1e-8;
+      std::map<double, Vec3d> free;  // patches that do not touch, by their distance
       for (const auto& [key, patch] : all) {
         if (found.count(key) > 0) continue;
         for (const double a : {-0.5, 0.5})
           for (const double c : {-0.5, 0.5})
             missed += distance(shape, X, patch.position + a * patch.along + c * patch.across) < kTouching ? 1 : 0;
-        // Straight at the patch, shifting and turning, as far as nothing else touches.
-        const Vec3d q = patch.position;
-        if (random.uniform() > 0.2 || distance(shape, X, q) > 4e-3) continue;
+        free[distance(shape, X, patch.position)] = patch.position;
+      }
+      // Straight at the nearest, shifting and turning, as far as nothing else touches.
+      int tried = 0;
+      for (const auto& [d, q] : free) {
+        if (++tried > 40) break;
         const Vec3d toward = gradient(shape, X, q), arm = q - X.translation();
         const Vec3d on = random.uniform(0, 3e-3) * toward;
         const Vec3d about = on.norm() * random.uniform(0, 200) * arm.cross(toward).normalized();
         const double share = std::min(1.0, clear.share_of({on.norm(), about.norm()}));
         shares.add(share);
+        constexpr double kRounding = 1e-8;
         missed += distance(shape, moved(X, share * on, share * about), q) < kTouching - kRounding ? 1 : 0;
       }
     }
