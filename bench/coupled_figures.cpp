@@ -207,8 +207,8 @@ void hollows(const Spot& spot, Table& out) {
 template <class D, class Law>
 void plunge(const Spot& spot, const Law& law, const std::string& with, double bound, Table& out) {
   constexpr int kLead = 40, kRest = 500;
-  const double depths[] = {2e-3, 3e-3, 5e-3, 8e-3}, speeds[] = {5e-3, 1e-2, 2e-2};
-  const double depth = depths[spot.random.below(4)], speed = speeds[spot.random.below(3)];
+  const double depths[] = {R, 2e-3, 3e-3, 5e-3, 8e-3}, speeds[] = {5e-3, 1e-2, 2e-2};
+  const double depth = depths[spot.random.below(5)], speed = speeds[spot.random.below(3)];
   const Cut cut = static_cast<Cut>(spot.random.below(3));
   ImageOptions o = spot.image(50);
   const Vec3d n = spot.n(), at = o.middle() + (spot.at(0, 0, 0) - spot.image().middle());
@@ -228,7 +228,8 @@ void plunge(const Spot& spot, const Law& law, const std::string& with, double bo
   const double swept =
       depth < R ? kPi * depth * depth * (3 * R - depth) / 3 : 2.0 / 3 * kPi * R * R * R + kPi * R * R * (depth - R);
   const char* names[] = {"at once", "by rate", "advancing"};
-  const std::string name = std::string("plunged, cut ") + names[static_cast<int>(cut)] + with;
+  const std::string name = std::string("plunged, cut ") + names[static_cast<int>(cut)] + with +
+                           (depth < 1.5 * R ? ", widest near the rim" : "");
   out.add(name + ": force at rest", bound, "N", at_rest);
   out.add(name + ": removed against swept", 0.01, "of it", std::abs(removed / (swept * 1e9) - 1));
   out.add(name + ": behind, beyond force / stiffness", 0.5, "voxel", behind / kH);

@@ -109,13 +109,12 @@ Plunge plunge(double depth, double speed, const Cut& milling, const Law& law, do
 
 TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests without force") {
   CAPTURE(kSeed);
-  // Asked for are .01 N at rest and .05 N with friction. The hole's ground presses by some .02 N: its patches are
-  // chords. At the rim, which the image shows rounded, patches lean into the hole by up to 50 µm, and meet the ball
-  // where its middle is there: 1.5 mm deep .07 and .11 N, 2 mm deep with friction, which holds it there, .19 N.
+  // Asked for are .01 N at rest and .05 N with friction. Where the ball is widest at the rim it is felt by up to .014
+  // N: patches there, between those of an edge and those of a round wall, stand out by some micrometres.
   struct AtRest {
     double depth, none, friction;  // [m, N]
   };
-  constexpr std::array<AtRest, 3> kAtRest{{{1.5e-3, 0.08, 0.12}, {2e-3, 0.025, 0.22}, {5e-3, 0.025, 0.035}}};
+  constexpr std::array<AtRest, 3> kAtRest{{{1.5e-3, 0.02, 0.04}, {2e-3, 0.01, 0.02}, {5e-3, 0.01, 0.02}}};
   // Of 5 mm deep, 1 % asked for. The ball that fits what it cut is 16 µm wider (`CoupledToolRenderer::shape`), which is
   // 2.1 %; the rim, which the image shows rounded, adds .6 to 1.1 % by where the block's top lies in its voxel. In 120
   // plunges of six other seeds it is 3.1 % at most.

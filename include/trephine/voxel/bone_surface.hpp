@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/crossed_edges.hpp>
 #include <trephine/voxel/sampling.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -18,8 +18,8 @@ namespace trephine {
 template <VoxelDensity Density>
 class BoneSurfaceView;
 
-/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, of
-/// `area` [m²]. G axes, metres.
+/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, which
+/// stands for `area` [m²]: its own, more at edges of bone. G axes, metres.
 struct SurfacePatch {
   Vec3d position;
   Vec3d along;
@@ -74,10 +74,18 @@ struct PatchBlock {
 ///
 /// A voxel edge whose ends lie on different sides of the isovalue carries a patch: the parallelogram of the same middle
 /// and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners are the
-/// means of the cells' crossings (surface nets', Gibson 1998), moved along its normal toward the edge's own crossing as
-/// far as a curved surface asks for (kOntoSurface). So patches tile the surface whichever way it lies, and follow from
-/// the trilinear interpolant's crossings alone. Where voxels are longer along an axis, patches are cut into parts along
-/// it, at most kMostParts.
+/// means of the cells' crossings (surface nets', Gibson 1998). So patches tile the surface whichever way it lies, and
+/// follow from the trilinear interpolant's crossings alone. Where voxels are longer along an axis, patches are cut into
+/// parts along it, at most kMostParts.
+///
+/// *Curved bone*: means of crossings are chords. With S = κ L² + κ' L'², L and L' the ways to the next crossings, the
+/// quadrilateral lies S/4 below the edge's own crossing, the means of the crossings on faces S/8, and a patch's points
+/// on the surface S/32. Crossings themselves lie up to κ L²/8 below a curved surface, as densities are interpolated
+/// along edges. So a patch moves out by twice the way from its quadrilateral to the faces' mean.
+///
+/// *Edges of bone*: where bone is convex like a ball of less than kRound voxels, a patch moves less, becomes as wide as
+/// the faces' means, and ends as the parallelogram through them. Their chords cut an edge off, so that no point stands
+/// out beside it: a tool fits into the rim of the hole that it cut.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
 /// were not used longest, when the store is full. Memory: 0.8 kB a block of 16 patches, four to twelve blocks a
@@ -212,10 +220,9 @@ class BoneSurface {
   /// Smaller patches are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
   static constexpr float kLeastArea = 1e-4F;
   static constexpr float kRoundedUp = 1.001F;
-  /// Of the way from the quadrilateral to its edge's crossing. Where a surface is curved, at height κ (s² + t²) / 2
-  /// over the crossing's plane, s and t in half sides, the quadrilateral is κ high and points at s² = t² = ¼ ought to
-  /// be κ/4.
-  static constexpr float kOntoSurface = 0.75F;
+  /// Bone more convex than a ball of half this radius is an edge, more and more so from a ball of this radius on
+  /// [shortest spacings].
+  static constexpr float kRound = 12;
 
   struct Slot {
     std::int64_t brick = -1;
@@ -259,6 +266,13 @@ class BoneSurface {
     }
   }
 
+  /// A patch before it is parted, from the brick's voxel 0 [m]. `area` 0: too small to count.
+  struct Parallelogram {
+    Vec3<float> middle, along, across;
+    float area;
+  };
+  [[nodiscard]] Parallelogram parallelogram(const CrossedEdges<Density>& edges,
+                                            const typename CrossedEdges<Density>::Crossing& crossing) const noexcept;
   void make(Slot& slot, std::size_t brick) noexcept;
 
   const Grid* grid_;
@@ -277,114 +291,59 @@ class BoneSurface {
   std::array<int, 3> parts_{};
 };
 
-/// Finds the crossed edges of a brick and of what is around it by rows of bits, sums the crossings of each cell, then
-/// makes a patch of each edge that is the brick's own. Nothing beyond the brick and its halo is read.
+/// The parallelogram of a crossed edge.
+template <VoxelDensity Density>
+auto BoneSurface<Density>::parallelogram(const CrossedEdges<Density>& edges,
+                                         const typename CrossedEdges<Density>::Crossing& crossing) const noexcept
+    -> Parallelogram {
+  const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
+  const Vec3<float> h = grid_->spacing().template cast<float>();
+  const auto length = [&](std::size_t axis) { return h[static_cast<Eigen::Index>(axis)]; };
+  const auto metres = [&](const Vec3<float>& u) -> Vec3<float> { return u.cwiseProduct(h); };
+  const Vec3<float> p00 = metres(edges.cell_mean(crossing, -1, -1)), p10 = metres(edges.cell_mean(crossing, 0, -1)),
+                    p01 = metres(edges.cell_mean(crossing, -1, 0)), p11 = metres(edges.cell_mean(crossing, 0, 0));
+  Parallelogram p{0.25F * (p00 + p10 + p01 + p11), 0.25F * (p10 + p11 - p00 - p01), 0.25F * (p01 + p11 - p00 - p10), 0};
+  const Vec3<float> normal = p.along.cross(p.across);
+  const float size = normal.norm();
+  if (!(4 * size > kLeastArea * length(b) * length(c))) return p;
+  p.area = 4 * size;
+
+  // Outward: away from the edge's end in bone.
+  const bool up = (normal[static_cast<Eigen::Index>(a)] > 0) == crossing.starts_in_bone;
+  const Vec3<float> out = (up ? 1 / size : -1 / size) * normal;
+  const Vec3<float> b0 = metres(edges.beside(crossing, b, -1)), b1 = metres(edges.beside(crossing, b, 1)),
+                    c0 = metres(edges.beside(crossing, c, -1)), c1 = metres(edges.beside(crossing, c, 1));
+  // Halfway to them the surface crosses the cells' faces.
+  const Vec3<float> on_faces = 0.5F * metres(crossing.position()) + 0.125F * (b0 + b1 + c0 + c1);
+  const float rise = (on_faces - p.middle).dot(out);
+  const float round = (length(b) * length(b) + length(c) * length(c)) / (8 * kRound * h.minCoeff());
+  p.middle += (rise + std::min(rise, std::max(0.0F, 2 * round - rise))) * out;
+  const float sharp = std::clamp(rise / round - 1, 0.0F, 1.0F);
+  if (sharp > 0) {
+    p.middle += sharp * (on_faces - p.middle);
+    p.along += sharp * (0.25F * (b1 - b0) - p.along);
+    p.across += sharp * (0.25F * (c1 - c0) - p.across);
+  }
+  return p;
+}
+
+/// Makes a patch of each crossed edge that is the brick's own. Nothing beyond the brick and its halo is read.
 template <VoxelDensity Density>
 void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
   ++changes_;
   release_blocks(slot);
-  const auto [bx, by, bz] = grid_->brick_coordinates(brick);
-  const std::array<int, 3> base{bx * kBrick, by * kBrick, bz * kBrick};
-  std::array<int, 3> lo{}, hi{};  // own edges start at voxels lo to hi − 1, relative to the brick; voxel hi is there
-  for (std::size_t a = 0; a < 3; ++a) {
-    lo[a] = base[a] == 0 ? -1 : 0;
-    hi[a] = std::min(kBrick, grid_->size()[a] - base[a]);
-  }
-  // Bit i + 1 of row (j, k): whether voxel i is bone.
-  constexpr std::size_t kRow = kBrick + 2;
-  std::array<std::uint32_t, kRow * kRow> bone{};
-  const auto isovalue = static_cast<float>(isovalue_);
-  const std::ptrdiff_t row = grid_->row_pitch(), plane = grid_->plane_pitch();
-  const Density* const origin = grid_->data() + grid_->index(base[0], base[1], base[2]);
-  const auto row_at = [](int j, int k) {
-    return static_cast<std::size_t>(k + 1) * kRow + static_cast<std::size_t>(j + 1);
-  };
-  for (int k = -1; k <= hi[2]; ++k)
-    for (int j = -1; j <= hi[1]; ++j) {
-      const Density* const voxel = origin + k * plane + j * row;
-      std::uint32_t bits = 0;
-      for (int i = -1; i <= hi[0]; ++i)
-        bits |= static_cast<std::uint32_t>(static_cast<float>(voxel[i]) >= isovalue) << (i + 1);
-      bone[row_at(j, k)] = bits;
-    }
-
-  // Crossings [voxels], of the brick's own edges one by one, and what they add up to in each cell from −1 on.
-  constexpr int kCells = kBrick + 1;
-  struct Cell {
-    float x, y, z, count;
-  };
-  struct Crossing {
-    std::array<float, 3> at;
-    std::array<std::int8_t, 3> start;
-    std::uint8_t axis;
-  };
-  std::array<Cell, static_cast<std::size_t>(kCells * kCells * kCells)> cells{};
-  std::array<Crossing, PatchBlock::kEdges> crossings;
-  std::size_t count = 0;
-  const std::array<int, 3> cell_pitch{1, kCells, kCells * kCells};
-  const std::array<std::ptrdiff_t, 3> pitch{1, row, plane};
-  const auto cross = [&](int i, int j, int k, std::size_t a) {
-    const Density* const v = origin + k * plane + j * row + i;
-    const auto from = static_cast<float>(v[0]), to = static_cast<float>(v[pitch[a]]);
-    std::array<float, 3> at{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
-    at[a] += (isovalue - from) / (to - from);
-    const std::array<int, 3> start{i, j, k};
-    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    for (int db = -1; db <= 0; ++db)
-      for (int dc = -1; dc <= 0; ++dc) {
-        const int at_b = start[b] + db, at_c = start[c] + dc;
-        if (at_b < -1 || at_c < -1 || at_b >= kBrick || at_c >= kBrick) continue;
-        Cell& cell = cells[static_cast<std::size_t>((start[a] + 1) * cell_pitch[a] + (at_b + 1) * cell_pitch[b] +
-                                                    (at_c + 1) * cell_pitch[c])];
-        cell.x += at[0];
-        cell.y += at[1];
-        cell.z += at[2];
-        cell.count += 1;
-      }
-    if (start[0] < lo[0] || start[1] < lo[1] || start[2] < lo[2] || start[0] >= hi[0] || start[1] >= hi[1] ||
-        start[2] >= hi[2])
-      return;
-    crossings[count++] = {at,
-                          {static_cast<std::int8_t>(i), static_cast<std::int8_t>(j), static_cast<std::int8_t>(k)},
-                          static_cast<std::uint8_t>(a)};
-  };
-  const std::uint32_t starts = (1U << (hi[0] + 1)) - 1, all = (1U << (hi[0] + 2)) - 1;
-  for (int k = -1; k <= hi[2]; ++k)
-    for (int j = -1; j <= hi[1]; ++j) {
-      const std::uint32_t here = bone[row_at(j, k)];
-      const std::array<std::uint32_t, 3> crossed{(here ^ (here >> 1)) & starts,
-                                                 j < hi[1] ? (here ^ bone[row_at(j + 1, k)]) & all : 0,
-                                                 k < hi[2] ? (here ^ bone[row_at(j, k + 1)]) & all : 0};
-      for (std::size_t a = 0; a < 3; ++a)
-        for (std::uint32_t bits = crossed[a]; bits != 0; bits &= bits - 1) cross(std::countr_zero(bits) - 1, j, k, a);
-    }
-
+  const CrossedEdges<Density> edges(*grid_, brick, isovalue_);
   PatchBlock* block = nullptr;
   std::size_t n = PatchBlock::kSize;
   std::int32_t last = kEnd;
-  const Vec3<float> h = grid_->spacing().template cast<float>();
-  for (std::size_t q = 0; q < count; ++q) {
-    const Crossing& crossing = crossings[q];
+  for (const auto& crossing : edges.crossings()) {
     const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-    const int first = (crossing.start[0] + 1) * cell_pitch[0] + (crossing.start[1] + 1) * cell_pitch[1] +
-                      (crossing.start[2] + 1) * cell_pitch[2];
-    const auto corner = [&](int db, int dc) -> Vec3<float> {
-      const Cell& cell = cells[static_cast<std::size_t>(first + db * cell_pitch[b] + dc * cell_pitch[c])];
-      return Vec3<float>(cell.x, cell.y, cell.z).cwiseProduct(h) / cell.count;
-    };
-    const Vec3<float> p00 = corner(-1, -1), p10 = corner(0, -1), p01 = corner(-1, 0), p11 = corner(0, 0);
-    const Vec3<float> along = 0.25F * (p10 + p11 - p00 - p01), across = 0.25F * (p01 + p11 - p00 - p10);
-    const Vec3<float> normal = along.cross(across);
-    const float size = normal.norm();
-    const std::array<float, 3> face{h.y() * h.z(), h.z() * h.x(), h.x() * h.y()};
-    if (!(4 * size > kLeastArea * face[a])) continue;
-    Vec3<float> middle = 0.25F * (p00 + p10 + p01 + p11);
-    const Vec3<float> on = Vec3<float>(crossing.at[0], crossing.at[1], crossing.at[2]).cwiseProduct(h) - middle;
-    middle += (kOntoSurface * on.dot(normal) / (size * size)) * normal;
+    const Parallelogram whole = parallelogram(edges, crossing);
+    if (!(whole.area > 0)) continue;
 
     const int parts_b = parts_[b], parts_c = parts_[c];
-    const Vec3<float> part_along = along / static_cast<float>(parts_b),
-                      part_across = across / static_cast<float>(parts_c);
+    const Vec3<float> part_along = whole.along / static_cast<float>(parts_b),
+                      part_across = whole.across / static_cast<float>(parts_c);
     const float spread = kRoundedUp * (part_along.norm() + part_across.norm());
     for (int part = 0; part < parts_b * parts_c; ++part) {
       if (n == PatchBlock::kSize) {
@@ -400,17 +359,16 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
       }
       const auto ib = static_cast<float>(2 * (part % parts_b) + 1 - parts_b);
       const auto ic = static_cast<float>(2 * (part / parts_b) + 1 - parts_c);
-      const Vec3<float> position = middle + ib * part_along + ic * part_across;
+      const Vec3<float> position = whole.middle + ib * part_along + ic * part_across;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto e = static_cast<Eigen::Index>(axis);
         block->position[axis][n] = position[e];
         block->along[axis][n] = part_along[e];
         block->across[axis][n] = part_across[e];
       }
-      block->area[n] = 4 * size / static_cast<float>(parts_b * parts_c);
+      block->area[n] = whole.area / static_cast<float>(parts_b * parts_c);
       block->spread[n] = spread;
-      block->edge[n] = static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a) +
-                       PatchBlock::kEdges * static_cast<std::uint32_t>(part);
+      block->edge[n] = crossing.edge + PatchBlock::kEdges * static_cast<std::uint32_t>(part);
       ++n;
       ++slot.count;
     }
