@@ -80,6 +80,26 @@ void measure_coupled(Spread& spread, int ticks) {
   }
 }
 
+/// The coupled tool drills a hole of 5 mm into a tilted block.
+void measure_drilling(Spread& spread) {
+  for (const double voxel : {3e-4, 1e-4}) {
+    const int side = static_cast<int>(0.0144 / voxel);
+    const test::RasterOptions o{.size = {side, side, side}, .spacing = Vec3d::Constant(voxel)};
+    const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), top = o.middle() + 0.004 * n;
+    auto bone = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+    HapticScene scene{bone, o.isovalue(), coupled(), Milling{}};
+    const double above = scene.renderer().tool().burr().tip_radius;
+    const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), n);
+    spread.measure(
+        std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000, 0,
+        [](int) {},
+        [&](int i) {
+          const Posed X = make_pose<double>(R, top + (above - 5e-6 * i) * n);
+          benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
+        });
+  }
+}
+
 }  // namespace
 
 void measure_spread(const Options& options, const Scene& scene) {
@@ -114,6 +134,7 @@ void measure_spread(const Options& options, const Scene& scene) {
   renders("Surface, as deep as it goes", surface(), buried, bound);
   renders("Line, as deep as it goes", line(), buried, 0);
   measure_coupled(spread, ticks);
+  measure_drilling(spread);
   {
     // From air to contact within a tick, as far as no jump is: both renderers' longest way.
     Surface s = surface();
