@@ -84,7 +84,7 @@ void plan_jumps(const StabilityOptions&, Plan& plan) {
                                     voxels.push_back(static_cast<std::int16_t>(fill == 0   ? 0
                                                                                : fill == 1 ? 200
                                                                                            : (i + j + k) % 2 * 200));
-                              Bone bone({.size = size, .spacing = Vec3d::Constant(1e-3), .outside = 0.0}, voxels,
+                              Bone bone({.size = size, .spacing = Vec3d::Constant(2e-3), .outside = 0.0}, voxels,
                                         {.stored_gradients = true});
                               Setup s{.renderer = renderer, .options = choice, .mill_rate = 1e4, .stack = limited()};
                               s.burr.shaft_length = 10e-3;

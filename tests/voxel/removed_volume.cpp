@@ -167,7 +167,7 @@ TEST_CASE("removed volume: exact on planes, zero without bone, never negative") 
     }
   }
   // Beyond the type's range nothing is bone, or all.
-  const auto bytes = make_grid<std::uint8_t>({.size = {5, 5, 5}, .spacing = Vec3d::Ones(), .outside = 255},
+  const auto bytes = make_grid<std::uint8_t>({.size = {5, 5, 5}, .spacing = Vec3d::Constant(1e-3), .outside = 255},
                                              [](int, int, int) { return 255; });
   const auto row = [&](double iso) {
     BoneVolume<std::uint8_t> volume(bytes, iso);
