@@ -460,11 +460,7 @@ REASONS = [
     ("20 greatest force step", ("line",), "a cut by rate wears all that the ball covers at once, and it lets go at once; an advancing cut does not. What is left then: the shaft, which cuts nothing, "
      "slips off the hole's rim, and under 10 N the drill breaks through skull and block"),
     ("20 greatest force step", ("coupled",), "under 10 N a cut by rate leaves a last layer of bone that gives way at once; an advancing cut takes the drill through the block, and the bone that held it ends in a tick"),
-    ("18 ticks until", ("coupled",), "a half turn is no jump: the shaft ends up in bone, and the search needs three ticks to bring it out"),
-    ("13 K_crit by place", ("coupled",), "edges and corners yield more, milled pits less, than the plane that the coupling makes up for; from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it"),
-    ("13 K_crit off the analytic wall", ("coupled",), "from 10 kN/m on a contact of 1 N has few points, and each that joins it stiffens it: the wall is felt stiffer than stated, and at the border as theory has it"),
-    ("13 stiffness felt by place", ("coupled",), "moves of 5 µm, in which points join the contact one by one"),
-    ("felt", ("coupled",), "points join the contact one by one"),
+    ("13 K_crit by place", ("coupled",), "edges and corners yield more, hollows less, than the plane that the coupling makes up for; the stiffer the coupling, the more that counts"),
     ("20 greatest force step", ("surface",), "pressed beyond what its springs hold it sinks in by more than the ball's radius, where vertices find another way out at once; a rate limit makes it a slope"),
     ("20 energy beyond Rule E", ("surface",), "where it falls through, the rate limit takes back late what the springs let go at once"),
     ("13 K_crit off the analytic wall", ("surface",), "on a tilted wall the interpolant's normals are off by a degree, so that depths along rays change by 2 % more or less than the tool moves"),
