@@ -141,9 +141,10 @@ class PoseSearch {
       const Posed X_next = moved(f.X, step);
       const ToolMotion way = motion_between(f.X, X_next);
       const double size = way.at(bounds_.arm()) + step.tail<3>().norm() * bounds_.radius;
-      // Steps shrink at least as quickly as these two; one that is longer than the contact is deep says nothing.
+      // Steps shrink at least as quickly as these two, unless contact began between them. A last step is no longer than
+      // the contact is deep.
       const double left = size * std::min(1.0, size / before);
-      before = size;
+      before = f.at.contact.touches() ? size : 0;
       if (size <= end.least || (size <= f.at.contact.depth && left <= end.left)) {
         f.X = X_next;
         f.last_step = step;
