@@ -5,6 +5,10 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
+#include <vector>
+
 namespace {
 
 using namespace trephine;
@@ -84,6 +88,62 @@ TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at a
   MESSAGE(tries, " ticks behind plates, none of them through");
 }
 
+// A plate of one voxel, blurred by half a voxel: its image is thin in places, and in some directions there are gaps.
+// An image that is a tenth of a voxel thick everywhere holds, pressed and slid along from behind.
+TEST_CASE("swept: a plate of one blurred voxel holds where its image is a tenth of a voxel thick") {
+  const unsigned seed = 54;
+  CAPTURE(seed);
+  const double h = kVoxel, width = 0.5 * h * std::sqrt(2.0);
+  Random random(seed);
+  const RasterOptions o{.size = {40, 40, 40}};
+  int whole = 0, held_with_gaps = 0;
+  std::array<int, 3> held{};
+  for (int i = 0; i < 60; ++i) {
+    const Vec3d n = random.unit(), at = o.middle() + h * random.arrow(), u = n.unitOrthogonal(), v = n.cross(u);
+    std::vector<std::int16_t> voxels;
+    for (int z = 0; z < 40; ++z)
+      for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+          const double d = (h * Vec3d(x, y, z) - at).dot(n);
+          const double share = 0.5 * (std::erf((d + h / 2) / width) - std::erf((d - h / 2) / width));
+          voxels.push_back(static_cast<std::int16_t>(std::lround(-1000 + 2000 * share)));
+        }
+    const VoxelGrid<std::int16_t> grid({.size = o.size, .spacing = o.spacing, .outside = -1000.0}, voxels);
+    const DensityField<std::int16_t, float, SplineGradient> field(grid, 0);
+    bool gap = false;
+    for (int a = -24; a <= 24; ++a)
+      for (int b = -24; b <= 24; ++b) {
+        int in_bone = 0;  // places .05 voxel apart
+        for (int t = -20; t <= 20; ++t)
+          in_bone += field.value((at + 0.2 * h * (a * u + b * v) + 0.05 * h * t * n).cast<float>()) >= 0 ? 1 : 0;
+        gap = gap || in_bone < 3;  // less than a tenth of a voxel thick: finest steps are a sixteenth
+      }
+    whole += gap ? 0 : 1;
+    std::size_t which = 0;
+    for (const double speed : {0.01, 0.1, 1.0}) {
+      SurfaceProxy<float> proxy;
+      const Vec3d way = 12 * h * (0.3 * u - n).normalized();
+      const int ticks = static_cast<int>(std::ceil(way.norm() / (speed * 1e-3)));
+      bool on = true;
+      for (int t = 0; t <= ticks; ++t) {
+        const Vec3d p = at + 3 * h * n + (static_cast<double>(t) / ticks) * way;
+        static_cast<void>(proxy.follow(field, Vec3<float>(p.cast<float>())));
+        if ((p - at).dot(n) > -1.5 * h) continue;
+        on = on && proxy.in_contact() && (proxy.position().cast<double>() - at).dot(n) > -0.6 * h;
+      }
+      if (gap)
+        held_with_gaps += on ? 1 : 0;
+      else
+        held[which] += on ? 1 : 0;
+      ++which;
+    }
+  }
+  MESSAGE(whole, " of 60 images without a gap, held at .01, .1 and 1 m/s: ", held[0], ", ", held[1], ", ", held[2],
+          "; of passes where there are gaps ", held_with_gaps, " of ", 3 * (60 - whole));
+  CHECK(whole > 20);
+  for (const int count : held) CHECK(count == whole);
+}
+
 TEST_CASE_TEMPLATE("the thesis' trigger is blind to walls crossed in a tick", Scalar, float, double) {
   // 1 m/s is 3.3 voxels a tick: a plate of 2 voxels lies between two probes that are both free.
   Random random(52);
@@ -122,7 +182,7 @@ TEST_CASE_TEMPLATE("grazing and edge-on: a plate is not entered from its rim", S
 constexpr std::int64_t most_moves(const ProxyOptions& o) { return 9 * o.iterations; }
 constexpr std::int64_t work_bound(const ProxyOptions& o) {
   constexpr std::int64_t kClose = 13, kPushOut = 15 * (64 + kClose);
-  return 2 + (o.path_steps + kClose) + most_moves(o) * 4 * (28 + o.path_steps + kClose) + kPushOut;
+  return 2 + 2 * (o.path_steps + kClose) + most_moves(o) * 4 * (48 + 2 * o.path_steps + kClose) + kPushOut;
 }
 
 TEST_CASE_TEMPLATE("work is bounded whatever the probe does", Scalar, float, double) {

@@ -46,8 +46,8 @@ struct ProxyOptions {
 /// Where the bone under the proxy was carved away it falls on toward the probe; where bone appeared round it (start
 /// inside, restored) it is pushed out along the normal, else along the nearest of 14 directions, and says so.
 ///
-/// Work a tick: at most 2 + path_steps + 9 · iterations · (4 · (28 + path to the surface)) samples, and 15 · 77 more
-/// where it has to be pushed out; typically 3–25. A slide that is cut short goes on at the next tick, and the tick
+/// Work a tick: at most 2 + 2 · path_steps + 9 · iterations · 4 · (48 + 2 · path to the surface) samples, and 15 · 77
+/// more where it has to be pushed out; typically 3–25. A slide that is cut short goes on at the next tick, and the tick
 /// says `kWorkBound`.
 template <RealScalar Scalar, Friction FrictionLaw = Frictionless>
 class SurfaceProxy {
@@ -107,6 +107,9 @@ class SurfaceProxy {
  private:
   enum class State { kNone, kFree, kContact, kInside };
   enum class Move { kOnSurface, kTooHigh, kFree };
+  // Steps where a step would miss a wall: of a blurred voxel an image may show a tenth as bone.
+  static constexpr Scalar kFiner = Scalar(8);
+  static constexpr int kFinest = 16;                 // steps of a search along the normal
   static constexpr Scalar kProgress = Scalar(0.05);  // least share of a move's length that counts as progress
   static constexpr Scalar kSteepest = Scalar(0.5);   // climb over a move's length: twice the slope of noisy bone
 
@@ -134,7 +137,7 @@ class SurfaceProxy {
       begin(field, p);
       return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
     }
-    const auto hit = first_crossing(field, q_, at_q, p, step, options_.path_steps);
+    const auto hit = first_crossing(field, q_, at_q, p, step / kFiner, options_.path_steps);
     if (!hit.found) {
       q_ = p;
       return Status::kOk;
@@ -157,7 +160,7 @@ class SurfaceProxy {
         begin(field, p);
         return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
       }
-    } else if (probe_free || !supported(field)) {
+    } else if (!supported(field) || (probe_free && !((p - q_).dot(n_) < Scalar(0)))) {
       if (!advance(field, at_q, p, step)) return Status::kOk;
     }
     return slide(field, p, step);
@@ -175,11 +178,19 @@ class SurfaceProxy {
     return field.value(q_ - (Scalar(0.02) * field.voxel()) * n_) >= Scalar(0);
   }
 
+  // From air: in steps, and in finer ones before it is said that there is no bone.
+  template <PointField Field>
+  [[nodiscard]] static Crossing<Scalar> next_surface(const Field& field, const Vec3<Scalar>& a, Scalar at_a,
+                                                     const Vec3<Scalar>& b, Scalar step, int most) noexcept {
+    const auto hit = first_crossing(field, a, at_a, b, step, most);
+    return hit.found ? hit : first_crossing(field, a, at_a, b, step / kFiner, most);
+  }
+
   // Straight toward the probe up to the next surface; `at_q` is the field's value at the proxy. False: the way is free
   // and the contact ends.
   template <PointField Field>
   bool advance(const Field& field, Scalar at_q, const Vec3<Scalar>& p, Scalar step) noexcept {
-    const auto hit = first_crossing(field, q_, at_q, p, step, options_.path_steps);
+    const auto hit = next_surface(field, q_, at_q, p, step, options_.path_steps);
     if (!hit.found) {
       let_go(p);
       return false;
@@ -284,12 +295,12 @@ class SurfaceProxy {
       return Move::kOnSurface;
     }
     const Vec3<Scalar> in = q - reach * n_;
-    auto hit = first_crossing(field, q, at_q, in, step, 8);
+    auto hit = next_surface(field, q, at_q, in, step, kFinest);
     if (hit.found) {
       q += hit.before * (in - q);
       return Move::kOnSurface;
     }
-    hit = first_crossing(field, q, at_q, p, step, options_.path_steps);
+    hit = next_surface(field, q, at_q, p, step, options_.path_steps);
     if (!hit.found) return Move::kFree;
     q += hit.before * (p - q);
     return Move::kOnSurface;
