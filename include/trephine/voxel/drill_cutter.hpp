@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/core/tolerances.hpp>
 #include <trephine/voxel/cutter.hpp>
 
 namespace trephine {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/cholesky.hpp>
+#include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
 
