@@ -92,7 +92,7 @@ TEST_SUITE("timed") {
     const Grid whole = knuckle();
     Grid milled = copy_of(whole);
     const StudyOptions options{.cases = {.per_kind = 8, .holes = 4},
-                               .sweep = {.quick = true, .limits = kLimits, .repetitions = 1},
+                               .sweep = {.quick = true, .limits = kLimits, .repetitions = 3},
                                .budget_us = kBudget,
                                .algorithms = {Algorithm::kCoupled}};
     const Study study = carry_out(whole, milled, kScene, options, kSilent);
