@@ -55,6 +55,8 @@ void add_details(const Renderer& renderer, const trephine::Posed& X_WG, RunLog& 
     row.reaction_N = static_cast<double>(r.reaction_N);
     row.shaft_torque_Nm = static_cast<double>(r.torque_Nm);
     row.intersection = X_WG * r.intersection.template cast<double>();
+    const trephine::Vec3d spring = X_WG.linear() * r.spring.template cast<double>();
+    row.reaction = row.reaction_N * spring.normalized();
   } else if constexpr (requires { renderer.slices(); }) {
     trephine::Vec3d total = trephine::Vec3d::Zero();
     int number = 0;

@@ -25,6 +25,7 @@ struct LogRow {
   // Of the shaft. Line: its report. Surface: the torque alone, summed over the slices.
   double spring_m = 0, lever_m = 0, reaction_N = 0, shaft_torque_Nm = 0;
   trephine::Vec3d intersection = trephine::Vec3d::Zero();
+  trephine::Vec3d reaction = trephine::Vec3d::Zero();  ///< force there on the shaft, in W [N]
 };
 
 /// One slice of the Surface approximation in a tick in which it collides.

@@ -110,13 +110,13 @@ Torques torques_of(const RunLog& log, const Surgeon& surgeon) {
 }  // namespace
 
 std::vector<Finding> check_line(const Verification& v) {
-  Relation torque;    // moment of the force at the shaft's contact against the torque that the scene gave the device
+  Relation torque;    // moment of the reaction about T's origin against the torque that the scene gave the device
   Relation reaction;  // spring against reaction
   double longest = 0;
   for (const LogRow& r : v.line.rows) {
     if (!(r.reaction_N > 0.01)) continue;
     const Vec3d arm = r.intersection - r.probe.translation();
-    torque.add(arm.cross(r.wrench.force).norm(), r.wrench.torque.norm());
+    torque.add(arm.cross(r.reaction).norm(), r.wrench.torque.norm());
     reaction.add(r.spring_m, r.reaction_N);
     longest = std::max(longest, r.spring_m);
   }
