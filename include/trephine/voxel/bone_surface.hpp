@@ -100,7 +100,7 @@ class BoneSurface {
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
   static constexpr int kMostParts = 8;                  ///< of a patch along an axis
-  /// Bricks that one tick may make (`begin_tick`): about half a millisecond.
+  /// Bricks that one tick may make (`begin_tick`): its work is bounded.
   static constexpr int kBricksPerTick = 128;
 
   /// Throws std::invalid_argument for an isovalue that is not finite.
