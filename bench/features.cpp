@@ -6,7 +6,7 @@
 #include "sweep/row.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/voxel/air_map.hpp>
+#include <trephine/voxel/clearance_map.hpp>
 
 #include <algorithm>
 #include <array>
@@ -305,7 +305,7 @@ int main(int argc, char** argv) {
     return 2;
   std::filesystem::create_directories(options.folder);
   auto tooth = drill::tooth_phantom<std::uint8_t>({.size = {128, 128, 88}, .spacing = 0.2_mm});
-  AirMap<std::uint8_t> air(tooth, bench::kIsovalue);
+  ClearanceMap<std::uint8_t> air(tooth, bench::kIsovalue);
   // The crown.
   const DensityField<std::uint8_t, double> field(tooth, bench::kIsovalue);
   Vec3d top = 1e-4 * Vec3d(127, 127, 174);

@@ -315,8 +315,8 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("thesis with gradients" + count, WithGradients{Thesis(flat_drill.tool()), on_flat, X, hits});
   }
   // The same with a map of air; bare samples are those of a tick that looks at all.
-  auto air = std::make_shared<AirMap<std::uint8_t>>(scene.tooth, kIsovalue);
-  const FieldWithAir<Field, std::uint8_t> known(field, *air);
+  auto air = std::make_shared<ClearanceMap<std::uint8_t>>(scene.tooth, kIsovalue);
+  const FieldWithClearance<Field, std::uint8_t> known(field, *air);
   for (const auto& [name, X] :
        {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)}) {
     auto r = std::make_shared<Surface>(surface());

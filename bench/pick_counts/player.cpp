@@ -2,8 +2,8 @@
 #include "player.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ template <UsesBoneSurface Renderer>
 class Fields<Renderer> {
  public:
   Fields(Renderer& renderer, const Bones& bones)
-      : whole_(share_bone_surface(*bones.whole, bones.isovalue)),
-        milled_(share_bone_surface(*bones.milled, bones.isovalue)) {
+      : whole_(shared_bone_surface(*bones.whole, bones.isovalue)),
+        milled_(shared_bone_surface(*bones.milled, bones.isovalue)) {
     renderer.prepare(whole_->view());
   }
   [[nodiscard]] auto of(const Bones&, bool milled) const { return (milled ? milled_ : whole_)->view(); }

@@ -13,7 +13,7 @@
 
 #include "speed/levels.hpp"
 
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 
 #include <benchmark/benchmark.h>
 

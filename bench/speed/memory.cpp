@@ -19,7 +19,7 @@ void measure_memory(const Options& options) {
     {
       const VoxelGrid<Density> grid(geometry, none, {.keep_original = false});
       bare = static_cast<double>(grid.bytes());
-      air = static_cast<double>(AirMap<Density>(grid, 1).bytes());
+      air = static_cast<double>(ClearanceMap<Density>(grid, 1).bytes());
     }
     const double all = bare + std::pow(side + 2, 3) * sizeof(Density);
     table.row(side, sizeof(Density) == 1 ? "8 bit" : "16 bit", all / 1e6, all / count, bare / 1e6, air / 1e6);

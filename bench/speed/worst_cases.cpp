@@ -50,7 +50,7 @@ void measure_coupled(Spread& spread, int ticks) {
     const Vec3d top = o.middle();
     const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
                            : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-    const auto surface = share_bone_surface(bone, o.isovalue());
+    const auto surface = shared_bone_surface(bone, o.isovalue());
     // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
     const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
       tool.prepare(surface->view());
@@ -211,7 +211,7 @@ void measure_spread(const Options& options, const Scene& scene) {
     host.join();
   }
   {
-    AirMap<std::uint8_t> map(scene.tooth, kIsovalue);
+    ClearanceMap<std::uint8_t> map(scene.tooth, kIsovalue);
     spread.measure("map of air made anew, off the haptic thread", 20, 0, nothing, [&](int) { map.refresh(); });
   }
 }

@@ -3,7 +3,7 @@
 #include "studies/table.hpp"
 #include "sweep/measure.hpp"
 
-#include <trephine/contact/first_contact.hpp>
+#include <trephine/render/line/first_contact.hpp>
 
 #include <numbers>
 

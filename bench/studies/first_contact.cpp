@@ -4,7 +4,7 @@
 #include "support/fields.hpp"
 #include "sweep/row.hpp"
 
-#include <trephine/contact/first_contact.hpp>
+#include <trephine/render/line/first_contact.hpp>
 
 #include <chrono>
 #include <functional>

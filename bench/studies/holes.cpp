@@ -3,8 +3,8 @@
 #include "studies/table.hpp"
 #include "support/fields.hpp"
 
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 
 #include <functional>
 

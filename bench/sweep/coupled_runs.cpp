@@ -10,7 +10,7 @@ namespace {
 template <class Density>
 BoneSurfaceView<Density> surface_of(const Imaged<Density>& imaged, std::size_t bone) {
   auto& surface = imaged.surfaces[bone];
-  if (!surface) surface = share_bone_surface(imaged.grids[bone], imaged.isovalue);
+  if (!surface) surface = shared_bone_surface(imaged.grids[bone], imaged.isovalue);
   return surface->view();
 }
 

@@ -5,8 +5,8 @@
 #include "sweep/row.hpp"
 #include "truth/scenario.hpp"
 
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <chrono>

@@ -4,8 +4,8 @@
 #include "guard.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>

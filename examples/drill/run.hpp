@@ -8,8 +8,8 @@
 
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <algorithm>

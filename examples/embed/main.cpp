@@ -3,7 +3,7 @@
 #include "host.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>

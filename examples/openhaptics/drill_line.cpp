@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/render/line_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
 
 #include "drill_with.hpp"
 

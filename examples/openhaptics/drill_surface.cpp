@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 
 #include "drill_with.hpp"
 

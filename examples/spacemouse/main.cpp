@@ -6,7 +6,7 @@
 #include "spnav_source.hpp"
 
 #include <trephine/device/servo_loop.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>

@@ -2,9 +2,7 @@
 #pragma once
 
 /// Everything but the adapters, which need libraries of their own. Include single headers where compile time matters.
-#include <trephine/contact/first_contact.hpp>
 #include <trephine/contact/friction.hpp>
-#include <trephine/contact/shaft_tracking.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/device/presets.hpp>
@@ -14,8 +12,10 @@
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/first_contact.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/line/shaft_tracking.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/first_order_filter.hpp>
@@ -29,6 +29,6 @@
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>
-#include <trephine/voxel/air_map.hpp>
+#include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/voxel_grid.hpp>

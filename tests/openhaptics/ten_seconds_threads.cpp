@@ -3,7 +3,7 @@
 #include "openhaptics/fixture.hpp"
 
 #include <trephine/device/servo_loop.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>

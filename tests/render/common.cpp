@@ -46,7 +46,7 @@ constexpr bool kIsLine = requires(const R& r) {
 
 template <class R>
 constexpr bool kTorqueAlone = requires(R& r) {
-  r.forces_alone();
+  r.disable_torque();
 };
 
 template <class R>

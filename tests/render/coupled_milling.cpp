@@ -110,7 +110,7 @@ Plunge plunge(double depth, double speed, const Cut& milling, const Law& law, do
 TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests without force") {
   CAPTURE(kSeed);
   // Asked for are .01 N at rest and .05 N with friction. Where the ball is widest at the rim it is felt by up to .014
-  // N: patches there, between those of an edge and those of a round wall, stand out by some micrometres.
+  // N: elements there, between those of an edge and those of a round wall, stand out by some micrometres.
   struct AtRest {
     double depth, none, friction;  // [m, N]
   };

@@ -64,7 +64,7 @@ TEST_CASE("coupled tool: a ball on a plane is felt with K, along the plane's nor
 TEST_CASE("coupled tool: planes in voxels as long as 5 mm are felt as they are") {
   CAPTURE(kSeed);
   // Asked for are 1 % and half a degree, always. Reached are .1 % and 1.8 degrees, at 5 mm 1.4 % and 3.8 degrees:
-  // patches as long as these, in at most eight parts, are parallelograms that do not tile so small a contact.
+  // elements as long as these, in at most eight parts, are parallelograms that do not tile so small a contact.
   struct Case {
     Vec3d h;
     double force, direction, typical;

@@ -356,7 +356,7 @@ TEST_CASE_TEMPLATE("the drawn tool does not jump when it touches or lets go", Sc
     const std::array way{pose(-0.001, 0.1), pose(0.001, 0.1), pose(0.001, lean), pose(-0.001, lean),
                          pose(0.001, lean), pose(0.001, 0.1), pose(-0.001, 0.1)};
     for (const double lead : {2.0, std::numeric_limits<double>::infinity()}) {
-      LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 200}), {.drawn_lead = lead});
+      LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 200}), {.drawn_rate = lead});
       static_cast<void>(render_at(renderer, field, way[0]));
       Posed drawn = renderer.visual_pose().template cast<double>(), device = way[0];
       bool tip = false, shaft = false;
@@ -392,7 +392,7 @@ TEST_CASE("line options outside their range are refused") {
   CHECK_THROWS_WITH(make({.stiffness = 0}), "trephine::LineOptions: stiffness must be > 0 N/m, got 0");
   CHECK_THROWS_WITH(make({.stiffness = std::nan("")}), "trephine::LineOptions: stiffness must be > 0 N/m, got nan");
   CHECK_THROWS_WITH(make({.shaft_stiffness = -1.0}), "trephine::LineOptions: shaft_stiffness must be > 0 N/m, got -1");
-  CHECK_THROWS_WITH(make({.drawn_lead = 0}), "trephine::LineOptions: drawn_lead must be > 0, got 0");
+  CHECK_THROWS_WITH(make({.drawn_rate = 0}), "trephine::LineOptions: drawn_rate must be > 0, got 0");
   CHECK_THROWS_WITH(make({.moved = -1}), "trephine::LineOptions: moved must be >= 0 m, got -1");
   CHECK_THROWS_WITH(make({.proxy = {.iterations = 0}}), "trephine::ProxyOptions: iterations must be 1 to 1000, got 0");
   const auto stepping = [] {

@@ -4,8 +4,8 @@
 #include "support/fields.hpp"
 #include "support/poses.hpp"
 
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 
 namespace trephine::test {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/render/line_approx_renderer.hpp>
-#include <trephine/render/surface_approx_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
 

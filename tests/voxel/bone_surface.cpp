@@ -29,17 +29,17 @@ constexpr unsigned kSeed = 302;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kH = 3e-4;
 
-/// A patch as the store keeps it, to compare bit by bit.
+/// A element as the store keeps it, to compare bit by bit.
 struct Kept {
   std::array<float, 11> values;  // position, along, across, area, spread
   bool operator==(const Kept&) const = default;
 };
 constexpr std::size_t kMostOfEdge = 64;
 /// All that a surface has, by voxel edge: 3 · (index of the edge's first voxel in the padded array) + axis, times
-/// kMostOfEdge, and the part of its patch.
+/// kMostOfEdge, and the part of its element.
 struct AllPatches {
   std::map<std::size_t, Kept> kept;
-  std::map<std::size_t, SurfacePatch> patches;
+  std::map<std::size_t, SurfaceElement> elements;
   int twice = 0;   // edges that have two of a part
   int denied = 0;  // bricks that provide() refused
 };
@@ -48,9 +48,9 @@ template <class Density>
 void add_brick(const BoneSurface<Density>& surface, std::size_t brick, AllPatches& all) {
   const auto& grid = surface.grid();
   const auto at = grid.brick_coordinates(brick);
-  surface.for_each_block(brick, [&](const PatchBlock& b, int count) {
+  surface.for_each_block(brick, [&](const ElementBlock& b, int count) {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-      const std::uint32_t edge = b.edge[i] % PatchBlock::kEdges, part = b.edge[i] / PatchBlock::kEdges;
+      const std::uint32_t edge = b.edge[i] % ElementBlock::kEdges, part = b.edge[i] / ElementBlock::kEdges;
       const int e = static_cast<int>(edge / 3);
       const std::size_t voxel = grid.index(8 * at[0] + e % 9 - 1, 8 * at[1] + e / 9 % 9 - 1, 8 * at[2] + e / 81 - 1);
       const std::size_t key = kMostOfEdge * (3 * voxel + edge % 3) + part;
@@ -58,7 +58,7 @@ void add_brick(const BoneSurface<Density>& surface, std::size_t brick, AllPatche
       const auto &p = b.position, &u = b.along, &v = b.across;
       all.kept[key] = {
           {p[0][i], p[1][i], p[2][i], u[0][i], u[1][i], u[2][i], v[0][i], v[1][i], v[2][i], b.area[i], b.spread[i]}};
-      all.patches[key] = b.patch(i, surface.corner(brick));
+      all.elements[key] = b.element(i, surface.corner(brick));
     }
   });
 }
@@ -85,12 +85,12 @@ AllPatches all_anew(const VoxelGrid<Density>& grid, double isovalue) {
   return all_of(surface);
 }
 
-/// The patch that a voxel edge should have whose ends lie on different sides.
+/// The element that a voxel edge should have whose ends lie on different sides.
 struct Crossed {
   Vec3d middle, along, across;
   double area;
   double of_face;     // the area in faces of a voxel
-  double unsettled;   // how far a rounding moves the patch, over the rounding
+  double unsettled;   // how far a rounding moves the element, over the rounding
   bool flat = false;  // lies along its edge, so that roundings decide which way is out
 };
 
@@ -167,7 +167,7 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
   return all;
 }
 
-/// Edges that should have a patch, in all its parts, and have none, and the other way round.
+/// Edges that should have a element, in all its parts, and have none, and the other way round.
 template <class Density>
 int holes(const AllPatches& all, const VoxelGrid<Density>& grid, const std::map<std::size_t, Crossed>& crossed) {
   // Single precision of places up to nine voxels from a brick's corner is good to some 1e-6 of a face.
@@ -194,8 +194,8 @@ double middle_of(const auto& grid) {
   return lo + 0.45 * (hi - lo);
 }
 
-TEST_CASE_TEMPLATE("bone surface: every crossed edge has its patch, from its cells' and its faces' crossings", Density,
-                   std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, float) {
+TEST_CASE_TEMPLATE("bone surface: every crossed edge has its element, from its cells' and its faces' crossings",
+                   Density, std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, float) {
   CAPTURE(kSeed);
   // Single precision of places up to nine voxels from a brick's corner.
   constexpr double kRounding = 12 * 1.2e-7;
@@ -211,7 +211,7 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its patch, from its cel
       const double isovalue = middle_of(*grid), longest = h.maxCoeff();
       const AllPatches all = all_anew(*grid, isovalue);
       const auto crossed = crossed_of(*grid, isovalue);
-      CHECK(all.patches.size() > 300);
+      CHECK(all.elements.size() > 300);
       CHECK(all.twice == 0);
       CHECK(all.denied == 0);
       CHECK(holes(all, *grid, crossed) == 0);
@@ -221,7 +221,7 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its patch, from its cel
         int parts = 0;
       };
       std::map<std::size_t, Whole> whole;
-      for (const auto& [key, p] : all.patches) {
+      for (const auto& [key, p] : all.elements) {
         Whole& w = whole[key / kMostOfEdge];
         w.position += p.position;
         w.area += p.area;
@@ -237,7 +237,7 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its patch, from its cel
       std::array<double, 3> parts{};
       for (Eigen::Index a = 0; a < 3; ++a)
         parts[static_cast<std::size_t>(a)] = std::clamp(std::round(h[a] / h.minCoeff()), 1.0, 8.0);
-      for (const auto& [key, p] : all.patches) {
+      for (const auto& [key, p] : all.elements) {
         const Crossed& q = crossed.at(key / kMostOfEdge);
         if (q.flat) continue;
         const std::size_t a = key / kMostOfEdge % 3;
@@ -256,7 +256,7 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its patch, from its cel
   CHECK(flat < 20);
 }
 
-// Points of patches, four each as the foundation has them, against a ball's hole that was cut into a block.
+// Points of elements, four each as the foundation has them, against a ball's hole that was cut into a block.
 TEST_CASE("bone surface: a hole's points lie on its wall, and its rim does not lean in") {
   CAPTURE(kSeed);
   constexpr double kR = 5 * kH;
@@ -272,7 +272,7 @@ TEST_CASE("bone surface: a hole's points lie on its wall, and its rim does not l
     auto grid = rasterise<std::int16_t>(HalfSpace{top, n}, o);
     REQUIRE(carve(grid, o.isovalue(), SphereCutter(top + 2 * kR * n, bottom, kR)) > 0);
     double area = 0, sum = 0, squares = 0, nearest = 0;
-    for (const auto& [key, p] : all_anew(grid, o.isovalue()).patches)
+    for (const auto& [key, p] : all_anew(grid, o.isovalue()).elements)
       for (int j = 0; j < 4; ++j) {
         const Vec3d q = p.position + (j % 2 - 0.5) * p.along + (j / 2 - 0.5) * p.across;
         const double z = (q - bottom).dot(n);
@@ -293,7 +293,7 @@ TEST_CASE("bone surface: a hole's points lie on its wall, and its rim does not l
   CHECK(lean.worst() <= kLean);
 }
 
-// A window that falls off smoothly: a sum over patches is its integral but for what patches stand for.
+// A window that falls off smoothly: a sum over elements is its integral but for what elements stand for.
 TEST_CASE("bone surface: areas add up to a plane's and a sphere's, whatever the orientation and the spacing") {
   CAPTURE(kSeed);
   constexpr double kAreaError = 0.01;  // asked for
@@ -307,14 +307,14 @@ TEST_CASE("bone surface: areas add up to a plane's and a sphere's, whatever the 
       const double width = 4 * kH;
       const auto grid = rasterise<std::int16_t>(HalfSpace{at, n}, o);
       double area = 0;
-      for (const auto& [key, p] : all_anew(grid, o.isovalue()).patches)
+      for (const auto& [key, p] : all_anew(grid, o.isovalue()).elements)
         area += p.area * std::exp(-(p.position - at).squaredNorm() / (2 * width * width));
       plane.add(std::abs(area / (2 * kPi * width * width) - 1));
       if (i >= 4) continue;
       const double R = 15 * kH * 0.7;
       const auto ball = rasterise<std::int16_t>(Ball{at, R}, o);
       area = 0;
-      for (const auto& [key, p] : all_anew(ball, o.isovalue()).patches) area += p.area;
+      for (const auto& [key, p] : all_anew(ball, o.isovalue()).elements) area += p.area;
       sphere.add(std::abs(area / (4 * kPi * R * R) - 1));
     }
     MESSAGE("spacing ", 1e3 * h.x(), " x ", 1e3 * h.y(), " x ", 1e3 * h.z(), " mm: area of planes off by ", plane,
@@ -330,10 +330,10 @@ TEST_CASE("bone surface: bone that the volume cuts off ends in a face") {
     const auto grid = make_grid<std::uint8_t>({.size = {n, n, n}, .spacing = Vec3d::Constant(kH), .outside = 0},
                                               [](int, int, int) { return 200; });
     const AllPatches all = all_anew(grid, 100);
-    CHECK(all.patches.size() == static_cast<std::size_t>(6 * n * n));
-    // Beside the cube's edges patches lean over them.
+    CHECK(all.elements.size() == static_cast<std::size_t>(6 * n * n));
+    // Beside the cube's edges elements lean over them.
     int outside = 0, flat = 0;
-    for (const auto& [key, p] : all.patches) {
+    for (const auto& [key, p] : all.elements) {
       Vec3d from_middle = (p.position - Vec3d::Constant((n - 1) * kH / 2)).cwiseAbs();
       std::sort(from_middle.data(), from_middle.data() + 3);
       if (from_middle[1] > (0.5 * n - 0.8) * kH) continue;
@@ -346,7 +346,7 @@ TEST_CASE("bone surface: bone that the volume cuts off ends in a face") {
   // Where bone goes on beyond the volume there is no face.
   const auto endless = make_grid<std::uint8_t>({.size = {16, 16, 16}, .spacing = Vec3d::Constant(kH), .outside = 200},
                                                [](int, int, int) { return 200; });
-  CHECK(all_anew(endless, 100).patches.empty());
+  CHECK(all_anew(endless, 100).elements.empty());
 }
 
 TEST_CASE_TEMPLATE("bone surface: a cut shows once it is provided anew, restore() brings the first back", Density,
@@ -378,12 +378,12 @@ TEST_CASE_TEMPLATE("bone surface: a cut shows once it is provided anew, restore(
   CHECK(all_of(surface).kept == before.kept);
 }
 
-/// Blocks that any one brick's patches fit into.
+/// Blocks that any one brick's elements fit into.
 constexpr std::size_t kFewest =
-    PatchBlock::kEdges * BoneSurface<float>::kMostParts * BoneSurface<float>::kMostParts / PatchBlock::kSize + 1;
+    ElementBlock::kEdges * BoneSurface<float>::kMostParts * BoneSurface<float>::kMostParts / ElementBlock::kSize + 1;
 constexpr std::size_t kMany = 65536;
 
-// Bricks of nothing but surface, in voxels so long that patches have many parts: the store has room for some dozen.
+// Bricks of nothing but surface, in voxels so long that elements have many parts: the store has room for some dozen.
 TEST_CASE("bone surface: the smallest store answers as a large one, in any order of asking") {
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 2);
@@ -393,7 +393,7 @@ TEST_CASE("bone surface: the smallest store answers as a large one, in any order
   const auto chess = make_grid<std::uint8_t>(geometry, [](int i, int j, int k) { return (i + j + k) % 2 * 200; });
   const RasterOptions o{.size = {40, 24, 24}, .spacing = h};
   const auto smooth = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
-  CHECK(all_anew(chess, 100).patches.size() > 2 * kFewest * PatchBlock::kSize);
+  CHECK(all_anew(chess, 100).elements.size() > 2 * kFewest * ElementBlock::kSize);
   for (const auto* grid : {&noise, &chess, &smooth}) {
     BoneSurface<std::uint8_t> large(*grid, 100, kMany), small(*grid, 100, kFewest);
     const AllPatches all = all_of(large);
@@ -454,21 +454,21 @@ TEST_CASE("bone surface: scenes of a grid and an isovalue share one") {
   std::mt19937 rng(kSeed + 4);
   const GridGeometry geometry{.size = {16, 16, 16}, .spacing = Vec3d::Constant(kH), .outside = 0};
   const auto one = random_grid<std::uint8_t>(geometry, rng), other = random_grid<std::uint8_t>(geometry, rng);
-  auto a = share_bone_surface(one, 100.0);
-  const auto b = share_bone_surface(one, 100.0);
+  auto a = shared_bone_surface(one, 100.0);
+  const auto b = shared_bone_surface(one, 100.0);
   CHECK(a == b);
-  CHECK(a != share_bone_surface(one, 101.0));
-  CHECK(a != share_bone_surface(other, 100.0));
+  CHECK(a != shared_bone_surface(one, 101.0));
+  CHECK(a != shared_bone_surface(other, 100.0));
   // Each haptic thread has its own.
   std::shared_ptr<BoneSurface<std::uint8_t>> elsewhere;
-  std::thread([&] { elsewhere = share_bone_surface(one, 100.0); }).join();
+  std::thread([&] { elsewhere = shared_bone_surface(one, 100.0); }).join();
   CHECK(elsewhere != a);
   CHECK(&a->grid() == &one);
   CHECK(a->isovalue() == 100);
   const std::weak_ptr<BoneSurface<std::uint8_t>> seen = a;
   a.reset();
   CHECK_FALSE(seen.expired());
-  CHECK_THROWS_AS(static_cast<void>(share_bone_surface(one, std::nan(""))), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(shared_bone_surface(one, std::nan(""))), std::invalid_argument);
 }
 
 TEST_CASE("bone surface: a point is bone where the interpolant reaches the isovalue; beyond the volume is air") {

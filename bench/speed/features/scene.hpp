@@ -17,7 +17,7 @@
 
 namespace trephine {
 template <VoxelDensity Density>
-class AirMap;
+class ClearanceMap;
 }  // namespace trephine
 
 /// Scenes that differ by one feature, each in a translation unit of its own that includes what it lists and no more:
@@ -28,7 +28,7 @@ namespace trephine::bench {
 struct Place {
   VoxelGrid<std::uint8_t>& bone;
   double isovalue;
-  AirMap<std::uint8_t>& air;
+  ClearanceMap<std::uint8_t>& air;
 };
 
 /// What a scene has as a number and not as a type.

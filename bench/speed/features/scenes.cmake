@@ -68,7 +68,7 @@ foreach(renderer line surface coupled)
     feature_scene(${renderer} ${name} "${needs};${stage_header}" "scene_of(place, ${made}, ${part})")
   endforeach()
   feature_scene(${renderer} all_stages "${needs};${all_headers}" "scene_of(place, ${made}${all_parts})")
-  feature_scene(${renderer} skip_far "${needs};voxel/air_map" "scene_of(place, ${made}, SkipFar{place.air})")
+  feature_scene(${renderer} skip_far "${needs};voxel/clearance_map" "scene_of(place, ${made}, EmptySpaceSkipping{place.air})")
   if(DEFINED friction_${renderer})
     feature_scene(${renderer} friction "${needs}"
                   "scene_of(place, ${type_${renderer}}(${tool_${renderer}}${friction_${renderer}}))")

@@ -4,7 +4,7 @@
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/status.hpp>
-#include <trephine/voxel/known_air.hpp>
+#include <trephine/voxel/clearance_field.hpp>
 
 namespace trephine {
 
@@ -66,15 +66,15 @@ class SurfaceProxy {
   void reset() noexcept { state_ = State::kNone; }
 
   /// Sets a free proxy down at `p`, a place outside bone, as the start of the next call's path.
-  void stand_free_at(const Vec3<Scalar>& p) noexcept {
-    let_go(p);
+  void place_free(const Vec3<Scalar>& p) noexcept {
+    release(p);
     probe_ = p;
     has_probe_ = true;
   }
 
   /// Takes hold at a surface point that someone else found (a first contact), `q` just outside the bone.
   template <PointField Field>
-  void hold_at(const Field& field, const Vec3<Scalar>& q) noexcept {
+  void attach_at(const Field& field, const Vec3<Scalar>& q) noexcept {
     q_ = q;
     sticking_ = false;
     has_probe_ = false;
@@ -118,12 +118,12 @@ class SurfaceProxy {
   void begin(const Field& field, const Vec3<Scalar>& p) noexcept {
     q_ = p;
     sticking_ = false;
-    state_ = field.value(p) < Scalar(0) ? State::kFree : (push_out(field, q_) ? State::kContact : State::kInside);
+    state_ = field.value(p) < Scalar(0) ? State::kFree : (project_out(field, q_) ? State::kContact : State::kInside);
   }
 
   template <PointField Field>
   Status enter(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
-    const auto margin = static_cast<Scalar>(kAirMargin) * field.voxel();
+    const auto margin = static_cast<Scalar>(kClearanceMargin) * field.voxel();
     if (is_known_clear(field, p, Scalar((p - q_).norm() + margin))) {
       q_ = p;
       return Status::kOk;
@@ -142,7 +142,7 @@ class SurfaceProxy {
       q_ = p;
       return Status::kOk;
     }
-    hold_at(field, q_ + hit.before * (p - q_));
+    attach_at(field, q_ + hit.before * (p - q_));
     has_probe_ = true;
     return slide(field, p, step);
   }
@@ -151,12 +151,12 @@ class SurfaceProxy {
   Status stay(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
     const bool probe_free = field.value(p) < Scalar(0);
     if (options_.trigger == Trigger::kThesis && probe_free) {
-      let_go(p);
+      release(p);
       return Status::kOk;
     }
     const Scalar at_q = field.value(q_);
     if (!(at_q < Scalar(0))) {
-      if (!push_out(field, q_)) {
+      if (!project_out(field, q_)) {
         begin(field, p);
         return state_ == State::kFree ? Status::kOk : Status::kStartedInside;
       }
@@ -166,7 +166,7 @@ class SurfaceProxy {
     return slide(field, p, step);
   }
 
-  void let_go(const Vec3<Scalar>& p) noexcept {
+  void release(const Vec3<Scalar>& p) noexcept {
     q_ = p;
     state_ = State::kFree;
   }
@@ -192,7 +192,7 @@ class SurfaceProxy {
   bool advance(const Field& field, Scalar at_q, const Vec3<Scalar>& p, Scalar step) noexcept {
     const auto hit = next_surface(field, q_, at_q, p, step, options_.path_steps);
     if (!hit.found) {
-      let_go(p);
+      release(p);
       return false;
     }
     q_ += hit.before * (p - q_);
@@ -244,7 +244,7 @@ class SurfaceProxy {
         const Scalar rise = std::sqrt(farthest * farthest - left * left) - depth + enough;
         const Move move = to_surface(field, q, p, step, rise);
         if (move == Move::kFree) {
-          let_go(p);
+          release(p);
           return Status::kOk;
         }
         Scalar shorter = Scalar(0.5);
@@ -308,7 +308,7 @@ class SurfaceProxy {
 
   // Out of bone: along the normal if there is one, else along the nearest exit of 14 directions, at most 32 voxels.
   template <PointField Field>
-  bool push_out(const Field& field, Vec3<Scalar>& q) noexcept {
+  bool project_out(const Field& field, Vec3<Scalar>& q) noexcept {
     const Scalar voxel = field.voxel();
     const Scalar reach = Scalar(32) * voxel;
     const auto exit_along = [&](const Vec3<Scalar>& n) {

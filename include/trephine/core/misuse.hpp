@@ -9,7 +9,7 @@ template <class... Arguments>
 struct Misused {};
 
 /// A renderer that an assertion has spoken of already.
-struct MisusedRenderer {};
+struct UnusableRenderer {};
 
 /// False, but not before it is asked for.
 template <class...>

@@ -21,6 +21,6 @@ inline constexpr double kFlatShare = 1e-3;
 /// Surface searches end when the bracket is shorter than this many voxels: a tenth of the finest error we report.
 inline constexpr double kSurfaceTolerance = 1e-3;
 /// What is known to be clear of bone is so this many voxels farther: single precision puts points a little elsewhere.
-inline constexpr double kAirMargin = 0.01;
+inline constexpr double kClearanceMargin = 0.01;
 
 }  // namespace trephine

@@ -12,8 +12,8 @@ namespace trephine {
 /// What a scene asks of a renderer: contact of tool and bone in, wrench out. Everything is in the grid's frame G, in
 /// metres, so that accuracy does not depend on where the grid stands in the world. `render` runs once a tick on the
 /// haptic thread; the other members describe what the last `render` found and are for logging, drawing and carving.
-/// One that can do with less where nobody asks for torque has `forces_alone()` too: a scene that lists ForceOnly calls
-/// it as it is made.
+/// One that can do with less where nobody asks for torque has `disable_torque()` too: a scene that lists ForceOnly
+/// calls it as it is made.
 // clang-format off
 template <class R, class Field>
 concept Renderer = requires(R r, const R& c, const Field& field, const Pose<typename R::Scalar>& X_GT) {

@@ -34,9 +34,10 @@ class HapticScene {
   static_assert(kMistake != Mistake::kNoRenderer,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
                 "write HapticScene{bone, isovalue, renderer, parts...}");
-  static_assert(kMistake != Mistake::kNoPart,
-                "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), SkipFar "
-                "or ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(
+      kMistake != Mistake::kNoPart,
+      "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), EmptySpaceSkipping "
+      "or ForceOnly, its functions noexcept; a scene has one renderer");
   static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
@@ -84,7 +85,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
-  static constexpr bool kSkips = (Skipper<Parts> || ...);
+  static constexpr bool kSkips = (Skipping<Parts> || ...);
 
   /// Throws std::invalid_argument where the isovalue is not finite, the burr is larger than the grid, a part's
   /// `validate` refuses, or the renderer reads stored gradients and the grid keeps none.
@@ -102,13 +103,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
       refuse("HapticScene", rule.str(), 2 * tip_radius);
     }
-    if constexpr (!kHasTorque && requires { renderer_.forces_alone(); }) renderer_.forces_alone();
+    if constexpr (!kHasTorque && requires { renderer_.disable_torque(); }) renderer_.disable_torque();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
       if constexpr (requires { part.validate_for(bone, isovalue); }) part.validate_for(bone, isovalue);
     });
     if constexpr (kUsesSurface) {
-      surface_ = share_bone_surface(bone, isovalue);
+      surface_ = shared_bone_surface(bone, isovalue);
       renderer_.prepare(surface_->view());
     }
   }
@@ -118,7 +119,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     begin_tick();
     TickResult result;
     if (!is_usable_pose(input.X_WT)) {
-      history_.forget();
+      history_.invalidate();
       result.status = Status::kBadInput;
       return result;
     }
@@ -132,7 +133,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       return start_anew(result);
     result.contact = found.contact;
     result.status = found.status;
-    const bool is_new_bone = std::exchange(known_rise_, bone_->rise_stamp()) != bone_->rise_stamp();
+    const bool is_new_bone = std::exchange(known_increase_, bone_->increase_stamp()) != bone_->increase_stamp();
     if (is_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
 
     TickContext context{input};
@@ -170,8 +171,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Forgets all contact, stage state and velocity; the bone and all options stay.
   void reset() noexcept {
     renderer_.reset();
-    history_.forget();
-    known_rise_ = 0;
+    history_.invalidate();
+    known_increase_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
     });
@@ -248,9 +249,9 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     if constexpr (kSkips) {
-      constexpr std::array<bool, sizeof...(Parts)> is{Skipper<Parts>...};
+      constexpr std::array<bool, sizeof...(Parts)> is{Skipping<Parts>...};
       constexpr auto at = static_cast<std::size_t>(std::find(is.begin(), is.end(), true) - is.begin());
-      return renderer_.render(std::get<at>(parts_).look_with(field), X_GT);
+      return renderer_.render(std::get<at>(parts_).field_for(field), X_GT);
     } else {
       return renderer_.render(field, X_GT);
     }
@@ -299,7 +300,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
-  std::uint64_t known_rise_ = 0;  // the bone's rise_stamp at the last tick; none has 0
+  std::uint64_t known_increase_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 
 template <class Density, class ContactRenderer, class... Parts>

@@ -72,7 +72,7 @@ class Milling {
       const Vec3d before = X_GT_previous.translation();
       const bool near = (p - before).norm() <= longest;
       if constexpr (kRemembers) {
-        const LastCut cut{grid.rise_stamp(), p, burr.tip_radius, isovalue};
+        const LastCut cut{grid.increase_stamp(), p, burr.tip_radius, isovalue};
         const bool goes_on = near && last_.is_same_but_at(cut, before);
         last_ = cut;
         if (goes_on && p == before) return 0;

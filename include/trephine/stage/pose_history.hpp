@@ -22,7 +22,7 @@ struct PoseStep {
 template <bool kTwist, bool kWay>
 class PoseHistory {
  public:
-  void forget() noexcept { valid_ = false; }
+  void invalidate() noexcept { valid_ = false; }
 
   /// Takes in this tick's poses: tool in world, tool in grid, cutting pose in grid; dt as measured [s].
   [[nodiscard]] PoseStep advance(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
@@ -66,7 +66,7 @@ class PoseHistory {
 template <>
 class PoseHistory<false, false> {
  public:
-  void forget() noexcept {}
+  void invalidate() noexcept {}
 };
 
 }  // namespace trephine

@@ -22,16 +22,16 @@ namespace trephine {
 /// (`TorqueOnly`) then leaves its shaft out, vertices and all.
 struct ForceOnly {};
 
-/// A part that tells the renderer what it may pass over: see `SkipFar`.
+/// A part that tells the renderer what it may pass over: see `EmptySpaceSkipping`.
 template <class P>
-concept Skipper = requires(const P& p) {
+concept Skipping = requires(const P& p) {
   p.map();
   requires P::kSkips;
 };
 
 /// What a scene may list after its renderer.
 template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || Skipper<P> || std::same_as<P, ForceOnly>;
+concept ScenePart = Stage<P> || Carver<P, Grid> || Skipping<P> || std::same_as<P, ForceOnly>;
 
 /// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
 template <class R, class Density>
@@ -110,7 +110,7 @@ enum class SceneMistake {
 template <class Density, class ContactRenderer, class... Parts>
 struct SceneCheck {
   static constexpr SceneMistake find() {
-    if (std::derived_from<ContactRenderer, MisusedRenderer>) return SceneMistake::kSaid;
+    if (std::derived_from<ContactRenderer, UnusableRenderer>) return SceneMistake::kSaid;
     if (!is_renderer()) return SceneMistake::kNoRenderer;
     if (!(ScenePart<Parts, VoxelGrid<Density>> && ...)) return SceneMistake::kNoPart;
     if (kPartCount < DeviceLimits, Parts... >> 1) return SceneMistake::kTwoLimits;

@@ -93,8 +93,8 @@ class BallAndShaft {
     }
     to_centre = centre;
     to_rim = rim;
-    take_roots(to_centre);
-    take_roots(to_rim);
+    square_roots(to_centre);
+    square_roots(to_rim);
   }
 
   Burr burr_;

@@ -74,7 +74,7 @@ concept ToolShape = std::copy_constructible<T> &&
 
 /// Square roots of all lanes, by Eigen: std::sqrt may set errno, which keeps loops from being vectorised.
 template <std::floating_point S>
-void take_roots(ProfileLanes<S>& x) noexcept {
+void square_roots(ProfileLanes<S>& x) noexcept {
   Eigen::Map<Eigen::Array<S, static_cast<int>(kProfileLanes), 1>> lanes(x.data());
   lanes = lanes.sqrt();
 }

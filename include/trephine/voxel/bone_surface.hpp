@@ -20,35 +20,35 @@ class BoneSurfaceView;
 
 /// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, which
 /// stands for `area` [m²]: its own, more at edges of bone. G axes, metres.
-struct SurfacePatch {
+struct SurfaceElement {
   Vec3d position;
   Vec3d along;
   Vec3d across;
   double area;
 };
 
-/// Patches of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
-struct PatchBlock {
+/// Elements of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
+struct ElementBlock {
   static constexpr int kSize = 16;
-  /// `edge` is its voxel edge's number plus this times the number of the patch's part.
+  /// `edge` is its voxel edge's number plus this times the number of the element's part.
   static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
   using Lanes = std::array<float, kSize>;
   std::array<Lanes, 3> position, along, across;
   Lanes area;
-  Lanes spread;                           ///< no point of the patch is farther from its position [m]
+  Lanes spread;                           ///< no point of the element is farther from its position [m]
   std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
-  Vec3<float> middle;                     ///< of a ball that holds the patches, from the brick's voxel 0 [m]
+  Vec3<float> middle;                     ///< of a ball that holds the elements, from the brick's voxel 0 [m]
   float radius;                           ///< of that ball [m]
 
-  /// Patch i in G; `corner` is where the brick's voxel 0 lies.
-  [[nodiscard]] SurfacePatch patch(std::size_t i, const Vec3d& corner) const noexcept {
+  /// Element i in G; `corner` is where the brick's voxel 0 lies.
+  [[nodiscard]] SurfaceElement element(std::size_t i, const Vec3d& corner) const noexcept {
     const auto vector = [&](const std::array<Lanes, 3>& v) {
       return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
     };
     return {corner + vector(position), vector(along), vector(across), static_cast<double>(area[i])};
   }
 
-  /// Finds the ball about the first `count` patches, and fills the other lanes.
+  /// Finds the ball about the first `count` elements, and fills the other lanes.
   void finish(int count) noexcept {
     const auto n = static_cast<std::size_t>(count);
     Vec3<float> low, high;
@@ -72,23 +72,23 @@ struct PatchBlock {
 
 /// The bone's isosurface as quadrature points, kept brick by brick (8³ voxels) where a tool comes near.
 ///
-/// A voxel edge whose ends lie on different sides of the isovalue carries a patch: the parallelogram of the same middle
-/// and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners are the
-/// means of the cells' crossings (surface nets', Gibson 1998). So patches tile the surface whichever way it lies, and
-/// follow from the trilinear interpolant's crossings alone. Where voxels are longer along an axis, patches are cut into
-/// parts along it, at most kMostParts.
+/// A voxel edge whose ends lie on different sides of the isovalue carries a element: the parallelogram of the same
+/// middle and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners
+/// are the means of the cells' crossings (surface nets', Gibson 1998). So elements tile the surface whichever way it
+/// lies, and follow from the trilinear interpolant's crossings alone. Where voxels are longer along an axis, elements
+/// are cut into parts along it, at most kMostParts.
 ///
 /// *Curved bone*: means of crossings are chords. With S = κ L² + κ' L'², L and L' the ways to the next crossings, the
-/// quadrilateral lies S/4 below the edge's own crossing, the means of the crossings on faces S/8, and a patch's points
-/// on the surface S/32. Crossings themselves lie up to κ L²/8 below a curved surface, as densities are interpolated
-/// along edges. So a patch moves out by twice the way from its quadrilateral to the faces' mean.
+/// quadrilateral lies S/4 below the edge's own crossing, the means of the crossings on faces S/8, and a element's
+/// points on the surface S/32. Crossings themselves lie up to κ L²/8 below a curved surface, as densities are
+/// interpolated along edges. So a element moves out by twice the way from its quadrilateral to the faces' mean.
 ///
-/// *Edges of bone*: where bone is convex like a ball of less than kRound voxels, a patch moves less, becomes as wide as
-/// the faces' means, and ends as the parallelogram through them. Their chords cut an edge off, so that no point stands
-/// out beside it: a tool fits into the rim of the hole that it cut.
+/// *Edges of bone*: where bone is convex like a ball of less than kRound voxels, a element moves less, becomes as wide
+/// as the faces' means, and ends as the parallelogram through them. Their chords cut an edge off, so that no point
+/// stands out beside it: a tool fits into the rim of the hole that it cut.
 ///
 /// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
-/// were not used longest, when the store is full. Memory: 0.8 kB a block of 16 patches, four to twelve blocks a
+/// were not used longest, when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve blocks a
 /// brick of bone's surface, `blocks` of them at most; and 4 bytes a brick of the grid. No allocation after
 /// construction.
 ///
@@ -99,7 +99,7 @@ class BoneSurface {
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
-  static constexpr int kMostParts = 8;                  ///< of a patch along an axis
+  static constexpr int kMostParts = 8;                  ///< of a element along an axis
   /// Bricks that one tick may make (`begin_tick`): its work is bounded.
   static constexpr int kBricksPerTick = 128;
 
@@ -127,7 +127,7 @@ class BoneSurface {
 
   [[nodiscard]] const Grid& grid() const noexcept { return *grid_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
-  /// Longest spacing over the parts that patches are cut into along it [m].
+  /// Longest spacing over the parts that elements are cut into along it [m].
   [[nodiscard]] double longest_part() const noexcept {
     double longest = 0;
     for (std::size_t a = 0; a < 3; ++a)
@@ -135,7 +135,7 @@ class BoneSurface {
     return longest;
   }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return blocks_.size() * (sizeof(PatchBlock) + sizeof(std::int32_t)) + slots_.size() * sizeof(Slot) +
+    return blocks_.size() * (sizeof(ElementBlock) + sizeof(std::int32_t)) + slots_.size() * sizeof(Slot) +
            slot_of_.size() * sizeof(std::int32_t);
   }
 
@@ -158,12 +158,12 @@ class BoneSurface {
     return static_cast<double>(grid_->brick_range(brick).max) >= isovalue_;
   }
 
-  /// Makes the brick's patches or finds them up to date; false where this tick may make no more. They stay until the
+  /// Makes the brick's elements or finds them up to date; false where this tick may make no more. They stay until the
   /// next call.
   [[nodiscard]] bool provide(std::size_t brick) noexcept {
     std::int32_t s = slot_of_[brick];
     const std::uint32_t version = grid_->brick_version(brick);
-    const std::uint64_t stamp = grid_->rise_stamp();
+    const std::uint64_t stamp = grid_->increase_stamp();
     if (s != kNone && slots_[at(s)].version == version && slots_[at(s)].stamp == stamp) {
       slots_[at(s)].used = use_;
       return true;
@@ -171,7 +171,7 @@ class BoneSurface {
     if (budget_ == 0) return false;
     --budget_;
     if (s == kNone) {
-      if (free_slot_ == kEnd) let_go(nullptr);
+      if (free_slot_ == kEnd) evict(nullptr);
       s = free_slot_;
       free_slot_ = slots_[at(s)].next_free;
       slots_[at(s)] = {};
@@ -196,8 +196,8 @@ class BoneSurface {
   void for_each_block(std::size_t brick, Visit&& visit) const noexcept {
     const Slot& slot = slots_[at(slot_of_[brick])];
     int left = slot.count;
-    for (std::int32_t b = slot.first; b != kEnd; b = next_[at(b)], left -= PatchBlock::kSize)
-      visit(blocks_[at(b)], std::min(left, PatchBlock::kSize));
+    for (std::int32_t b = slot.first; b != kEnd; b = next_[at(b)], left -= ElementBlock::kSize)
+      visit(blocks_[at(b)], std::min(left, ElementBlock::kSize));
   }
 
   /// Where a brick's voxel 0 lies in G [m].
@@ -214,10 +214,10 @@ class BoneSurface {
 
  private:
   static constexpr std::int32_t kNone = -1, kEnd = -2;
-  /// What a brick can take, every edge of it crossed and every patch in all its parts.
+  /// What a brick can take, every edge of it crossed and every element in all its parts.
   static constexpr std::size_t kLeastBlocks =
-      PatchBlock::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(PatchBlock::kSize) + 1;
-  /// Smaller patches are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
+      ElementBlock::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(ElementBlock::kSize) + 1;
+  /// Smaller elements are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
   static constexpr float kLeastArea = 1e-4F;
   static constexpr float kRoundedUp = 1.001F;
   /// Bone more convex than a ball of half this radius is an edge, more and more so from a ball of this radius on
@@ -255,7 +255,7 @@ class BoneSurface {
   }
 
   /// Lets a brick other than `keep` go by the clock rule: one of an earlier use if the first round finds any.
-  void let_go(const Slot* keep) noexcept {
+  void evict(const Slot* keep) noexcept {
     for (std::size_t tried = 0; tried <= 2 * slots_.size(); ++tried) {
       hand_ = hand_ + 1 < slots_.size() ? hand_ + 1 : 0;
       const Slot& slot = slots_[hand_];
@@ -266,7 +266,7 @@ class BoneSurface {
     }
   }
 
-  /// A patch before it is parted, from the brick's voxel 0 [m]. `area` 0: too small to count.
+  /// A element before it is parted, from the brick's voxel 0 [m]. `area` 0: too small to count.
   struct Parallelogram {
     Vec3<float> middle, along, across;
     float area;
@@ -279,7 +279,7 @@ class BoneSurface {
   double isovalue_;
   std::vector<std::int32_t> slot_of_;  // of each brick of the grid
   std::vector<Slot> slots_;
-  std::vector<PatchBlock> blocks_;
+  std::vector<ElementBlock> blocks_;
   std::vector<std::int32_t> next_;  // block after a block, in a brick or among the free ones
   std::int32_t free_block_ = 0;
   std::int32_t free_slot_ = 0;
@@ -327,14 +327,14 @@ auto BoneSurface<Density>::parallelogram(const CrossedEdges<Density>& edges,
   return p;
 }
 
-/// Makes a patch of each crossed edge that is the brick's own. Nothing beyond the brick and its halo is read.
+/// Makes a element of each crossed edge that is the brick's own. Nothing beyond the brick and its halo is read.
 template <VoxelDensity Density>
 void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
   ++changes_;
   release_blocks(slot);
   const CrossedEdges<Density> edges(*grid_, brick, isovalue_);
-  PatchBlock* block = nullptr;
-  std::size_t n = PatchBlock::kSize;
+  ElementBlock* block = nullptr;
+  std::size_t n = ElementBlock::kSize;
   std::int32_t last = kEnd;
   for (const auto& crossing : edges.crossings()) {
     const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
@@ -346,13 +346,13 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
                       part_across = whole.across / static_cast<float>(parts_c);
     const float spread = kRoundedUp * (part_along.norm() + part_across.norm());
     for (int part = 0; part < parts_b * parts_c; ++part) {
-      if (n == PatchBlock::kSize) {
-        while (free_block_ == kEnd) let_go(&slot);
+      if (n == ElementBlock::kSize) {
+        while (free_block_ == kEnd) evict(&slot);
         const std::int32_t next = free_block_;
         free_block_ = next_[at(next)];
         next_[at(next)] = kEnd;
         (last == kEnd ? slot.first : next_[at(last)]) = next;
-        if (block) block->finish(PatchBlock::kSize);
+        if (block) block->finish(ElementBlock::kSize);
         last = next;
         block = &blocks_[at(next)];
         n = 0;
@@ -368,7 +368,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
       }
       block->area[n] = whole.area / static_cast<float>(parts_b * parts_c);
       block->spread[n] = spread;
-      block->edge[n] = crossing.edge + PatchBlock::kEdges * static_cast<std::uint32_t>(part);
+      block->edge[n] = crossing.edge + ElementBlock::kEdges * static_cast<std::uint32_t>(part);
       ++n;
       ++slot.count;
     }
@@ -404,8 +404,8 @@ class BoneSurfaceView {
 /// The one surface that all scenes of a grid and an isovalue share that are made on one thread: the first that asks
 /// makes it. Throws as BoneSurface's constructor. Any thread.
 template <VoxelDensity Density>
-[[nodiscard]] std::shared_ptr<BoneSurface<Density>> share_bone_surface(const VoxelGrid<Density>& grid,
-                                                                       double isovalue) {
+[[nodiscard]] std::shared_ptr<BoneSurface<Density>> shared_bone_surface(const VoxelGrid<Density>& grid,
+                                                                        double isovalue) {
   struct Made {
     std::weak_ptr<BoneSurface<Density>> surface;
     std::thread::id thread;

@@ -273,7 +273,7 @@ class Cut {
         steepness[static_cast<std::size_t>(l)] += fall > 0 ? fall * fall : 0.0F;
       }
     }
-    take_roots(steepness);
+    square_roots(steepness);
   }
 
   /// Whether no target can be lower than what is there: air, mostly.

@@ -61,7 +61,7 @@ namespace detail {
 /// Square roots of all lanes. By Eigen, because std::sqrt may set errno, which keeps loops from being vectorised. 32
 /// bytes at a time, which is what compilers make of the loops around: a wider load waits for the stores before it.
 template <class Scalar, std::size_t kLanes>
-void take_roots(std::array<Scalar, kLanes>& x) noexcept {
+void square_roots(std::array<Scalar, kLanes>& x) noexcept {
   constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(Scalar));
   static_assert(kLanes % kPart == 0);
   for (std::size_t i = 0; i < kLanes; i += kPart) {
@@ -123,7 +123,7 @@ class Rod {
         in[l] = b * b - across * c[l];
         root[l] = in[l] > 0 ? in[l] : 0;
       }
-      take_roots(root);
+      square_roots(root);
       for (std::size_t l = 0; l < kCutRows; ++l) {
         const double b = ax * q[l];
         const double half = root[l] * per_across;
@@ -222,7 +222,7 @@ class SphereCutter {
       const float dz = z - t * az;
       out[l] = dx * dx + dy * dy + dz * dz;
     }
-    detail::take_roots(out);
+    detail::square_roots(out);
     const auto radius = static_cast<float>(radius_);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
@@ -247,7 +247,7 @@ class SphereCutter {
       const float dx = px + step * static_cast<float>(static_cast<int>(l));
       d[l] = dx * dx + dy * dy + dz * dz;
     }
-    detail::take_roots(d);
+    detail::square_roots(d);
     const auto radius = static_cast<float>(radius_);
     for (std::size_t l = 0; l < kLanes; ++l) d[l] -= radius;
     detail::add_shares(d, reach, weight, out);

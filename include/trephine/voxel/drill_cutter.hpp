@@ -136,10 +136,10 @@ class DrillCutter {
       const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
       r[l] = rx * rx + ry * ry + rz * rz;
     }
-    detail::take_roots(r);
+    detail::square_roots(r);
     for (std::size_t l = 0; l < kLanes; ++l) w[l] = profile_.signed_square(r[l], w[l]);
     for (std::size_t l = 0; l < kLanes; ++l) r[l] = w[l] < 0.0F ? -w[l] : w[l];
-    detail::take_roots(r);
+    detail::square_roots(r);
     const auto inflate = static_cast<float>(profile_.inflate);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = (w[l] < 0.0F ? -r[l] : r[l]) - inflate;
   }

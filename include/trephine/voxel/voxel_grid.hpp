@@ -148,7 +148,7 @@ class VoxelGrid {
 
   /// A number that is another one whenever densities may have risen, and on every grid of the program: who remembers
   /// what it cut may rely on it while this stays.
-  [[nodiscard]] std::uint64_t rise_stamp() const noexcept { return rise_stamp_; }
+  [[nodiscard]] std::uint64_t increase_stamp() const noexcept { return increase_stamp_; }
 
   /// Edits published so far, and the box of the voxels that the last of them changed.
   [[nodiscard]] std::uint64_t edit_count() const noexcept { return edit_count_; }
@@ -173,7 +173,7 @@ class VoxelGrid {
   template <VoxelDensity>
   friend class GridReader;
 
-  [[nodiscard]] static std::uint64_t next_rise_stamp() noexcept;
+  [[nodiscard]] static std::uint64_t next_increase_stamp() noexcept;
   static void check_pose(const Posed& X);
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
@@ -212,7 +212,7 @@ class VoxelGrid {
   void grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept;
   [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density most) const noexcept;
   void update_range(std::size_t b) noexcept;
-  void forget_edit() noexcept;
+  void clear_edit() noexcept;
   void update_differences(std::size_t b) noexcept;
   void update_differences(const VoxelBox& box) noexcept;
   void restore_brick(std::size_t b) noexcept;
@@ -251,7 +251,7 @@ class VoxelGrid {
   VoxelBox edit_box_ = kNothing;
   VoxelBox last_edit_;
   std::uint64_t edit_count_ = 0;
-  std::uint64_t rise_stamp_ = next_rise_stamp();
+  std::uint64_t increase_stamp_ = next_increase_stamp();
 };
 
 }  // namespace trephine

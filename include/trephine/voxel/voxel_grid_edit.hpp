@@ -188,11 +188,11 @@ void VoxelGrid<Density>::commit() noexcept {
   });
   last_edit_ = edit_box_;
   ++edit_count_;
-  forget_edit();
+  clear_edit();
 }
 
 template <VoxelDensity Density>
-void VoxelGrid<Density>::forget_edit() noexcept {
+void VoxelGrid<Density>::clear_edit() noexcept {
   for_each_touched([&](std::size_t b) {
     const auto [bx, by, bz] = brick_coordinates(b);
     const std::size_t from = profile_index(brick_row(by, bz), bx * kBrick - 1);
@@ -223,7 +223,7 @@ void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
     for (int y = std::max(by - 1, 0); y <= std::min(by + 1, bricks_[1] - 1); ++y)
       touch_row(brick_row(y, z), std::max(bx - 1, 0), std::min(bx + 1, bricks_[0] - 1));
   risen_ = true;
-  rise_stamp_ = next_rise_stamp();
+  increase_stamp_ = next_increase_stamp();
 }
 
 template <VoxelDensity Density>

@@ -69,7 +69,7 @@ inline std::atomic<std::uint64_t> rise_count{0};
 }  // namespace detail
 
 template <VoxelDensity Density>
-std::uint64_t VoxelGrid<Density>::next_rise_stamp() noexcept {
+std::uint64_t VoxelGrid<Density>::next_increase_stamp() noexcept {
   return detail::rise_count.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 

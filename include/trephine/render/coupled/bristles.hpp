@@ -22,8 +22,8 @@ struct FrictionSum {
 
 /// Friction as a brush: every point of the foundation has a bristle that bends along the surface, as stiff as the
 /// foundation there, from where it began to touch. Coulomb's law bounds its bend by μ times the point's depth; the rest
-/// slips. So a patch of contact sticks, slides, spins and rolls by one law at a point, and friction only takes energy:
-/// a bristle is unbent where it comes into contact, and its energy is lost when it leaves.
+/// slips. So a element of contact sticks, slides, spins and rolls by one law at a point, and friction only takes
+/// energy: a bristle is unbent where it comes into contact, and its energy is lost when it leaves.
 ///
 /// Bends belong to points of the bone (`NearBlock::key` and sample), so that they last from tick to tick whatever list
 /// the points are in. A law that holds nothing (`Coulomb{0, 0}`) is asked once, and is as none.
@@ -36,14 +36,15 @@ class Bristles {
   /// Whether there is any friction.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
-  /// Takes memory for bristles on `patches` patches at once, with as many points each, and for `points` points in all.
-  void reserve(std::size_t patches, std::size_t per_patch, std::size_t points) {
+  /// Takes memory for bristles on `elements` elements at once, with as many points each, and for `points` points in
+  /// all.
+  void reserve(std::size_t elements, std::size_t per_element, std::size_t points) {
     if (!holds_) return;
-    per_patch_ = per_patch;
+    per_element_ = per_element;
     rows_.clear();
-    rows_.reserve(patches);
-    bends_.assign(patches * per_patch, {});
-    table_.assign(std::bit_ceil(4 * patches), kNone);
+    rows_.reserve(elements);
+    bends_.assign(elements * per_element, {});
+    table_.assign(std::bit_ceil(4 * elements), kNone);
     lanes_.resize((points + kProfileLanes - 1) / kProfileLanes);
   }
 
@@ -68,9 +69,9 @@ class Bristles {
     const Bend* row = nullptr;
     for (std::size_t i = 0; i < count_; ++i) {
       const FoundationPoint& q = points[i];
-      if (i == 0 || points[i - 1].patch != q.patch) {
-        const std::int32_t r = table_[find(q.patch)];
-        row = r == kNone ? nullptr : &bends_[static_cast<std::size_t>(r) * per_patch_];
+      if (i == 0 || points[i - 1].element != q.element) {
+        const std::int32_t r = table_[find(q.element)];
+        row = r == kNone ? nullptr : &bends_[static_cast<std::size_t>(r) * per_element_];
       }
       Group& g = lanes_[i / kProfileLanes];
       const std::size_t l = i % kProfileLanes;
@@ -159,14 +160,14 @@ class Bristles {
         const FoundationPoint& q = points[first + l];
         const Vec3d left = b.share[l] * Vec3d(b.way[0][l], b.way[1][l], b.way[2][l]);
         visit(first + l, Vec3d(-g.stiffness[l] * left));
-        if (rows_.empty() || rows_.back().patch != q.patch) {
+        if (rows_.empty() || rows_.back().element != q.element) {
           if (rows_.size() == rows_.capacity()) continue;
-          const std::size_t slot = find(q.patch);
+          const std::size_t slot = find(q.element);
           table_[slot] = static_cast<std::int32_t>(rows_.size());
-          std::fill_n(&bends_[rows_.size() * per_patch_], per_patch_, Bend{});
-          rows_.push_back({q.patch, slot});
+          std::fill_n(&bends_[rows_.size() * per_element_], per_element_, Bend{});
+          rows_.push_back({q.element, slot});
         }
-        bends_[(rows_.size() - 1) * per_patch_ + q.sample] = {left, b.slips[l] > 0};
+        bends_[(rows_.size() - 1) * per_element_ + q.sample] = {left, b.slips[l] > 0};
       }
     }
   }
@@ -177,8 +178,8 @@ class Bristles {
   /// A bristle that slid and is as long as its law lets it be, but for this share, slides on.
   static constexpr double kAtLimit = 1e-6;
 
-  struct Row {  // of bristles, those of a patch
-    std::uint64_t patch;
+  struct Row {  // of bristles, those of a element
+    std::uint64_t element;
     std::size_t slot;  // in the table
   };
   struct Bend {
@@ -205,11 +206,11 @@ class Bristles {
 
   [[nodiscard]] std::size_t groups() const noexcept { return (count_ + kProfileLanes - 1) / kProfileLanes; }
 
-  /// Where a patch is in the table, or the free place where it would be.
+  /// Where a element is in the table, or the free place where it would be.
   [[nodiscard]] std::size_t find(std::uint64_t key) const noexcept {
     const std::size_t mask = table_.size() - 1;
     std::size_t t = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 32) & mask;
-    while (table_[t] != kNone && rows_[static_cast<std::size_t>(table_[t])].patch != key) t = (t + 1) & mask;
+    while (table_[t] != kNone && rows_[static_cast<std::size_t>(table_[t])].element != key) t = (t + 1) & mask;
     return t;
   }
 
@@ -230,7 +231,7 @@ class Bristles {
     }
     for (std::size_t l = 0; l < kProfileLanes; ++l)
       b.length[l] = b.way[0][l] * b.way[0][l] + b.way[1][l] * b.way[1][l] + b.way[2][l] * b.way[2][l];
-    take_roots(b.length);
+    square_roots(b.length);
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double length = b.length[l], depth = b.depth[l];
       const bool sticking = !(g.slid[l] > 0);
@@ -245,10 +246,10 @@ class Bristles {
   Law law_;
   bool holds_;
   Posed X_begin_ = Posed::Identity();
-  std::size_t per_patch_ = 0;
+  std::size_t per_element_ = 0;
   std::vector<Row> rows_;
-  std::vector<Bend> bends_;          // per_patch_ a row
-  std::vector<std::int32_t> table_;  // rows by their patches' hashes
+  std::vector<Bend> bends_;          // per_element_ a row
+  std::vector<std::int32_t> table_;  // rows by their elements' hashes
   std::vector<Group> lanes_;         // of the points attached
   std::size_t count_ = 0;
 };

@@ -11,7 +11,7 @@
 
 namespace trephine {
 
-/// The contacts of a tick, for logs: one for each patch of bone that touches, in the order of its points.
+/// The contacts of a tick, for logs: one for each element of bone that touches, in the order of its points.
 template <RealScalar Scalar>
 class ContactList {
  public:
@@ -21,11 +21,11 @@ class ContactList {
   }
   void clear() noexcept { count_ = at_ = 0; }
 
-  /// Joins a point of pressure `load` [N], higher than 0, to its patch's contact; those beyond the room are left out.
+  /// Joins a point of pressure `load` [N], higher than 0, to its element's contact; those beyond the room are left out.
   void add(const FoundationPoint& q, double load) noexcept {
-    if (count_ == 0 || sums_[count_ - 1].patch != q.patch) {
+    if (count_ == 0 || sums_[count_ - 1].element != q.element) {
       if (count_ == contacts_.size()) return;
-      sums_[count_] = {.patch = q.patch};
+      sums_[count_] = {.element = q.element};
       contacts_[count_++] = {};
     }
     Sum& s = sums_[count_ - 1];
@@ -36,10 +36,10 @@ class ContactList {
     contacts_[count_ - 1].force += f;
   }
 
-  /// Adds to the force of a patch's contact; patches in the order in which points were added.
-  void add_force(std::uint64_t patch, const Vec3d& f) noexcept {
+  /// Adds to the force of a element's contact; elements in the order in which points were added.
+  void add_force(std::uint64_t element, const Vec3d& f) noexcept {
     if (f == Vec3d::Zero()) return;
-    while (at_ < count_ && sums_[at_].patch != patch) ++at_;
+    while (at_ < count_ && sums_[at_].element != element) ++at_;
     if (at_ < count_) contacts_[at_].force += f.template cast<Scalar>();
   }
 
@@ -55,7 +55,7 @@ class ContactList {
 
  private:
   struct Sum {
-    std::uint64_t patch = 0;       // `FoundationPoint::patch`
+    std::uint64_t element = 0;     // `FoundationPoint::element`
     double load = 0;               // [N]
     Vec3d moment = Vec3d::Zero();  // Σ load · arm
   };

@@ -3,11 +3,11 @@
 
 #include <trephine/core/tick.hpp>
 #include <trephine/render/coupled/bristles.hpp>
+#include <trephine/render/coupled/broad_phase.hpp>
 #include <trephine/render/coupled/contact_list.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/gains.hpp>
-#include <trephine/render/coupled/near_patches.hpp>
 #include <trephine/render/coupled/pose_search.hpp>
 #include <trephine/render/coupled/tool_in_bone.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
@@ -43,7 +43,7 @@ class CoupledToolRenderer {
   using Scalar = S;
   using Gradient = AnalyticGradient;
   static constexpr bool kUsesBoneSurface = true;
-  static constexpr int kMostSteps = SearchEnd::kMostSteps;
+  static constexpr int kMostSteps = SearchTolerance::kMostSteps;
   /// A search ends where its next step would be smaller than this share of what the device moved, or with one smaller
   /// than kSmallestStep [shortest spacings].
   static constexpr double kOfMotion = 0.02, kSmallestStep = 1e-6;
@@ -75,16 +75,16 @@ class CoupledToolRenderer {
     Rendered<Scalar> out;
     const Posed X_device = X_GT.template cast<double>();
     view.surface().begin_tick();
-    const Begun begun = begin(view, X_device);
+    const TickStart begun = begin(view, X_device);
     if (begun.jumped) out.status = Status::kJump;
     const ToolMotion motion = motion_between(X_, X_device);
     if (inside_ || near_.is_empty_around(view, X_, motion) ||
         is_known_in_air(view, bounds_, X_, motion.at(bounds_.arm()))) {
-      rest_at(X_device);
+      set_free(X_device);
       if (inside_) out.status = worse(out.status, Status::kStartedInside);
       return out;
     }
-    const Found found = search(view, X_device, begun.slid);
+    const SearchResult found = search(view, X_device, begun.slid);
     if (!found.ended) out.status = worse(out.status, Status::kWorkBound);
     if (begun.fresh && found.first_depth > kTouching * gains_.voxel)
       out.status = worse(out.status, Status::kStartedInside);
@@ -96,7 +96,7 @@ class CoupledToolRenderer {
     started_ = false;
     inside_ = false;
     near_.invalidate();
-    rest_at(X_);
+    set_free(X_);
   }
 
   [[nodiscard]] const CoupledOptions& options() const noexcept { return options_; }
@@ -111,7 +111,7 @@ class CoupledToolRenderer {
   [[nodiscard]] const Shape& tool() const noexcept { return shape_; }
   /// The burr that cuts: a little larger than the tool's, so that the tool fits into what it cut.
   [[nodiscard]] const Burr& shape() const noexcept { return gains_.cutting_burr; }
-  /// One for each patch of the bone's surface that touches, friction included.
+  /// One for each element of the bone's surface that touches, friction included.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
   /// The virtual tool.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
@@ -130,25 +130,25 @@ class CoupledToolRenderer {
   static constexpr double kTouching = 0.1;
 
   /// What a tick begins with.
-  struct Begun {
+  struct TickStart {
     double slid;  // what the device moved since the last tick [m]
     bool jumped;
     bool fresh;  // nothing is known of what touched before
   };
 
   template <class View>
-  Begun begin(const View& view, const Posed& X_device) noexcept {
+  TickStart begin(const View& view, const Posed& X_device) noexcept {
     const bool jumped = started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump &&
                                       (X_device.linear().col(2) - X_device_.linear().col(2)).norm() <= kMostTurn);
-    const bool risen = started_ && stamp_ != view.grid().rise_stamp();
-    const Begun begun{.slid = started_ ? motion_between(X_device_, X_device).at(bounds_.arm()) : 0,
-                      .jumped = jumped,
-                      .fresh = !started_ || jumped || risen || inside_};
-    stamp_ = view.grid().rise_stamp();
+    const bool risen = started_ && stamp_ != view.grid().increase_stamp();
+    const TickStart begun{.slid = started_ ? motion_between(X_device_, X_device).at(bounds_.arm()) : 0,
+                          .jumped = jumped,
+                          .fresh = !started_ || jumped || risen || inside_};
+    stamp_ = view.grid().increase_stamp();
     X_device_ = X_device;
     if (begun.fresh) {
       bristles_.reset();
-      pressed_.reset();
+      evaluated_.reset();
       // Where the jump ends in bone, the virtual tool follows from where it was.
       if (!started_ || inside_ || (jumped && !is_core_in_bone(view, bounds_, X_device))) X_ = X_device;
       inside_ = is_core_in_bone(view, bounds_, X_);
@@ -158,13 +158,13 @@ class CoupledToolRenderer {
   }
 
   /// Without contact at X.
-  void rest_at(const Posed& X) noexcept {
+  void set_free(const Posed& X) noexcept {
     X_ = X;
     way_.setZero();
     depth_ = 0;
     steps_ = 0;
     motion_.setZero();
-    pressed_.reset();
+    evaluated_.reset();
     bristles_.reset();
     contacts_.clear();
   }
@@ -172,22 +172,22 @@ class CoupledToolRenderer {
   /// What the tool at X amounts to; nothing where the bone's surface there is not to be had yet.
   template <class View>
   [[nodiscard]] std::optional<PoseEnergy> evaluate(const View& view, const Posed& X, const ToolMotion& ahead) noexcept {
-    if (!pressed_ || X.matrix() != pressed_->X.matrix()) {
-      pressed_.reset();
+    if (!evaluated_ || X.matrix() != evaluated_->X.matrix()) {
+      evaluated_.reset();
       if (!near_.cover(view, shape_, X, ahead)) return std::nullopt;
-      pressed_ = Pressed{X, foundation_.sum(near_, shape_, X, gains_.law)};
+      evaluated_ = EvaluatedContact{X, foundation_.sum(near_, shape_, X, gains_.law)};
     }
     bristles_.attach(foundation_.points(), X, gains_.law.stiffness);
-    return PoseEnergy{pressed_->contact, bristles_.at(Vec6d::Zero()), gains_.coupling.at(X, X_device_),
+    return PoseEnergy{evaluated_->contact, bristles_.at(Vec6d::Zero()), gains_.coupling.at(X, X_device_),
                       gains_.coupling.turns};
   }
 
   template <class View>
-  Found search(const View& view, const Posed& X_device, double slid) noexcept {
+  SearchResult search(const View& view, const Posed& X_device, double slid) noexcept {
     bristles_.begin(X_);
     // From where contact was looked at last, if all is as it was there.
-    if (pressed_ && !near_.is_current(view)) pressed_.reset();
-    Posed start = gains_.coupling.turns && pressed_ ? pressed_->X : X_;
+    if (evaluated_ && !near_.is_current(view)) evaluated_.reset();
+    Posed start = gains_.coupling.turns && evaluated_ ? evaluated_->X : X_;
     if (!gains_.coupling.turns) start.linear() = X_device.linear();
     PoseSearch search(
         gains_.coupling, X_device, bounds_,
@@ -197,14 +197,14 @@ class CoupledToolRenderer {
         motion_);
   }
 
-  void report(const Found& found, Rendered<Scalar>& out) noexcept {
+  void report(const SearchResult& found, Rendered<Scalar>& out) noexcept {
     // Free, but for what is less than the smallest step.
-    if (found.ended && !found.at.contact.touches()) return rest_at(X_device_);
+    if (found.ended && !found.at.contact.touches()) return set_free(X_device_);
     motion_ << found.X.translation() - X_.translation(), turn_between(X_, found.X);
     X_ = found.X;
     steps_ = found.steps;
-    if (!pressed_) foundation_.clear();
-    const CouplingSum left = gains_.coupling.at(X_, X_device_);
+    if (!evaluated_) foundation_.clear();
+    const PoseError left = gains_.coupling.at(X_, X_device_);
     way_ = left.way;
     depth_ = found.at.contact.depth;
     report_contacts(found.last_step, out.contact);
@@ -229,13 +229,13 @@ class CoupledToolRenderer {
       contacts_.add(q, load);
     }
     bristles_.settle(points, last_step,
-                     [&](std::size_t i, const Vec3d& f) { contacts_.add_force(points[i].patch, f); });
+                     [&](std::size_t i, const Vec3d& f) { contacts_.add_force(points[i].element, f); });
     contacts_.finish(X_.translation());
     summary.count = static_cast<int>(contacts_.contacts().size());
   }
 
   /// Contact as it was evaluated last, without friction.
-  struct Pressed {
+  struct EvaluatedContact {
     Posed X;
     FoundationSum contact;
   };
@@ -244,7 +244,7 @@ class CoupledToolRenderer {
   ToolBounds bounds_;
   CoupledOptions options_;
   CoupledGains gains_;
-  NearPatches near_;
+  BroadPhase near_;
   Foundation foundation_;
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
   ContactList<Scalar> contacts_;
@@ -253,7 +253,7 @@ class CoupledToolRenderer {
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
   Vec6d motion_ = Vec6d::Zero();  // of the virtual tool, in the last tick
-  std::optional<Pressed> pressed_;
+  std::optional<EvaluatedContact> evaluated_;
   std::uint64_t stamp_ = 0;  // of densities that rose
   bool started_ = false;
   bool inside_ = false;  // the axis is in bone

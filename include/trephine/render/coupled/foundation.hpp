@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/spatial.hpp>
-#include <trephine/render/coupled/near_patches.hpp>
+#include <trephine/render/coupled/broad_phase.hpp>
 
 #include <Eigen/Core>
 
@@ -26,13 +26,13 @@ struct FoundationLaw {
 
 /// One point of the bone's surface that touches the tool.
 struct FoundationPoint {
-  Vec3d arm;            ///< from T's origin, in G [m]
-  Vec3d normal;         ///< of the tool there, outward: bone pushes the tool along −normal
-  double depth;         ///< pressure over k [m]
-  double active;        ///< d depth / dψ, from 0 to 1
-  double weight;        ///< area that the point stands for [m²]
-  std::uint64_t patch;  ///< its number (`NearBlock::key`)
-  std::size_t sample;   ///< which of the patch's points
+  Vec3d arm;              ///< from T's origin, in G [m]
+  Vec3d normal;           ///< of the tool there, outward: bone pushes the tool along −normal
+  double depth;           ///< pressure over k [m]
+  double active;          ///< d depth / dψ, from 0 to 1
+  double weight;          ///< area that the point stands for [m²]
+  std::uint64_t element;  ///< its number (`NearBlock::key`)
+  std::size_t sample;     ///< which of the element's points
 };
 
 /// The point after a small motion (δp, δθ) of the tool, to first order: its depth may have become 0.
@@ -68,12 +68,12 @@ struct FoundationSum {
 /// m and t the moments of the level surface's principal directions, κ and κ' their curvatures.
 class Foundation {
  public:
-  /// Points of a patch along each side at most.
+  /// Points of a element along each side at most.
   static constexpr std::size_t kMostSide = 4;
   static constexpr std::size_t kMostPoints = kMostSide * kMostSide;
 
-  /// `side` points along each side of a patch, evenly over it: lattices of points add up best so. At most `most_points`
-  /// that touch are kept.
+  /// `side` points along each side of a element, evenly over it: lattices of points add up best so. At most
+  /// `most_points` that touch are kept.
   explicit Foundation(std::size_t side = 2, std::size_t most_points = 0)
       : side_(std::clamp<std::size_t>(side, 1, kMostSide)) {
     points_.reserve(most_points);
@@ -85,7 +85,7 @@ class Foundation {
   void clear() noexcept { points_.clear(); }
 
   template <ToolShape Shape>
-  [[nodiscard]] FoundationSum sum(NearPatches& near, const Shape& shape, const Posed& X,
+  [[nodiscard]] FoundationSum sum(BroadPhase& near, const Shape& shape, const Posed& X,
                                   const FoundationLaw& law) noexcept {
     points_.clear();
     Sums sums;
@@ -106,11 +106,11 @@ class Foundation {
           nearest = std::min(nearest, batch.least[n] - touching);
           continue;
         }
-        const auto [block, i] = batch.patch[n];
-        const SurfacePatch patch = block->patch(i);
+        const auto [block, i] = batch.element[n];
+        const SurfaceElement element = block->element(i);
         for (std::size_t j = 0; j < side_ * side_; ++j) {
           if (!(batch.distance[j][n] < touching)) continue;
-          candidates.add(patch, block->key(i), side_, j, p);
+          candidates.add(element, block->key(i), side_, j, p);
           if (candidates.count == kProfileLanes) add_candidates();
         }
       }
@@ -140,8 +140,8 @@ class Foundation {
     return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(side)) / static_cast<double>(side);
   }
 
-  /// Patches whose points' distances from the tool are found together, in single precision, to leave out those that are
-  /// outside. A point is r + i a + j c with r the arm of the patch and a, c its sides, so that its height and its
+  /// Elements whose points' distances from the tool are found together, in single precision, to leave out those that
+  /// are outside. A point is r + i a + j c with r the arm of the element and a, c its sides, so that its height and its
   /// distance from the axis follow from theirs and from products of what of them is square to the axis.
   struct Batch {
     static constexpr std::size_t kSize = 2 * kProfileLanes;
@@ -149,16 +149,16 @@ class Foundation {
     std::size_t count = 0;
     std::array<Floats, 3> position, along, across;
     std::array<Floats, kMostPoints> distance;
-    Floats least;  // of a patch's points
-    std::array<std::pair<const NearBlock*, std::size_t>, kSize> patch;
+    Floats least;  // of a element's points
+    std::array<std::pair<const NearBlock*, std::size_t>, kSize> element;
 
     void add(const NearBlock& block, std::size_t i, const Vec3<float>& shift) noexcept {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        position[axis][count] = block.patches->position[axis][i] + shift[static_cast<Eigen::Index>(axis)];
-        along[axis][count] = block.patches->along[axis][i];
-        across[axis][count] = block.patches->across[axis][i];
+        position[axis][count] = block.elements->position[axis][i] + shift[static_cast<Eigen::Index>(axis)];
+        along[axis][count] = block.elements->along[axis][i];
+        across[axis][count] = block.elements->across[axis][i];
       }
-      patch[count++] = {&block, i};
+      element[count++] = {&block, i};
     }
 
     template <ToolShape Shape>
@@ -187,7 +187,7 @@ class Foundation {
           const float square = rr[l] + 2 * (i * ra[l] + k * rc[l] + i * k * ac[l]) + i * i * aa[l] + k * k * cc[l];
           rho[l] = square > 0 ? square : 0.0F;
         }
-        take_roots(rho);
+        square_roots(rho);
         shape.distances(rho, z, d);
         for (std::size_t l = 0; l < kProfileLanes; ++l) low[l] = d[l] < low[l] ? d[l] : low[l];
         std::copy(d.begin(), d.end(), distance[j].begin() + static_cast<std::ptrdiff_t>(first));
@@ -222,16 +222,16 @@ class Foundation {
   struct Candidates {
     std::size_t count = 0;
     Lanes x, y, z, weight;  // arm in G [m], area [m²]
-    std::array<std::uint64_t, kProfileLanes> patch;
+    std::array<std::uint64_t, kProfileLanes> element;
     std::array<std::size_t, kProfileLanes> sample;
 
-    void add(const SurfacePatch& at, std::uint64_t key, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
+    void add(const SurfaceElement& at, std::uint64_t key, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
       const double a = place(j / side, side), c = place(j % side, side);
       x[count] = at.position.x() - p.x() + a * at.along.x() + c * at.across.x();
       y[count] = at.position.y() - p.y() + a * at.along.y() + c * at.across.y();
       z[count] = at.position.z() - p.z() + a * at.along.z() + c * at.across.z();
       weight[count] = at.area / static_cast<double>(side * side);
-      patch[count] = key;
+      element[count] = key;
       sample[count++] = j;
     }
   };
@@ -288,7 +288,7 @@ class Foundation {
       const double qx = c.x[l] - height[l] * ux, qy = c.y[l] - height[l] * uy, qz = c.z[l] - height[l] * uz;
       rho[l] = qx * qx + qy * qy + qz * qz;
     }
-    take_roots(rho);
+    square_roots(rho);
     Profile at;
     shape.profile(rho, height, at);
 
@@ -340,7 +340,8 @@ class Foundation {
       if (!(depth[l] > 0) || points_.size() == points_.capacity()) continue;
       sums.depth = std::max(sums.depth, -at.distance[l]);
       FoundationPoint& q = points_.emplace_back();
-      q = {{c.x[l], c.y[l], c.z[l]}, {gx[l], gy[l], gz[l]}, depth[l], active[l], c.weight[l], c.patch[l], c.sample[l]};
+      q = {
+          {c.x[l], c.y[l], c.z[l]}, {gx[l], gy[l], gz[l]}, depth[l], active[l], c.weight[l], c.element[l], c.sample[l]};
       if (at.central[l] == 0) add_off_centre(q, at, l, rho[l], height[l], law, u, x, sums);
     }
   }

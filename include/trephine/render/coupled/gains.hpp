@@ -12,7 +12,7 @@
 namespace trephine {
 
 /// What follows from the tool, the options and the voxels: the law of contact, the coupling that makes up for it, how
-/// many points a patch has, and the burr that cuts what the tool fits into.
+/// many points a element has, and the burr that cuts what the tool fits into.
 ///
 /// A ball pressed on a plane is held with a force in closed form (`BallOnPlane`). At the greatest force it is a third
 /// of a voxel deep, or as deep as makes a footprint of kFootprint voxels radius where that is less; the law's stiffness
@@ -22,16 +22,16 @@ struct CoupledGains {
   static constexpr double kFootprint = 1.8;
   /// Most that the contact yields on a plane [shortest spacings].
   static constexpr double kMostYield = 1.0 / 3;
-  /// Voxels longer than this times their width have patches askew, longer by as much along their diagonals.
+  /// Voxels longer than this times their width have elements askew, longer by as much along their diagonals.
   static constexpr double kSkewed = 1.5;
 
   double voxel = 0;  ///< shortest spacing [m]
   FoundationLaw law{.stiffness = 1, .ramp = 1};
   VirtualCoupling coupling;
-  std::size_t side = 1;  ///< points of a patch along each side
+  std::size_t side = 1;  ///< points of a element along each side
   Burr cutting_burr;
 
-  /// `longest_part`: how long a patch is at most (`BoneSurface::longest_part`) [m].
+  /// `longest_part`: how long a element is at most (`BoneSurface::longest_part`) [m].
   [[nodiscard]] static CoupledGains of(const Burr& burr, const CoupledOptions& options, bool turns,
                                        const Vec3d& spacing, double longest_part) noexcept {
     const double h = spacing.minCoeff(), R = burr.tip_radius, a = kFootprint * h;
@@ -41,7 +41,7 @@ struct CoupledGains {
     const double ramp = 0.5 * h * std::sqrt(2 * yield / R);
     const double gain = options.force / BallOnPlane{1, R, ramp}.force(yield);
     const CompensatedSpring spring(options.stiffness, {gain, R, ramp}, yield);
-    // Half a voxel apart where a contact has kFootprint voxels, and nearer where patches are long or it is small.
+    // Half a voxel apart where a contact has kFootprint voxels, and nearer where elements are long or it is small.
     constexpr double kRounding = 1e-9;
     const double footprint = std::sqrt(2 * R * yield), skewed = spacing.maxCoeff() < kSkewed * h ? 1 : kSkewed;
     CoupledGains g{h,

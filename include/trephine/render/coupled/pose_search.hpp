@@ -15,7 +15,7 @@ namespace trephine {
 struct PoseEnergy {
   FoundationSum contact;
   FrictionSum friction;  ///< no part of the energy
-  CouplingSum coupling;
+  PoseError coupling;
   bool turns = false;  ///< the tool finds its rotation by itself
 
   [[nodiscard]] double energy() const noexcept { return contact.energy + coupling.energy; }
@@ -87,7 +87,7 @@ template <class FrictionAt>
 }
 
 /// When a search ends.
-struct SearchEnd {
+struct SearchTolerance {
   static constexpr int kMostSteps = 24;
   /// Evaluations in a search, and trials of the last step more, at most.
   static constexpr int kMostEvaluations = 64;
@@ -96,7 +96,7 @@ struct SearchEnd {
 };
 
 /// Where a search ended, or gave up.
-struct Found {
+struct SearchResult {
   Posed X;        ///< after the last step
   PoseEnergy at;  ///< before the last step, what `last_step` moved since not included
   Vec6d last_step = Vec6d::Zero();
@@ -110,8 +110,8 @@ struct Found {
 /// Newton's method with an active set, that of the points that touch, toward the least energy of a pose.
 ///
 /// `evaluate(X, ahead)` answers the energy at X for a tool that may go on by `ahead`, or nothing where bone is not to
-/// be had yet; it is called for the pose that comes to stand in `Found` last. `friction` answers for the points found
-/// there.
+/// be had yet; it is called for the pose that comes to stand in `SearchResult` last. `friction` answers for the points
+/// found there.
 template <class Evaluate, class FrictionAt>
 class PoseSearch {
  public:
@@ -120,15 +120,16 @@ class PoseSearch {
       : coupling_(coupling), X_device_(X_device), bounds_(bounds), evaluate_(evaluate), friction_(friction) {}
 
   /// `guess`: the motion from X to where the search may end, for friction.
-  [[nodiscard]] Found from(const Posed& X, const SearchEnd& end, Vec6d guess) noexcept {
-    Found f;
+  [[nodiscard]] SearchResult from(const Posed& X, const SearchTolerance& end, Vec6d guess) noexcept {
+    SearchResult f;
     f.X = X;
-    if (!look(f, motion_between(X, X_device_))) return f;
+    if (!evaluate_at(f, motion_between(X, X_device_))) return f;
     f.first_depth = f.at.contact.depth;
     double before = 0;  // size of the last step
-    for (f.steps = 1; f.steps <= SearchEnd::kMostSteps && f.evaluations <= SearchEnd::kMostEvaluations; ++f.steps) {
+    for (f.steps = 1; f.steps <= SearchTolerance::kMostSteps && f.evaluations <= SearchTolerance::kMostEvaluations;
+         ++f.steps) {
       // Nothing touches here, nor on the way to the device.
-      if (!f.at.contact.touches() && f.at.contact.clearance.share_of(motion_between(f.X, X_device_)) >= 1) {
+      if (!f.at.contact.touches() && f.at.contact.clearance.max_step_fraction(motion_between(f.X, X_device_)) >= 1) {
         f.X = X_device_;
         f.ended = true;
         return f;
@@ -152,7 +153,7 @@ class PoseSearch {
         f.ended = true;
         return f;
       }
-      if (!descend(f, step, way)) return f;
+      if (!line_search(f, step, way)) return f;
     }
     return f;
   }
@@ -164,7 +165,7 @@ class PoseSearch {
   /// Relative rise of the energy that is rounding.
   static constexpr double kRounding = 1e-9;
 
-  [[nodiscard]] bool look(Found& f, const ToolMotion& ahead) noexcept {
+  [[nodiscard]] bool evaluate_at(SearchResult& f, const ToolMotion& ahead) noexcept {
     const std::optional<PoseEnergy> at = evaluate_(f.X, ahead);
     if (!at) return false;
     ++f.evaluations;
@@ -176,8 +177,8 @@ class PoseSearch {
   /// Goes along the step, which moves the tool by `way`, to where the energy is lower and its slope small. No part of
   /// the tool goes farther than what is free and half of its core's radius. False where bone is not to be had yet.
   /// Stays where it is when it finds none.
-  [[nodiscard]] bool descend(Found& f, const Vec6d& step, const ToolMotion& way) noexcept {
-    const double most = f.at.contact.clearance.share_of(way, bounds_.core_radius / 2);
+  [[nodiscard]] bool line_search(SearchResult& f, const Vec6d& step, const ToolMotion& way) noexcept {
+    const double most = f.at.contact.clearance.max_step_fraction(way, bounds_.core_radius / 2);
     const Posed X = f.X;
     const double before = f.at.energy(), slope = -f.at.force().dot(step);
     constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -185,7 +186,7 @@ class PoseSearch {
     double t = std::min(1.0, most);
     for (int trials = 0; trials < kMostTrials; ++trials) {
       f.X = moved(X, t * step);
-      if (!look(f, {(1 - t) * way.shift, (1 - t) * way.turn})) {
+      if (!evaluate_at(f, {(1 - t) * way.shift, (1 - t) * way.turn})) {
         f.X = X;
         return false;
       }
@@ -210,7 +211,7 @@ class PoseSearch {
     }
     if (friction_.holds() || f.at.energy() <= before) return true;
     f.X = X;
-    return look(f, {});
+    return evaluate_at(f, {});
   }
 
   const VirtualCoupling& coupling_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/tool/tool_shape.hpp>
-#include <trephine/voxel/known_air.hpp>
+#include <trephine/voxel/clearance_field.hpp>
 
 #include <algorithm>
 
@@ -25,18 +25,18 @@ template <class View>
 /// that it does not know.
 template <class View>
 [[nodiscard]] bool is_known_in_air(const View& view, const ToolBounds& bounds, const Posed& X, double motion) noexcept {
-  if constexpr (KnowsAir<View> || KnowsBeyond<View>) {
+  if constexpr (ClearanceField<View> || BoundedField<View>) {
     const Vec3d u = X.linear().col(2);
     const double voxel = view.grid().spacing().minCoeff();
     const double radius = (bounds.z_high - bounds.z_low) / 2 + bounds.radius + motion + voxel;
     const double middle = (bounds.z_high + bounds.z_low) / 2;
     if (is_known_clear<View, double>(view, X.translation() + middle * u, radius)) return true;
     // Balls of air about points of the axis, until they hold the tool.
-    if constexpr (KnowsAir<View>) {
+    if constexpr (ClearanceField<View>) {
       constexpr int kMostBalls = 8;
       double z = bounds.z_low;
       for (int i = 0; i < kMostBalls; ++i) {
-        const double air = view.template air_around<double>(X.translation() + z * u) - bounds.radius - motion;
+        const double air = view.template clearance_at<double>(X.translation() + z * u) - bounds.radius - motion;
         if (!(air > voxel)) return false;
         z += air;
         if (z > bounds.z_high) return true;

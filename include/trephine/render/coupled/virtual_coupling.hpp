@@ -125,7 +125,7 @@ class CompensatedSpring {
 };
 
 /// The coupling of a virtual tool to the device at one pose, about the tool's origin, in G.
-struct CouplingSum {
+struct PoseError {
   Vec3d way = Vec3d::Zero();   ///< from the virtual tool to the device [m]
   Vec3d turn = Vec3d::Zero();  ///< likewise, a rotation vector [rad]
   SpringPull pull, twist;      ///< along them
@@ -138,8 +138,8 @@ struct VirtualCoupling {
   BoundedSpring twister;
   bool turns = false;
 
-  [[nodiscard]] CouplingSum at(const Posed& X, const Posed& X_device) const noexcept {
-    CouplingSum s;
+  [[nodiscard]] PoseError at(const Posed& X, const Posed& X_device) const noexcept {
+    PoseError s;
     s.way = X_device.translation() - X.translation();
     s.pull = spring.at(s.way.norm());
     s.energy = s.pull.energy;
@@ -151,7 +151,7 @@ struct VirtualCoupling {
   }
 
   /// On the virtual tool, so −∂E; the hand feels the opposite.
-  [[nodiscard]] static Vec6d wrench(const CouplingSum& s) noexcept {
+  [[nodiscard]] static Vec6d wrench(const PoseError& s) noexcept {
     const double way = s.way.norm(), turn = s.turn.norm();
     Vec6d f = Vec6d::Zero();
     if (way > 0) f.head<3>() = s.pull.pull / way * s.way;
@@ -160,7 +160,7 @@ struct VirtualCoupling {
   }
 
   /// Adds ∂²E, which is positive, to `stiffness`, and to `bending` how a turn moves the rest of the turn.
-  void add_curvature(const CouplingSum& s, Mat6d& stiffness, Mat6d& bending) const noexcept {
+  void add_curvature(const PoseError& s, Mat6d& stiffness, Mat6d& bending) const noexcept {
     const double way = s.way.norm();
     const double secant = way > 0 ? s.pull.pull / way : s.pull.tangent;
     // A pull that grows no more has no stiffness along it: the secant keeps steps bounded, and downhill.

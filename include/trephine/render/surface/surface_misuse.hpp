@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/misuse.hpp>
+#include <trephine/render/shaft_force.hpp>
+#include <trephine/render/surface/deep_contact.hpp>
+#include <trephine/render/surface/weighting.hpp>
+#include <trephine/voxel/gradient.hpp>
+
+namespace trephine {
+
+/// What fits no Surface ends here, in one sentence.
+template <class S, class Weights = PatchWeights, class Deep = ExtendAlongSurface, class Shaft = FullWrench,
+          class GradientChoice = AnalyticGradient>
+class SurfaceApproxRenderer : public detail::UnusableRenderer {
+  static_assert(detail::kFits<S>,
+                "trephine::SurfaceApproxRenderer: write SurfaceApproxRenderer{ToolDiscretization{burr, "
+                "SurfaceCounts{}}, SurfaceOptions{}}; it has no friction. As a type: SurfaceApproxRenderer<float, "
+                "weighting, deep contact, shaft force, gradient>");
+
+ public:
+  template <class... Arguments>
+  explicit SurfaceApproxRenderer(const Arguments&...) noexcept {}
+};
+
+}  // namespace trephine

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "support/figures.hpp"
+#include "support/malloc_hook.hpp"
+#include "support/poses.hpp"
+#include "support/profile.hpp"
+#include "support/raster.hpp"
+
+#include <trephine/render/coupled/broad_phase.hpp>
+#include <trephine/tool/ball_and_shaft.hpp>
+#include <trephine/voxel/carving.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <map>
+#include <set>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr unsigned kSeed = 306;
+constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.020};
+constexpr double kTouching = 1e-5;
+using Grid = VoxelGrid<std::uint8_t>;
+using Surface = BoneSurface<std::uint8_t>;
+
+/// Every element of a surface by its key.
+std::map<std::uint64_t, SurfaceElement> all_patches(const Grid& bone, double isovalue) {
+  Surface surface(bone, isovalue);
+  std::map<std::uint64_t, SurfaceElement> all;
+  for (std::size_t brick = 0; brick < bone.brick_count(); ++brick) {
+    surface.begin_tick();
+    surface.begin_use();
+    if (!surface.crosses(brick) || !surface.provide(brick)) continue;
+    const Vec3d corner = surface.corner(brick);
+    surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
+      const NearBlock near{&block, count, brick, corner};
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) all[near.key(i)] = near.element(i);
+    });
+  }
+  return all;
+}
+
+double distance(const BallAndShaft& shape, const Posed& X, const Vec3d& q) {
+  const Vec3d in_T = X.inverse() * q;
+  return profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance;
+}
+
+/// Direction in which the distance grows, by differences.
+Vec3d gradient(const BallAndShaft& shape, const Posed& X, const Vec3d& q) {
+  constexpr double kStep = 1e-7;
+  Vec3d g;
+  for (int a = 0; a < 3; ++a)
+    g[a] = distance(shape, X, q + kStep * Vec3d::Unit(a)) - distance(shape, X, q - kStep * Vec3d::Unit(a));
+  return g.normalized();
+}
+
+Posed moved(const Posed& X, const Vec3d& way, const Vec3d& turn) {
+  return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + way);
+}
+
+/// Two tools that take turns on one surface.
+struct Turns {
+  Surface& surface;
+  Random& random;
+  Vec3d middle;
+  double room;  // how far from the middle they are [m]
+  std::array<BroadPhase, 2> near{};
+  std::array<Posed, 2> X{};
+
+  Turns(Surface& of, Random& numbers, const RasterOptions& o)
+      : surface(of), random(numbers), middle(o.middle()), room(0.4 * o.size[0] * o.spacing[0]) {
+    for (std::size_t t = 0; t < 2; ++t) {
+      near[t].reserve(surface.view(), kTouching);
+      X[t] = random_pose(random, middle, room);
+    }
+  }
+  /// Moves the next one, a little or anywhere, and has its list cover it; the tool.
+  std::size_t go(const BallAndShaft& shape, int i) {
+    const auto t = static_cast<std::size_t>(i % 2);
+    const Vec3d way = random.arrow(0, 4e-4), turn = random.arrow(0, 0.05);
+    X[t] = i % 10 < 3 ? random_pose(random, middle, i % 4 < 2 ? room : 2 * room) : moved(X[t], way, turn);
+    bool covered = false;
+    const auto cover = [&] {
+      surface.begin_tick();
+      covered = near[t].cover(surface.view(), shape, X[t], {way.norm(), turn.norm()});
+    };
+    for (int tick = 0; tick < 20 && !covered; ++tick) CHECK(heap_calls(cover) == 0);
+    REQUIRE(covered);
+    return t;
+  }
+};
+
+// By brute force over all elements of the surface.
+TEST_CASE("near elements: a list has all that touches and its clearance is clear, whatever is cut") {
+  CAPTURE(kSeed);
+  Random random(kSeed);
+  const BallAndShaft shape(kDrill);
+  int visits = 0, missed = 0, cuts = 0;
+  Figures shares;
+  for (const double h : {3e-4, 1e-4}) {
+    const int side = h > 2e-4 ? 48 : 96;
+    const RasterOptions o{.size = {side, side, side}, .spacing = Vec3d::Constant(h)};
+    auto bone = rasterise<std::uint8_t>(Ball{o.middle(), 0.12 * side * h}, o);
+    Surface surface(bone, o.isovalue());
+    Turns turns(surface, random, o);
+    auto all = all_patches(bone, o.isovalue());
+    for (int i = 0; i < 300; ++i) {
+      if (i % 25 == 0) {
+        const Vec3d at = o.middle() + random.arrow(0.1 * side * h, 0.12 * side * h);
+        cuts += carve(bone, o.isovalue(), SphereCutter(at, at, 2 * h)) > 0 ? 1 : 0;
+        all = all_patches(bone, o.isovalue());
+      }
+      // Beside the bone at some height of the shaft, every other time.
+      const auto now = static_cast<std::size_t>(i % 2);
+      if (i % 4 < 2) {
+        const Vec3d n = random.unit(), axis = n.cross(random.unit()).normalized();
+        const double gap = random.uniform(0, 3e-3), height = random.uniform(0, 0.018);
+        turns.X[now] = tool_at(o.middle() + (0.12 * side * h + kDrill.shaft_radius + gap) * n - height * axis, axis);
+      }
+      const std::size_t t = turns.go(shape, i);
+      const Posed& X = turns.X[t];
+      std::set<std::uint64_t> found;
+      const Clearance clear = turns.near[t].for_each_touching(
+          shape, X, 0.5,
+          [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
+      visits += static_cast<int>(found.size());
+      std::map<double, Vec3d> free;  // elements that do not touch, by their distance
+      for (const auto& [key, element] : all) {
+        if (found.count(key) > 0) continue;
+        for (const double a : {-0.5, 0.5})
+          for (const double c : {-0.5, 0.5})
+            missed += distance(shape, X, element.position + a * element.along + c * element.across) < kTouching ? 1 : 0;
+        free[distance(shape, X, element.position)] = element.position;
+      }
+      // Straight at the nearest, shifting and turning, as far as nothing else touches.
+      int tried = 0;
+      for (const auto& [d, q] : free) {
+        if (++tried > 40) break;
+        const Vec3d toward = gradient(shape, X, q), arm = q - X.translation();
+        const Vec3d on = random.uniform(0, 3e-3) * toward;
+        const Vec3d about = on.norm() * random.uniform(0, 200) * arm.cross(toward).normalized();
+        const double share = std::min(1.0, clear.max_step_fraction({on.norm(), about.norm()}));
+        shares.add(share);
+        constexpr double kRounding = 1e-8;
+        missed += distance(shape, moved(X, share * on, share * about), q) < kTouching - kRounding ? 1 : 0;
+      }
+    }
+  }
+  MESSAGE("visited ", visits, " elements; cuts ", cuts, "; clear shares of motions ", shares);
+  CHECK(missed == 0);
+  CHECK(visits > 1000);
+  CHECK(cuts > 15);
+}
+
+// Nothing but surface: what either tool has near it pushes out what the other had.
+TEST_CASE("near elements: blocks that a full store let go are asked for again") {
+  CAPTURE(kSeed);
+  constexpr std::size_t kFewest = 8749;
+  Random random(kSeed + 1);
+  const BallAndShaft shape(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.006});
+  const RasterOptions o{.size = {80, 80, 80}};
+  std::vector<std::uint8_t> voxels(80 * 80 * 80);
+  for (auto& v : voxels) v = random.uniform() < 0.5 ? 200 : 0;
+  const Grid bone({.size = o.size, .spacing = o.spacing, .outside = 0}, voxels);
+  const auto all = all_patches(bone, 100);
+  REQUIRE(all.size() > 2 * kFewest * ElementBlock::kSize);
+  Surface surface(bone, 100, kFewest);
+  Turns turns(surface, random, o);
+  int visits = 0, others = 0, stale = 0;
+  for (int i = 0; i < 200; ++i) {
+    const std::uint64_t changes = surface.changes();
+    const std::size_t t = turns.go(shape, i);
+    stale += surface.changes() != changes ? 1 : 0;
+    static_cast<void>(turns.near[t].for_each_touching(
+        shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
+          ++visits;
+          const auto here = all.find(block.key(k));
+          others += here == all.end() || here->second.position != block.element(k).position ? 1 : 0;
+        }));
+  }
+  MESSAGE("visited ", visits, " elements, ticks in which the surface made blocks ", stale);
+  CHECK(others == 0);
+  CHECK(visits > 10000);
+  CHECK(stale > 50);
+}
+
+}  // namespace

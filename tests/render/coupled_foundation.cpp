@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: MIT
+#include "support/figures.hpp"
+#include "support/malloc_hook.hpp"
+#include "support/poses.hpp"
+#include "support/profile.hpp"
+#include "support/raster.hpp"
+
+#include <trephine/render/coupled/foundation.hpp>
+#include <trephine/tool/ball_and_shaft.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr unsigned kSeed = 303;
+constexpr double kH = 3e-4;
+// A newton or so at a tenth of a millimetre.
+constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5, .offset = 5e-6};
+constexpr double kArm = 0.01;  // [m]: turns count as what they move at this distance
+constexpr Burr kBall{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0};
+constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.020};
+
+/// A ball as any part is: without the short cut for forces through T's origin.
+struct General : BallAndShaft {
+  using BallAndShaft::BallAndShaft;
+  void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
+    BallAndShaft::profile(rho, z, out);
+    out.central.fill(0);
+  }
+};
+static_assert(ToolShape<General>);
+
+const RasterOptions kRoom{.size = {56, 56, 56}, .contrast = 2000, .air = -1000};
+const Ball kBone{kRoom.middle(), 20 * kH};
+
+/// A bone, its surface, and what is near a tool.
+struct Bench {
+  VoxelGrid<std::int16_t> bone;
+  BoneSurface<std::int16_t> surface{bone, kRoom.isovalue()};
+  BroadPhase near;
+
+  template <class Shape>
+  explicit Bench(const Shape& shape) : bone(rasterise<std::int16_t>(shape, kRoom)) {}
+
+  template <class Shape>
+  void look(const Shape& shape, const Posed& X) {
+    near.reserve(surface.view(), kLaw.offset);
+    surface.begin_tick();
+    while (!near.cover(surface.view(), shape, X, {6 * kH, 0})) surface.begin_tick();
+  }
+
+  /// A pose whose ball, or whose shaft, is from `least` to `most` deep in the bone.
+  Posed pressed(Random& random, bool lying, double least, double most) const {
+    const double deep = random.uniform(least, most);
+    const Vec3d n = random.unit(), other = random.unit();
+    if (!lying)
+      return tool_at(kRoom.middle() + (kBone.radius + kDrill.tip_radius - deep) * n, (n + 0.5 * other).normalized());
+    const Vec3d axis = n.cross(other).normalized();
+    return tool_at(
+        kRoom.middle() + (kBone.radius + kDrill.shaft_radius - deep) * n - random.uniform(0.004, 0.012) * axis, axis);
+  }
+};
+
+Posed moved(const Posed& X, const Vec6d& twist, double by) {
+  const Vec6d step = by * twist;
+  return make_pose<double>(rotation_from_vector(Vec3d(step.tail<3>())) * X.linear(), X.translation() + step.head<3>());
+}
+
+Vec6d random_twist(Random& random) {
+  Vec6d t;
+  const double share = random.uniform();
+  const Vec3d turn = random.unit();
+  t << share * turn, (1 - share) / kArm * random.unit();
+  return t;
+}
+
+/// Length of a wrench, and of a stiffness, in terms of such twists.
+double size_of(const Vec6d& w) { return w.head<3>().norm() + w.tail<3>().norm() / kArm; }
+double size_of(Mat6d H) {
+  H.bottomRows<3>() /= kArm;
+  H.rightCols<3>() /= kArm;
+  return H.norm();
+}
+
+/// The energy's second derivative: the sum tells its lower triangle.
+Mat6d second_derivative(const FoundationSum& s) {
+  const Mat6d lower = s.stiffness + s.bending;
+  return lower.selfadjointView<Eigen::Lower>();
+}
+
+/// Whether what is nearest to the arm is the ball about the tool's origin.
+bool is_central(const BallAndShaft& shape, const Posed& X, const Vec3d& arm) {
+  const Vec3d in_T = X.linear().transpose() * arm;
+  return profile_at(shape, in_T.head<2>().norm(), in_T.z()).central;
+}
+
+struct Slopes {
+  Figures first, second;
+  int entered = 0;  // where points come in between, the second derivative jumps
+  int touching = 0;
+};
+
+/// Differences along random twists. A twist goes on about the same axis, so that along it the energy's derivative is
+/// −wrench · twist everywhere, and its second one the difference of these.
+template <class Shape>
+void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& random, Slopes& slopes) {
+  constexpr double kStep = 1e-8;  // [m]: rounding of 1e-15 of a newton over it is 1e-7 N/m
+  bench.look(shape, X);
+  Foundation foundation(2, 16384);
+  const FoundationSum at = foundation.sum(bench.near, shape, X, kLaw);
+  const std::size_t count = foundation.points().size();
+  slopes.touching += count > 12 ? 1 : 0;
+  const Mat6d H = second_derivative(at);
+  for (int i = 0; i < 12; ++i) {
+    const Vec6d twist = random_twist(random);
+    const FoundationSum a = foundation.sum(bench.near, shape, moved(X, twist, -kStep), kLaw);
+    const std::size_t before = foundation.points().size();
+    const FoundationSum b = foundation.sum(bench.near, shape, moved(X, twist, kStep), kLaw);
+    slopes.first.add(std::abs((b.energy - a.energy) / (2 * kStep) + at.wrench.dot(twist)) / size_of(at.wrench));
+    if (before != count || foundation.points().size() != count) {
+      ++slopes.entered;
+      continue;
+    }
+    slopes.second.add(std::abs((a.wrench - b.wrench).dot(twist) / (2 * kStep) - twist.dot(H * twist)) / size_of(H));
+  }
+}
+
+// Central differences over 1e-8 m leave roundings of 1e-8 of a newton, and of 1e-7 of the stiffness; a point at the
+// crease between ball and shaft may be on either side of it.
+TEST_CASE("foundation: the wrench is the energy's slope, stiffness and bending its second derivative") {
+  CAPTURE(kSeed);
+  constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
+  Bench bench(kBone);
+  struct Case {
+    const char* name;
+    Burr burr;
+    bool lying;
+    double least, most;
+  };
+  for (const Case& c :
+       {Case{"ball, shallow", kBall, false, 6e-5, 2e-4}, Case{"ball, deep", kBall, false, 4e-4, 1e-3},
+        Case{"drill's ball", kDrill, false, 2e-5, 1e-3}, Case{"shaft, shallow", kDrill, true, 2e-5, 2e-4},
+        Case{"shaft, deep", kDrill, true, 3e-4, 6e-4}}) {
+    Random random(kSeed);
+    Slopes slopes;
+    for (int i = 0; i < 25; ++i)
+      differentiate(bench, BallAndShaft(c.burr), bench.pressed(random, c.lying, c.least, c.most), random, slopes);
+    MESSAGE(std::string(c.name), ": first derivative off by ", slopes.first, ", second by ", slopes.second,
+            "; left out ", slopes.entered);
+    CHECK(slopes.touching == 25);
+    CHECK(slopes.second.count() > 200);
+    CHECK(slopes.first.worst() <= kFirstError);
+    CHECK(slopes.second.worst() <= kSecondError);
+  }
+}
+
+// Ball and shaft at once: the drill lies across the rim of a hole that its ball is in.
+TEST_CASE("foundation: derivatives with ball and shaft in contact") {
+  CAPTURE(kSeed);
+  constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
+  const Vec3d m = kRoom.middle();
+  Bench bench(Either{HalfSpace{m, Vec3d::UnitZ()}, Block{m + Vec3d(0.003, 0, 0.001), Vec3d(0.001, 0.009, 0.001)}});
+  Random random(kSeed + 1);
+  Slopes slopes;
+  int both = 0;
+  for (int i = 0; i < 25; ++i) {
+    const Vec3d axis = Vec3d{1, random.uniform(-0.3, 0.3), random.uniform(0.12, 0.2)}.normalized();
+    const double deep = random.uniform(1e-4, 6e-4);
+    const Posed X = tool_at(m + Vec3d(-0.002, 0, 0.0015 - deep), axis, random.uniform(0, 6));
+    const BallAndShaft shape(kDrill);
+    differentiate(bench, shape, X, random, slopes);
+    Foundation foundation(2, 16384);
+    static_cast<void>(foundation.sum(bench.near, shape, X, kLaw));
+    int central = 0;
+    for (const FoundationPoint& p : foundation.points()) central += is_central(shape, X, p.arm) ? 1 : 0;
+    both += central > 10 && static_cast<std::size_t>(central) + 10 < foundation.points().size() ? 1 : 0;
+  }
+  MESSAGE("ball and shaft: first derivative off by ", slopes.first, ", second by ", slopes.second, "; left out ",
+          slopes.entered);
+  CHECK(both > 15);
+  CHECK(slopes.first.worst() <= kFirstError);
+  CHECK(slopes.second.worst() <= kSecondError);
+}
+
+TEST_CASE("foundation: forces through T's origin add up as any others do") {
+  CAPTURE(kSeed);
+  constexpr double kRounding = 1e-12;
+  Bench bench(kBone);
+  Random random(kSeed + 2);
+  Figures off;
+  for (int i = 0; i < 40; ++i) {
+    const Posed X = bench.pressed(random, false, 2e-5, 1e-3);
+    const BallAndShaft fast(kBall);
+    const General general(kBall);
+    bench.look(fast, X);
+    Foundation a(2, 16384), b(2, 16384);
+    const FoundationSum f = a.sum(bench.near, fast, X, kLaw), g = b.sum(bench.near, general, X, kLaw);
+    REQUIRE(a.points().size() == b.points().size());
+    REQUIRE(a.points().size() > 20);
+    CHECK(f.wrench.tail<3>() == Vec3d::Zero());
+    off.add(std::abs(f.energy - g.energy) / f.energy);
+    off.add(size_of(Vec6d(f.wrench - g.wrench)) / size_of(f.wrench));
+    const Mat6d Hf = second_derivative(f), Hg = second_derivative(g);
+    off.add(size_of(Mat6d(Hf - Hg)) / size_of(Hf));
+    CHECK(f.depth == g.depth);
+    CHECK(f.clearance.near == g.clearance.near);
+  }
+  MESSAGE("central against general: ", off);
+  CHECK(off.worst() <= kRounding);
+}
+
+TEST_CASE("foundation: the sum is its points', as many as there is room for, and takes no memory") {
+  CAPTURE(kSeed);
+  constexpr double kRounding = 1e-12;
+  Bench bench(kBone);
+  Random random(kSeed + 3);
+  const BallAndShaft shape(kDrill);
+  for (const bool lying : {false, true}) {
+    const Posed X = bench.pressed(random, lying, 5e-4, 5e-4);
+    bench.look(shape, X);
+    Foundation all(2, 16384), few(2, 100);
+    FoundationSum s;
+    CHECK(heap_calls([&] { s = all.sum(bench.near, shape, X, kLaw); }) == 0);
+    double energy = 0, deepest = 0;
+    Vec6d wrench = Vec6d::Zero();
+    for (const FoundationPoint& p : all.points()) {
+      // The mean of max(u − s, 0) over 0 <= s <= ramp, and of half its square.
+      const double u = p.active < 1 - kRounding ? p.active * kLaw.ramp : p.depth + kLaw.ramp / 2;
+      const double v = std::max(u - kLaw.ramp, 0.0);
+      CHECK(p.depth == doctest::Approx((u * u - v * v) / (2 * kLaw.ramp)));
+      energy += kLaw.stiffness * p.weight * (u * u * u - v * v * v) / (6 * kLaw.ramp);
+      deepest = std::max(deepest, u - kLaw.offset);
+      wrench -= kLaw.stiffness * p.weight * p.depth * with_moment(p.normal, p.arm);
+    }
+    CHECK(std::abs(s.energy - energy) <= kRounding * energy);
+    CHECK(size_of(Vec6d(s.wrench - wrench)) <= kRounding * size_of(wrench));
+    CHECK(s.depth == doctest::Approx(deepest));
+    REQUIRE(all.points().size() > 100);
+    CHECK(heap_calls([&] { s = few.sum(bench.near, shape, X, kLaw); }) == 0);
+    CHECK(few.points().size() == 100);
+    all.clear();
+    CHECK(all.points().empty());
+  }
+}
+
+// A list gathered elsewhere serves as long as cover() says so, and then answers as one that is gathered at the place.
+TEST_CASE("foundation: a list that still covers the tool gives the same sum; what is said to be free is") {
+  CAPTURE(kSeed);
+  constexpr double kRounding = 1e-6;  // the list's places are single precision, to find what may touch
+  Bench bench(kBone), anew(kBone);
+  Random random(kSeed + 4);
+  int kept = 0;
+  Figures off, over, shares;
+  const auto compare = [&](const auto& shape, const Posed& start) {
+    bench.look(shape, start);
+    for (int i = 0; i < 40; ++i) {
+      const Vec6d twist = random_twist(random);
+      const Posed X = moved(start, twist, random.uniform(0, 2e-3));
+      const std::uint64_t generation = bench.near.generation();
+      bench.surface.begin_tick();
+      REQUIRE(bench.near.cover(bench.surface.view(), shape, X, {6 * kH, 0}));
+      kept += bench.near.generation() == generation ? 1 : 0;
+      anew.look(shape, X);
+      Foundation a(2, 16384), b(2, 16384);
+      const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
+      CHECK(a.points().size() == b.points().size());
+      if (t.energy > 0) off.add(size_of(Vec6d(s.wrench - t.wrench)) / size_of(t.wrench));
+      // A motion by less than the clearance brings no more points, whichever way it goes.
+      if (t.energy > 0 || !(s.clearance.near > 0)) continue;
+      const Vec3d in = (kRoom.middle() - X.translation()).normalized();
+      Vec6d step;
+      step << 2e-3 * in, random.uniform(0, 0.2) * X.linear().col(2).cross(in);
+      double share = 1;
+      while (s.clearance.max_step_fraction(motion_between(X, moved(X, step, share))) < 1) share *= 0.9;
+      const Posed ahead = moved(X, step, share);
+      anew.look(shape, ahead);
+      over.add(b.sum(anew.near, shape, ahead, kLaw).energy);
+      shares.add(share);
+    }
+  };
+  for (int i = 0; i < 6; ++i) {
+    compare(BallAndShaft(kBall), bench.pressed(random, false, -1e-3, 5e-4));
+    compare(BallAndShaft(kDrill), bench.pressed(random, true, -1e-3, 5e-4));
+  }
+  MESSAGE("list from elsewhere against one at the place: ", off, "; kept ", kept, "; free places ", over,
+          ", by shares of a motion ", shares);
+  CHECK(kept > 50);
+  CHECK(over.count() > 20);
+  CHECK(off.worst() <= kRounding);
+  CHECK(over.worst() == 0);
+}
+
+}  // namespace
