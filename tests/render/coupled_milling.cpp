@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The coupled tool in what it mills.
 #include "render/coupled_helpers.hpp"
+#include "support/cases.hpp"
 
 #include <trephine/voxel/carving.hpp>
 
 #include <doctest/doctest.h>
+
+#include <array>
+#include <span>
 
 namespace {
 
@@ -125,7 +129,8 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
   const auto check = [&](const std::string& name, double depth, const auto& milling, const auto& law, double at_rest) {
     Figures rest, removed, behind, most;
     int bound = 0;
-    for (const double part : {0.5, 0.5, 0.2, 0.92}) {
+    constexpr std::array<double, 4> kParts{0.5, 0.5, 0.2, 0.92};  // of a voxel, where the block's top lies
+    for (const double part : std::span(kParts).first(static_cast<std::size_t>(cases(4)))) {
       const Plunge p = plunge(depth, kSpeed, milling, law, part, random);
       rest.add(p.at_rest);
       // Halfway between voxels the volume that a voxel's density tells is the block's by symmetry.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/cases.hpp"
 #include "support/figures.hpp"
 #include "support/path_work.hpp"
 
@@ -106,16 +107,16 @@ TEST_CASE_TEMPLATE("Line: contacts add up to the wrench, force and moment, with 
     CHECK(l.force.worst() <= kBalance);
     CHECK(l.moment.worst() <= kBalance);
   };
-  check(loops<Smooth>({}, 8, false));
-  check(loops<Smooth>({.shaft_stiffness = 300, .torque_origin = TorqueOrigin::kProbe}, 8, true));
-  check(loops<Rough>({}, 8, false));
+  check(loops<Smooth>({}, cases(8), false));
+  check(loops<Smooth>({.shaft_stiffness = 300, .torque_origin = TorqueOrigin::kProbe}, cases(8), true));
+  check(loops<Rough>({}, cases(8), false));
 }
 
 TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no energy") {
   CAPTURE(kSeed);
   // The tip's part is the gradient of an energy, the shaft's but for its lever, and for the tip's entry.
-  const Loops in = loops<LineApproxRenderer<double>>({}, 24, false);
-  const Loops out = loops<LineApproxRenderer<double>>({}, 24, true);
+  const Loops in = loops<LineApproxRenderer<double>>({}, cases(24), false);
+  const Loops out = loops<LineApproxRenderer<double>>({}, cases(24), true);
   MESSAGE("net work, tip always in contact: ", in.changed, ", gained at most ", in.gained.worst(),
           "; tip in and out: ", out.changed, ", gained at most ", out.gained.worst(), "; steps ", in.step, ", ",
           out.step, " N");
