@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...]: the coupled tool's constants, each a fifth less and more.
 
-Builds bench_coupled_figures against a copy of the headers in which one number is another, runs its quick set, and writes
-constants.csv: each figure as it is and as it becomes."""
+Builds bench_coupled_figures against a copy of the headers in which an environment variable scales a real number, runs its
+quick set for each, and writes constants.csv: each figure as it is and as it becomes. Whole numbers are compiled in."""
 
 import argparse
 import csv
@@ -24,21 +24,33 @@ NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 LEFT_OUT = {"kPi", "kMost", "kRoundedUp", "kDof"}
 UNNAMED = [("share of the core's radius", re.compile(r"core_radius (/ 2)\b"))]
 FACTORS = (0.8, 1.2)
+SWEPT = """#pragma once
+#include <cstdlib>
+namespace trephine {
+inline double swept(int number, double value) {
+  static const char* const which = std::getenv("SWEPT_NUMBER");
+  static const char* const factor = std::getenv("SWEPT_FACTOR");
+  return which && std::atoi(which) == number ? value * std::atof(factor) : value;
+}
+}  // namespace trephine
+"""
 
 
 class Constant:
-    """A number in a header: its name, the file, where it stands, and whether it is whole."""
+    """A number in a header: its own number, name, file, place and whether it is whole."""
 
-    def __init__(self, name, path, start, end, text, whole):
-        self.name, self.path, self.start, self.end, self.text, self.whole = name, path, start, end, text, whole
+    def __init__(self, number, name, path, start, end, text, whole):
+        self.number, self.name, self.path, self.start, self.end, self.text, self.whole = number, name, path, start, end, text, whole
+
+    def scaled(self):
+        """The text that an environment variable scales."""
+        if self.text.startswith("/"):
+            return f"* swept({self.number}, 1.0 {self.text})"
+        cast = "static_cast<float>" if self.text.strip().endswith("F") else ""
+        return f"{cast}(swept({self.number}, {self.text.strip()}))"
 
     def changed(self, factor):
-        if self.text.startswith("/"):
-            return f"* ({factor} {self.text})"
-        if self.whole:
-            return str(max(1, round(factor * int(self.text))))
-        suffix = "F" if self.text.strip().endswith("F") else ""
-        return f"({self.text.strip()} * {factor}{suffix})"
+        return str(max(1, round(factor * int(self.text))))
 
 
 def constants():
@@ -51,12 +63,13 @@ def constants():
                 whole = declared[1] == "int"
                 for number in NUMBER.finditer(declared[2]):
                     # Whole numbers that decide are limits; the others lay memory out.
-                    if number[1] in LEFT_OUT or (whole and not number[1].startswith("kMost")):
+                    if number[1] in LEFT_OUT or (whole and not number[1].startswith(("kMost", "kMax"))):
                         continue
                     at = declared.start(2)
-                    found.append(Constant(number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
+                    found.append(Constant(len(found), number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
             for name, marked in UNNAMED:
-                found += [Constant(name, path, m.start(1), m.end(1), m[1], False) for m in marked.finditer(text)]
+                for m in marked.finditer(text):
+                    found.append(Constant(len(found), name, path, m.start(1), m.end(1), m[1], False))
     return found
 
 
@@ -75,22 +88,46 @@ def compiler(build):
             + ["-I" + os.path.join(ROOT, folder) for folder in ("bench", "tests")] + ["-isystem" + folder for folder in eigen])
 
 
-def figures(command, constant=None, factor=1):
-    """The quick figures by name, blur and image; None where they cannot be built."""
-    with tempfile.TemporaryDirectory() as scratch:
-        include, program = os.path.join(scratch, "include"), os.path.join(scratch, "figures")
-        shutil.copytree(INCLUDE, include)
-        if constant:
-            path = os.path.join(include, os.path.relpath(constant.path, INCLUDE))
-            with open(path, encoding="utf-8") as file:
-                text = file.read()
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(text[:constant.start] + constant.changed(factor) + text[constant.end:])
-        built = subprocess.run(command + ["-I" + include, "-o", program], capture_output=True, text=True)
-        if built.returncode != 0:
-            return None
-        subprocess.run([program, "--quick", "--out", scratch], check=True, capture_output=True)
-        with open(os.path.join(scratch, "coupled_figures.csv"), newline="", encoding="utf-8") as file:
+def write(scratch, all_constants, changed=None, factor=1):
+    """A copy of the headers whose real numbers are scaled at run time and one of whose whole numbers is another."""
+    include = os.path.join(scratch, "include")
+    shutil.copytree(INCLUDE, include)
+    with open(os.path.join(include, "trephine", "swept.hpp"), "w", encoding="utf-8") as file:
+        file.write(SWEPT)
+    for path in {c.path for c in all_constants}:
+        copy = os.path.join(include, os.path.relpath(path, INCLUDE))
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        for c in sorted((c for c in all_constants if c.path == path), key=lambda c: -c.start):
+            if not c.whole:
+                text = text[:c.start] + c.scaled() + text[c.end:]
+            elif c is changed:
+                text = text[:c.start] + c.changed(factor) + text[c.end:]
+        text = DECLARED.sub(lambda m: f"static inline const {m[1]} {m[2]};" if "swept(" in m[2] else m[0], text)
+        with open(copy, "w", encoding="utf-8") as file:
+            file.write(text.replace("#pragma once\n", "#pragma once\n#include <trephine/swept.hpp>\n", 1))
+    return include
+
+
+def build(command, scratch, all_constants, changed=None, factor=1):
+    """The figures' program, or None where it does not build."""
+    program = os.path.join(scratch, "figures")
+    include = write(scratch, all_constants, changed, factor)
+    built = subprocess.run(command + ["-I" + include, "-o", program], capture_output=True, text=True)
+    if built.returncode != 0:
+        print("\n".join(line for line in built.stderr.splitlines() if "error" in line), file=sys.stderr)
+        return None
+    return program
+
+
+def figures(program, constant=None, factor=1):
+    """The quick figures by name, blur and image."""
+    environment = dict(os.environ)
+    if constant:
+        environment.update(SWEPT_NUMBER=str(constant.number), SWEPT_FACTOR=str(factor))
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([program, "--quick", "--out", out], check=True, capture_output=True, env=environment)
+        with open(os.path.join(out, "coupled_figures.csv"), newline="", encoding="utf-8") as file:
             return {(r["figure"], r["blur_voxels"], r["image"]): r for r in csv.DictReader(file)}
 
 
@@ -102,14 +139,28 @@ def main():
     parser.add_argument("--only", nargs="*", default=[])
     arguments = parser.parse_args()
     command = compiler(arguments.build)
-    before = figures(command)
-    if before is None:
-        print("constants: the figures' program does not build", file=sys.stderr)
-        return 1
+    every = constants()
+    with tempfile.TemporaryDirectory() as scratch:
+        program = build(command, scratch, every)
+        if program is None:
+            print("constants: the figures' program does not build", file=sys.stderr)
+            return 1
+        measure(program, command, every, arguments)
+    return 0
 
-    def measure(job):
+
+def measure(program, command, every, arguments):
+    before = figures(program)
+
+    def rows_of(job):
         constant, factor = job
-        after = figures(command, constant, factor)
+        after = None
+        if constant.whole:
+            with tempfile.TemporaryDirectory() as scratch:
+                other = build(command, scratch, every, constant, factor)
+                after = other and figures(other)
+        else:
+            after = figures(program, constant, factor)
         where = os.path.relpath(constant.path, os.path.join(INCLUDE, "trephine"))
         print(f"constants: {constant.name} ({where}) × {factor}: " + ("does not build" if after is None else "done"), file=sys.stderr)
         if after is None:
@@ -117,15 +168,14 @@ def main():
         return [[constant.name, where, factor, *key, b["judged"], after[key]["judged"], b["bound"], b["pass"], after[key]["pass"]]
                 for key, b in before.items() if key in after]
 
-    jobs = [(c, f) for c in constants() if not arguments.only or c.name in arguments.only for f in FACTORS]
+    jobs = [(c, f) for c in every if not arguments.only or c.name in arguments.only for f in FACTORS]
     with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "image", "before", "after", "bound", "pass_before", "pass_after"])
         with ThreadPoolExecutor(arguments.jobs) as pool:
-            for rows in pool.map(measure, jobs):
+            for rows in pool.map(rows_of, jobs):
                 table.writerows(rows)
                 file.flush()
-    return 0
 
 
 if __name__ == "__main__":
