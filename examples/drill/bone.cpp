@@ -6,6 +6,9 @@
 #include "read_itk.hpp"
 #include "skull_file.hpp"
 
+#include <trephine/voxel/resample.hpp>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -102,6 +105,32 @@ Bone load_bone(const Options& options) {
   bone.burr = fitting_burr(bone.grid, options);
   bone.grid = bone.grid.cropped(bone.isovalue);
   return bone;
+}
+
+std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W, const Options& options) {
+  constexpr double kFine = 0.4e-3;  // a burr of 1.5 mm has four voxels of radius
+  constexpr double kReach = 24e-3;  // hole, rim and what a picture shows of them
+  const trephine::Vec3d& h = bone.grid.spacing();
+  const double voxel = options.voxel.value_or(h.maxCoeff() > 1.25 * kFine ? kFine : 0);
+  if (!(voxel > 0)) return std::nullopt;
+  const trephine::Vec3d u = (bone.grid.X_WG().inverse() * p_W).cwiseQuotient(h);
+  trephine::VoxelBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto i = static_cast<Eigen::Index>(a);
+    // Kept to where voxels are: beyond, the grid's border is.
+    const double first = std::clamp(u[i] - kReach / h[i], 0.0, bone.grid.size()[a] - 1.0);
+    const double last = std::clamp(u[i] + kReach / h[i], 0.0, bone.grid.size()[a] - 1.0);
+    box.lo[a] = static_cast<int>(std::floor(first));
+    box.hi[a] = static_cast<int>(std::ceil(last));
+  }
+  Bone fine{.name = bone.name,
+            .unit = bone.unit,
+            .grid = trephine::resampled(bone.grid, trephine::Vec3d::Constant(voxel), box),
+            .isovalue = bone.isovalue,
+            .burr = {},
+            .notes = bone.notes};
+  fine.burr = fitting_burr(fine.grid, options);
+  return fine;
 }
 
 Grid fresh_copy(const Grid& grid) {

@@ -7,6 +7,7 @@
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ struct Bone {
 
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
 [[nodiscard]] Bone load_bone(const Options& options);
+
+/// The bone within reach of a drill at `p_W`, resampled to the spacing that the options ask for, with a burr that fits
+/// these voxels; nothing where the voxels stay as read. Throws std::invalid_argument as `trephine::resampled`.
+[[nodiscard]] std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W,
+                                                   const Options& options);
 
 /// A grid of its own with the same densities in the same place, to be carved.
 [[nodiscard]] Grid fresh_copy(const Grid& grid);

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -30,13 +31,16 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void introduce(const Bone& bone, const Surgeon& surgeon) {
-  const auto& n = bone.grid.size();
-  const trephine::Vec3d mm = 1e3 * bone.grid.spacing();
+void introduce(const Bone& whole, const Bone& bone, const Surgeon& surgeon) {
+  const auto& n = whole.grid.size();
+  const trephine::Vec3d mm = 1e3 * whole.grid.spacing(), fine = 1e3 * bone.grid.spacing();
   const trephine::Vec3d at = 1e3 * surgeon.spot().p_W;
   std::printf("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm around it, bone from %g %s\n",
               bone.name.c_str(), n[0], n[1], n[2], mm.x(), mm.y(), mm.z(), bone.isovalue, bone.unit.c_str());
   for (const auto& note : bone.notes) std::printf("         %s\n", note.c_str());
+  if (fine != mm)
+    std::printf("         resampled around the spot: %d x %d x %d voxels of %.3g x %.3g x %.3g mm\n",
+                bone.grid.size()[0], bone.grid.size()[1], bone.grid.size()[2], fine.x(), fine.y(), fine.z());
   std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
               1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
   std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(),
@@ -69,7 +73,8 @@ int verify(const Options& options, bool plots) {
   return failed;
 }
 
-void take_pictures(const Options& options, const Bone& bone, const Surgeon& surgeon, const std::vector<Run>& runs) {
+void take_pictures(const Options& options, const Bone& whole, const Bone& bone, const Surgeon& surgeon,
+                   const std::vector<Run>& runs) {
   const PicturedBone before(bone.grid, bone.isovalue);
   const auto take = [&](const std::vector<Shot>& shots) {
     for (const Shot& shot : shots) {
@@ -79,27 +84,34 @@ void take_pictures(const Options& options, const Bone& bone, const Surgeon& surg
       std::fflush(stdout);
     }
   };
-  take(shots_before(bone, before, surgeon));
+  take({shot_of_whole(whole, PicturedBone(whole.grid, whole.isovalue), surgeon), shot_of_spot(bone, before, surgeon)});
   for (const Run& run : runs) take(shots_of_run(bone, before, PicturedBone(run.bone, bone.isovalue), surgeon, run.log));
 }
 
 /// All that a wrong argument or file can stop; nothing is written before it is through.
 struct Prepared {
-  Bone bone;
+  Bone whole;  ///< as read
+  Bone bone;   ///< what is drilled: the whole, or finer voxels around the spot
   Surgeon surgeon;
 };
 
 Prepared prepare(const Options& options) {
-  Bone bone = load_bone(options);
-  const Spot spot = options.at ? spot_near(bone, *options.at) : find_spot(bone);
+  Bone whole = load_bone(options);
+  Spot spot = options.at ? spot_near(whole, *options.at) : find_spot(whole);
+  std::optional<Bone> fine = resampled_around(whole, spot.p_W, options);
+  if (fine) spot = spot_near(*fine, spot.p_W);
+  Bone bone = fine ? std::move(*fine)
+                   : Bone{whole.name, whole.unit, fresh_copy(whole.grid), whole.isovalue, whole.burr, whole.notes};
+  whole.burr = bone.burr;
   const Surgeon surgeon(spot, bone.burr, {.seconds = options.seconds});
   make_folder(options.out);
-  return {std::move(bone), surgeon};
+  return {std::move(whole), std::move(bone), surgeon};
 }
 
 /// 0; or 1 where a check of the verification failed.
-int perform(const Options& options, const Bone& bone, const Surgeon& surgeon) {
-  introduce(bone, surgeon);
+int perform(const Options& options, const Prepared& prepared) {
+  const auto& [whole, bone, surgeon] = prepared;
+  introduce(whole, bone, surgeon);
   const bool plots = have_gnuplot();
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
               options.real_time ? "real time" : "simulated time");
@@ -123,7 +135,7 @@ int perform(const Options& options, const Bone& bone, const Surgeon& surgeon) {
   const bool pictures = options.pictures && can_write_png();
   if (pictures) {
     std::printf("\npictures\n");
-    take_pictures(options, bone, surgeon, runs);
+    take_pictures(options, whole, bone, surgeon, runs);
   }
   std::printf("\nleft in %s: logs (*.csv)%s%s\n", options.out.c_str(), plots ? ", plots (*.png, scripts *.gp)" : "",
               pictures ? ", pictures (*.png)" : "");
@@ -152,7 +164,7 @@ int main(int argc, char** argv) {
     }
     const drill::Prepared prepared = drill::prepare(options);
     code = 1;
-    return drill::perform(options, prepared.bone, prepared.surgeon);
+    return drill::perform(options, prepared);
   } catch (const std::exception& e) {
     std::fflush(stdout);
     std::fprintf(stderr, "drill: %s\n", e.what());

@@ -74,6 +74,8 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.shaft_radius = metres(v[0]); }},
     Entry{"--shaft-length", 1, "MM", "from the burr's centre (40)",
           [](Options& o, Values v) { o.shaft_length = metres(v[0]); }},
+    Entry{"--voxel", 1, "MM", "resample around the spot to this spacing, 0: as read (0.4 where it is coarser)",
+          [](Options& o, Values v) { o.voxel = 1e-3 * number(v[0], 0, 10, " mm"); }},
     Entry{"--line-vertices", 1, "N", "Line: vertices along the shaft (50)",
           [](Options& o, Values v) { o.line_vertices = whole(v[0], 1, 100000); }},
     Entry{"--sphere-vertices", 1, "N", "Surface: vertices on the burr (260)",

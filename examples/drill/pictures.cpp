@@ -100,7 +100,7 @@ std::string in_millimetres(const trephine::Burr& burr) {
 
 }  // namespace
 
-std::vector<Shot> shots_before(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon) {
+Shot shot_of_whole(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon) {
   const Studio studio(bone, surgeon);
   Picture whole = studio.picture(surface);
   whole.camera = studio.overall(surface);
@@ -108,13 +108,19 @@ std::vector<Shot> shots_before(const Bone& bone, const PicturedBone& surface, co
   whole.tool_label = "drill: " + in_millimetres(bone.burr);
   whole.title = capitalised(bone.name) + " before drilling";
   whole.subtitle = studio.about_bone();
+  return {"before.png", whole};
+}
 
-  Picture close = whole;
+Shot shot_of_spot(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon) {
+  const Studio studio(bone, surgeon);
+  Picture close = studio.picture(surface);
+  close.tool_label = "drill: " + in_millimetres(bone.burr);
+  close.subtitle = studio.about_bone();
   close.camera = studio.oblique(14, 2.2F);
   close.light = studio.raking_light();
   close.tool = studio.in_G(surgeon(surgeon.ends(Surgeon::kApproach)).X_DH);
   close.title = "The spot, before drilling";
-  return {{"before.png", whole}, {"before_close.png", close}};
+  return {"before_close.png", close};
 }
 
 std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, const PicturedBone& after,

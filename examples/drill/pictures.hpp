@@ -17,8 +17,10 @@ struct Shot {
   Picture picture;
 };
 
-/// The whole bone with the drill on its way, and the spot from near.
-[[nodiscard]] std::vector<Shot> shots_before(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon);
+/// The whole bone with the drill on its way.
+[[nodiscard]] Shot shot_of_whole(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon);
+/// The spot from near, before drilling.
+[[nodiscard]] Shot shot_of_spot(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon);
 
 /// The drill leaning over in its hole at the run's pictured tick, by the shaft on the rim if that touches, from outside
 /// and cut open along the hole, and the hole that is left. The bone no longer changes once the shaft leans, so one

@@ -31,4 +31,5 @@
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/resample.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
