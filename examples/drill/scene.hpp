@@ -12,13 +12,10 @@
 /// What is drilled here and with hardware alike: only renderer and device differ.
 namespace drill {
 
-/// Bone gives way at a rate, not at once: the hand feels it, and a burr that is fed too fast lags behind. The densest
-/// voxels let the burr down by its radius in about 1.5 s. Not by force: Line's tip is a point, feels nothing once it
-/// has fallen into a pit, and would leave the pit's walls standing.
-[[nodiscard]] inline trephine::RateLimitedCut<> bite(const Bone& bone) {
-  const double voxels = bone.burr.tip_radius / bone.grid.spacing().minCoeff();
-  return {.rate = (bone.grid.original_range().max - bone.isovalue) * voxels / 1.5};
-}
+/// The surface recedes at a speed, not at once: the hand feels bone, and a burr that is fed too fast lags behind. At
+/// full cover the burr goes down by its radius in 0.2 s, whatever the bone's density and the voxels' size. Force plays
+/// no part: Line's tip is a point, feels nothing in a pit, and would leave the pit's walls uncut.
+[[nodiscard]] inline trephine::AdvancingCut bite(const Bone& bone) { return {.speed = bone.burr.tip_radius / 0.2}; }
 
 /// The scene. `bone` may be a copy of `about`'s grid; `limits` are the device's.
 template <class Renderer>
