@@ -3,6 +3,7 @@
 
 #include <trephine/core/math.hpp>
 
+/// Arithmetic of spatial (six-dimensional) vectors and matrices: small motions, wrenches and stiffnesses.
 namespace trephine {
 
 /// Spatial vector: a small motion (δp [m], δθ [rad]) of a body about its origin, or a force [N] above a torque [N·m].

@@ -4,6 +4,7 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/wrench.hpp>
 
+/// Inputs and outputs of a tick, for scenes and renderers.
 namespace trephine {
 
 /// Input of a tick. `X_WT` is the tool's pose: origin at the burr's centre, +z along the shaft toward the handle.
