@@ -14,8 +14,8 @@ enum class Trigger {
 /// Options of a surface proxy: search steps, work limits and the contact rule.
 struct ProxyOptions {
   double step = 0.5;  ///< largest tangential move and largest search step, in voxels
-  int iterations =
-      16;  ///< tangential moves per tick in addition to those of a straight slide (at most 8 times as many)
+  /// Tangential moves per tick, in addition to those of a straight slide (at most 8 times as many).
+  int iterations = 16;
   int path_steps = 512;  ///< samples along a path; a longer path gets longer steps
   /// Largest motion of the probe between two ticks [m]: 5 m/s at 1 kHz, beyond any hand. After a longer motion contact
   /// is reset, because a proxy left behind would pull the hand across the gap.

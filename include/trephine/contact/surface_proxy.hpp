@@ -21,7 +21,7 @@ namespace trephine {
 /// proxy, so the probe may be at any depth, even where gradients vanish.
 ///
 /// A proxy moves on toward the probe if the bone under it was removed. A proxy in bone (start inside, restored bone) is
-/// projected out along the normal, else along the nearest of 14 directions, and the tick returns `kStartedInside`.
+/// projected out along the normal, else along the nearest of 14 directions. A start in bone returns `kStartedInside`.
 ///
 /// Work per tick: at most 2 + 2 · path_steps + 9 · iterations · 4 · (48 + 2 · path to the surface) samples, and 15 · 77
 /// more for a projection out of bone; typically 3–25. A slide cut short continues in the next tick, and the tick
@@ -33,12 +33,12 @@ class SurfaceProxy {
   static constexpr Scalar kFineSteps = Scalar(8);
   // Steps of a search along the normal: enough for the reach at fine steps. Longer reaches would cost every move.
   static constexpr int kNormalSteps = 16;
-  static constexpr int kProjectionSteps = 8;             // of a projection out of bone after a move
-  static constexpr Scalar kNormalReach = Scalar(2);      // reach of a search along the normal, in steps
-  static constexpr Scalar kMinProgress = Scalar(0.05);   // smallest gain of an accepted move, over its length
-  static constexpr Scalar kMaxClimb = Scalar(0.5);       // largest climb over a move's length: twice noisy bone's slope
-  static constexpr int kMaxTrials = 4;                   // of a move, each shorter than the last
-  static constexpr Scalar kHalving = Scalar(0.5);        // length of a trial over the last, unless slides meet nearer
+  static constexpr int kProjectionSteps = 8;            // of a projection out of bone after a move
+  static constexpr Scalar kNormalReach = Scalar(2);     // reach of a search along the normal, in steps
+  static constexpr Scalar kMinProgress = Scalar(0.05);  // smallest gain of an accepted move, over its length
+  static constexpr Scalar kMaxClimb = Scalar(0.5);      // largest climb over a move's length: twice noisy bone's slope
+  static constexpr int kMaxTrials = 4;             // of a move, each shorter than the last: to an eighth by halving
+  static constexpr Scalar kHalving = Scalar(0.5);  // length of a trial over the last, unless slides meet nearer
   static constexpr Scalar kMinShortening = Scalar(0.1);  // smallest length of a trial over the last
   static constexpr int kMaxStraightMoves = 8;            // moves of a straight slide, over `iterations`
   // Depth under the proxy at which bone must support it, in voxels: well above the search tolerance, so that rounding
@@ -48,7 +48,7 @@ class SurfaceProxy {
   static constexpr Scalar kExitReach = Scalar(32);
   static constexpr Scalar kExitStep = Scalar(0.5);
   static constexpr int kExitSteps = 64;
-  static constexpr int kExitDirections = 14;
+  static constexpr int kExitDirections = 14;  // faces and corners of a cube
 
  public:
   explicit SurfaceProxy(const ProxyOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})

@@ -32,7 +32,7 @@ template <RealScalar Scalar>
   return X;
 }
 
-/// Writes the field's values at all vertices of a line to `values`, which holds tool.padded() numbers.
+/// Writes the field's values at all vertices of a line to `values`, which has room for tool.padded() numbers.
 template <ContactField Field, RealScalar Scalar>
 void line_values(const Field& field, const ToolDiscretization<LineCounts, Scalar>& tool, const Centreline<Scalar>& line,
                  Scalar* values) noexcept {
@@ -58,7 +58,8 @@ struct DeepestOnLine {
   Scalar value = Scalar(0);   ///< of the field there
 };
 /// Searches the deepest point at the vertices. `refined` also searches a lane of points between the two neighbours of
-/// the deepest vertex. Cost: tool.count() samples, and a lane more if refined. `scratch` holds tool.padded() numbers.
+/// the deepest vertex. Cost: tool.count() samples, and a lane more if refined. `scratch` has room for tool.padded()
+/// numbers.
 template <ContactField Field, RealScalar Scalar>
 [[nodiscard]] DeepestOnLine<Scalar> deepest_on_line(const Field& field,
                                                     const ToolDiscretization<LineCounts, Scalar>& tool,
@@ -247,8 +248,8 @@ template <ContactField Field, RealScalar Scalar>
 
 /// Searches forward from `from` (t−1) to `to` (t) and stops at the first step with a vertex in bone. A search backward
 /// from t could miss the first surface of a thin wall. `refined` also searches between vertices (`deepest_on_line`).
-/// `scratch` holds 2 · tool.padded() numbers. Cost: tool.count() samples per step, refined a lane more; none if known
-/// clearances cover the path.
+/// `scratch` has room for 2 · tool.padded() numbers. Cost: tool.count() samples per step, refined a lane more; none if
+/// known clearances cover the path.
 template <ContactField Field, Stepping Step, RealScalar Scalar>
 [[nodiscard]] FirstContact<Scalar> find_first_contact(const Field& field,
                                                       const ToolDiscretization<LineCounts, Scalar>& tool,

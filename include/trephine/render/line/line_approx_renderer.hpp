@@ -70,22 +70,22 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     X_GT_ = X_GT;
     report_ = {};
     contact_count_ = 0;
-    Rendered<Scalar> out;
+    Rendered<Scalar> result;
     const Vec3<Scalar> p = X_GT.translation();
 
-    out.status = tip_.follow(field, p);
+    result.status = tip_.follow(field, p);
     const Vec3<Scalar> e = tip_.in_contact() ? Vec3<Scalar>(tip_.position() - p) : Vec3<Scalar>::Zero();  // Eq. 6
     report_.tip_force = static_cast<Scalar>(stiffness()) * e;                                             // Eq. 7
-    out.wrench.force = report_.tip_force;
+    result.wrench.force = report_.tip_force;
     if (tip_.in_contact()) {
       contacts_[contact_count_++] = {tip_.position(), tip_.normal(), report_.tip_force};
-      out.contact.tip = true;
-      out.contact.depth = static_cast<double>(e.norm());
+      result.contact.tip = true;
+      result.contact.depth = static_cast<double>(e.norm());
     }
-    if (tool_.count() > 0) add_shaft(field, out);
-    out.contact.count = static_cast<int>(contact_count_);
-    move_drawn(previous_X_GT, !has_drawn_ || needs_ramp(out.status));
-    return out;
+    if (tool_.count() > 0) add_shaft(field, result);
+    result.contact.count = static_cast<int>(contact_count_);
+    move_drawn(previous_X_GT, !has_drawn_ || needs_ramp(result.status));
+    return result;
   }
 
   /// Clears all contact state.
@@ -189,12 +189,12 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
 
   // Adds the shaft's contact to the output.
   template <ContactField Field>
-  void add_shaft(const Field& field, Rendered<Scalar>& out) noexcept {
+  void add_shaft(const Field& field, Rendered<Scalar>& result) noexcept {
     const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
     ShaftScene<Field> scene{field,     tool_,           {tip_position(), probe.direction},
                             previous_, scratch_.data(), options_.refine};
-    const ShaftContact<Scalar> c = update_shaft(scene, probe, out.status);
-    out.status = worse(out.status, c.status);
+    const ShaftContact<Scalar> c = update_shaft(scene, probe, result.status);
+    result.status = worse(result.status, c.status);
     if (!c.touching) return;
 
     const Vec3<Scalar> r = c.point - scene.offset.tip;  // Eq. 8
@@ -208,11 +208,11 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
       torque = (c.point - probe.tip).cross(f);
       const Vec3<Scalar> on_tip = part_on_tip(f);
       if (tip_.in_contact()) contacts_[0].force -= on_tip;
-      out.wrench.force += f - on_tip;
+      result.wrench.force += f - on_tip;
     }
-    out.wrench.torque += torque;
-    out.contact.shaft = true;
-    out.contact.depth = std::max(out.contact.depth, static_cast<double>(g.norm()));
+    result.wrench.torque += torque;
+    result.contact.shaft = true;
+    result.contact.depth = std::max(result.contact.depth, static_cast<double>(g.norm()));
     contacts_[contact_count_++] = {c.point, c.normal, f};
     shaft_normal_ = c.normal;
     report_.shaft_contact = true;

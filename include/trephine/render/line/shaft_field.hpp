@@ -10,7 +10,7 @@ namespace trephine {
 /// in which the line just touches bone. A `SurfaceProxy` in this field is the constrained rotation of a rigid line
 /// about its tip, friction included.
 ///
-/// Each tick makes a new object. `scratch` holds tool.padded() numbers and is used by every call.
+/// Each tick makes a new object. `scratch` has room for tool.padded() numbers and is used by every call.
 template <ContactField Base>
 class ShaftField {
  public:

@@ -74,34 +74,34 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
   /// Computes the wrench on the tool at pose X_GT, about T's origin in G axes.
   template <ContactField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
-    Rendered<Scalar> out;
-    out.status = begin_tick(X_GT);
+    Rendered<Scalar> result;
+    result.status = begin_tick(X_GT);
     if (!samples_.update(field, tool_, X_GT_) || !find_springs(field)) {
       if (!is_idle_) {
         is_idle_ = true;
         clear_reports();
       }
-      return out;
+      return result;
     }
     is_idle_ = false;
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      if (!remains_free(g)) out.status = worse(out.status, evaluate_group(field, g, reports_[g], out.contact));
+      if (!remains_free(g)) result.status = worse(result.status, evaluate_group(field, g, reports_[g], result.contact));
     if (shared_) shared_->share(tool_, spring_length_, reports_, {contacts_.data(), contact_count_});
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
       if (g == 0) {
-        out.wrench.force += r.force;
-        out.contact.tip = r.contacts > 0 || r.deep;
+        result.wrench.force += r.force;
+        result.contact.tip = r.contacts > 0 || r.deep;
         continue;
       }
       if (r.contacts == 0 && !r.deep) continue;
       r.torque = (r.lever_m * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
-      out.wrench.torque += r.torque;                                 // Eq. 21
-      if constexpr (Shaft::kForce) out.wrench.force += r.force;
-      out.contact.shaft = out.contact.shaft || r.contacts > 0 || r.deep;
+      result.wrench.torque += r.torque;                              // Eq. 21
+      if constexpr (Shaft::kForce) result.wrench.force += r.force;
+      result.contact.shaft = result.contact.shaft || r.contacts > 0 || r.deep;
     }
-    out.contact.count = static_cast<int>(contact_count_);
-    return out;
+    result.contact.count = static_cast<int>(contact_count_);
+    return result;
   }
 
   /// Clears all contact state.
