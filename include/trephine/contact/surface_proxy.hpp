@@ -31,7 +31,7 @@ class SurfaceProxy {
   // Divisor of the search step where a step could miss a thin wall: of a blurred voxel an image may show a tenth as
   // bone.
   static constexpr Scalar kFineSteps = Scalar(8);
-  // Steps of a search along the normal: enough for the reach at fine steps. Longer reaches would cost every move.
+  // Steps of a search along the normal: kNormalReach in fine steps.
   static constexpr int kNormalSteps = 16;
   static constexpr int kProjectionSteps = 8;            // of a projection out of bone after a move
   static constexpr Scalar kNormalReach = Scalar(2);     // reach of a search along the normal, in steps

@@ -50,7 +50,7 @@ struct Crossing {
 };
 
 namespace detail {
-inline constexpr int kMaxBracketSteps = 12;  ///< of regula falsi; bounds the work, typical searches need 3
+inline constexpr int kMaxBracketSteps = 12;  ///< of regula falsi; bounds the work
 /// Regula falsi keeps this fraction of the bracket away from its ends, so that each step shrinks it.
 inline constexpr double kBracketInset = 0.05;
 }  // namespace detail

@@ -232,7 +232,7 @@ template <ContactField Field, RealScalar Scalar>
     if constexpr (ClearanceField<Field>) {
       // Clear balls, one after the other, along the line. A ball at height h clears heights up to
       // (clearance + h − shift) / (1 + turn).
-      constexpr int kMaxBalls = 16;  // beyond that a search is cheaper
+      constexpr int kMaxBalls = 16;  // bounds the work; without a result the caller samples
       Scalar height = Scalar(0);
       for (int i = 0; i < kMaxBalls; ++i) {
         const Scalar clearance = field.clearance_at(from.at(height)) / kRounding;

@@ -60,8 +60,8 @@ class RayExits {
   }
 
  private:
-  static constexpr int kRays = 32;          // rays per batch: its state fits the first-level cache
-  static constexpr int kSteps = 8;          // steps sampled at once per batch; more sample past the surface
+  static constexpr int kRays = 32;          // rays per batch, the size of its local arrays
+  static constexpr int kSteps = 8;          // steps sampled at once; more would sample farther past the surface
   static constexpr int kMaxLanes = 64;      // lanes of 16 steps per ray; bounds the work, longer rays get longer steps
   static constexpr int kMaxIterations = 8;  // of false position; bounds the work
   using Rays = std::array<Scalar, kRays>;
