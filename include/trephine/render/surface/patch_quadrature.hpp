@@ -204,9 +204,9 @@ class PatchQuadrature {
     }
   }
 
-  // Adds a sample to its group's surface, each pair of neighbours once. On the ball, pairs are projected along the
-  // inward direction, so that they spread evenly to all sides and their mean is that of both principal curvatures: on
-  // slanted bone their feet are farther apart along the slant.
+  // Adds a sample to its group's surface, each pair of neighbours once. Feet on slanted bone are farther apart along
+  // the slant. On the ball, pairs are therefore projected along the inward direction: they then spread evenly to all
+  // sides, and their mean is that of both principal curvatures.
   void accumulate(const Tool& tool, int i, const Sample& sample) noexcept {
     if (!sample.has_surface) return;
     surfaces_[sample.group].steepest = std::max(surfaces_[sample.group].steepest, sample.steepness);
