@@ -137,6 +137,13 @@ constexpr bool all_good() {
 }
 static_assert(all_good<float>() && all_good<double>());
 static_assert(Tracking<ProjectedTracking> && Tracking<CentrelineTracking> && Tracking<ConstrainedTracking>);
+struct OwnShaft {  // a user's own policy
+  static constexpr bool kForce = true;
+};
+static_assert(ShaftForce<OwnShaft> && ShaftForce<TorqueOnly> && ShaftForce<FullWrench>);
+static_assert(!ShaftForce<Coulomb> && !ShaftForce<ConstrainedTracking>);
+static_assert(kGood<LineApproxRenderer<float, RayCast, ConstrainedTracking, Coulomb, OwnShaft, AnalyticGradient>>);
+static_assert(kGood<SurfaceApproxRenderer<double, PatchWeights, HoldForce, OwnShaft, AnalyticGradient>>);
 static_assert(Weighting<CollisionRatio> && Weighting<AreaWeights> && Weighting<MeanWeights>);
 static_assert(!DeepContact<int> && !ShaftForce<int> && !Tracking<int>);
 

@@ -176,7 +176,7 @@ TEST_CASE_TEMPLATE("the error falls with the step: order 1 or better in the poin
   double before = 0;
   for (const double step : {1.0, 0.25, 0.0625}) {
     Random same(63);
-    const TranslateRotate by{.stepping = {.step = step, .most_steps = 4096}};
+    const TranslateRotate by{.stepping = {.step = step, .max_steps = 4096}};
     const Tally t = random_moves<Scalar>(by, Ball{Vec3d::Zero(), 3 * kVoxel}, tool, Motion::kBoth, 400, same);
     MESSAGE("step ", step, ": IntP off the ball by ", t.point, " voxels");
     // Linear interpolation in a step of s on a curve of radius R errs by s²/8R.
@@ -294,7 +294,7 @@ TEST_CASE_TEMPLATE("turns by half a circle, no motion, and bad numbers", Scalar,
     }
     // The bound is kept and said.
     auto coarse = step;
-    coarse.stepping.most_steps = 8;
+    coarse.stepping.max_steps = 8;
     field.samples = 0;
     const auto far =
         find_first_contact(field, tool, coarse, up, line<Scalar>(Vec3d(1, 0, 0), Vec3d::UnitZ()), scratch.data());
@@ -330,14 +330,14 @@ TEST_CASE("stepping options outside their range are refused") {
   CHECK_THROWS_WITH(steps({.step = 17}), "trephine::TranslateRotate: step must be > 0 and at most 16 voxels, got 17");
   CHECK_THROWS_WITH(steps({.step = std::nan("")}),
                     "trephine::TranslateRotate: step must be > 0 and at most 16 voxels, got nan");
-  CHECK_THROWS_WITH(steps({.most_steps = 0}), "trephine::TranslateRotate: most_steps must be 1 to 100000, got 0");
+  CHECK_THROWS_WITH(steps({.max_steps = 0}), "trephine::TranslateRotate: max_steps must be 1 to 100000, got 0");
   CHECK_THROWS_WITH((TranslateRotate{.translation_steps = -1}.validate()),
                     "trephine::TranslateRotate: step counts must be >= 0, got -1");
   CHECK_THROWS_WITH((TranslateRotate{.rotation_steps = -2}.validate()),
                     "trephine::TranslateRotate: step counts must be >= 0, got -2");
   CHECK_THROWS_WITH(RayCast{.steps = -1}.validate(), "trephine::RayCast: the step count must be >= 0, got -1");
-  CHECK_THROWS_WITH((RayCast{.stepping = {.most_steps = 100001}}.validate()),
-                    "trephine::RayCast: most_steps must be 1 to 100000, got 100001");
+  CHECK_THROWS_WITH((RayCast{.stepping = {.max_steps = 100001}}.validate()),
+                    "trephine::RayCast: max_steps must be 1 to 100000, got 100001");
 }
 
 static_assert(Stepping<TranslateRotate> && Stepping<RayCast>);

@@ -188,7 +188,8 @@ TEST_CASE_TEMPLATE("the first tick searches nothing; a shaft that starts in bone
   CHECK_FALSE(renderer.report().shaft_contact);
 }
 
-TEST_CASE_TEMPLATE("moves shorter than `moved` add up: a slow approach is not overlooked", Scalar, float, double) {
+TEST_CASE_TEMPLATE("moves shorter than `rest_threshold` add up: a slow approach is not overlooked", Scalar, float,
+                   double) {
   // 40 kHz and 2 mm/s: 50 nm a tick.
   const ShapeField<Scalar, HalfSpace> field({Vec3d(-0.00001, 0, 0), Vec3d::UnitX()}, kVoxel);
   const Vec3d lean = Vec3d(-0.001, 0, 1).normalized();
@@ -393,7 +394,7 @@ TEST_CASE("line options outside their range are refused") {
   CHECK_THROWS_WITH(make({.stiffness = std::nan("")}), "trephine::LineOptions: stiffness must be > 0 N/m, got nan");
   CHECK_THROWS_WITH(make({.shaft_stiffness = -1.0}), "trephine::LineOptions: shaft_stiffness must be > 0 N/m, got -1");
   CHECK_THROWS_WITH(make({.drawn_rate = 0}), "trephine::LineOptions: drawn_rate must be > 0, got 0");
-  CHECK_THROWS_WITH(make({.moved = -1}), "trephine::LineOptions: moved must be >= 0 m, got -1");
+  CHECK_THROWS_WITH(make({.rest_threshold = -1}), "trephine::LineOptions: rest_threshold must be >= 0 m, got -1");
   CHECK_THROWS_WITH(make({.proxy = {.iterations = 0}}), "trephine::ProxyOptions: iterations must be 1 to 1000, got 0");
   const auto stepping = [] {
     LineApproxRenderer<float, RayCast> renderer(Tool<float>(kBurr, {}), {}, RayCast{.steps = -1});

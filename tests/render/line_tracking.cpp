@@ -144,6 +144,29 @@ void table(std::ostream& text, int vertices) {
   }
 }
 
+// A user's own tracking: IntP stays at the first contact until the shaft is free.
+struct FixedTracking {
+  template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
+  static ShaftContact<Scalar> start(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
+    proxy.attach_at(s.field, point);
+    return {.touching = true, .point = point, .normal = proxy.normal()};
+  }
+  template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
+  static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
+    line_values(s.field, s.tool, s.offset, s.scratch);
+    if (s.scratch[index_of_largest(s.scratch, s.tool.count())] < Scalar(0)) proxy.reset();
+    return {.touching = proxy.in_contact(), .point = proxy.position(), .normal = proxy.normal()};
+  }
+};
+static_assert(Tracking<FixedTracking>);
+static_assert(!Tracking<Coulomb> && !Tracking<TranslateRotate>);
+
+template <class Scalar>
+using OwnTracking =
+    LineApproxRenderer<Scalar, TranslateRotate, FixedTracking, Frictionless, FullWrench, AnalyticGradient>;
+static_assert(Renderer<OwnTracking<float>, DensityField<std::uint8_t, float>>);
+static_assert(Renderer<OwnTracking<double>, DensityField<std::uint8_t, double>>);
+
 TEST_CASE_TEMPLATE("tracking against the exact constrained line", Scalar, float, double) {
   std::ostringstream text;
   text << "\n           place     n  turn      tracking  IntP mm  across mm  torque rel  in image  at rest mN·m\n";

@@ -280,6 +280,40 @@ TEST_CASE_TEMPLATE("slid out of a corner, deep, the force is a plane's again", S
   CHECK((force - 1.1 * edge * Vec3d::UnitX()).norm() < 0.05 * edge);
 }
 
+// A user's own deep contact: a constant force along the surface's normal.
+template <class Scalar>
+struct ConstantState {
+  void update_outside(const Vec3<Scalar>&, const Vec3<Scalar>&) noexcept {}
+  template <PointField Field>
+  Status compute_inside(const Field& field, const Vec3<Scalar>& c, Scalar, Scalar edge_force,
+                        Vec3<Scalar>& force) noexcept {
+    Vec3<Scalar> n = Vec3<Scalar>::Zero();
+    static_cast<void>(field.normal(c, n));
+    force = edge_force * n;
+    return Status::kOk;
+  }
+  void reset() noexcept {}
+};
+struct ConstantForce {
+  template <RealScalar Scalar>
+  using State = ConstantState<Scalar>;
+};
+static_assert(DeepContact<ConstantForce> && DeepContact<HoldForce> && DeepContact<ExtendAlongSurface>);
+static_assert(!DeepContact<PatchWeights> && !DeepContact<FullWrench>);
+
+TEST_CASE_TEMPLATE("a user's own deep contact gives the force of a group in bone", Scalar, float, double) {
+  const RasterOptions o{.size = {48, 48, 48}};
+  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+  const auto field = field_of<Scalar>(grid, o);
+  SurfaceApproxRenderer<Scalar, AreaWeights, ConstantForce> renderer(
+      Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_length = 0}, SurfaceCounts::thesis()));
+  static_assert(Renderer<decltype(renderer), std::remove_cvref_t<decltype(field)>>);
+  const auto out = render_at(renderer, field, tool_at(o.middle() - Vec3d(0, 0, kVoxel), Vec3d::UnitZ()));
+  CHECK(renderer.groups()[0].deep);
+  const double edge = renderer.thesis_stiffness() * mean_plane_force<AreaWeights>(renderer.tool(), 0, 1.0);
+  CHECK(static_cast<double>(out.wrench.force.z()) == doctest::Approx(edge).epsilon(1e-3));
+}
+
 TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {
   const RasterOptions o{.size = {96, 48, 48}};
   const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);

@@ -360,6 +360,30 @@ TEST_CASE_TEMPLATE("work is bounded: a lane of samples for every sixteen steps o
   CHECK(fine_field.samples <= 32 + 26 * (64 * 16 + 14));
 }
 
+// A user's own weightings: with patches, and without.
+struct HalfPatches : AreaWeights {
+  static constexpr bool kUsesPatches = true;
+  template <RealScalar Scalar>
+  [[nodiscard]] static Scalar weight(Scalar area, Scalar, Scalar) noexcept {
+    return area / Scalar(2);
+  }
+};
+struct NoMember : AreaWeights {};
+struct SaysNo : AreaWeights {
+  static constexpr bool kUsesPatches = false;
+};
+static_assert(Weighting<HalfPatches> && kUsesPatches<HalfPatches> && kUsesPatches<PatchWeights>);
+static_assert(Weighting<NoMember> && !kUsesPatches<NoMember> && !kUsesPatches<SaysNo> && !kUsesPatches<MeanWeights>);
+static_assert(!Weighting<HoldForce>);
+
+TEST_CASE("a user's own weighting with patches has the force of the patches") {
+  const Tool<double> tool(Burr{.tip_radius = 0.0015, .shaft_length = 0}, SurfaceCounts::thesis());
+  for (const double depth : {1e-5, 1e-4, 7e-4}) {
+    const Vec3d n = Vec3d(0.2, 0.5, 1).normalized();
+    CHECK((2 * plane_law<HalfPatches>(tool, 0, depth, n)).isApprox(plane_law<PatchWeights>(tool, 0, depth, n), 1e-12));
+  }
+}
+
 TEST_CASE("the force on a plane is quadratic in depth: the tangent is 2 k at R/2 and up to 4 k at R, or the budget") {
   constexpr double k = 800, R = 0.0015;
   const Tool<float> tool(Burr{.tip_radius = R, .shaft_length = 0}, SurfaceCounts{});

@@ -174,8 +174,8 @@ TEST_CASE_TEMPLATE("A shaft's way that is said to be clear meets no bone", Step,
     const auto from = line(tip, direction);
     const Vec3d end = tip + move * random.unit();
     const auto to = line(end, direction + turn * random.unit());
-    const bool is_clear = is_way_clear(known, from, to, length);
-    const bool is_beyond = is_way_clear(field, from, to, length);
+    const bool is_clear = is_path_clear(known, from, to, length);
+    const bool is_beyond = is_path_clear(field, from, to, length);
     const auto hit = find_first_contact(plain, tool, Step{}, from, to, scratch.data(), true);
     clear += is_clear && !is_beyond ? 1 : 0;
     beyond += is_beyond ? 1 : 0;

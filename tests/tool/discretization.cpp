@@ -35,7 +35,7 @@ TEST_CASE("26 sphere vertices are the directions of a cube, weighted for degree 
       nonzero += std::abs(c) > 0.5 ? 1 : 0;
     }
     seen.insert(cube);
-    CHECK(layout.shares[n] == (nonzero == 1 ? 1.0 / 21 : nonzero == 2 ? 4.0 / 105 : 9.0 / 280));
+    CHECK(layout.weights[n] == (nonzero == 1 ? 1.0 / 21 : nonzero == 2 ? 4.0 / 105 : 9.0 / 280));
   }
   CHECK(seen.size() == 26);
 
@@ -56,7 +56,7 @@ TEST_CASE("26 sphere vertices are the directions of a cube, weighted for degree 
         double sum = 0;
         for (std::size_t n = 0; n < 26; ++n) {
           const Vec3d& d = layout.directions[n];
-          sum += layout.shares[n] * power(d.x(), a) * power(d.y(), b) * power(d.z(), c);
+          sum += layout.weights[n] * power(d.x(), a) * power(d.y(), b) * power(d.z(), c);
         }
         const bool even = a % 2 == 0 && b % 2 == 0 && c % 2 == 0;
         const double exact = even ? odd(a - 1) * odd(b - 1) * odd(c - 1) / odd(a + b + c + 1) : 0.0;
@@ -72,8 +72,8 @@ TEST_CASE("other counts spread evenly") {
     double sum = 0, nearest = 4, farthest = 0;
     Vec3d mean = Vec3d::Zero();
     for (std::size_t i = 0; i < layout.directions.size(); ++i) {
-      sum += layout.shares[i];
-      mean += layout.shares[i] * layout.directions[i];
+      sum += layout.weights[i];
+      mean += layout.weights[i] * layout.directions[i];
       CHECK(layout.directions[i].norm() == doctest::Approx(1).epsilon(1e-14));
       double own = 4;
       for (std::size_t j = 0; j < layout.directions.size(); ++j)

@@ -92,38 +92,38 @@ TEST_CASE("patches cover the tool, and neighbours know each other") {
   CHECK(coarse.patch(coarse.groups()[1].first).half_length == 0);
 }
 
-TEST_CASE("a patch on a plane: nothing far above it, the vertex' own way deep below, gradual between") {
+TEST_CASE("a patch on a plane: nothing far above it, the vertex's own exit distance deep below, gradual between") {
   const Patch<double> patch{.radius = 0.002, .disc = 0.0004};
   const Vec3d inward = Vec3d::UnitZ(), axis = Vec3d::UnitX();
   const Vec3d n = Vec3d(0.3, 0.2, 1).normalized();
   const double cosine = n.z();
-  CHECK(patch.pull(-0.0005, n, inward, axis).way == 0);
+  CHECK(patch.spring(-0.0005, n, inward, axis).length == 0);
   double before = 0;
   for (double depth = -0.0003; depth < 0.0003; depth += 1e-6) {
-    const PatchPull<double> pull = patch.pull(depth, n, inward, axis);
-    CHECK(pull.way >= before);
-    CHECK(pull.way - before <= 1.01e-6 / cosine);
-    if (pull.way > 0) CHECK(pull.toward.norm() == doctest::Approx(1));
-    before = pull.way;
+    const PatchSpring<double> spring = patch.spring(depth, n, inward, axis);
+    CHECK(spring.length >= before);
+    CHECK(spring.length - before <= 1.01e-6 / cosine);
+    if (spring.length > 0) CHECK(spring.direction.norm() == doctest::Approx(1));
+    before = spring.length;
   }
   CHECK(before > 0);
-  CHECK(patch.pull(0.0015, -n, inward, axis).way == 0);  // a surface that faces away
+  CHECK(patch.spring(0.0015, -n, inward, axis).length == 0);  // a surface that faces away
 }
 
 // The ways out of a patch's own points, toward the centre of a ball or the axis of a shaft, from a bone that is a ball
-// of radius `bone` (hollow where negative) with the outward normal n `depth` above the vertex: their mean pull.
-struct Pulled {
-  double way = 0;
-  Vec3d pull = Vec3d::Zero();
-  double along = 0;
-  double contact = 0;
+// of radius `bone` (hollow where negative) with the outward normal n `depth` above the vertex: their mean spring.
+struct ExactSpring {
+  double length = 0;
+  Vec3d spring = Vec3d::Zero();
+  double shaft_offset = 0;
+  double surface_distance = 0;
 };
-Pulled pulled(const Patch<double>& patch, double depth, const Vec3d& n, double bone) {
+ExactSpring exact_spring(const Patch<double>& patch, double depth, const Vec3d& n, double bone) {
   constexpr int kPoints = 160;
   const double r = patch.radius;  // inward is +z, the shaft's axis x, the vertex the origin
   // The bone's surface under the vertex along n, and its centre.
   const Vec3d centre = depth * n - bone * n;
-  Pulled sum;
+  ExactSpring sum;
   double count = 0;
   for (int i = 0; i < kPoints; ++i)
     for (int j = 0; j < kPoints; ++j) {
@@ -149,19 +149,20 @@ Pulled pulled(const Patch<double>& patch, double depth, const Vec3d& n, double b
       const bool inside = bone > 0 ? c < 0 : c > 0;
       if (!inside) continue;
       const double a = bone > 0 ? -b + root : -b - root;
-      sum.way += a;
-      sum.contact += a * a;
-      sum.pull += a * d;
-      if (!(patch.disc > 0)) sum.along += a * v;
+      sum.length += a;
+      sum.surface_distance += a * a;
+      sum.spring += a * d;
+      if (!(patch.disc > 0)) sum.shaft_offset += a * v;
     }
-  sum.along /= sum.way;
-  sum.contact /= sum.way;
-  sum.way /= count;
-  sum.pull /= count;
+  sum.shaft_offset /= sum.length;
+  sum.surface_distance /= sum.length;
+  sum.length /= count;
+  sum.spring /= count;
   return sum;
 }
 
-TEST_CASE("a patch' pull against the ways out of its points: flat, convex and hollow bone, half and whole in it") {
+TEST_CASE(
+    "a patch's spring against the exit vectors of its points: flat, convex and hollow bone, half and whole in it") {
   const Vec3d inward = Vec3d::UnitZ(), axis = Vec3d::UnitX();
   const Patch<double> patches[] = {{.radius = 0.0015, .disc = 0.0003},
                                    {.radius = 0.0015, .disc = 0.0005},
@@ -176,21 +177,22 @@ TEST_CASE("a patch' pull against the ways out of its points: flat, convex and ho
           CAPTURE(bone);
           CAPTURE(lean.transpose());
           CAPTURE(share);
-          const Pulled exact = pulled(patch, depth, n, bone);
-          const PatchPull<double> pull = patch.pull(depth, n, inward, axis, {1 / bone, 1 / bone});
-          const Vec3d mine = pull.way * pull.toward;
-          // Of the way of a patch that is wholly in.
-          const double whole = std::max(pulled(patch, patch.reach(), n, bone).way, exact.way);
-          CHECK((mine - exact.pull).norm() <= 0.04 * whole);
-          if (exact.way > 0.1 * whole) {
-            if (!(patch.disc > 0)) CHECK(std::abs(pull.along - exact.along) <= 0.1 * patch.half_length);
-            CHECK(std::abs(pull.contact - exact.contact) <= 0.06 * whole);  // the mean way is off by up to 0.14
+          const ExactSpring exact = exact_spring(patch, depth, n, bone);
+          const PatchSpring<double> spring = patch.spring(depth, n, inward, axis, {1 / bone, 1 / bone});
+          const Vec3d mine = spring.length * spring.direction;
+          // Relative to the spring of a patch that is wholly in bone.
+          const double whole = std::max(exact_spring(patch, patch.reach(), n, bone).length, exact.length);
+          CHECK((mine - exact.spring).norm() <= 0.04 * whole);
+          if (exact.length > 0.1 * whole) {
+            if (!(patch.disc > 0)) CHECK(std::abs(spring.shaft_offset - exact.shaft_offset) <= 0.1 * patch.half_length);
+            CHECK(std::abs(spring.surface_distance - exact.surface_distance) <=
+                  0.06 * whole);  // the mean exit distance is off by up to 0.14
           }
-          // What the bend is for: without it a hollow or a ball is off by its sagitta.
+          // Without curvature the spring on a hollow or a ball is off by its sagitta.
           if (std::abs(bone) < 1 && share == 1.0 && lean.norm() == 0) {
-            const PatchPull<double> flat = patch.pull(depth, n, inward, axis);
-            const double along = exact.pull.z();
-            CHECK(std::abs(pull.way - along) < 0.2 * std::abs(flat.way - along));
+            const PatchSpring<double> flat = patch.spring(depth, n, inward, axis);
+            const double along = exact.spring.z();
+            CHECK(std::abs(spring.length - along) < 0.2 * std::abs(flat.length - along));
           }
         }
 }

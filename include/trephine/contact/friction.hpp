@@ -6,24 +6,27 @@
 #include <cmath>
 #include <concepts>
 
+/// Friction laws of a proxy: frictionless and Coulomb.
 namespace trephine {
 
-/// How a proxy's tangential move is limited. `slip(tangential, depth, sticking)` answers how far [m] the proxy slides
-/// of the `tangential` distance to its probe, `depth` being the normal one: with a spring from probe to proxy both are
-/// proportional to forces, so Coulomb's cone is a cone of distances. Eriksson 2006; thesis section 2.1.3.
+/// Friction law of a proxy. `slip(tangential, depth, sticking)` returns the distance [m] by which the proxy slides
+/// toward its probe. `tangential` and `depth` are the tangential and normal distances between both [m]. The spring
+/// between them makes the distances proportional to forces, so Coulomb's cone is a cone of distances. Eriksson 2006;
+/// thesis 2.1.3.
 template <class F>
 concept Friction = requires(const F& f, double t, double d, bool b) {
   { f.slip(t, d, b) }
   noexcept->std::same_as<double>;
 };
 
-/// Slides all the way.
+/// No friction: the proxy slides by the whole tangential distance.
 struct Frictionless {
   [[nodiscard]] double slip(double tangential, double, bool) const noexcept { return tangential; }
 };
 
-/// Coulomb's law: a proxy that sticks leaves only when the tangential force exceeds μ_s times the normal one; one that
-/// slides stops where it equals μ_k times the normal one.
+/// Coulomb friction with static and kinetic coefficients. A sticking proxy starts to slide when the tangential force
+/// exceeds μ_s times the normal force. A sliding proxy stops where the tangential force equals μ_k times the normal
+/// force.
 class Coulomb {
  public:
   /// Throws std::invalid_argument unless 0 <= kinetic_coefficient <= static_coefficient, both finite.
@@ -35,8 +38,8 @@ class Coulomb {
   }
 
   [[nodiscard]] double slip(double tangential, double depth, bool sticking) const noexcept {
-    const double hold = (sticking ? static_ : kinetic_) * depth;
-    return tangential <= hold ? 0.0 : tangential - kinetic_ * depth;
+    const double limit = (sticking ? static_ : kinetic_) * depth;
+    return tangential <= limit ? 0.0 : tangential - kinetic_ * depth;
   }
 
  private:

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <concepts>
 
+/// Searches for the surface of a scalar field along a segment.
 namespace trephine {
 
-/// A scalar with its surface at 0 (>= 0 in bone), at points in one frame: what surface searches and proxies move on.
+/// A scalar field with its surface at 0 and values >= 0 in bone, at points in a fixed frame. Surface searches and
+/// proxies work on it.
 // clang-format off
 template <class F>
 concept PointField = requires(const F& f, const Vec3<typename F::Scalar>& p, Vec3<typename F::Scalar>& n) {
@@ -20,42 +22,50 @@ concept PointField = requires(const F& f, const Vec3<typename F::Scalar>& p, Vec
 };
 // clang-format on
 
-/// Whether a field says that its normals are smooth (`SplineGradient`).
+/// True if a field declares its normals smooth, as `SplineGradient` does.
 template <class Field>
 inline constexpr bool kSmoothNormals = requires {
   requires Field::kSmoothNormals;
 };
 
-/// Steps of `length` [m] at most that cover `distance`, at least one, at most `most`. `bounded`: `most` was not enough
-/// and steps are longer than asked.
+/// Number of equal steps for a distance.
 struct StepPlan {
   int count = 1;
-  bool bounded = false;
+  bool bounded = false;  ///< the limit made steps longer than requested
 };
-[[nodiscard]] inline StepPlan plan_steps(double distance, double length, int most) noexcept {
-  const double wanted = std::ceil(distance / length);
-  if (!(wanted <= most)) return {most, true};
-  return {std::max(1, static_cast<int>(wanted)), false};
+/// Plans steps of at most `length` [m] over `distance` [m]: at least one step, at most `max_steps`.
+[[nodiscard]] inline StepPlan plan_steps(double distance, double length, int max_steps) noexcept {
+  const double needed = std::ceil(distance / length);
+  if (!(needed <= max_steps)) return {max_steps, true};
+  return {std::max(1, static_cast<int>(needed)), false};
 }
 
+/// Result of a search along a segment: a bracket of the surface in fractions of the segment.
 template <RealScalar Scalar>
 struct Crossing {
   bool found = false;
-  bool bounded = false;       ///< the step limit made steps longer than asked
-  Scalar before = Scalar(0);  ///< fraction of the segment just before the surface
-  Scalar after = Scalar(0);   ///< and just after it
+  bool bounded = false;       ///< the step limit made steps longer than requested
+  Scalar before = Scalar(0);  ///< fraction just before the surface
+  Scalar after = Scalar(0);   ///< fraction just after the surface
 };
 
-/// First place where `value` changes side along the segment a → b, seen from a: marches in steps of at most `step` [m]
-/// (at most `most` of them), then halves or interpolates the bracket down to kSurfaceTolerance voxels. A wall thinner
-/// than a step can be stepped over; steps of half a voxel see every wall that the trilinear interpolant of a sampled
-/// volume shows as thick as a voxel. `at_a`: the field's value at a. Cost: steps + up to 12 samples.
+namespace detail {
+inline constexpr int kMaxBracketSteps = 12;  ///< of regula falsi; bounds the work
+/// Regula falsi keeps this fraction of the bracket away from its ends, so that each step shrinks it.
+inline constexpr double kBracketInset = 0.05;
+}  // namespace detail
+
+/// Finds the first sign change of `value` along the segment a → b. It marches in steps of at most `step` [m], at most
+/// `max_steps` of them, then shrinks the bracket to kSurfaceTolerance voxels. `at_a` is the field's value at a.
+///
+/// A march can miss walls thinner than a step. Steps of half a voxel find every wall that a trilinear image shows at
+/// least a voxel thick. Cost: a sample per step, and up to 12 more.
 template <PointField Field, RealScalar Scalar = typename Field::Scalar>
 [[nodiscard]] Crossing<Scalar> first_crossing(const Field& field, const Vec3<Scalar>& a, Scalar at_a,
-                                              const Vec3<Scalar>& b, Scalar step, int most) noexcept {
+                                              const Vec3<Scalar>& b, Scalar step, int max_steps) noexcept {
   const Vec3<Scalar> d = b - a;
   const Scalar length = d.norm();
-  const StepPlan plan = plan_steps(static_cast<double>(length), static_cast<double>(step), most);
+  const StepPlan plan = plan_steps(static_cast<double>(length), static_cast<double>(step), max_steps);
   Crossing<Scalar> c{.bounded = plan.bounded};
   Scalar v0 = at_a;
   const bool from_bone = v0 >= Scalar(0);
@@ -64,17 +74,19 @@ template <PointField Field, RealScalar Scalar = typename Field::Scalar>
     c.before = c.after;
     v0 = v1;
     c.after = static_cast<Scalar>(i) / static_cast<Scalar>(plan.count);
-    // The last sample is b itself: a + (b − a) may round to its other side, and callers go on from b.
+    // The last sample is b itself: a + (b − a) may round to the other side, and callers continue from b.
     v1 = field.value(i == plan.count ? b : Vec3<Scalar>(a + c.after * d));
     c.found = (v1 >= Scalar(0)) != from_bone;
   }
   if (!c.found) return c;
-  // Illinois: regula falsi that halves the value of an end it keeps twice, so that both ends close in.
-  const Scalar close_enough = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
+  // Illinois method: regula falsi that halves the value of an end kept twice, so that both ends converge.
+  const Scalar tolerance = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
+  constexpr auto kInset = static_cast<Scalar>(detail::kBracketInset);
+  constexpr auto kOutset = static_cast<Scalar>(1 - detail::kBracketInset);
   int kept = 0;
-  for (int i = 0; i < 12 && (c.after - c.before) * length > close_enough; ++i) {
+  for (int i = 0; i < detail::kMaxBracketSteps && (c.after - c.before) * length > tolerance; ++i) {
     Scalar f = v0 / (v0 - v1);
-    f = f > Scalar(0.05) ? (f < Scalar(0.95) ? f : Scalar(0.95)) : Scalar(0.05);
+    f = f > kInset ? (f < kOutset ? f : kOutset) : kInset;
     const Scalar t = c.before + f * (c.after - c.before);
     const Scalar v = field.value(a + t * d);
     if ((v >= Scalar(0)) == from_bone) {
@@ -92,11 +104,11 @@ template <PointField Field, RealScalar Scalar = typename Field::Scalar>
   return c;
 }
 
-/// The same where the value at a is not known: one sample more.
+/// The same search without a known value at a: a sample more.
 template <PointField Field, RealScalar Scalar = typename Field::Scalar>
 [[nodiscard]] Crossing<Scalar> first_crossing(const Field& field, const Vec3<Scalar>& a, const Vec3<Scalar>& b,
-                                              Scalar step, int most) noexcept {
-  return first_crossing(field, a, field.value(a), b, step, most);
+                                              Scalar step, int max_steps) noexcept {
+  return first_crossing(field, a, field.value(a), b, step, max_steps);
 }
 
 }  // namespace trephine

@@ -8,9 +8,9 @@
 
 namespace trephine {
 
-/// Solves H x = b for a symmetric positive definite matrix of fixed size by Cholesky's factorisation; reads H's lower
-/// triangle. Returns false, with x as it was, where H is not positive definite (or not finite). Eigen's takes a
-/// compiler three seconds.
+/// Solves H x = b for a symmetric positive definite matrix of fixed size by Cholesky factorisation. Reads the lower
+/// triangle of H. Returns false, and leaves x unchanged, if H is not positive definite or not finite. Eigen's own
+/// factorisation adds three seconds of compile time.
 template <int kSize>
 [[nodiscard]] bool solve_positive_definite(const Eigen::Matrix<double, kSize, kSize>& H,
                                            const Eigen::Matrix<double, kSize, 1>& b,
@@ -23,10 +23,10 @@ template <int kSize>
       for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
       L[i][j] = sum * L[j][j];
     }
-    double rest = H(i, i);
-    for (int k = 0; k < i; ++k) rest -= L[i][k] * L[i][k];
-    if (!(rest > 0) || !std::isfinite(rest)) return false;
-    L[i][i] = 1 / std::sqrt(rest);  // the diagonal's reciprocal
+    double pivot = H(i, i);
+    for (int k = 0; k < i; ++k) pivot -= L[i][k] * L[i][k];
+    if (!(pivot > 0) || !std::isfinite(pivot)) return false;
+    L[i][i] = 1 / std::sqrt(pivot);  // the diagonal is stored as its reciprocal
     y[i] = b[i];
     for (int k = 0; k < i; ++k) y[i] -= L[i][k] * y[k];
     y[i] *= L[i][i];
@@ -39,7 +39,8 @@ template <int kSize>
   return true;
 }
 
-/// Solves A x = b by elimination with row pivots. Returns false, with x as it was, where A is singular (or not finite).
+/// Solves A x = b by Gaussian elimination with partial pivoting. Returns false, and leaves x unchanged, if A is
+/// singular or not finite.
 template <int kSize>
 [[nodiscard]] bool solve_linear(const Eigen::Matrix<double, kSize, kSize>& A, const Eigen::Matrix<double, kSize, 1>& b,
                                 Eigen::Matrix<double, kSize, 1>& x) noexcept {
@@ -56,15 +57,15 @@ template <int kSize>
     if (pivot != i)
       for (int c = i; c <= kSize; ++c) std::swap(M[i][c], M[pivot][c]);
     for (int r = i + 1; r < kSize; ++r) {
-      const double share = M[r][i] / M[i][i];
-      for (int c = i + 1; c <= kSize; ++c) M[r][c] -= share * M[i][c];
+      const double factor = M[r][i] / M[i][i];
+      for (int c = i + 1; c <= kSize; ++c) M[r][c] -= factor * M[i][c];
     }
   }
   Eigen::Matrix<double, kSize, 1> y;
   for (int i = kSize - 1; i >= 0; --i) {
-    double rest = M[i][kSize];
-    for (int c = i + 1; c < kSize; ++c) rest -= M[i][c] * y[c];
-    y[i] = rest / M[i][i];
+    double residual = M[i][kSize];
+    for (int c = i + 1; c < kSize; ++c) residual -= M[i][c] * y[c];
+    y[i] = residual / M[i][i];
     if (!std::isfinite(y[i])) return false;
   }
   x = y;

@@ -3,7 +3,7 @@
 
 #if __cplusplus <= 201703L && (!defined(_MSVC_LANG) || _MSVC_LANG <= 201703L)
 #error trephine needs C++20: compile with -std=c++20 (MSVC: /std:c++20; CMake: link trephine::trephine)
-#include <Cpp20>  // there is none: ends the compilation, which would go on to hundreds of errors
+#include <Cpp20>  // does not exist: stops the compiler here, before hundreds of follow-up errors
 #endif
 
 #include <Eigen/Core>
@@ -12,14 +12,15 @@
 #include <cmath>
 #include <concepts>
 
-/// Vectors, poses and their checks. Frames follow monogram notation: W world, G grid, T tool tip, D device, P proxy;
-/// `p_WT` is T's origin seen from W, `X_WG` maps coordinates of G to coordinates of W: `p_WQ = X_WG * p_GQ`.
-/// Units are SI throughout: metres, seconds, newtons.
+/// Vectors, rotations and rigid poses, with validity checks. Frames follow monogram notation: W world, G grid, T tool
+/// tip, D device, P proxy. `p_WT` is the position of T's origin in W. `X_WG` maps coordinates of G to coordinates of W:
+/// `p_WQ = X_WG * p_GQ`. Units are SI throughout: metres, seconds, newtons.
 namespace trephine {
 
 static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
-              "trephine needs Eigen 3.4: an older one comes first in the include path");
+              "trephine needs Eigen 3.4: an older version comes first in the include path");
 
+/// The two supported precisions. The set is closed: tolerances and SIMD code are written for these two types.
 template <class Scalar>
 concept RealScalar = std::same_as<Scalar, float> || std::same_as<Scalar, double>;
 
@@ -29,7 +30,7 @@ template <RealScalar Scalar>
 using Mat3 = Eigen::Matrix<Scalar, 3, 3>;
 template <RealScalar Scalar>
 using Quat = Eigen::Quaternion<Scalar>;
-/// A rigid transform (rotation and translation in metres).
+/// Rigid transform: rotation and translation [m].
 template <RealScalar Scalar>
 using Pose = Eigen::Transform<Scalar, 3, Eigen::Isometry>;
 
@@ -38,6 +39,7 @@ using Mat3d = Mat3<double>;
 using Quatd = Quat<double>;
 using Posed = Pose<double>;
 
+/// Pose with rotation R and translation p [m].
 template <RealScalar Scalar>
 [[nodiscard]] Pose<Scalar> make_pose(const Mat3<Scalar>& R, const Vec3<Scalar>& p) {
   auto X = Pose<Scalar>::Identity();
@@ -46,7 +48,7 @@ template <RealScalar Scalar>
   return X;
 }
 
-/// R of the inverse of X: rotates from the frame X maps to into the frame it maps from.
+/// Rotation of X⁻¹: from the frame that X maps to, back to the frame that X maps from.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> inverse_rotation(const Pose<Scalar>& X) noexcept {
   Mat3<Scalar> R = X.linear();
@@ -54,29 +56,31 @@ template <RealScalar Scalar>
   return R;
 }
 
+/// True if no component is NaN or infinite.
 template <RealScalar Scalar>
 [[nodiscard]] bool is_finite(const Vec3<Scalar>& v) noexcept {
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
-/// log of a rotation: axis times angle in [0, pi], radians.
+/// Logarithm of a rotation: axis times angle, the angle in [0, π] rad.
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> rotation_vector(const Mat3<Scalar>& R) noexcept {
   Quat<Scalar> q(R);
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Scalar s = q.vec().norm();
-  if (!(s > Scalar(1e-12))) return Scalar(2) * q.vec();
+  constexpr auto kNoAxis = Scalar(1e-12);  // half angle [rad] below which the axis is undefined: log q ≈ 2 vec(q)
+  if (!(s > kNoAxis)) return Scalar(2) * q.vec();
   return (Scalar(2) * std::atan2(s, q.w()) / s) * q.vec();
 }
 
-/// The rotation from pose a to pose b as a rotation vector, in the axes of the frame that both map to [rad].
+/// Rotation from pose a to pose b as a rotation vector [rad], in the axes of the frame that both poses map to.
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> turn_between(const Pose<Scalar>& a, const Pose<Scalar>& b) noexcept {
   const Mat3<Scalar> from = inverse_rotation(a), to = b.linear();
   return rotation_vector<Scalar>(to * from);
 }
 
-/// exp: the rotation by |w| radians about w.
+/// Exponential map: the rotation by |w| rad about w.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> rotation_from_vector(const Vec3<Scalar>& w) noexcept {
   const Scalar angle = w.norm();
@@ -84,18 +88,19 @@ template <RealScalar Scalar>
   return Eigen::AngleAxis<Scalar>(angle, w / angle).toRotationMatrix();
 }
 
-/// The smallest rotation that takes the unit vector a to the unit vector b; where they are opposite to within 6°, one
-/// about an axis nearly square to them. In closed form, as two half turns: Eigen's FromTwoVectors brings a singular
-/// value decomposition into every program.
+/// Smallest rotation that maps the unit vector a to the unit vector b. Vectors opposite to within 6° rotate about an
+/// axis nearly perpendicular to both. Closed form, the product of two half turns: Eigen's FromTwoVectors would add a
+/// singular value decomposition to every program.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> rotation_between(const Vec3<Scalar>& a, const Vec3<Scalar>& b) noexcept {
   const auto half_turn = [](const Vec3<Scalar>& axis) -> Mat3<Scalar> {
     return Scalar(2) * axis * axis.transpose() - Mat3<Scalar>::Identity();
   };
-  const Vec3<Scalar> middle = a + b;
-  const Scalar length = middle.norm();
-  if (length < Scalar(0.1)) return rotation_between<Scalar>(-a, b) * half_turn(a.unitOrthogonal());
-  return half_turn(middle / length) * half_turn(a);
+  constexpr auto kOpposite = Scalar(0.1);  // |a + b| below this: angle above 174°, where the bisector loses digits
+  const Vec3<Scalar> bisector = a + b;
+  const Scalar length = bisector.norm();
+  if (length < kOpposite) return rotation_between<Scalar>(-a, b) * half_turn(a.unitOrthogonal());
+  return half_turn(bisector / length) * half_turn(a);
 }
 
 }  // namespace trephine

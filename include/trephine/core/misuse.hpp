@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Arguments that fit nothing, and how they end in one sentence instead of in a list of what they do not fit.
+/// Compile-time diagnostics: a wrong template argument list ends in one readable static_assert message.
 namespace trephine::detail {
 
-/// A deduction guide for what no other takes makes the class of this: its primary template asserts what to write.
+/// Result of a catch-all deduction guide. The primary template for this type asserts the correct spelling.
 template <class... Arguments>
 struct Misused {};
 
-/// A renderer that an assertion has spoken of already.
+/// Base of a renderer that a static_assert has already reported. A scene suppresses further errors about it.
 struct UnusableRenderer {};
 
-/// False, but not before it is asked for.
+/// False for every argument list, but only once it is instantiated.
 template <class...>
 inline constexpr bool kFits = false;
 

@@ -7,8 +7,7 @@
 
 namespace trephine {
 
-/// Throws std::invalid_argument "trephine::Type: rule, got value". For construction and editing; never called in a
-/// tick.
+/// Throws std::invalid_argument "trephine::Type: rule, got value". Construction and editing call it; a tick never does.
 template <class Value>
 [[noreturn]] void refuse(std::string_view type, std::string_view rule, const Value& got) {
   std::ostringstream s;
@@ -16,11 +15,11 @@ template <class Value>
   throw std::invalid_argument(s.str());
 }
 
-/// The same for a length [m] that is more than `most`, as one is that was meant in millimetres.
-inline void refuse_beyond(std::string_view type, std::string_view name, double most, double got) {
-  if (got <= most) return;
+/// Throws the same exception if a length [m] exceeds `max`, as a length meant in millimetres does.
+inline void refuse_beyond(std::string_view type, std::string_view name, double max, double got) {
+  if (got <= max) return;
   std::ostringstream rule;
-  rule << name << " must be at most " << most << " m (did you mean " << got << "_mm?)";
+  rule << name << " must be at most " << max << " m (did you mean " << got << "_mm?)";
   refuse(type, rule.str(), got);
 }
 

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <type_traits>
 
-/// The one place where threads meet over plain memory. Rule: a single thread (the haptic one) writes voxels and
-/// versions with `store_relaxed` and `store_release` and may read its own data plainly; every other thread reads only
-/// through `load_relaxed` and `load_acquire`. A version stored with release after the voxels makes them visible to
-/// whoever loads that version with acquire. With one writer no read-modify-write is needed; every access is wait-free.
+/// Atomic access to plain memory that threads share. A single thread, the haptic thread, writes voxels and versions
+/// with `store_relaxed` and `store_release`, and may read its own data plainly. Every other thread reads only through
+/// `load_relaxed` and `load_acquire`. A version stored with release after the voxels makes them visible to each thread
+/// that loads this version with acquire. A single writer needs no read-modify-write: every access is wait-free.
 namespace trephine {
 
 #if defined(__cpp_lib_atomic_ref)
@@ -29,7 +29,7 @@ void store_release(T& x, std::type_identity_t<T> v) noexcept {
   std::atomic_ref<T>(x).store(v, std::memory_order_release);
 }
 
-#else  // libraries without std::atomic_ref (libc++ before 19): the compiler's own built-ins
+#else  // libraries without std::atomic_ref (libc++ before 19) use the compiler's built-ins
 
 template <class T>
 [[nodiscard]] T load_relaxed(const T& x) noexcept {

@@ -3,17 +3,20 @@
 
 #include <trephine/core/math.hpp>
 
+/// Arithmetic of spatial (six-dimensional) vectors and matrices: small motions, wrenches and stiffnesses.
 namespace trephine {
 
-/// A small motion (δp, δθ) of a body about its origin, or a force and a torque about it, as six numbers.
+/// Spatial vector: a small motion (δp [m], δθ [rad]) of a body about its origin, or a force [N] above a torque [N·m].
 using Vec6d = Eigen::Matrix<double, 6, 1>;
+/// Spatial matrix, for instance a stiffness or a Hessian over small motions.
 using Mat6d = Eigen::Matrix<double, 6, 6>;
 
-/// The moment of a vector at an arm, below the vector: how a point's motion depends on the body's.
+/// Spatial vector (v, arm × v). It is the Jacobian row of a body point at `arm` moving along v, and the wrench of a
+/// force v that acts there.
 [[nodiscard]] inline Vec6d with_moment(const Vec3d& v, const Vec3d& arm) noexcept {
-  Vec6d out;
-  out << v, arm.cross(v);
-  return out;
+  Vec6d spatial;
+  spatial << v, arm.cross(v);
+  return spatial;
 }
 
 /// Adds k v vᵀ to the lower triangle of H.
@@ -24,14 +27,14 @@ inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
   }
 }
 
-/// The symmetric matrix of a lower triangle. Eigen's view of one takes a compiler a second.
+/// Symmetric matrix with the given lower triangle. Eigen's selfadjointView adds a second of compile time.
 [[nodiscard]] inline Mat6d symmetric(Mat6d lower) noexcept {
   for (Eigen::Index j = 0; j < 6; ++j)
     for (Eigen::Index i = 0; i < j; ++i) lower(i, j) = lower(j, i);
   return lower;
 }
 
-/// k v wᵀ. Eigen's product of expressions takes a compiler longer.
+/// Outer product k v wᵀ. Eigen's product of expressions takes longer to compile.
 [[nodiscard]] inline Mat3d outer(double k, const Vec3d& v, const Vec3d& w) noexcept {
   Mat3d m;
   for (Eigen::Index j = 0; j < 3; ++j)
@@ -39,10 +42,10 @@ inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
   return m;
 }
 
-/// The pose after a small motion, its rotation about the origin, in the axes of the frame that X is in.
+/// Pose X after a small motion: translation δp [m] and rotation δθ [rad] about X's origin, in the axes that X maps to.
 [[nodiscard]] inline Posed moved(const Posed& X, const Vec6d& motion) noexcept {
-  const Vec3d turn = motion.tail<3>();
-  return make_pose<double>(rotation_from_vector(turn) * X.linear(), X.translation() + motion.head<3>());
+  const Vec3d rotation = motion.tail<3>();
+  return make_pose<double>(rotation_from_vector(rotation) * X.linear(), X.translation() + motion.head<3>());
 }
 
 }  // namespace trephine

@@ -5,18 +5,20 @@
 
 namespace trephine {
 
-/// What a tick has to say beside its wrench. Ordered by severity; a tick reports the most severe that applies.
+/// Outcome of a tick, ordered by severity. A tick reports the most severe outcome that applies.
 enum class Status : std::uint8_t {
   kOk = 0,
-  kWorkBound = 1,      ///< the work limit ended a search early; what is left is carried on at the next tick
-  kStartedInside = 2,  ///< tool or bone appeared where the other is (start, restore): ramp the hand in
-  kJump = 3,           ///< the pose moved farther in a tick than the search range; the contact state was started anew
-  kBadInput = 4,       ///< non-finite or absurd pose or rotation: zero wrench, state kept
-  kNonFinite = 5,      ///< a law gave a non-finite wrench (overflow): zero wrench, state started anew
+  kWorkBound = 1,      ///< the work limit ended a search early; the next tick continues it
+  kStartedInside = 2,  ///< tool and bone overlapped at a start or a restore: ramp the wrench
+  kJump = 3,           ///< the pose moved farther in a tick than a hand can; contact was reset
+  kBadInput = 4,       ///< pose non-finite, out of range or no rotation: zero wrench, state kept
+  kNonFinite = 5,      ///< a law overflowed: zero wrench, contact was reset
 };
 
+/// The more severe of two outcomes.
 [[nodiscard]] constexpr Status worse(Status a, Status b) noexcept { return a < b ? b : a; }
 
+/// Name of the outcome in snake_case, for logs.
 [[nodiscard]] constexpr const char* to_string(Status s) noexcept {
   switch (s) {
     case Status::kOk:
@@ -35,7 +37,7 @@ enum class Status : std::uint8_t {
   return "unknown";
 }
 
-/// True where the servo loop must bring the wrench back gently (a ramp) instead of at once.
+/// True if the servo loop must ramp the wrench up from zero instead of applying it at once.
 [[nodiscard]] constexpr bool needs_ramp(Status s) noexcept { return s >= Status::kStartedInside; }
 
 }  // namespace trephine

@@ -4,23 +4,24 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/wrench.hpp>
 
+/// Inputs and outputs of a tick, for scenes and renderers.
 namespace trephine {
 
-/// What a tick reads. `X_WT` is the tool's pose: origin at the burr's centre, +z along the shaft toward the handle.
+/// Input of a tick. `X_WT` is the tool's pose: origin at the burr's centre, +z along the shaft toward the handle.
 struct TickInput {
   Posed X_WT = Posed::Identity();
   bool spindle_on = false;
 };
 
-/// The contact in figures, whichever renderer found it.
+/// Summary of the contact set, the same for every renderer.
 struct ContactSummary {
-  int count = 0;       ///< vertices (Surface) or contact points (Line) that touch
+  int count = 0;       ///< vertices (Surface) or contact points (Line) in contact
   bool tip = false;    ///< the tip (sphere) is in contact
   bool shaft = false;  ///< the shaft is in contact
-  double depth = 0;    ///< deepest penetration known [m]
+  double depth = 0;    ///< largest penetration depth found [m]
 };
 
-/// What a tick answers. The wrench is about T's origin in W axes; it is always finite, and zero for `kBadInput` and
+/// Output of a tick. The wrench is about T's origin in W axes. It is always finite, and zero for `kBadInput` and
 /// `kNonFinite`.
 struct TickResult {
   Wrenchd wrench;
@@ -29,7 +30,7 @@ struct TickResult {
   Status status = Status::kOk;
 };
 
-/// What a renderer hands to the scene: the wrench on the tool about T's origin, in **G** axes.
+/// Output of a renderer: the wrench on the tool about T's origin, in **G** axes.
 template <RealScalar Scalar>
 struct Rendered {
   Wrench<Scalar> wrench;
@@ -37,7 +38,7 @@ struct Rendered {
   Status status = Status::kOk;
 };
 
-/// One place where the tool touches, in G axes [m, N]: `normal` points out of the bone, `force` is on the tool.
+/// One contact of tool and bone, in G: position [m], unit normal out of the bone, force on the tool [N].
 template <RealScalar Scalar>
 struct ContactPoint {
   Vec3<Scalar> position = Vec3<Scalar>::Zero();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Literals for lengths that people give in millimetres. `1.5_mm` is 0.0015 (metres).
+/// Literals for lengths, in metres: `1.5_mm` is 0.0015.
 namespace trephine {
 inline namespace literals {
 

@@ -5,9 +5,9 @@
 
 namespace trephine {
 
-/// Force [N] and torque [N·m] that the device applies to the hand, which is force and torque **on the tool**: bone
-/// pushes the tool out, so at a contact the force points along the outward surface normal. The torque is about the tool
-/// frame's origin T (the burr's centre) and both are in W axes unless a name says otherwise (`f_T_G`).
+/// Force [N] and torque [N·m] **on the tool**, which the device applies to the hand. Bone pushes the tool out: at a
+/// contact the force points along the outward surface normal. The torque is about T's origin, the burr's centre. Both
+/// are in W axes unless a name carries another frame (`f_T_G`).
 template <RealScalar Scalar>
 struct Wrench {
   Vec3<Scalar> force = Vec3<Scalar>::Zero();
@@ -15,15 +15,15 @@ struct Wrench {
 
   [[nodiscard]] static Wrench zero() noexcept { return {}; }
 
-  /// The wrench of force `f` that acts at `r` [m] from the reference point.
+  /// Wrench of a force `f` [N] that acts at `r` [m] from the reference point.
   [[nodiscard]] static Wrench of_force_at(const Vec3<Scalar>& f, const Vec3<Scalar>& r) noexcept {
     return {f, r.cross(f)};
   }
 
-  /// The same action with its torque taken about a point that lies at `r` [m] from the present one.
+  /// The same action with its torque about another reference point, at `r` [m] from the present point.
   [[nodiscard]] Wrench about(const Vec3<Scalar>& r) const noexcept { return {force, torque - r.cross(force)}; }
 
-  /// The same wrench with components in the frame that R maps to.
+  /// The same wrench with components in the axes that R maps to.
   [[nodiscard]] Wrench rotated(const Mat3<Scalar>& R) const noexcept { return {R * force, R * torque}; }
 
   template <RealScalar Other>

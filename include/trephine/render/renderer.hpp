@@ -9,21 +9,22 @@
 
 namespace trephine {
 
-/// What a scene asks of a renderer: contact of tool and bone in, wrench out. Everything is in the grid's frame G, in
-/// metres, so that accuracy does not depend on where the grid stands in the world. `render` runs once a tick on the
-/// haptic thread; the other members describe what the last `render` found and are for logging, drawing and carving.
-/// One that can do with less where nobody asks for torque has `disable_torque()` too: a scene that lists ForceOnly
-/// calls it as it is made.
+/// A renderer computes the wrench of a tool in contact with bone. All quantities are in the grid's frame G, in metres,
+/// so that accuracy does not depend on the grid's place in the world. `render` runs once a tick on the haptic thread.
+/// The other members return results of the last `render`, for logging, drawing and carving.
+///
+/// A renderer that saves work without torque has a member `disable_torque()`. The constructor of a scene with ForceOnly
+/// calls it.
 // clang-format off
 template <class R, class Field>
 concept Renderer = requires(R r, const R& c, const Field& field, const Pose<typename R::Scalar>& X_GT) {
   typename R::Scalar;
-  typename R::Gradient;  // policy: which gradient of the density
+  typename R::Gradient;  // policy for the density's gradient
   { r.render(field, X_GT) } noexcept -> std::same_as<Rendered<typename R::Scalar>>;
-  { r.reset() } noexcept;                                                 // forget all contact
-  { c.proxy_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;    // X_GP: the tool held on the surface
-  { c.cutting_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;  // where carving follows the burr
-  { c.visual_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;   // where to draw the tool
+  { r.reset() } noexcept;                                                 // clears all contact
+  { c.proxy_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;    // X_GP: the tool on the surface
+  { c.cutting_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;  // pose at which the burr cuts
+  { c.visual_pose() } noexcept -> std::same_as<Pose<typename R::Scalar>>;   // pose at which to draw the tool
   { c.contacts() } noexcept -> std::same_as<std::span<const ContactPoint<typename R::Scalar>>>;
   { c.shape() } noexcept -> std::same_as<const Burr&>;
 };

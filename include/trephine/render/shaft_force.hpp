@@ -2,20 +2,24 @@
 #pragma once
 
 #include <concepts>
+#include <type_traits>
 
 namespace trephine {
 
-/// What the shaft adds to the wrench: its torque alone, as the thesis returns (a shaft contact then gives torque
-/// without force, which is the gradient of no energy) …
+/// The shaft adds its torque alone to the wrench, as in the thesis. A shaft contact then gives torque without force,
+/// which is the gradient of no energy.
 struct TorqueOnly {
   static constexpr bool kForce = false;
 };
-/// … or its force too.
+/// The shaft adds its force and its torque to the wrench.
 struct FullWrench {
   static constexpr bool kForce = true;
 };
 
+/// Policy for the shaft's part of the wrench: `kForce` is true if the shaft adds its force.
 template <class S>
-concept ShaftForce = std::same_as<S, TorqueOnly> || std::same_as<S, FullWrench>;
+concept ShaftForce = requires {
+  { std::bool_constant<S::kForce>::value } -> std::convertible_to<bool>;
+};
 
 }  // namespace trephine

@@ -11,27 +11,27 @@
 
 namespace trephine {
 
-/// The largest tangent stiffness that a tool may be felt with at T, however many of its vertices touch: what the device
-/// renders stably (`DeviceCapabilities`), in the world's measures.
+/// Largest tangent stiffness of a tool at T, for any number of contacts. It is the stiffness that the device renders
+/// stably (`DeviceCapabilities`), in world units.
 struct StiffnessBudget {
   double linear = 0;   ///< [N/m], > 0
   double angular = 0;  ///< about T [N·m/rad], > 0
 
-  /// Throws std::invalid_argument.
+  /// Throws std::invalid_argument for a number that is not finite and > 0.
   void validate() const {
     if (!(linear > 0) || !std::isfinite(linear)) refuse("StiffnessBudget", "linear must be > 0 N/m", linear);
     if (!(angular > 0) || !std::isfinite(angular)) refuse("StiffnessBudget", "angular must be > 0 N·m/rad", angular);
   }
 };
 
-/// A group of contact springs that act at one height of the tool, as the budget sees it.
+/// Contact springs of a tool that act at the same height, as an input of the budget.
 struct SpringGroup {
   double stiffness = 0;  ///< largest tangent stiffness of the group by itself [N/m]
   double lever = 0;      ///< distance of its force from T [m]
-  bool force = true;     ///< counts for the linear stiffness (a shaft that gives torque alone does not)
+  bool force = true;     ///< adds to the linear stiffness; false for a shaft that gives torque alone
 };
 
-/// Whether all groups together, each as stiff as it gets, are within the budget as they are: nothing is to be shared.
+/// True if all groups together, each at its largest stiffness, are within the budget without sharing.
 [[nodiscard]] inline bool fits(const StiffnessBudget& budget, const std::vector<SpringGroup>& groups) noexcept {
   double linear = 0, angular = 0;
   for (const SpringGroup& g : groups) {
@@ -41,22 +41,29 @@ struct SpringGroup {
   return linear <= budget.linear && angular <= budget.angular;
 }
 
-/// How groups of springs share a stiffness budget without making energy.
+/// Shares a stiffness budget between groups of springs without generating energy.
 ///
-/// Springs add up: K = Σ k_i, K_θ = Σ k_i h_i². A factor that follows the number of contacts would keep the sum, but it
-/// jumps with each vertex that enters or leaves, and a force that jumps makes energy. So it is the energies that are
-/// joined, by a norm that is nearly their maximum:
+/// Springs add up: K = Σ k_i, K_θ = Σ k_i h_i². A factor from the number of contacts would limit the sum, but it jumps
+/// with each vertex that enters or leaves, and a jump of the force generates energy. The groups' energies are therefore
+/// combined by a norm close to their maximum:
 ///
 ///     U = s (Σ (c_g U_g)^q)^(1/q),  q = 4,     F_g' = s c_g (c_g U_g / (Σ (c U)^q)^(1/q))^(q-1) F_g .
 ///
-/// That is again the gradient of an energy where the F_g are, steady in the pose, with a force of zero for a group that
-/// has just touched. c_g = min(1, K/k_g, K_θ/(k_g h_g²)) keeps each group within the budget by itself; s keeps flush
-/// and leaning shafts within it: N equal groups are N^(1/q) times as stiff as one (2.1 for 20), not N times. The price
-/// is that one group alone has 1/N^(1/q) of the budget, not all.
+/// If each F_g is the gradient of an energy, F_g' is too. It is continuous in the pose, and zero for a group that has
+/// just made contact. c_g = min(1, K/k_g, K_θ/(k_g h_g²)) keeps each group alone within the budget. s keeps shafts that
+/// lie flush or tilted on bone within it. N equal groups are N^(1/q) times as stiff as a single group (2.1 for 20), not
+/// N times. The cost is that a single group has only 1/N^(1/q) of the budget.
 ///
 /// Factors do not depend on the order of calls; no allocation after construction.
 template <RealScalar Scalar>
 class SharedStiffness {
+  // Exponent of the norm of displacements, p = 2q. A larger q leaves a single group more of the budget but switches
+  // more abruptly between groups. `share` has the powers for q = 4 written out.
+  static constexpr int kNorm = 8;
+  // Depth of a tilted shaft's shallow end over its deep end, for the largest stiffness.
+  static constexpr double kShallowEnd = 0.1;
+  static constexpr double kTiny = 1e-300;  // avoids a division by zero without groups
+
  public:
   /// Throws std::invalid_argument for a budget out of range.
   SharedStiffness(const StiffnessBudget& budget, const std::vector<SpringGroup>& groups)
@@ -71,16 +78,16 @@ class SharedStiffness {
       caps_[g] = static_cast<Scalar>(cap);
       capped[g].stiffness *= cap;
     }
-    const Stiffest most = stiffest(capped);
-    const double share =
-        std::min({1.0, budget.linear / std::max(most.linear, 1e-300), budget.angular / std::max(most.angular, 1e-300)});
-    for (Scalar& cap : caps_) cap *= static_cast<Scalar>(share);
+    const MaxStiffness max = max_stiffness(capped);
+    const double scale =
+        std::min({1.0, budget.linear / std::max(max.linear, kTiny), budget.angular / std::max(max.angular, kTiny)});
+    for (Scalar& cap : caps_) cap *= static_cast<Scalar>(scale);
   }
 
-  /// Energy of group g's springs as they are without a budget [J].
+  /// Sets the energy of group g's springs, without the budget [J].
   void set_energy(std::size_t g, Scalar energy) noexcept { energies_[g] = energy; }
 
-  /// After all energies are set.
+  /// Computes all factors; call it once all energies are set.
   void share() noexcept {
     Scalar largest = Scalar(0);
     for (std::size_t g = 0; g < caps_.size(); ++g) largest = std::max(largest, caps_[g] * energies_[g]);
@@ -95,59 +102,60 @@ class SharedStiffness {
       sum += factors_[g] * x;
     }
     const Scalar root = std::sqrt(std::sqrt(sum));
-    const Scalar to_force = Scalar(1) / (root * root * root);
-    for (std::size_t g = 0; g < caps_.size(); ++g) factors_[g] *= caps_[g] * to_force;
+    const Scalar per_root3 = Scalar(1) / (root * root * root);
+    for (std::size_t g = 0; g < caps_.size(); ++g) factors_[g] *= caps_[g] * per_root3;
   }
-  /// What group g's force is multiplied with.
+  /// Factor of group g's force, valid after `share`.
   [[nodiscard]] Scalar factor(std::size_t g) const noexcept { return factors_[g]; }
-  /// The same for a group that touches alone.
+  /// Factor of group g's force if no other group is in contact.
   [[nodiscard]] Scalar alone(std::size_t g) const noexcept { return caps_[g]; }
 
  private:
-  struct Stiffest {
+  struct MaxStiffness {
     double linear = 0, angular = 0;
   };
 
-  /// Over shafts that lie on a plane with any run of neighbouring groups, flush or leaning either way: the second
-  /// derivatives of U for a shift across and for a turn about T.
-  [[nodiscard]] static Stiffest stiffest(const std::vector<SpringGroup>& groups) {
-    Stiffest most;
+  /// Largest second derivatives of U for a translation across the shaft and a rotation about T. The maximum is over
+  /// shafts that touch a plane with any run of neighbouring groups, flush or tilted either way.
+  [[nodiscard]] static MaxStiffness max_stiffness(const std::vector<SpringGroup>& groups) {
+    MaxStiffness max;
+    constexpr double kRise = 0.9;  // 1 − kShallowEnd
     std::vector<double> depth;
     for (std::size_t first = 0; first < groups.size(); ++first)
       for (std::size_t last = first; last < groups.size(); ++last)
-        for (const int lean : {-1, 0, 1}) {
+        for (const int tilt : {-1, 0, 1}) {
           depth.clear();
           for (std::size_t g = first; g <= last; ++g) {
             const double along = last > first ? static_cast<double>(g - first) / static_cast<double>(last - first) : 1;
-            depth.push_back(lean == 0 ? 1 : lean > 0 ? 0.1 + 0.9 * along : 1 - 0.9 * along);
+            depth.push_back(tilt == 0 ? 1 : tilt > 0 ? kShallowEnd + kRise * along : 1 - kRise * along);
           }
-          most.linear = std::max(most.linear, curvature(groups, first, depth, false));
-          most.angular = std::max(most.angular, curvature(groups, first, depth, true));
+          max.linear = std::max(max.linear, curvature(groups, first, depth, false));
+          max.angular = std::max(max.angular, curvature(groups, first, depth, true));
         }
-    return most;
+    return max;
   }
 
-  /// Of ½ ‖u‖_p², p = 2q, u_g = √k_g a_g, along d_g = √k_g (or √k_g h_g):
+  /// Second derivative of ½ ‖u‖_p², p = 2q, u_g = √k_g a_g, along d_g = √k_g (for a rotation √k_g h_g):
   /// ‖u‖^(2−p) [(p−1) Σ u^(p−2) d² − (p−2) ‖u‖^(−p) (Σ u^(p−1) d)²].
   [[nodiscard]] static double curvature(const std::vector<SpringGroup>& groups, std::size_t first,
-                                        const std::vector<double>& depth, bool turn) {
-    constexpr int kP = 8;
+                                        const std::vector<double>& depth, bool rotation) {
     double norm = 0, squares = 0, slope = 0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
       const SpringGroup& group = groups[first + i];
-      if (!turn && !group.force) continue;
+      if (!rotation && !group.force) continue;
       const double root = std::sqrt(group.stiffness);
-      const double u = root * depth[i], d = root * (turn ? group.lever : 1);
-      const double u6 = std::pow(u, kP - 2);
+      const double u = root * depth[i], d = root * (rotation ? group.lever : 1);
+      const double u6 = std::pow(u, kNorm - 2);
       norm += u6 * u * u;
       squares += u6 * d * d;
       slope += u6 * u * d;
     }
     if (!(norm > 0)) return 0;
-    return std::pow(norm, 2.0 / kP - 1) * ((kP - 1) * squares - (kP - 2) * slope * slope / norm);
+    return std::pow(norm, 2.0 / kNorm - 1) * ((kNorm - 1) * squares - (kNorm - 2) * slope * slope / norm);
   }
 
-  std::vector<Scalar> caps_, energies_, factors_;
+  std::vector<Scalar> caps_;  // s c_g
+  std::vector<Scalar> energies_, factors_;
 };
 
 }  // namespace trephine

@@ -7,7 +7,7 @@
 
 namespace trephine {
 
-/// The exact shape of a round burr: a ball about T's origin and a flat-ended cylinder along +z (`Burr`).
+/// Exact signed distance of a round burr (`Burr`): a ball about T's origin and a flat-ended cylinder along +z.
 class BallAndShaft {
  public:
   /// Throws std::invalid_argument for a burr that `Burr::validate` refuses.
@@ -28,13 +28,14 @@ class BallAndShaft {
     ProfileLanes<double> to_centre, to_rim;
     split(rho, z, r, L, to_centre, to_rim);
     for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      // Signed distances to the cylinder's side and to its nearer end; their positive parts; the larger of both.
       const double side = rho[i] - r, above = z[i] - L, up = above > -z[i] ? 1.0 : -1.0;
       const double end = above > -z[i] ? above : -z[i];
       const double s = side > 0 ? side : 0.0, e = end > 0 ? end : 0.0;
       const double inside = side > end ? side : end;
       const double shaft = to_rim[i] + (inside < 0 ? inside : 0.0), ball = to_centre[i] - R;
       const bool is_ball = !(shaft < ball);
-      const bool is_rim = inside > 0;  // of the shaft: its nearest point may be on the edge of its end
+      const bool is_rim = inside > 0;  // outside the shaft: the nearest point may be on the rim of its end
       const double per_centre = 1 / (to_centre[i] > kCentre ? to_centre[i] : kCentre);
       const double per_rim = 1 / (is_rim ? to_rim[i] : 1.0);
       const double flat_rho = side >= end ? 1.0 : 0.0;
@@ -65,21 +66,23 @@ class BallAndShaft {
   }
 
  private:
-  static constexpr double kCentre = 1e-9;  // [m]: nearer to the ball's centre there is no direction
+  // Distance from the ball's centre [m] below which the gradient has no direction: it is then shorter than 1.
+  static constexpr double kCentre = 1e-9;
+  // End of the shaft of a tool without a shaft [m]: so far below the ball that the ball is always nearer.
+  static constexpr double kNoShaft = -1e9;
 
   template <class S>
   struct Measures {
     S tip, shaft, length;
   };
-  /// A ball without a shaft has one that ends far below it.
+  /// Radii and shaft length in precision S.
   template <class S>
   [[nodiscard]] Measures<S> measures() const noexcept {
-    constexpr double kFar = -1e9;
     return {static_cast<S>(burr_.tip_radius), static_cast<S>(burr_.shaft_radius),
-            static_cast<S>(burr_.has_shaft() ? burr_.shaft_length : kFar)};
+            static_cast<S>(burr_.has_shaft() ? burr_.shaft_length : kNoShaft)};
   }
 
-  /// Distances from the ball's centre, and from the shaft as far as they are beside or beyond it.
+  /// Distances from the ball's centre, and from the cylinder for points outside it (0 inside).
   template <class S>
   static void split(const ProfileLanes<S>& rho, const ProfileLanes<S>& z, S r, S L, ProfileLanes<S>& to_centre,
                     ProfileLanes<S>& to_rim) noexcept {

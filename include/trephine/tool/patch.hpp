@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-/// Vertices that stand for the patch of tool surface around them: what of that patch is in bone, were the bone's
-/// surface flat there. With it a vertex enters contact gradually, as its patch does, instead of all at once.
+/// Penetration of the patch of tool surface around a vertex, integrated in closed form over locally planar bone. With
+/// it a vertex enters contact gradually, as its patch does, instead of all at once.
 namespace trephine {
 
-/// Of a function h over a patch with coordinates u, v: its mean and its first moments, the means of u h and v h.
+/// Mean of a function h over a patch with coordinates u, v, and its first moments: the means of u h and v h.
 template <RealScalar Scalar>
 struct PatchMoments {
   Scalar mean = Scalar(0);
@@ -18,8 +18,9 @@ struct PatchMoments {
   Scalar by_v = Scalar(0);
 };
 
-/// Of max(0, q + u) over a disc of radius 1, u a Cartesian coordinate on it: nothing for q <= −1, q and 1/4 for q >= 1,
-/// between (with θ = arccos(−q), r = (1−q²)^½) [ r (2 + q²)/3 + q θ ] / π and [ q r³/3 + (θ − q r (1 − 2q²))/8 ] 2/π.
+/// Moments of h = max(0, q + u) over the unit disc, with u a Cartesian coordinate on it. Both are 0 for q <= −1. For
+/// q >= 1 the mean is q and the moment 1/4. Between, with θ = arccos(−q) and r = (1−q²)^½, the mean is
+/// [ r (2 + q²)/3 + q θ ] / π and the moment [ q r³/3 + (θ − q r (1 − 2q²))/8 ] 2/π.
 template <RealScalar Scalar>
 [[nodiscard]] PatchMoments<Scalar> moments_over_disc(Scalar q) noexcept {
   if (!(q > Scalar(-1))) return {};
@@ -33,9 +34,9 @@ template <RealScalar Scalar>
               (Scalar(2) * kPerPi)};
 }
 
-/// Of max(0, s + a u + b v) over |u|, |v| <= 1: a rectangle across which the depth rises by 2a and 2b. With F_n the
-/// n-fold integral of the step, x = ±a and y = ±b at the corners: Σ ± F_3(s + x + y) / 4ab, and for u
-/// Σ ± [x F_3 − F_4] / 4a²b.
+/// Moments of h = max(0, s + a u + b v) over |u|, |v| <= 1: a rectangle across which the depth increases by 2a and 2b.
+/// F_n is the n-fold integral of the unit step, and x = ±a, y = ±b are the corners. The mean is
+/// Σ ± F_3(s + x + y) / 4ab and the moment by u Σ ± [x F_3 − F_4] / 4a²b.
 template <RealScalar Scalar>
 [[nodiscard]] PatchMoments<Scalar> moments_over_rectangle(Scalar s, Scalar a, Scalar b) noexcept {
   if (std::abs(a) < std::abs(b)) {
@@ -47,8 +48,10 @@ template <RealScalar Scalar>
   if (s >= long_side + short_side) return {s, a / Scalar(3), b / Scalar(3)};
   if (s <= -(long_side + short_side)) return {};
   const auto ramp = [](Scalar x) { return std::max(x, Scalar(0)); };
-  // Where the short side is short these differences cancel: its mean square goes into the means along the long one.
-  if (short_side < Scalar(0.05) * long_side) {
+  // Below this ratio of the sides the differences of F_n cancel numerically. The depth then counts as constant across
+  // the short side, with an error of its square over 24 long sides.
+  constexpr auto kThinRatio = Scalar(0.05);
+  if (short_side < kThinRatio * long_side) {
     const Scalar hi = ramp(s + long_side);
     const Scalar lo = ramp(s - long_side);
     const Scalar mean = (hi * hi - lo * lo) / (Scalar(4) * long_side);
@@ -72,68 +75,72 @@ template <RealScalar Scalar>
   return {m.mean / area, m.by_u / (area * a), m.by_v / (area * b)};
 }
 
-/// How bone bends at a patch [1/m], positive where it is convex: the mean curvature under a disc; under a rectangle
-/// along its arc and along the shaft.
+/// Curvature of the bone's surface under a patch [1/m], positive where bone is convex.
 template <RealScalar Scalar>
-struct Bend {
-  Scalar arc = Scalar(0);
-  Scalar length = Scalar(0);
+struct PatchCurvature {
+  Scalar arc = Scalar(0);     ///< along a rectangle's arc; under a disc the mean curvature
+  Scalar length = Scalar(0);  ///< along the shaft
 };
 
-/// What of a patch is in bone: the mean of its points' ways out, as vectors, by length and unit direction, and where it
-/// acts (a patch that is half in bone pulls from there).
+/// Contact spring of a patch: the mean exit vector of its points, and its point of action. A patch point's exit vector
+/// points from it, toward the tool's centre, to the bone's surface; it is 0 for points outside bone.
 template <RealScalar Scalar>
-struct PatchPull {
-  Scalar way = Scalar(0);
-  Vec3<Scalar> toward = Vec3<Scalar>::Zero();
-  Scalar along = Scalar(0);    ///< from the vertex along the shaft [m]
-  Scalar contact = Scalar(0);  ///< from there to where it touches: the mean way out, each by its own length [m]
+struct PatchSpring {
+  Scalar length = Scalar(0);                      ///< of the mean exit vector [m]
+  Vec3<Scalar> direction = Vec3<Scalar>::Zero();  ///< unit vector
+  Scalar shaft_offset = Scalar(0);                ///< offset of the point of action from the vertex along the shaft [m]
+  Scalar surface_distance = Scalar(0);  ///< distance from there to the bone's surface: mean of h² over mean of h [m]
 };
 
-/// The extent of a vertex' patch. Of a ball: a disc of the area it stands for. Of a slice: a rectangle, the arc between
-/// vertices by the length of shaft between slices.
+/// Extent of a vertex's patch: on a ball a disc of the vertex's area, on a slice a rectangle. The rectangle spans the
+/// arc between vertices and the length of shaft between slices.
 template <RealScalar Scalar>
 struct Patch {
-  Scalar radius;        ///< of ball or shaft [m]
-  Scalar disc = 0;      ///< the disc's radius [m]; 0 for a rectangle
-  Scalar half_arc = 0;  ///< [m]
-  Scalar half_length = 0;
+  Scalar radius;           ///< of ball or shaft [m]
+  Scalar disc = 0;         ///< radius of the disc [m]; 0 for a rectangle
+  Scalar half_arc = 0;     ///< of the rectangle [m]
+  Scalar half_length = 0;  ///< of the rectangle, along the shaft [m]
+
+  // Smallest cosine between normal and inward direction at which a patch is in contact: 84°. Exit distances grow as its
+  // reciprocal, and a patch that faces away from bone exits through other bone.
+  static constexpr auto kMinCosine = Scalar(0.1);
 
   template <RealScalar Other>
   [[nodiscard]] Patch<Other> cast() const noexcept {
     return {Other(radius), Other(disc), Other(half_arc), Other(half_length)};
   }
 
-  /// Farthest that a point of the patch is from the vertex [m].
+  /// Largest distance of the patch's points from the vertex [m].
   [[nodiscard]] Scalar reach() const noexcept { return disc > Scalar(0) ? disc : half_arc + half_length; }
 
-  /// The patch's pull for a surface with outward unit normal n that lies `depth` [m] above the vertex along n
-  /// (negative: below it) and bends by `bend`. `inward`: unit direction toward the centre; `axis`: the shaft's.
+  /// Spring of the patch against a bone surface with outward unit normal n. The vertex lies `depth` [m] below the
+  /// surface along n (negative: above it). `inward` is the vertex's unit direction toward the centre, `axis` the
+  /// shaft's.
   ///
-  /// At u on the patch h(u) = depth − n·u − (curvatures) is the depth, d(u) = d − u / r the direction inward and
-  /// h / (n·d) the way out. The slope counts exactly, the curvatures of tool and bone by their means, d(u) at the
-  /// centroid of h. (Inlined by force: g++ would call it, a sixth of a shaft's tick.)
-  [[nodiscard, gnu::always_inline]] inline PatchPull<Scalar> pull(Scalar depth, const Vec3<Scalar>& n,
-                                                                  const Vec3<Scalar>& inward, const Vec3<Scalar>& axis,
-                                                                  const Bend<Scalar>& bend = {}) const noexcept {
-    constexpr auto kLeastCosine = Scalar(0.1);
+  /// At offset u on the patch the depth is h(u) = depth − n·u − (curvature terms). The inward direction is
+  /// d(u) = d − u / r, and the exit distance h / (n·d). The slope enters exactly, the curvatures of tool and bone by
+  /// their means, and d(u) by its value at the centroid of h. (Inlining is forced: a call costs a sixth of a shaft's
+  /// tick.)
+  [[nodiscard, gnu::always_inline]] inline PatchSpring<Scalar> spring(
+      Scalar depth, const Vec3<Scalar>& n, const Vec3<Scalar>& inward, const Vec3<Scalar>& axis,
+      const PatchCurvature<Scalar>& curvature = {}) const noexcept {
     const Scalar cosine = n.dot(inward);
-    if (!(cosine > kLeastCosine)) return {};
-    // Ways out converge toward the centre: at the bone the patch is smaller by this.
+    if (!(cosine > kMinCosine)) return {};
+    // Exit vectors converge toward the centre: at the bone the patch is smaller by this factor.
     const Scalar shrunk = Scalar(1) - std::clamp(depth / (cosine * radius), Scalar(0), Scalar(1));
     const Scalar sag = shrunk * shrunk;
     Scalar mean;            // of h
-    Scalar square;          // mean of h²: of h times (its value at the vertex and its slopes times u and v)
-    Vec3<Scalar> centroid;  // times the mean
+    Scalar square;          // mean of h², from h at the vertex, the slopes and the moments
+    Vec3<Scalar> centroid;  // of h, times the mean
     Scalar along = Scalar(0);
     if (disc > Scalar(0)) {
       const Vec3<Scalar> uphill = n - cosine * inward;
       const Scalar slope2 = disc * disc * uphill.squaredNorm();
-      // Ways meet slanting bone farther apart: their distances' mean square grows by tan²/2 once all are in bone.
+      // Exit points on slanted bone are farther apart. Their mean square distance grows by tan²/2 once all are in bone.
       const Scalar in_bone = std::min(depth > Scalar(0) ? depth * depth : Scalar(0), slope2);
       const Scalar slant = Scalar(1) + in_bone / (Scalar(2) * disc * disc * cosine * cosine);
-      const Scalar s = depth - disc * disc * (cosine / radius + sag * slant * bend.arc) / Scalar(4);
-      if (s * s >= slope2) {  // all of it in bone, or nothing: no root needed
+      const Scalar s = depth - disc * disc * (cosine / radius + sag * slant * curvature.arc) / Scalar(4);
+      if (s * s >= slope2) {  // the disc is entirely in bone or entirely outside: no root is needed
         mean = s;
         square = s * s + Scalar(0.25) * slope2;
         centroid = (Scalar(-0.25) * disc * disc) * uphill;
@@ -146,8 +153,8 @@ struct Patch {
       }
     } else {
       const Vec3<Scalar> arc = axis.cross(inward);
-      const Scalar s = depth - half_arc * half_arc * (cosine / radius + sag * bend.arc) / Scalar(6) -
-                       half_length * half_length * bend.length / Scalar(6);
+      const Scalar s = depth - half_arc * half_arc * (cosine / radius + sag * curvature.arc) / Scalar(6) -
+                       half_length * half_length * curvature.length / Scalar(6);
       const Scalar by_arc = -half_arc * n.dot(arc), by_length = -half_length * n.dot(axis);
       const PatchMoments<Scalar> m = moments_over_rectangle(s, by_arc, by_length);
       mean = m.mean;
@@ -157,9 +164,9 @@ struct Patch {
     }
     if (!(mean > Scalar(0))) return {};
     const Scalar per_mean = Scalar(1) / mean;
-    const Vec3<Scalar> toward = inward - (per_mean / radius) * centroid;
-    const Scalar per_cosine = Scalar(1) / n.dot(toward);
-    return {mean * per_cosine, (Scalar(1) / std::sqrt(toward.squaredNorm())) * toward, along * per_mean,
+    const Vec3<Scalar> direction = inward - (per_mean / radius) * centroid;
+    const Scalar per_cosine = Scalar(1) / n.dot(direction);
+    return {mean * per_cosine, (Scalar(1) / std::sqrt(direction.squaredNorm())) * direction, along * per_mean,
             square * per_mean * per_cosine};
   }
 };

@@ -8,23 +8,23 @@
 
 namespace trephine {
 
-/// A drill: a ball of `tip_radius` at T's origin and a cylindrical shaft of `shaft_radius` that leaves it along +z up
-/// to `shaft_length` from the ball's centre. Radii, not diameters; metres. `shaft_length = 0`: a ball alone.
+/// A round burr: a ball at T's origin and a cylindrical shaft along +z. Lengths are in metres, and radii are not
+/// diameters.
 struct Burr {
-  double tip_radius = 0.0015;
-  double shaft_radius = 0.0008;
-  double shaft_length = 0.040;
+  double tip_radius = 0.0015;    ///< of the ball [m]
+  double shaft_radius = 0.0008;  ///< [m]
+  double shaft_length = 0.040;   ///< from the ball's centre to the shaft's end [m]; 0: no shaft
 
   [[nodiscard]] bool has_shaft() const noexcept { return shaft_length > 0; }
 
-  /// Distance from the ball's centre at which the shaft's surface leaves the ball [m].
+  /// Height above the ball's centre at which the shaft's surface leaves the ball [m].
   [[nodiscard]] double shaft_emerges() const noexcept {
     const double d2 = tip_radius * tip_radius - shaft_radius * shaft_radius;
     return d2 > 0 ? std::sqrt(d2) : 0.0;
   }
 
-  /// Throws std::invalid_argument unless radii are > 0 and at most kLargestRadius, and the shaft, if any, is longer
-  /// than where it emerges and at most kLongestShaft.
+  /// Throws std::invalid_argument unless radii are in (0, kLargestRadius] and the shaft, if any, is longer than the
+  /// ball's radius and at most kLongestShaft.
   void validate() const {
     const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
     if (!positive(tip_radius)) refuse("Burr", "tip_radius must be > 0 m", tip_radius);

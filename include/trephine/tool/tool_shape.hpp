@@ -11,56 +11,60 @@
 #include <concepts>
 #include <cstddef>
 
+/// Tool shapes: rigid tools given by their exact signed distance, for the coupled tool.
 namespace trephine {
 
-/// Points of a tool's half plane are handled this many at a time, so that plain loops vectorise.
+/// Number of points that a tool shape evaluates per call. The fixed count lets compilers vectorise plain loops.
 inline constexpr std::size_t kProfileLanes = 16;
 template <std::floating_point S>
 using ProfileLanes = std::array<S, kProfileLanes>;
 
-/// A tool's surface as points see it, in the half plane (ρ, z) through the point and the tool's axis: ρ >= 0 is the
-/// distance from the axis, z runs along it toward the handle [m].
+/// Signed distances of points to a tool, with gradients and curvatures, in the half plane (ρ, z) of each point. ρ >= 0
+/// is the distance from the tool's axis [m]; z is the height along the axis toward the handle [m].
 struct Profile {
-  ProfileLanes<double> distance;    ///< signed, negative inside [m]
-  ProfileLanes<double> normal_rho;  ///< gradient of the distance, a unit vector
-  ProfileLanes<double> normal_z;
-  ProfileLanes<double> curvature;  ///< of the level line through the point, in the half plane [1/m]: 0 along a cylinder
-  ProfileLanes<double> central;    ///< 1 where the nearest part is a ball about T's origin: no moments; else 0
+  ProfileLanes<double> distance;    ///< signed distance, negative inside the tool [m]
+  ProfileLanes<double> normal_rho;  ///< ρ component of the distance's gradient, a unit vector
+  ProfileLanes<double> normal_z;    ///< its z component
+  ProfileLanes<double> curvature;   ///< of the level line through the point, in the half plane [1/m]; 0 on a cylinder
+  ProfileLanes<double> central;     ///< 1 if the nearest part is a ball about T's origin (no moments), else 0
 };
 
-/// Bound of a tool's motion: against its surface, a point that is `arm` [m] from T's origin moves by shift + turn · arm
-/// at most. Turning about the tool's own axis is no motion.
+/// Bound on a tool's motion. A point `arm` [m] from T's origin moves by at most shift + turn · arm relative to the
+/// tool's surface. Rotation about the tool's own axis does not count: the surface is one of revolution.
 struct ToolMotion {
-  double shift = 0;  ///< of T's origin [m]
-  double turn = 0;   ///< of the axis [rad]
+  double shift = 0;  ///< displacement of T's origin [m]
+  double turn = 0;   ///< rotation of the axis [rad]
 
+  /// Largest displacement of a point `arm` [m] from T's origin [m].
   [[nodiscard]] double at(double arm) const noexcept { return shift + turn * arm; }
   [[nodiscard]] bool is_within(const ToolMotion& other) const noexcept {
     return shift <= other.shift && turn <= other.turn;
   }
 };
+/// Motion from pose a to pose b.
 [[nodiscard]] inline ToolMotion motion_between(const Posed& a, const Posed& b) noexcept {
   return {(a.translation() - b.translation()).norm(), (a.linear().col(2) - b.linear().col(2)).norm()};
 }
 
-/// The space that a tool takes up at most.
+/// Bounding cylinder of a tool and the radius of its core, in T.
 struct ToolBounds {
-  double z_low;  ///< lowest and highest z [m]
-  double z_high;
+  double z_low;   ///< lowest z [m]
+  double z_high;  ///< highest z [m]
   double radius;  ///< largest ρ [m]
-  /// Least distance of the tool's surface from the axis, between points this far from the axis' ends [m].
+  /// Smallest distance of the surface from the axis [m], apart from this length at either end of the axis.
   double core_radius;
 
-  /// No point of the tool is farther than this from T's origin [m].
+  /// Upper bound on the distance of the tool's points from T's origin [m].
   [[nodiscard]] double arm() const noexcept { return std::max(-z_low, z_high) + radius; }
 };
 
-/// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A new tool is a class
-/// that answers these; nothing else changes.
-/// - `profile(rho, z, out)`: distances, gradients and curvatures of kProfileLanes points;
-/// - `distances(rho, z, out)`: the distances alone, in single precision;
-/// - `bounds()`; `burr()`, the ball that cuts and the shaft, for carving and drawing.
-/// Metres, in T. Inside a union of bodies the distance may be the lowest of theirs.
+/// A rigid tool: a surface of revolution about T's z axis, given by its exact signed distance. A class with these
+/// members is a new tool; no other code changes. Lengths are in metres, in T.
+/// - `profile(rho, z, profile)` computes distances, gradients and curvatures of kProfileLanes points;
+/// - `distances(rho, z, distances)` computes the distances alone, in single precision;
+/// - `bounds()` returns the bounding cylinder; `burr()` the ball that cuts and the shaft, for carving and drawing.
+///
+/// Inside a union of bodies the distance may be the smallest of the bodies' distances.
 // clang-format off
 template <class T>
 concept ToolShape = std::copy_constructible<T> &&
@@ -72,7 +76,8 @@ concept ToolShape = std::copy_constructible<T> &&
 };
 // clang-format on
 
-/// Square roots of all lanes, by Eigen: std::sqrt may set errno, which keeps loops from being vectorised.
+/// Replaces all lanes by their square roots. Eigen does it, because std::sqrt may set errno, which prevents
+/// vectorisation.
 template <std::floating_point S>
 void square_roots(ProfileLanes<S>& x) noexcept {
   Eigen::Map<Eigen::Array<S, static_cast<int>(kProfileLanes), 1>> lanes(x.data());

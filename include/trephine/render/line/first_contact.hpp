@@ -8,39 +8,40 @@
 
 #include <array>
 
-/// First contact of the shaft's centreline as it moves from its place at t−1 to its place at t: thesis 3.1, Eq. 1–5.
+/// First contact of the shaft's centreline on its path from t−1 to t: thesis 3.1, Eq. 1–5.
 namespace trephine {
 
-/// A centreline: vertex i is at tip + heights[i] * direction. The direction is a unit vector except along a ray cast,
-/// where every vertex moves on its own straight line.
+/// Centreline of the shaft: vertex i is at tip + heights[i] * direction. The direction is a unit vector except within a
+/// ray cast, where every vertex moves along its own straight line.
 template <RealScalar Scalar>
 struct Centreline {
   Vec3<Scalar> tip = Vec3<Scalar>::Zero();
   Vec3<Scalar> direction = Vec3<Scalar>::UnitZ();
 
+  /// Point at a height above the tip [m].
   [[nodiscard]] Vec3<Scalar> at(Scalar height) const noexcept { return tip + height * direction; }
   [[nodiscard]] bool operator==(const Centreline&) const = default;
 };
 
-/// Takes heights on a line, points (0, 0, h), to their places.
+/// Transform that maps points (0, 0, h) to the line's points at height h.
 template <RealScalar Scalar>
 [[nodiscard]] Pose<Scalar> pose_of(const Centreline<Scalar>& line) noexcept {
   auto X = Pose<Scalar>::Identity();
-  X.linear().col(2) = line.direction;  // x = y = 0 on the centreline: the other columns do not matter
+  X.linear().col(2) = line.direction;  // x = y = 0 on the centreline: the other columns have no effect
   X.translation() = line.tip;
   return X;
 }
 
-/// field.value at all vertices of a line; `out` holds tool.padded() numbers.
+/// Writes the field's values at all vertices of a line to `values`, which has room for tool.padded() numbers.
 template <ContactField Field, RealScalar Scalar>
 void line_values(const Field& field, const ToolDiscretization<LineCounts, Scalar>& tool, const Centreline<Scalar>& line,
-                 Scalar* out) noexcept {
+                 Scalar* values) noexcept {
   const Pose<Scalar> X = pose_of(line);
   const auto& p = tool.points();
-  field.values(X, p.x.data(), p.y.data(), p.z.data(), out, tool.padded());
+  field.values(X, p.x.data(), p.y.data(), p.z.data(), values, tool.padded());
 }
 
-/// Largest of n values, first of equals.
+/// Index of the largest of n values; of equal values the first.
 template <RealScalar Scalar>
 [[nodiscard]] int index_of_largest(const Scalar* v, int n) noexcept {
   int best = 0;
@@ -49,14 +50,16 @@ template <RealScalar Scalar>
   return best;
 }
 
-/// The deepest place of a line: at a vertex, or, `refined`, at one of a lane of places between the two neighbours of
-/// the deepest vertex. Cost: tool.count() samples, and a lane more where it refines.
+/// Deepest point of a line: the point with the largest field value.
 template <RealScalar Scalar>
 struct DeepestOnLine {
-  int vertex = 0;
-  Scalar height = Scalar(0);
-  Scalar value = Scalar(0);
+  int vertex = 0;             ///< deepest vertex
+  Scalar height = Scalar(0);  ///< of the deepest point above the tip [m]
+  Scalar value = Scalar(0);   ///< of the field there
 };
+/// Searches the deepest point at the vertices. `refined` also searches a lane of points between the two neighbours of
+/// the deepest vertex. Cost: tool.count() samples, and a lane more if refined. `scratch` has room for tool.padded()
+/// numbers.
 template <ContactField Field, RealScalar Scalar>
 [[nodiscard]] DeepestOnLine<Scalar> deepest_on_line(const Field& field,
                                                     const ToolDiscretization<LineCounts, Scalar>& tool,
@@ -84,25 +87,26 @@ template <ContactField Field, RealScalar Scalar>
   return best;
 }
 
-/// How finely a search steps: counts as in the thesis where they are given (> 0), else steps of at most `step` voxels
-/// of the farthest vertex, at most `most_steps` in all.
+/// Step length of a search without fixed step counts.
 struct SteppingOptions {
-  double step = 0.5;
-  int most_steps = 512;
+  double step = 0.5;    ///< largest step of the farthest vertex, in voxels; longer steps can miss thin walls
+  int max_steps = 512;  ///< of a translation, rotation or ray; bounds the work, longer paths get longer steps
 
-  void validate(const char* who) const {
-    if (!(step > 0 && step <= 16)) refuse(who, "step must be > 0 and at most 16 voxels", step);
-    if (!(most_steps >= 1 && most_steps <= 100000)) refuse(who, "most_steps must be 1 to 100000", most_steps);
+  /// Throws std::invalid_argument, naming the type `owner`, for a number outside its range.
+  void validate(const char* owner) const {
+    if (!(step > 0 && step <= 16)) refuse(owner, "step must be > 0 and at most 16 voxels", step);
+    if (!(max_steps >= 1 && max_steps <= 100000)) refuse(owner, "max_steps must be 1 to 100000", max_steps);
   }
 };
 
-/// Translate, then rotate: Eq. 3, 4. The t−1 line is moved to the tip of t in equal steps, then turned to the direction
-/// of t in equal angles.
+/// Path that translates the line, then rotates it: Eq. 3, 4. The line of t−1 moves to the tip of t in equal steps, then
+/// rotates to the direction of t by equal angles.
 struct TranslateRotate {
-  int translation_steps = 0;  ///< fixed count (thesis); 0: by `stepping`
-  int rotation_steps = 0;
+  int translation_steps = 0;  ///< fixed count (thesis); 0: from `stepping`
+  int rotation_steps = 0;     ///< fixed count (thesis); 0: from `stepping`
   SteppingOptions stepping{};
 
+  /// Throws std::invalid_argument for a number outside its range.
   void validate() const {
     stepping.validate("TranslateRotate");
     if (translation_steps < 0 || rotation_steps < 0)
@@ -113,11 +117,12 @@ struct TranslateRotate {
   struct Path {
     Centreline<Scalar> from, to;
     int translations, rotations;
-    bool bounded;
-    Vec3<Scalar> axis;
-    Scalar angle;
+    bool bounded;       ///< the step limit made steps longer than requested
+    Vec3<Scalar> axis;  ///< of the rotation, a unit vector
+    Scalar angle;       ///< of the rotation [rad]
 
     [[nodiscard]] int steps() const noexcept { return translations + rotations; }
+    /// The line after n steps.
     [[nodiscard]] Centreline<Scalar> at(int n) const noexcept {
       if (n <= translations) {
         const Scalar f = translations == 0 ? Scalar(1) : static_cast<Scalar>(n) / static_cast<Scalar>(translations);
@@ -129,18 +134,20 @@ struct TranslateRotate {
     }
   };
 
+  /// Path between two lines of length `reach` [m], for a voxel size [m].
   template <RealScalar Scalar>
   [[nodiscard]] Path<Scalar> path(const Centreline<Scalar>& from, const Centreline<Scalar>& to, Scalar reach,
                                   Scalar voxel) const noexcept {
+    constexpr auto kParallel = Scalar(1e-9);  // sine of the angle below which the lines have no common normal
     Path<Scalar> p{from, to, 0, 0, false, Vec3<Scalar>::UnitX(), Scalar(0)};
     const Vec3<Scalar> cross = from.direction.cross(to.direction);
     const Scalar sine = cross.norm();
     p.angle = std::atan2(sine, from.direction.dot(to.direction));
-    // Parallel lines have no axis of their own: opposite ones may turn about any that is square to them.
-    p.axis = sine > Scalar(1e-9) ? Vec3<Scalar>(cross / sine) : from.direction.unitOrthogonal();
+    // Opposite lines may rotate about any perpendicular axis.
+    p.axis = sine > kParallel ? Vec3<Scalar>(cross / sine) : from.direction.unitOrthogonal();
     const double step = stepping.step * static_cast<double>(voxel);
-    const auto translation = plan_steps(static_cast<double>((to.tip - from.tip).norm()), step, stepping.most_steps);
-    const auto rotation = plan_steps(static_cast<double>(p.angle * reach), step, stepping.most_steps);
+    const auto translation = plan_steps(static_cast<double>((to.tip - from.tip).norm()), step, stepping.max_steps);
+    const auto rotation = plan_steps(static_cast<double>(p.angle * reach), step, stepping.max_steps);
     p.translations = translation_steps > 0 ? translation_steps : translation.count;
     p.rotations = rotation_steps > 0 ? rotation_steps : rotation.count;
     p.bounded = (translation_steps == 0 && translation.bounded) || (rotation_steps == 0 && rotation.bounded);
@@ -148,11 +155,13 @@ struct TranslateRotate {
   }
 };
 
-/// Ray casting: Eq. 5. Every vertex moves on a straight ray from its place at t−1 to its place at t in equal steps.
+/// Path by ray casting: Eq. 5. Every vertex moves along a straight ray from its position at t−1 to that at t, in equal
+/// steps.
 struct RayCast {
-  int steps = 0;  ///< fixed count (thesis); 0: by `stepping`
+  int steps = 0;  ///< fixed count (thesis); 0: from `stepping`
   SteppingOptions stepping{};
 
+  /// Throws std::invalid_argument for a number outside its range.
   void validate() const {
     stepping.validate("RayCast");
     if (steps < 0) refuse("RayCast", "the step count must be >= 0", steps);
@@ -162,9 +171,10 @@ struct RayCast {
   struct Path {
     Centreline<Scalar> from, to;
     int count;
-    bool bounded;
+    bool bounded;  ///< the step limit made steps longer than requested
 
     [[nodiscard]] int steps() const noexcept { return count; }
+    /// The line after n steps.
     [[nodiscard]] Centreline<Scalar> at(int n) const noexcept {
       if (n == count) return to;
       const Scalar f = static_cast<Scalar>(n) / static_cast<Scalar>(count);
@@ -172,69 +182,74 @@ struct RayCast {
     }
   };
 
+  /// Path between two lines of length `reach` [m], for a voxel size [m].
   template <RealScalar Scalar>
   [[nodiscard]] Path<Scalar> path(const Centreline<Scalar>& from, const Centreline<Scalar>& to, Scalar reach,
                                   Scalar voxel) const noexcept {
     const Scalar near_end = (to.tip - from.tip).norm();
     const Scalar far_end = (to.at(reach) - from.at(reach)).norm();
     const auto plan = plan_steps(static_cast<double>(std::max(near_end, far_end)),
-                                 stepping.step * static_cast<double>(voxel), stepping.most_steps);
+                                 stepping.step * static_cast<double>(voxel), stepping.max_steps);
     return {from, to, steps > 0 ? steps : plan.count, steps == 0 && plan.bounded};
   }
 };
 
+/// Policy for the path of a search. `path(from, to, reach, voxel)` returns an object with `steps()`, `at(n)` and
+/// `bounded`.
 template <class S>
 concept Stepping = requires(const S& s, const Centreline<float>& line) {
   s.validate();
   { s.path(line, line, 1.0F, 1.0F).steps() } -> std::same_as<int>;
 };
 
+/// Result of a search for first contact.
 template <RealScalar Scalar>
 struct FirstContact {
   bool found = false;
-  bool bounded = false;                       ///< the step limit made steps longer than asked
+  bool bounded = false;                       ///< the step limit made steps longer than requested
   bool started_inside = false;                ///< a vertex was in bone at step 0 (its fraction is defined as 0)
   int step = 0;                               ///< n of Eq. 1, 2
   int active = 0;                             ///< vertices in bone at that step
-  int vertex = -1;                            ///< the most active one
-  Scalar fraction = Scalar(0);                ///< Eq. 1: of the step from n−1 to n
+  int vertex = -1;                            ///< most active vertex: the first to enter bone
+  Scalar fraction = Scalar(0);                ///< Eq. 1: fraction of the step from n−1 to n at the contact
   Vec3<Scalar> point = Vec3<Scalar>::Zero();  ///< Eq. 2: IntP
-  Centreline<Scalar> line{};                  ///< the last line that was free
+  Centreline<Scalar> line{};                  ///< last line free of bone
 };
 
-/// Whether the field knows, without a sample, that a line up to `reach` [m] meets no bone on its way. A place at height
-/// h comes no farther from where it started than |Δtip| + h |Δdirection|, whichever way it is stepped.
+/// Conservative advancement: true if known clearances show, without a sample, that a line of length `reach` [m] meets
+/// no bone between two poses. On either path the point at height h moves by at most |Δtip| + h |Δdirection|.
 template <ContactField Field, RealScalar Scalar>
-[[nodiscard]] bool is_way_clear(const Field& field, const Centreline<Scalar>& from, const Centreline<Scalar>& to,
-                                Scalar reach) noexcept {
+[[nodiscard]] bool is_path_clear(const Field& field, const Centreline<Scalar>& from, const Centreline<Scalar>& to,
+                                 Scalar reach) noexcept {
   if constexpr (BoundedField<Field> || ClearanceField<Field>) {
-    constexpr Scalar kSlack = Scalar(1.0001);  // for what directions are off unit length by
+    constexpr auto kRounding = Scalar(1.0001);  // covers directions that are not exactly of unit length
     const Scalar shift = (to.tip - from.tip).norm() + static_cast<Scalar>(kClearanceMargin) * field.voxel();
     const Scalar turn = (to.direction - from.direction).norm();
     if constexpr (BoundedField<Field>) {
       const Scalar half = reach / Scalar(2);
-      if (field.is_beyond(from.at(half), kSlack * (half + shift + reach * turn))) return true;
+      if (field.is_beyond(from.at(half), kRounding * (half + shift + reach * turn))) return true;
     }
     if constexpr (ClearanceField<Field>) {
-      // Ball after ball of air along the line: one at height h clears what is below (air + h − shift) / (1 + turn).
-      constexpr int kMostLooks = 16;
-      Scalar clear = Scalar(0);
-      for (int i = 0; i < kMostLooks; ++i) {
-        const Scalar air = field.clearance_at(from.at(clear)) / kSlack;
-        const Scalar next = (air + clear - shift) / (Scalar(1) + turn);
-        if (!(next > clear)) return false;
+      // Clear balls, one after the other, along the line. A ball at height h clears heights up to
+      // (clearance + h − shift) / (1 + turn).
+      constexpr int kMaxBalls = 16;  // bounds the work; without a result the caller samples
+      Scalar height = Scalar(0);
+      for (int i = 0; i < kMaxBalls; ++i) {
+        const Scalar clearance = field.clearance_at(from.at(height)) / kRounding;
+        const Scalar next = (clearance + height - shift) / (Scalar(1) + turn);
+        if (!(next > height)) return false;
         if (next > reach) return true;
-        clear = next;
+        height = next;
       }
     }
   }
   return false;
 }
 
-/// Searches forward from `from` (t−1) to `to` (t); stops at the first step where any vertex is in bone. `scratch` holds
-/// 2 · tool.padded() numbers. Searching backward from t could miss the first surface of a thin wall.
-/// `refined`: looks between vertices too (`deepest_on_line`). Cost: tool.count() samples a step, refined a lane more;
-/// none where the field knows that the way is clear.
+/// Searches forward from `from` (t−1) to `to` (t) and stops at the first step with a vertex in bone. A search backward
+/// from t could miss the first surface of a thin wall. `refined` also searches between vertices (`deepest_on_line`).
+/// `scratch` has room for 2 · tool.padded() numbers. Cost: tool.count() samples per step, refined a lane more; none if
+/// known clearances cover the path.
 template <ContactField Field, Stepping Step, RealScalar Scalar>
 [[nodiscard]] FirstContact<Scalar> find_first_contact(const Field& field,
                                                       const ToolDiscretization<LineCounts, Scalar>& tool,
@@ -245,7 +260,7 @@ template <ContactField Field, Stepping Step, RealScalar Scalar>
   const auto path = stepping.path(from, to, reach, field.voxel());
   FirstContact<Scalar> hit;
   hit.bounded = path.bounded;
-  if (is_way_clear(field, from, to, reach)) {
+  if (is_path_clear(field, from, to, reach)) {
     hit.line = path.at(path.steps());
     return hit;
   }
@@ -273,7 +288,7 @@ template <ContactField Field, Stepping Step, RealScalar Scalar>
       hit.vertex = i;
     }
     Scalar height = deepest.height;
-    if (hit.active == 0) {  // between vertices
+    if (hit.active == 0) {  // the deepest point is between vertices
       const Scalar v = field.value(hit.line.at(height));
       hit.fraction = v < Scalar(0) ? -v / (deepest.value - v) : Scalar(0);
       hit.vertex = deepest.vertex;

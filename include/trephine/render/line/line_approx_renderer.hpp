@@ -2,102 +2,46 @@
 #pragma once
 
 #include <trephine/contact/surface_proxy.hpp>
-#include <trephine/core/misuse.hpp>
+#include <trephine/render/line/line_misuse.hpp>
+#include <trephine/render/line/line_options.hpp>
 #include <trephine/render/line/shaft_tracking.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/shaft_force.hpp>
-#include <trephine/render/stiffness_budget.hpp>
 
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 namespace trephine {
 
-/// Where the probe's shaft starts in Eq. 9: on the tip's proxy (a pure rotation spring, as r starts there too) or on
-/// the probe, which counts the tip's penetration a second time.
-enum class TorqueOrigin { kProxy, kProbe };
-
-struct LineOptions {
-  double stiffness = 800;                   ///< k of Eq. 7 [N/m]
-  std::optional<double> shaft_stiffness{};  ///< k of F_IntP = k g [N/m]; `stiffness` unless given
-  ProxyOptions proxy{};                     ///< tip and shaft: steps, bounds, and the trigger (swept or thesis)
-  TorqueOrigin torque_origin = TorqueOrigin::kProxy;
-  /// "Moved since t−1" means that an end of the centreline moved farther than this [m]: below the finest encoders.
-  double moved = 1e-7;
-  /// Follow IntP also while the tool stands still, so that bone carved away under it is noticed. The thesis keeps it.
-  bool recheck_at_rest = true;
-  /// Look for first contact, and with `ConstrainedTracking` for the touching place, between the neighbours of the
-  /// deepest vertex too: a ridge between vertices is placed within a sixteenth of their spacing instead of at one of
-  /// them. Costs a lane of samples on top of each look at all vertices.
-  bool refine = true;
-  /// The drawn ball and shaft rise out of bone, and sink back, by at most this many times the tool's own motion, so
-  /// that the drawn tool does not jump by a radius when it touches. Infinite: at once, as in the thesis.
-  double drawn_rate = 2;
-  /// Keeps the tangent stiffness at T, of tip and shaft together, within a device's means: the shaft's spring at a
-  /// lever r has at most angular/r², and tip and shaft at most half of `linear` each (all of it, where the shaft gives
-  /// torque alone). No factor follows what touches, so that nothing jumps.
-  std::optional<StiffnessBudget> budget{};
-
-  void validate() const {
-    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
-    if (!positive(stiffness)) refuse("LineOptions", "stiffness must be > 0 N/m", stiffness);
-    if (shaft_stiffness && !positive(*shaft_stiffness))
-      refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
-    if (!(moved >= 0) || !std::isfinite(moved)) refuse("LineOptions", "moved must be >= 0 m", moved);
-    if (!(drawn_rate > 0)) refuse("LineOptions", "drawn_rate must be > 0", drawn_rate);
-    proxy.validate();
-    if (budget) budget->validate();
-  }
-};
-
-/// What the last tick found on the shaft (thesis 3.1.3; Fig. 21, 22), in G.
-template <RealScalar Scalar>
-struct LineReport {
-  bool shaft_contact = false;
-  Vec3<Scalar> intersection = Vec3<Scalar>::Zero();  ///< IntP
-  Vec3<Scalar> spring = Vec3<Scalar>::Zero();        ///< g = IntP − IntP_probe
-  Scalar spring_m = 0;                               ///< |g|
-  Scalar lever_m = 0;                                ///< |r|, r = IntP − p_proxy
-  Scalar reaction_N = 0;                             ///< |F_IntP|
-  Scalar torque_Nm = 0;                              ///< of the shaft, about T's origin
-  int active = 0;                                    ///< active vertices of the first contact, if this tick found one
-  Vec3<Scalar> tip_force = Vec3<Scalar>::Zero();
-};
-
-// What fits no Line ends here, in one sentence.
-template <class S, class Step = TranslateRotate, class Track = ConstrainedTracking, class FrictionLaw = Frictionless,
-          class Shaft = FullWrench, class GradientChoice = SplineGradient>
-class LineApproxRenderer : public detail::UnusableRenderer {
-  static_assert(detail::kFits<S>,
-                "trephine::LineApproxRenderer: write LineApproxRenderer{ToolDiscretization{burr, LineCounts{}}, "
-                "LineOptions{}, TranslateRotate{}, Coulomb{0.2, 0.15}}; the last three may be left out. As a type: "
-                "LineApproxRenderer<float, stepping, tracking, friction, shaft force, gradient>");
-
- public:
-  template <class... Arguments>
-  explicit LineApproxRenderer(const Arguments&...) noexcept {}
-};
-
-/// The Line approximation: thesis 3.1. The tip is a point proxy with a spring (Eq. 6, 7); the shaft's centreline is a
-/// row of vertices whose first contact with bone is searched from t−1 toward t (Eq. 1–5) and then tracked; a spring
-/// between the touching shaft and the probe's shaft gives reaction and torque (Eq. 8–12). With `TorqueOnly` the torque
-/// is `r × F_IntP`. With `FullWrench` the wrench is that of the contacts about T's origin: F_IntP acts at IntP, and the
-/// tip's contact bears the part of F_IntP along the tip's own force, as far as that goes. Both torques agree while the
-/// tip is free.
+/// Line approximation (thesis 3.1): a point proxy for the tip, and the shaft's centreline as a row of vertices.
 ///
-/// Edges of the loop, as defined here: the first tick has no t−1 and searches nothing; a shaft that starts in bone
-/// gives no torque and `kStartedInside` until it has once been free; a search whose last step is free makes no contact;
-/// under `Trigger::kThesis` contact needs a vertex of the probe's own pose in bone and ends with it.
+/// A spring joins the tip to its proxy (Eq. 6, 7). The shaft's first contact is searched from t−1 toward t (Eq. 1–5)
+/// and then tracked. A spring between the contact point of the shaft and the probe's shaft gives a reaction and a
+/// torque (Eq. 8–12). With `TorqueOnly` the torque is `r × F_IntP`. With `FullWrench` the wrench is that of the
+/// contacts about T's origin: F_IntP acts at IntP, and the tip's contact carries the part of F_IntP along the tip's own
+/// force, up to that force. Both torques agree while the tip is free.
 ///
-/// Work a tick: tip and shaft each as SurfaceProxy says (a sample of the shaft is `count` samples, and it takes as many
-/// proxy steps as `ConstrainedTracking` has pieces), plus a first contact of at most 2 · (stepping.most_steps + 1) ·
-/// count samples. Tip and shaft, each alone, take none where nothing is in contact and the field knows that the way is
-/// clear (beyond the grid, or by `EmptySpaceSkipping`).
+/// Special cases: the first tick has no t−1 and searches nothing. A shaft that starts in bone gives no torque and
+/// `kStartedInside` until it is free. A search whose last step is free makes no contact. Under `Trigger::kThesis`
+/// contact requires a vertex of the probe's own pose in bone, and ends with it.
+///
+/// Work per tick: tip and shaft each as in SurfaceProxy, where a sample of the shaft is `count` samples, repeated for
+/// each piece of `ConstrainedTracking`. A first contact adds at most 2 · (stepping.max_steps + 1) · count samples. Tip
+/// and shaft each take no samples while free if a known clearance covers their path (beyond the grid, or by
+/// `EmptySpaceSkipping`).
 template <RealScalar S, Stepping Step, Tracking Track, Friction FrictionLaw, ShaftForce Shaft,
           GradientPolicy GradientChoice>
 class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
+  // Largest rotation per tick without a jump [rad]: 200 rad/s at 1 kHz, beyond any wrist. It extends `jump` for the far
+  // end of the shaft, which a quick rotation moves farther than a hand moves a tip.
+  static constexpr double kMaxRotation = 0.2;
+  // Smallest squared lever for the angular budget [m²]: it avoids a division by zero at T's origin.
+  static constexpr double kMinLever2 = 1e-12;
+
  public:
   using Scalar = S;
   using Gradient = GradientChoice;
@@ -119,89 +63,92 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
         refuse("LineApproxRenderer", "stiffness must be finite in the renderer's precision", k);
   }
 
+  /// Computes the wrench on the tool at pose X_GT, about T's origin in G axes.
   template <ContactField Field>
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
-    const Pose<Scalar> before = X_GT_;
+    const Pose<Scalar> previous_X_GT = X_GT_;
     X_GT_ = X_GT;
     report_ = {};
     contact_count_ = 0;
-    Rendered<Scalar> out;
+    Rendered<Scalar> result;
     const Vec3<Scalar> p = X_GT.translation();
 
-    out.status = tip_.follow(field, p);
+    result.status = tip_.follow(field, p);
     const Vec3<Scalar> e = tip_.in_contact() ? Vec3<Scalar>(tip_.position() - p) : Vec3<Scalar>::Zero();  // Eq. 6
     report_.tip_force = static_cast<Scalar>(stiffness()) * e;                                             // Eq. 7
-    out.wrench.force = report_.tip_force;
+    result.wrench.force = report_.tip_force;
     if (tip_.in_contact()) {
       contacts_[contact_count_++] = {tip_.position(), tip_.normal(), report_.tip_force};
-      out.contact.tip = true;
-      out.contact.depth = static_cast<double>(e.norm());
+      result.contact.tip = true;
+      result.contact.depth = static_cast<double>(e.norm());
     }
-    if (tool_.count() > 0) add_shaft(field, out);
-    out.contact.count = static_cast<int>(contact_count_);
-    move_drawn(before, !drawn_ || needs_ramp(out.status));
-    return out;
+    if (tool_.count() > 0) add_shaft(field, result);
+    result.contact.count = static_cast<int>(contact_count_);
+    move_drawn(previous_X_GT, !has_drawn_ || needs_ramp(result.status));
+    return result;
   }
 
+  /// Clears all contact state.
   void reset() noexcept {
     tip_.reset();
     shaft_.reset();
     has_previous_ = false;
     embedded_ = false;
-    drawn_ = false;
+    has_drawn_ = false;
     contact_count_ = 0;
     report_ = {};
   }
 
-  /// A scene whose answers are forces alone asks for this before its first tick: a shaft that gives none has no
-  /// vertices then and is not looked at, and the proxy does not lean on it.
+  /// Drops the shaft's vertices, which give torque alone; a scene with `ForceOnly` calls it before its first tick. The
+  /// proxy pose then has no contact of the shaft.
   void disable_torque() requires(!Shaft::kForce) { tool_ = tool_.without_shaft(); }
 
   [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
   [[nodiscard]] const LineOptions& options() const noexcept { return options_; }
-  /// Of the tip, as felt [N/m].
+  /// Stiffness of the tip's spring, within the budget [N/m].
   [[nodiscard]] double stiffness() const noexcept {
-    return options_.budget ? std::min(options_.stiffness, linear_share()) : options_.stiffness;
+    return options_.budget ? std::min(options_.stiffness, linear_limit()) : options_.stiffness;
   }
-  /// Of the shaft's spring at `lever` [m] from T, as felt [N/m]; the spring's own length counts as lever.
+  /// Stiffness of the shaft's spring at `lever` [m] from T, within the budget [N/m]. The lever includes the spring's
+  /// own length.
   [[nodiscard]] double shaft_stiffness(double lever) const noexcept {
     const double k = options_.shaft_stiffness.value_or(options_.stiffness);
     if (!options_.budget) return k;
-    const double about_tip = options_.budget->angular / std::max(lever * lever, 1e-12);
-    return std::min({k, about_tip, Shaft::kForce ? linear_share() : k});
+    const double angular_limit = options_.budget->angular / std::max(lever * lever, kMinLever2);
+    return std::min({k, angular_limit, Shaft::kForce ? linear_limit() : k});
   }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  /// Contacts of the last tick, in G: tip and shaft.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};
   }
   [[nodiscard]] const SurfaceProxy<Scalar, FrictionLaw>& tip_proxy() const noexcept { return tip_; }
 
-  /// The tip on its proxy, the shaft through IntP (thesis: the proxy shaft points along r).
+  /// X_GP: the tip at its proxy, the shaft through IntP (thesis: the proxy's shaft points along r).
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept {
     const Vec3<Scalar> tip = tip_position();
-    return turned_to(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : X_GT_.linear().col(2));
+    return pose_along(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : X_GT_.linear().col(2));
   }
-  /// Carving follows the tip proxy's centre, not the drawn tool's.
+  /// Pose at which the burr cuts: the tip's proxy with the device's rotation, not the drawn tool.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
     Pose<Scalar> X = X_GT_;
     X.translation() = tip_position();
     return X;
   }
-  /// The tool as drawn (3.1.5, Eq. 13, 14): ball and shaft stand on the surface by their radii instead of piercing it,
-  /// led there by `drawn_rate`.
+  /// Pose of the drawn tool (3.1.5, Eq. 13, 14): ball and shaft lie on the surface by their radii instead of
+  /// penetrating it. `drawn_rate` limits its motion.
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
     const Vec3<Scalar> tip = tip_position();
     const Vec3<Scalar> along =
         report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * X_GT_.linear().col(2));
-    return turned_to(tip + tip_lift_, along + lean_);
+    return pose_along(tip + tip_offset_, along + shaft_offset_);
   }
 
  private:
-  // The shaft's probe is its far end, which a quick turn of the wrist moves farther than a hand moves a tip.
+  // Proxy options of the shaft, whose probe is its far end.
   [[nodiscard]] static ProxyOptions shaft_options(ProxyOptions options, const Tool& tool) {
-    constexpr double kQuickestTurn = 0.2;  // rad a tick: 200 rad/s at 1 kHz
-    options.jump = std::max(options.jump, kQuickestTurn * tool.burr().shaft_length);
+    options.jump = std::max(options.jump, kMaxRotation * tool.burr().shaft_length);
     return options;
   }
 
@@ -209,7 +156,8 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     return tip_.in_contact() ? tip_.position() : Vec3<Scalar>(X_GT_.translation());
   }
 
-  [[nodiscard]] Pose<Scalar> turned_to(const Vec3<Scalar>& tip, const Vec3<Scalar>& direction) const noexcept {
+  // The device's pose, moved to `tip` and rotated so that its shaft points along `direction`.
+  [[nodiscard]] Pose<Scalar> pose_along(const Vec3<Scalar>& tip, const Vec3<Scalar>& direction) const noexcept {
     Pose<Scalar> X = X_GT_;
     X.translation() = tip;
     if (direction.norm() > Scalar(0))
@@ -217,34 +165,36 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     return X;
   }
 
-  // Leads the drawn ball from its centre on the proxy toward its radius above the bone, and the shaft's axis likewise.
-  void move_drawn(const Pose<Scalar>& before, bool at_once) noexcept {
-    const auto lead = [](Vec3<Scalar>& v, const Vec3<Scalar>& to, Scalar most) {
-      const Vec3<Scalar> way = to - v;
-      const Scalar length = way.norm();
-      v = length > most ? Vec3<Scalar>(v + (most / length) * way) : to;
+  // Moves the drawn ball from its centre on the proxy toward its radius above bone, and the drawn shaft's axis
+  // likewise. `at_once` removes the limit on their motion.
+  void move_drawn(const Pose<Scalar>& previous_X_GT, bool at_once) noexcept {
+    const auto approach = [](Vec3<Scalar>& v, const Vec3<Scalar>& target, Scalar max) {
+      const Vec3<Scalar> displacement = target - v;
+      const Scalar length = displacement.norm();
+      v = length > max ? Vec3<Scalar>(v + (max / length) * displacement) : target;
     };
-    const Scalar factor = at_once ? std::numeric_limits<Scalar>::infinity() : static_cast<Scalar>(options_.drawn_rate);
-    const Scalar moved = (X_GT_.translation() - before.translation()).norm();
-    const Scalar turned = (X_GT_.linear().col(2) - before.linear().col(2)).norm();
-    Vec3<Scalar> up = Vec3<Scalar>::Zero(), lean = up;
-    if (tip_.in_contact()) up = static_cast<Scalar>(shape().tip_radius) * tip_.normal();
-    lead(tip_lift_, up, factor * moved);
+    const Scalar rate = at_once ? std::numeric_limits<Scalar>::infinity() : static_cast<Scalar>(options_.drawn_rate);
+    const Scalar translation = (X_GT_.translation() - previous_X_GT.translation()).norm();
+    const Scalar rotation = (X_GT_.linear().col(2) - previous_X_GT.linear().col(2)).norm();
+    Vec3<Scalar> tip_target = Vec3<Scalar>::Zero(), shaft_target = tip_target;
+    if (tip_.in_contact()) tip_target = static_cast<Scalar>(shape().tip_radius) * tip_.normal();
+    approach(tip_offset_, tip_target, rate * translation);
     if (report_.shaft_contact) {
       lever_ = report_.lever_m;
-      lean = static_cast<Scalar>(shape().shaft_radius) * shaft_normal_ - tip_lift_;
+      shaft_target = static_cast<Scalar>(shape().shaft_radius) * shaft_normal_ - tip_offset_;
     }
-    lead(lean_, lean, factor * (moved + lever_ * turned));
-    drawn_ = true;
+    approach(shaft_offset_, shaft_target, rate * (translation + lever_ * rotation));
+    has_drawn_ = true;
   }
 
+  // Adds the shaft's contact to the output.
   template <ContactField Field>
-  void add_shaft(const Field& field, Rendered<Scalar>& out) noexcept {
+  void add_shaft(const Field& field, Rendered<Scalar>& result) noexcept {
     const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
     ShaftScene<Field> scene{field,     tool_,           {tip_position(), probe.direction},
                             previous_, scratch_.data(), options_.refine};
-    const ShaftContact<Scalar> c = touch(scene, probe, out.status);
-    out.status = worse(out.status, c.status);
+    const ShaftContact<Scalar> c = update_shaft(scene, probe, result.status);
+    result.status = worse(result.status, c.status);
     if (!c.touching) return;
 
     const Vec3<Scalar> r = c.point - scene.offset.tip;  // Eq. 8
@@ -256,13 +206,13 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     Vec3<Scalar> torque = r.cross(f);  // Eq. 12
     if constexpr (Shaft::kForce) {
       torque = (c.point - probe.tip).cross(f);
-      const Vec3<Scalar> borne = borne_by_tip(f);
-      if (tip_.in_contact()) contacts_[0].force -= borne;
-      out.wrench.force += f - borne;
+      const Vec3<Scalar> on_tip = part_on_tip(f);
+      if (tip_.in_contact()) contacts_[0].force -= on_tip;
+      result.wrench.force += f - on_tip;
     }
-    out.wrench.torque += torque;
-    out.contact.shaft = true;
-    out.contact.depth = std::max(out.contact.depth, static_cast<double>(g.norm()));
+    result.wrench.torque += torque;
+    result.contact.shaft = true;
+    result.contact.depth = std::max(result.contact.depth, static_cast<double>(g.norm()));
     contacts_[contact_count_++] = {c.point, c.normal, f};
     shaft_normal_ = c.normal;
     report_.shaft_contact = true;
@@ -274,32 +224,33 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     report_.torque_Nm = torque.norm();
   }
 
-  // The part of the shaft's force that the bone under the tip bears. A probe that moves along the tip's force leaves
-  // the tip's proxy, and with it the shaft's spring, where they are: felt as well, that part would make energy. At most
-  // the tip's own force, so that nothing jumps when the tip touches.
-  [[nodiscard]] Vec3<Scalar> borne_by_tip(const Vec3<Scalar>& f) const noexcept {
-    const Scalar most = report_.tip_force.norm();
-    if (!(most > Scalar(0))) return Vec3<Scalar>::Zero();
-    const Vec3<Scalar> along = report_.tip_force / most;
-    return std::clamp(f.dot(along), -most, most) * along;
+  // Part of the shaft's force f that the bone under the tip carries. If the probe moves along the tip's force, the
+  // tip's proxy and the shaft's spring do not move: with this part in the wrench, the motion would generate energy. The
+  // part is limited to the tip's own force, so that the wrench is continuous when the tip makes contact.
+  [[nodiscard]] Vec3<Scalar> part_on_tip(const Vec3<Scalar>& f) const noexcept {
+    const Scalar max = report_.tip_force.norm();
+    if (!(max > Scalar(0))) return Vec3<Scalar>::Zero();
+    const Vec3<Scalar> along = report_.tip_force / max;
+    return std::clamp(f.dot(along), -max, max) * along;
   }
 
-  // Tip and shaft push side by side where the shaft gives force too.
-  [[nodiscard]] double linear_share() const noexcept { return options_.budget->linear / (Shaft::kForce ? 2 : 1); }
+  // Linear stiffness limit of tip and of shaft [N/m]: half the budget each if the shaft gives force too.
+  [[nodiscard]] double linear_limit() const noexcept { return options_.budget->linear / (Shaft::kForce ? 2 : 1); }
 
-  // Step (c) of the thesis' tick: keep, search or track.
+  // Step (c) of the thesis' tick: keeps, searches or tracks the shaft's contact.
   template <ContactField Field>
-  ShaftContact<Scalar> touch(ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
-    if (!has_previous_ || embedded_ || needs_ramp(tip)) return start(s);
+  ShaftContact<Scalar> update_shaft(ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
+    if (!has_previous_ || embedded_ || needs_ramp(tip)) return start_shaft(s);
     const bool thesis = options_.proxy.trigger == Trigger::kThesis;
-    if (thesis && !in_bone(s, probe)) {
+    if (thesis && !is_in_bone(s, probe)) {
       shaft_.reset();
-      stand_at(s.offset);
+      set_previous(s.offset);
       return {};
     }
-    const Scalar far_move = (s.offset.at(s.length()) - previous_.at(s.length())).norm();
-    const Scalar moved = std::max(far_move, Scalar((s.offset.tip - previous_.tip).norm()));
-    if (!(moved > static_cast<Scalar>(options_.moved)) && !(options_.recheck_at_rest && shaft_.in_contact())) {
+    const Scalar far_motion = (s.offset.at(s.length()) - previous_.at(s.length())).norm();
+    const Scalar motion = std::max(far_motion, Scalar((s.offset.tip - previous_.tip).norm()));
+    if (!(motion > static_cast<Scalar>(options_.rest_threshold)) &&
+        !(options_.recheck_at_rest && shaft_.in_contact())) {
       if (!shaft_.in_contact()) return {};
       return {.touching = true, .point = intersection_, .normal = shaft_normal_};
     }
@@ -311,35 +262,36 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
       report_.active = hit.active;
       if (hit.found) {
         s.previous = hit.line;
-        c = Track::begin(s, hit.point, shaft_);
+        c = Track::start(s, hit.point, shaft_);
       }
       if (hit.bounded) c.status = worse(c.status, Status::kWorkBound);
     }
     embedded_ = !c.touching && needs_ramp(c.status);
     intersection_ = c.point;
-    stand_at(s.offset);
+    set_previous(s.offset);
     return c;
   }
 
-  // Where the next tick's moves are measured and searched from. A tool that has not moved leaves it alone, so that
-  // moves too short to count add up.
-  void stand_at(const Centreline<Scalar>& line) noexcept {
+  // Sets the line from which the next tick measures motion and searches. A resting tool keeps it, so that motions below
+  // the threshold accumulate.
+  void set_previous(const Centreline<Scalar>& line) noexcept {
     previous_ = line;
     has_previous_ = true;
   }
 
-  // Without a free line at t−1 there is nothing to search from: wait until the shaft is free.
+  // Starts without a free line at t−1. A shaft in bone has nothing to search from: it stays embedded until it is free.
   template <ContactField Field>
-  ShaftContact<Scalar> start(const ShaftScene<Field>& s) noexcept {
+  ShaftContact<Scalar> start_shaft(const ShaftScene<Field>& s) noexcept {
     shaft_.reset();
-    stand_at(s.offset);
-    embedded_ = in_bone(s, s.offset);
+    set_previous(s.offset);
+    embedded_ = is_in_bone(s, s.offset);
     return {.touching = false, .status = embedded_ ? Status::kStartedInside : Status::kOk};
   }
 
+  // True if a vertex of the line is in bone.
   template <ContactField Field>
-  [[nodiscard]] static bool in_bone(const ShaftScene<Field>& s, const Centreline<Scalar>& line) noexcept {
-    if (is_way_clear(s.field, line, line, s.length())) return false;
+  [[nodiscard]] static bool is_in_bone(const ShaftScene<Field>& s, const Centreline<Scalar>& line) noexcept {
+    if (is_path_clear(s.field, line, line, s.length())) return false;
     line_values(s.field, s.tool, line, s.scratch);
     return s.scratch[index_of_largest(s.scratch, s.tool.count())] >= Scalar(0);
   }
@@ -351,13 +303,13 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
   SurfaceProxy<Scalar, FrictionLaw> shaft_;
   std::vector<Scalar> scratch_;
   Pose<Scalar> X_GT_ = Pose<Scalar>::Identity();
-  Centreline<Scalar> previous_{};
+  Centreline<Scalar> previous_{};  // offset centreline at t−1
   bool has_previous_ = false;
-  bool embedded_ = false;
-  bool drawn_ = false;
-  Vec3<Scalar> tip_lift_ = Vec3<Scalar>::Zero();  // of the drawn ball over the tip's proxy
-  Vec3<Scalar> lean_ = Vec3<Scalar>::Zero();      // of the drawn shaft at its contact, beside what the ball is lifted
-  Scalar lever_ = Scalar(1);                      // of the last contact of the shaft
+  bool embedded_ = false;                           // the shaft is in bone without a contact to track, until it is free
+  bool has_drawn_ = false;                          // the drawn offsets are valid
+  Vec3<Scalar> tip_offset_ = Vec3<Scalar>::Zero();  // of the drawn ball from the tip's proxy [m]
+  Vec3<Scalar> shaft_offset_ = Vec3<Scalar>::Zero();  // of the drawn shaft at its contact, in addition [m]
+  Scalar lever_ = Scalar(1);                          // of the shaft's last contact [m]
   Vec3<Scalar> intersection_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> shaft_normal_ = Vec3<Scalar>::Zero();
   LineReport<Scalar> report_{};

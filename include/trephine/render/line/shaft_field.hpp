@@ -5,11 +5,12 @@
 
 namespace trephine {
 
-/// The shaft as a field over where its far end points: at e the value is that of the deepest place of the centreline
+/// Field over the position of the shaft's far end. Its value at e is the field's largest value along the centreline
 /// from a fixed tip through e. It depends on the direction of e − tip alone, so its surface is the cone of directions
-/// in which the line just touches bone, and a `SurfaceProxy` that moves in it is the constrained rotation of a rigid
-/// line about its tip, friction included. Built anew each tick; `scratch` holds tool.padded() numbers and is used by
-/// every call.
+/// in which the line just touches bone. A `SurfaceProxy` in this field is the constrained rotation of a rigid line
+/// about its tip, friction included.
+///
+/// Each tick makes a new object. `scratch` has room for tool.padded() numbers and is used by every call.
 template <ContactField Base>
 class ShaftField {
  public:
@@ -22,32 +23,36 @@ class ShaftField {
 
   [[nodiscard]] Scalar voxel() const noexcept { return base_->voxel(); }
 
+  /// Centreline from the tip through e [m].
   [[nodiscard]] Centreline<Scalar> line_to(const Vec3<Scalar>& e) const noexcept {
     return {tip_, (e - tip_).normalized()};
   }
 
-  /// The deepest place of the line through e.
+  /// Deepest point of the line through e.
   [[nodiscard]] DeepestOnLine<Scalar> deepest(const Vec3<Scalar>& e) const noexcept {
     return deepest_on_line(*base_, *tool_, line_to(e), refined_, scratch_);
   }
 
-  /// Value there.
+  /// Value at the deepest point of the line through e.
   [[nodiscard]] Scalar value(const Vec3<Scalar>& e) const noexcept { return deepest(e).value; }
 
-  /// The surface's normal at the deepest place, turned square to the line: an axial push cannot turn it. False where
-  /// there is no normal or it is axial.
+  /// Bone's unit normal at the deepest point, projected perpendicular to the line: an axial force does not rotate the
+  /// line. Returns false if there is no normal or it is axial.
   [[nodiscard]] bool normal(const Vec3<Scalar>& e, Vec3<Scalar>& n) const noexcept {
     const Centreline<Scalar> line = line_to(e);
-    Vec3<Scalar> m;
-    if (!base_->normal(line.at(deepest(e).height), m)) return false;
-    m -= m.dot(line.direction) * line.direction;
-    const Scalar length = m.norm();
-    if (!(length > Scalar(1e-3))) return false;
-    n = m / length;
+    Vec3<Scalar> bone_normal;
+    if (!base_->normal(line.at(deepest(e).height), bone_normal)) return false;
+    const Vec3<Scalar> across = bone_normal - bone_normal.dot(line.direction) * line.direction;
+    const Scalar length = across.norm();
+    if (!(length > kMinAcross)) return false;
+    n = across / length;
     return true;
   }
 
  private:
+  // Smallest perpendicular part of a unit normal; below it (3.4′ from axial) rounding decides its direction.
+  static constexpr auto kMinAcross = Scalar(1e-3);
+
   const Base* base_;
   const Tool* tool_;
   Vec3<Scalar> tip_;

@@ -1,65 +1,72 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/field_archetype.hpp>
+#include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/status.hpp>
 #include <trephine/render/line/shaft_field.hpp>
 
 #include <concepts>
 #include <limits>
 
-/// How the shaft's intersection point IntP follows while contact persists (thesis 3.1, "tracking"). Each policy moves
-/// one SurfaceProxy; what that proxy stands for differs.
+/// Tracking of the shaft's intersection point IntP while contact persists (thesis 3.1, "tracking"). Each policy moves a
+/// SurfaceProxy; its meaning differs between policies.
 namespace trephine {
 
+/// Input of a tracking policy: the bone, the shaft's vertices and its centrelines at t−1 and t, in G.
 template <ContactField Field>
 struct ShaftScene {
   using Scalar = typename Field::Scalar;
   const Field& field;
   const ToolDiscretization<LineCounts, Scalar>& tool;
-  Centreline<Scalar> offset;    ///< the probe's centreline moved so that its tip lies on the tip's proxy
-  Centreline<Scalar> previous;  ///< offset of t−1; where contact begins, the last free line before it
+  Centreline<Scalar> offset;    ///< the probe's centreline, translated so that its tip is at the tip's proxy
+  Centreline<Scalar> previous;  ///< offset of t−1; at the start of contact, the last free line before it
   Scalar* scratch;              ///< 2 · tool.padded() numbers
-  bool refined = false;         ///< look between vertices too
+  bool refined = false;         ///< search between vertices too
 
+  /// Height of the last vertex above the tip [m].
   [[nodiscard]] Scalar length() const noexcept { return tool.heights()[static_cast<std::size_t>(tool.count() - 1)]; }
 };
 
+/// Output of a tracking policy, in G.
 template <RealScalar Scalar>
 struct ShaftContact {
   bool touching = false;
   Vec3<Scalar> point = Vec3<Scalar>::Zero();   ///< IntP
-  Vec3<Scalar> normal = Vec3<Scalar>::Zero();  ///< outward, of the bone at IntP
+  Vec3<Scalar> normal = Vec3<Scalar>::Zero();  ///< outward normal of the bone at IntP
   Status status = Status::kOk;
 };
 
 namespace detail {
 
+// Attaches the proxy to a surface point.
 template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
-ShaftContact<Scalar> hold_point(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
+ShaftContact<Scalar> attach_to_point(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
   proxy.attach_at(s.field, point);
   return {.touching = true, .point = point, .normal = proxy.normal()};
 }
 
-// One proxy step of IntP toward `vertex`, the deepest of `line`.
+// Moves the proxy, which is IntP, toward the deepest vertex of `line`. `release` allows contact to end if that vertex
+// is outside bone; else IntP stays.
 template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
 ShaftContact<Scalar> track_point(const ShaftScene<Field>& s, const Centreline<Scalar>& line, Proxy& proxy,
                                  bool release) noexcept {
   line_values(s.field, s.tool, line, s.scratch);
-  // The density saturates in bone, so many vertices may be equally deep: the one nearest to IntP acts.
+  // The density saturates in bone, so several vertices may be equally deep: the vertex nearest to IntP is the probe.
   const int n = s.tool.count();
   const Scalar deepest = s.scratch[index_of_largest(s.scratch, n)];
-  int acting = -1;
+  int probe = -1;
   Scalar nearest = std::numeric_limits<Scalar>::max();
   for (int i = 0; i < n; ++i) {
     if (s.scratch[i] < deepest) continue;
     const Scalar d = (line.at(s.tool.heights()[static_cast<std::size_t>(i)]) - proxy.position()).squaredNorm();
     if (!(d < nearest)) continue;
     nearest = d;
-    acting = i;
+    probe = i;
   }
   ShaftContact<Scalar> c{.touching = true};
-  if (acting >= 0 && (release || deepest >= Scalar(0)))
-    c.status = proxy.follow(s.field, line.at(s.tool.heights()[static_cast<std::size_t>(acting)]));
+  if (probe >= 0 && (release || deepest >= Scalar(0)))
+    c.status = proxy.follow(s.field, line.at(s.tool.heights()[static_cast<std::size_t>(probe)]));
   c.touching = proxy.in_contact();
   c.point = proxy.position();
   c.normal = proxy.normal();
@@ -68,13 +75,13 @@ ShaftContact<Scalar> track_point(const ShaftScene<Field>& s, const Centreline<Sc
 
 }  // namespace detail
 
-/// Thesis: the vertices are projected onto the line from the tip through IntP of t−1; the deepest of them is the probe
-/// and IntP the proxy. That line hardly depends on how the shaft turns at t. Where no projected vertex is in bone IntP
-/// stays.
+/// Tracking of the thesis. It projects the vertices onto the line from the tip through IntP of t−1. The deepest
+/// projected vertex is the probe and IntP the proxy. This line hardly depends on the shaft's rotation at t. IntP stays
+/// if no projected vertex is in bone.
 struct ProjectedTracking {
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
-  static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
-    return detail::hold_point(s, point, proxy);
+  static ShaftContact<Scalar> start(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
+    return detail::attach_to_point(s, point, proxy);
   }
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
   static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
@@ -90,11 +97,11 @@ struct ProjectedTracking {
   }
 };
 
-/// The alternative reading: the deepest vertex of the actual (offset) centreline is the probe.
+/// Tracking by an alternative reading of the thesis: the deepest vertex of the offset centreline is the probe.
 struct CentrelineTracking {
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
-  static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
-    return detail::hold_point(s, point, proxy);
+  static ShaftContact<Scalar> start(const ShaftScene<Field>& s, const Vec3<Scalar>& point, Proxy& proxy) noexcept {
+    return detail::attach_to_point(s, point, proxy);
   }
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
   static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
@@ -102,17 +109,19 @@ struct CentrelineTracking {
   }
 };
 
-/// Ours: the shaft is a rigid line that turns about the tip's proxy as far toward the probe's direction as bone lets it
-/// (`ShaftField`); IntP is where that line touches. The exact constrained solution up to the vertices' spacing.
+/// Tracking by constrained rotation (ours). The shaft is a rigid line that rotates about the tip's proxy toward the
+/// probe's direction as far as bone allows (`ShaftField`). IntP is the contact point of that line. The solution is
+/// exact up to the spacing of vertices.
 ///
-/// The tip is carried along in pieces of at most half a voxel, each followed by its own turn: in one piece a quick tip
-/// would drag the middle of the line through a thin rib. Cost: at most `kMostPieces` proxy steps, one below .15 m/s at
-/// 1 kHz and voxels of .3 mm.
+/// The tip moves in pieces of at most half a voxel, each followed by its own rotation. In a single piece, a quick tip
+/// would drag the middle of the line through a thin rib. Cost: at most `kMaxPieces` proxy steps; a single step below
+/// 0.15 m/s at 1 kHz with voxels of 0.3 mm.
 struct ConstrainedTracking {
-  static constexpr int kMostPieces = 64;
+  static constexpr int kMaxPieces = 64;        ///< of a motion; bounds the work, longer motions get longer pieces
+  static constexpr double kPieceLength = 0.5;  ///< largest piece, in voxels
 
   template <ContactField Field, class Proxy, RealScalar Scalar = typename Field::Scalar>
-  static ShaftContact<Scalar> begin(const ShaftScene<Field>& s, const Vec3<Scalar>&, Proxy& proxy) noexcept {
+  static ShaftContact<Scalar> start(const ShaftScene<Field>& s, const Vec3<Scalar>&, Proxy& proxy) noexcept {
     const ShaftField<Field> shaft(s.field, s.tool, s.previous.tip, s.refined, s.scratch);
     proxy.attach_at(shaft, s.previous.at(s.length()));
     return track(s, proxy);
@@ -121,7 +130,7 @@ struct ConstrainedTracking {
   static ShaftContact<Scalar> track(const ShaftScene<Field>& s, Proxy& proxy) noexcept {
     const Vec3<Scalar> move = s.offset.tip - s.previous.tip;
     const StepPlan pieces =
-        plan_steps(static_cast<double>(move.norm()), 0.5 * static_cast<double>(s.field.voxel()), kMostPieces);
+        plan_steps(static_cast<double>(move.norm()), kPieceLength * static_cast<double>(s.field.voxel()), kMaxPieces);
     ShaftContact<Scalar> c;
     if (pieces.bounded) c.status = Status::kWorkBound;
     for (int i = pieces.count - 1; i >= 0; --i) {
@@ -139,8 +148,15 @@ struct ConstrainedTracking {
   }
 };
 
+/// Policy that tracks IntP. `start(scene, point, proxy)` starts contact at a surface point; `track(scene, proxy)`
+/// updates it. Both return the contact; contact ends when `touching` is false.
+// clang-format off
 template <class T>
-concept Tracking =
-    std::same_as<T, ProjectedTracking> || std::same_as<T, CentrelineTracking> || std::same_as<T, ConstrainedTracking>;
+concept Tracking = requires(const ShaftScene<detail::FieldArchetype<float>>& scene, const Vec3<float>& point,
+                            SurfaceProxy<float>& proxy) {
+  { T::start(scene, point, proxy) } noexcept -> std::same_as<ShaftContact<float>>;
+  { T::track(scene, proxy) } noexcept -> std::same_as<ShaftContact<float>>;
+};
+// clang-format on
 
 }  // namespace trephine

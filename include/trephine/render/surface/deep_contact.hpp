@@ -1,118 +1,141 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/field_archetype.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 
 #include <algorithm>
 
+/// Deep contact of the Surface approximation: the force of a group of vertices whose centre is in bone. There the sum
+/// of the group's springs would cancel or reverse. Each group has its own state.
 namespace trephine {
 
-/// What a group of the Surface approximation gives once its own centre is in bone, where the sum of its springs would
-/// cancel or turn. A policy object exists per group.
-
-/// Thesis, Eq. 18, 19: the force of t−1, held. It does not turn with the tool, is zero when the run starts in bone and
-/// stays when the tool is dragged along.
+/// State of `HoldForce` (thesis Eq. 18, 19): holds the force of t−1. The held force does not rotate with the tool, does
+/// not change when the tool moves on, and is zero if the session starts in bone.
 template <RealScalar Scalar>
 class HeldForceState {
  public:
-  /// A tick with the centre outside; `force` is the group's.
-  void outside(const Vec3<Scalar>&, const Vec3<Scalar>& force) noexcept {
-    held_ = force;
-    known_ = true;
+  /// Stores the group's force [N] of a tick with its centre outside bone.
+  void update_outside(const Vec3<Scalar>&, const Vec3<Scalar>& force) noexcept {
+    held_force_ = force;
+    has_force_ = true;
   }
-  /// A tick with the centre at `c` in bone. `edge_force` is the law's force with the centre on the surface [N].
+  /// Returns the held force in `force`; `kStartedInside` without one.
   template <PointField Field>
-  Status inside(const Field&, const Vec3<Scalar>&, Scalar, Scalar, Vec3<Scalar>& force) noexcept {
-    force = held_;
-    return known_ ? Status::kOk : Status::kStartedInside;
+  Status compute_inside(const Field&, const Vec3<Scalar>&, Scalar, Scalar, Vec3<Scalar>& force) noexcept {
+    force = held_force_;
+    return has_force_ ? Status::kOk : Status::kStartedInside;
   }
   void reset() noexcept {
-    held_.setZero();
-    known_ = false;
+    held_force_.setZero();
+    has_force_ = false;
   }
 
  private:
-  Vec3<Scalar> held_ = Vec3<Scalar>::Zero();
-  bool known_ = false;
+  Vec3<Scalar> held_force_ = Vec3<Scalar>::Zero();
+  bool has_force_ = false;
 };
 
-/// Ours: a point on the surface follows the centre (a SurfaceProxy without friction), and the law goes on as a spring
-/// along the way out: F = edge_force + edge_force / R · depth toward that point. Turns with the surface, grows with
-/// depth, and works when the run starts in bone.
+/// State of `ExtendAlongSurface` (ours): a frictionless SurfaceProxy follows the group's centre on the bone's surface,
+/// and a spring extends the law beyond the centre. Its force is F = edge_force (1 + depth / R), toward the proxy. It
+/// rotates with the surface, grows with depth, and works for a session that starts in bone.
 ///
-/// It starts where the vertex law ends. That is edge_force on a plane alone: where walls meet the vertices pull against
-/// each other and give half of it, and a force that stepped up by the other half would be a spring without bounds, on
-/// which no device rests. What the vertices were short of edge_force by is lacking at first, and comes as the centre
-/// goes in by a quarter of R or the point moves on by R.
+/// Continuity at entry: the vertices' force equals edge_force only on a plane. Between walls the vertices' forces
+/// oppose each other and give about half of it. A step by the other half would act as an infinitely stiff spring, on
+/// which no device is stable. The state therefore subtracts the deficit at entry. It fades to zero over a depth of R/4,
+/// or while the proxy moves on by R.
 template <RealScalar Scalar>
 class ExtensionState {
+  // The deficit at entry vanishes at a depth of R over this.
+  static constexpr auto kDeficitDepths = Scalar(4);
+  // Largest gap between centre and surface at the tick before entry, as a fraction of R, from which the force at the
+  // surface is extrapolated. From farther off the vertices' force does not predict it.
+  static constexpr auto kMaxGap = Scalar(0.5);
+  // Depth in voxels from which on the direction to the proxy replaces the surface normal, its limit at depth 0.
+  static constexpr auto kMinDepth = Scalar(0.5);
+  // Tangential moves of the proxy per tick. The centre moves little in a tick, and a late proxy catches up later.
+  static constexpr int kProxyIterations = 8;
+
  public:
-  void outside(const Vec3<Scalar>& c, const Vec3<Scalar>& force) noexcept {
+  /// Stores the group's centre c [m] and force [N] of a tick with the centre outside bone.
+  void update_outside(const Vec3<Scalar>& c, const Vec3<Scalar>& force) noexcept {
     proxy_.place_free(c);
-    before_ = c;
-    force_before_ = force;
-    came_from_outside_ = true;
-    inside_ = false;
+    outside_centre_ = c;
+    outside_force_ = force;
+    was_outside_ = true;
+    was_inside_ = false;
   }
 
+  /// Computes the force [N] of a tick with the group's centre c [m] in bone. `edge_force` [N] is the law's force on a
+  /// plane with the centre on the surface; `radius` is the group's [m].
   template <PointField Field>
-  Status inside(const Field& field, const Vec3<Scalar>& c, Scalar radius, Scalar edge_force,
-                Vec3<Scalar>& force) noexcept {
+  Status compute_inside(const Field& field, const Vec3<Scalar>& c, Scalar radius, Scalar edge_force,
+                        Vec3<Scalar>& force) noexcept {
     const Status status = proxy_.follow(field, c);
     force.setZero();
     if (!proxy_.in_contact()) {
-      came_from_outside_ = inside_ = false;
+      was_outside_ = was_inside_ = false;
       return status;
     }
     const Vec3<Scalar>& q = proxy_.position();
-    if (inside_)
-      deficit_ *= std::max(Scalar(0), Scalar(1) - (q - at_).norm() / radius);
+    if (was_inside_)
+      deficit_ *= std::max(Scalar(0), Scalar(1) - (q - previous_proxy_).norm() / radius);
     else
-      deficit_ = came_from_outside_ ? deficit_on_entry(radius, edge_force) : Scalar(0);
-    inside_ = true;
-    at_ = q;
+      deficit_ = was_outside_ ? deficit_on_entry(radius, edge_force) : Scalar(0);
+    was_inside_ = true;
+    previous_proxy_ = q;
     const Vec3<Scalar> e = q - c;
     const Scalar depth = e.norm();
-    // Right at the surface e has no direction yet; the normal there is its limit.
-    const Vec3<Scalar> out = depth > Scalar(0.5) * field.voxel() ? Vec3<Scalar>(e / depth) : proxy_.normal();
-    const Scalar lacking = deficit_ * std::max(Scalar(0), Scalar(1) - Scalar(4) * depth / radius);
-    force = (edge_force * (Scalar(1) + depth / radius) - lacking) * out;
+    const Vec3<Scalar> direction = depth > kMinDepth * field.voxel() ? Vec3<Scalar>(e / depth) : proxy_.normal();
+    const Scalar deficit = deficit_ * std::max(Scalar(0), Scalar(1) - kDeficitDepths * depth / radius);
+    force = (edge_force * (Scalar(1) + depth / radius) - deficit) * direction;
     return status;
   }
   void reset() noexcept {
     proxy_.reset();
-    came_from_outside_ = inside_ = false;
+    was_outside_ = was_inside_ = false;
   }
 
  private:
-  // Over what the centre was short of the surface in the tick before the law would have grown as on a plane, where it
-  // goes with the square of the depth. From farther off it tells nothing.
+  // Deficit of the vertices' force against edge_force at the surface [N]. The force of the tick before entry is
+  // extrapolated over the remaining gap by the law on a plane, which goes with the square of the depth.
   [[nodiscard]] Scalar deficit_on_entry(Scalar radius, Scalar edge_force) const noexcept {
-    const Scalar short_by = std::max(Scalar(0), (before_ - proxy_.position()).dot(proxy_.normal()));
-    if (!(short_by < radius / Scalar(2))) return Scalar(0);
-    return edge_force - force_before_.norm() * (Scalar(1) + Scalar(2) * short_by / radius);
+    const Scalar gap = std::max(Scalar(0), (outside_centre_ - proxy_.position()).dot(proxy_.normal()));
+    if (!(gap < radius * kMaxGap)) return Scalar(0);
+    return edge_force - outside_force_.norm() * (Scalar(1) + Scalar(2) * gap / radius);
   }
 
-  SurfaceProxy<Scalar> proxy_{ProxyOptions{.iterations = 8, .trigger = Trigger::kThesis}};
-  bool came_from_outside_ = false;                    // from outside
-  bool inside_ = false;                               // in the tick before
-  Vec3<Scalar> before_ = Vec3<Scalar>::Zero();        // the centre, when it was outside
-  Vec3<Scalar> force_before_ = Vec3<Scalar>::Zero();  // the vertices' then [N]
-  Vec3<Scalar> at_ = Vec3<Scalar>::Zero();            // the point, in the tick before
-  Scalar deficit_ = Scalar(0);                        // of edge_force, at the surface [N]
+  SurfaceProxy<Scalar> proxy_{ProxyOptions{.iterations = kProxyIterations, .trigger = Trigger::kThesis}};
+  bool was_outside_ = false;                            // the last contact began from outside bone
+  bool was_inside_ = false;                             // the centre was in bone in the previous tick
+  Vec3<Scalar> outside_centre_ = Vec3<Scalar>::Zero();  // last centre outside bone
+  Vec3<Scalar> outside_force_ = Vec3<Scalar>::Zero();   // the vertices' force then [N]
+  Vec3<Scalar> previous_proxy_ = Vec3<Scalar>::Zero();  // the proxy in the previous tick
+  Scalar deficit_ = Scalar(0);                          // of the force at the surface [N]
 };
 
-/// Policies by name: what a renderer keeps per group.
+/// Deep contact of the thesis: holds the last force from outside bone.
 struct HoldForce {
   template <RealScalar Scalar>
   using State = HeldForceState<Scalar>;
 };
+/// Deep contact that extends the force law along the surface: the default.
 struct ExtendAlongSurface {
   template <RealScalar Scalar>
   using State = ExtensionState<Scalar>;
 };
 
+/// A policy for deep contact. `State<Scalar>` is default-constructed for each group; see `ExtensionState` for the
+/// meaning of its functions' arguments.
+// clang-format off
 template <class D>
-concept DeepContact = std::same_as<D, HoldForce> || std::same_as<D, ExtendAlongSurface>;
+concept DeepContact = requires(typename D::template State<float> state, const detail::FieldArchetype<float>& field,
+                               const Vec3<float>& c, float x, Vec3<float>& force) {
+  requires std::default_initializable<typename D::template State<float>>;
+  { state.update_outside(c, c) } noexcept;
+  { state.compute_inside(field, c, x, x, force) } noexcept -> std::same_as<Status>;
+  { state.reset() } noexcept;
+};
+// clang-format on
 
 }  // namespace trephine

@@ -5,33 +5,36 @@
 
 namespace trephine {
 
-/// A list of points of a tool, with the vertex each belongs to, and the field's gradients there, taken in one
-/// batch. Capacity is fixed at construction.
+/// List of sample points in T, each with the vertex that it belongs to and the field's gradient. Gradients are computed
+/// in batches. The capacity is fixed at construction.
 template <RealScalar Scalar>
 class PatchPoints {
  public:
   PatchPoints() = default;
-  explicit PatchPoints(int most) : vertex_(static_cast<std::size_t>(most)) {
-    // A batch may begin anywhere and is padded to a lane.
-    for (auto* v : {&x_, &y_, &z_, &gx_, &gy_, &gz_}) v->resize(static_cast<std::size_t>(most) + kLane);
+  explicit PatchPoints(int capacity) : vertex_(static_cast<std::size_t>(capacity)) {
+    // A batch may start at any point and is padded to a lane.
+    for (auto* v : {&x_, &y_, &z_, &gx_, &gy_, &gz_}) v->resize(static_cast<std::size_t>(capacity) + kLane);
   }
 
   void clear() noexcept { count_ = 0; }
-  /// Point j takes the place of point `to` <= j; the first `count` stay.
+  /// Copies point j, without its gradient, to index `to` <= j.
   void move(int j, int to) noexcept {
     const auto from = static_cast<std::size_t>(j), n = static_cast<std::size_t>(to);
     for (auto* v : {&x_, &y_, &z_}) (*v)[n] = (*v)[from];
     vertex_[n] = vertex_[from];
   }
-  void keep(int count) noexcept { count_ = count; }
+  /// Drops all but the first `count` points.
+  void truncate(int count) noexcept { count_ = count; }
   [[nodiscard]] int count() const noexcept { return count_; }
+  /// Vertex that point j belongs to.
   [[nodiscard]] int vertex(int j) const noexcept { return vertex_[static_cast<std::size_t>(j)]; }
+  /// Gradient at point j, in G axes [field's unit per metre]; valid after `compute_gradients`.
   [[nodiscard]] Vec3<Scalar> gradient(int j) const noexcept {
     const auto n = static_cast<std::size_t>(j);
     return {gx_[n], gy_[n], gz_[n]};
   }
 
-  /// A point p in T.
+  /// Appends a point p in T [m].
   void add(const Vec3<Scalar>& p, int vertex) noexcept {
     const auto n = static_cast<std::size_t>(count_++);
     x_[n] = p.x();
@@ -40,9 +43,9 @@ class PatchPoints {
     vertex_[n] = vertex;
   }
 
-  /// Gradients [field's unit per metre, G axes] of the points from … to.
+  /// Computes the gradients at points [from, to).
   template <ContactField Field>
-  void gradients(const Field& field, const Pose<Scalar>& X_GT, int from, int to) noexcept {
+  void compute_gradients(const Field& field, const Pose<Scalar>& X_GT, int from, int to) noexcept {
     const int padded = padded_to_lane(to - from);
     for (int j = to; j < from + padded; ++j)
       for (auto* v : {&x_, &y_, &z_}) (*v)[static_cast<std::size_t>(j)] = (*v)[static_cast<std::size_t>(to) - 1];

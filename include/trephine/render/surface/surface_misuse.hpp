@@ -9,7 +9,7 @@
 
 namespace trephine {
 
-/// What fits no Surface ends here, in one sentence.
+/// Reports template arguments that fit no Surface approximation in one readable error message.
 template <class S, class Weights = PatchWeights, class Deep = ExtendAlongSurface, class Shaft = FullWrench,
           class GradientChoice = AnalyticGradient>
 class SurfaceApproxRenderer : public detail::UnusableRenderer {

@@ -8,23 +8,25 @@
 #include <cmath>
 #include <optional>
 
-/// What a Surface approximation is told, and what it tells of its groups.
+/// Options of the Surface approximation, and its report on each group of vertices.
 namespace trephine {
 
 struct SurfaceOptions {
-  /// Secant stiffness k [N/m] of the tip pressed on a plane at δ = R/2. The force is no plain spring's but grows with
-  /// the square of the depth, F = 2 k δ²/R (PatchWeights, AreaWeights). So the tangent, which a device has to bear, is
-  /// 2 k at R/2 and at most 4 k near R; `tangent_stiffness` of the renderer tells it at a force.
+  /// Secant stiffness k [N/m] of the tip pressed on a plane at depth δ = R/2. With PatchWeights and AreaWeights the
+  /// force grows with the square of the depth, F = 2 k δ²/R. The tangent stiffness, which decides stability on a
+  /// device, is therefore 2 k at R/2 and at most 4 k near R. The renderer's `tangent_stiffness` returns it for a given
+  /// force.
   double stiffness = 800;
-  /// The literal k of Eq. 15 instead, in the unit of the weighting: N/m for CollisionRatio and MeanWeights, N/m³ for
-  /// PatchWeights and AreaWeights. With N sphere vertices CollisionRatio at k feels like N k / 2.
+  /// The literal k of Eq. 15, which replaces `stiffness`. Its unit depends on the weighting: N/m for CollisionRatio and
+  /// MeanWeights, N/m³ for PatchWeights and AreaWeights. With N sphere vertices, CollisionRatio at k has a secant
+  /// stiffness of about N k / 2.
   std::optional<double> thesis_stiffness{};
-  /// Steps of a vertex's search for the surface are at most this many voxels.
+  /// Largest step of a vertex's search for the surface, in voxels.
   double search_step = 0.5;
-  /// A tip that moves farther than this between two ticks [m] has jumped, as for a proxy (`ProxyOptions::jump`).
+  /// Largest motion of the tip between two ticks [m]. Beyond it contact is reset (`ProxyOptions::jump`).
   double jump = 0.005;
-  /// Keeps the tangent stiffness at T, of all groups together, within a device's means; without it springs add up. One
-  /// that the tool cannot exceed changes nothing.
+  /// Limits the tangent stiffness at T, of all groups together, to the device's range. Without it the groups'
+  /// stiffnesses add up. A budget that the tool cannot exceed changes nothing.
   std::optional<StiffnessBudget> budget{};
 
   void validate() const {
@@ -38,12 +40,13 @@ struct SurfaceOptions {
   }
 };
 
-/// What the last tick found on one group (thesis Fig. 23, 24), in G. Group 0 is the ball, the others the slices.
+/// Result of the last tick for one group (thesis Fig. 23, 24), in G. Group 0 is the ball, the others are the slices.
 template <RealScalar Scalar>
 struct SliceReport {
-  int contacts = 0;    ///< colliding vertices of the periphery
-  bool deep = false;   ///< the centre is in bone
-  Scalar lever_m = 0;  ///< |r_j| from the tip to where F_j acts: the slice's centre, or near it (patches)
+  int contacts = 0;   ///< vertices of the periphery with a spring
+  bool deep = false;  ///< the centre is in bone
+  Scalar lever_m =
+      0;  ///< |r_j| from the tip to the point of action of F_j: at the slice's centre, or near it (patches)
   Vec3<Scalar> force = Vec3<Scalar>::Zero();   ///< F_j
   Vec3<Scalar> torque = Vec3<Scalar>::Zero();  ///< T_j = r_j × F_j (Eq. 20)
 };
