@@ -85,7 +85,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
-  static constexpr bool kSkips = (Skipping<Parts> || ...);
+  static constexpr bool kSkipsEmptySpace = (EmptySpaceSkipper<Parts> || ...);
 
   /// Throws std::invalid_argument where the isovalue is not finite, the burr is larger than the grid, a part's
   /// `validate` refuses, or the renderer reads stored gradients and the grid keeps none.
@@ -248,8 +248,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   }
 
   [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
-    if constexpr (kSkips) {
-      constexpr std::array<bool, sizeof...(Parts)> is{Skipping<Parts>...};
+    if constexpr (kSkipsEmptySpace) {
+      constexpr std::array<bool, sizeof...(Parts)> is{EmptySpaceSkipper<Parts>...};
       constexpr auto at = static_cast<std::size_t>(std::find(is.begin(), is.end(), true) - is.begin());
       return renderer_.render(std::get<at>(parts_).field_for(field), X_GT);
     } else {

@@ -39,7 +39,7 @@ class MillingVibration {
     double per_removal = 0;        ///< amplitude by removal rate [N/(mm³/s)], >= 0
     double amplitude_limit = 0.5;  ///< largest A [N], >= 0
 
-    /// Throws std::invalid_argument.
+    /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
       const auto at_least_zero = [](double v) { return v >= 0 && std::isfinite(v); };
       if (!(frequency > 0) || !(frequency <= kHighestFrequency))
@@ -52,11 +52,11 @@ class MillingVibration {
     }
   };
 
-  /// Throws std::invalid_argument where an option is out of range.
+  /// Throws std::invalid_argument if an option is out of range.
   explicit MillingVibration(const Options& options) : options_(options) { options_.validate(); }
 
   [[nodiscard]] const Options& options() const noexcept { return options_; }
-  /// Takes options that `validate` accepted, without a jump of the phase; between ticks, haptic thread.
+  /// Replaces the options, which `validate` must accept, without a jump of the phase; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
   void reset() noexcept {

@@ -55,7 +55,7 @@ class PassivityController {
     double reserve = 10e-3;                ///< largest credit, and largest debt [J], >= 0
     double memory = 0.2;                   ///< time constant in which a debt is forgotten [s], > 0
 
-    /// Throws std::invalid_argument.
+    /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
       const auto at_least_zero = [](const char* rule, double v) {
         if (!(v >= 0) || !std::isfinite(v)) refuse("PassivityController", rule, v);
@@ -81,11 +81,11 @@ class PassivityController {
     }
   };
 
-  /// Throws std::invalid_argument where an option is out of range.
+  /// Throws std::invalid_argument if an option is out of range.
   explicit PassivityController(const Options& options) : options_(options) { options_.validate(); }
 
   [[nodiscard]] const Options& options() const noexcept { return options_; }
-  /// Takes options that `validate` accepted; between ticks, haptic thread.
+  /// Replaces the options, which `validate` must accept; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
   void reset() noexcept { *this = PassivityController(options_, Unchecked{}); }

@@ -24,14 +24,14 @@ struct ForceOnly {};
 
 /// A part that tells the renderer what it may pass over: see `EmptySpaceSkipping`.
 template <class P>
-concept Skipping = requires(const P& p) {
+concept EmptySpaceSkipper = requires(const P& p) {
   p.map();
-  requires P::kSkips;
+  requires P::kSkipsEmptySpace;
 };
 
 /// What a scene may list after its renderer.
 template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || Skipping<P> || std::same_as<P, ForceOnly>;
+concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::same_as<P, ForceOnly>;
 
 /// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
 template <class R, class Density>
