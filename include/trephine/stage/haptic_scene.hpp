@@ -318,7 +318,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 template <class Density, class ContactRenderer, class... Parts>
 HapticScene(VoxelGrid<Density>&, double, ContactRenderer, Parts...) -> HapticScene<Density, ContactRenderer, Parts...>;
 template <class... Arguments>
-requires(!detail::kAreScene<Arguments...>) HapticScene(Arguments&&...)
+requires(!detail::kAreSceneArguments<Arguments...>) HapticScene(Arguments&&...)
 ->HapticScene<detail::Misused<Arguments...>, void>;
 
 }  // namespace trephine
