@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+/// Converts images in ITK's convention to grids: geometry, number types and checks.
 namespace trephine {
 
 static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),

@@ -59,7 +59,7 @@ inline std::string to_exact_text(double v) {
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target) : target_(target), file_(target) {
-    file_.retarget_filename(target.stem().string() + ".part" + target.extension().string());
+    file_.replace_filename(target.stem().string() + ".part" + target.extension().string());
   }
   ~TemporaryFile() {
     std::error_code ignored;
