@@ -113,8 +113,8 @@ inline void describe(itk::ImageIOBase& io, const std::array<int, 3>& size, const
 /// the grid's pose, which readers do not hold. The file may contain part of an edit that is made during writing; pause
 /// the drilling for a consistent state. Needs memory for a second copy of the voxels.
 ///
-/// Throws VolumeError with the reason: another ending, a single slice (which `read_volume` refuses), a pose that is not
-/// finite, a folder that is missing or cannot be written, a full disk.
+/// Throws VolumeError with the reason: another ending, a single slice (which `read_volume` refuses), a non-finite pose,
+/// a missing or write-protected folder, a full disk.
 template <VoxelDensity Density>
 void save_volume(const std::filesystem::path& path, const GridReader<Density>& bone, const Posed& X_WG) {
   using itk_detail::refuse_saving;

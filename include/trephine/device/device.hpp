@@ -46,11 +46,12 @@ struct DeviceCapabilities {
   double rate = 0;               ///< nominal servo rate [Hz]
 };
 
-/// One reading of the handle. A device with three input degrees of freedom leaves the rotation at identity.
+/// A reading of the handle: pose and buttons. A device with three input degrees of freedom leaves the rotation at
+/// identity.
 struct DeviceState {
   Posed X_DH = Posed::Identity();  ///< the handle's pose in the device's base frame [m]
   std::uint32_t buttons = 0;       ///< bit i: button i is down
-  std::optional<double> time;      ///< the device's own time of this pose [s], if it has a clock: dt then comes from it
+  std::optional<double> time;      ///< the device's own time of this pose [s], if it has a clock, which dt then follows
 };
 
 /// A haptic device that exchanges poses and wrenches: a polled device, or the data part of a self-paced device. Its

@@ -55,7 +55,7 @@ template <TickableScene Scene>
   return warnings;
 }
 
-/// Limits a wrench (about H, D axes) to the device's range: drops torque or force if the device has no such axes, and
+/// Limits a wrench (about H, D axes) to the device's range. Drops torque or force if the device has no such axes, and
 /// shortens force and torque to their maxima, direction kept. Returns true if a vector was shortened; dropping does not
 /// count.
 inline bool limit_to(const DeviceCapabilities& device, Wrenchd& wrench_H_D) noexcept {

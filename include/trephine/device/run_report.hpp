@@ -9,7 +9,7 @@
 
 namespace trephine {
 
-/// The way in which a run of the servo loop ended.
+/// Kind of end of a run of the servo loop.
 enum class RunEnd : std::uint8_t {
   kFinished = 0,  ///< the duration is over, or the condition is true
   kStopped = 1,   ///< `stop()` was called

@@ -30,18 +30,15 @@ namespace trephine {
 /// serves polled devices, which it paces at absolute times, and self-paced devices, whose scheduler calls it.
 ///
 /// Protection of the hand:
-/// - The wrench rises over a ramp of `options.ramp` seconds after the start and after each of these events: a status
-/// that
-///   requires it (`needs_ramp`), a safety trip of the device, a non-finite wrench, a stall of the loop. The tick that
-///   starts a ramp sends zero.
+/// - The wrench rises over a ramp of `options.ramp` seconds after the start. It also does so after a status that
+///   requires it (`needs_ramp`), a safety trip of the device, a non-finite wrench, or a stall of the loop. The tick
+///   that starts a ramp sends zero.
 /// - While the device reports safety trips, the loop sends zero and the scene continues to tick.
 /// - A fault of the device ends the run. Every run ends with a read and a zero wrench, in a self-paced device's last
-/// call.
-///   Exceptions of the observer, the condition or the simulated device end the run in the same way. The loop then
-///   throws them again from `run_for` / `run_until`. The scene's tick cannot throw.
-/// - Force and torque are limited to the device's capabilities at its reference point, also if the scene's limits about
-/// T
-///   are wider. They are zero for axes that the device does not have.
+///   call. Exceptions of the observer, the condition or the simulated device end the run in the same way. The loop
+///   then throws them again from `run_for` / `run_until`. The scene's tick cannot throw.
+/// - Force and torque are limited to the device's capabilities at its reference point, also if the scene's limits
+///   about T are wider. They are zero for axes that the device does not have.
 ///
 /// dt is the measured time between readings, or the device's own if its state has a time, clamped to
 /// [kShortestDt, kLongestDt]. It is exactly the period with NoPacing and at the first tick.
@@ -210,7 +207,7 @@ class ServoLoop {
     if (!closed_.load(std::memory_order_acquire)) wrench_may_act_ = false;  // stop() removed the force
   }
 
-  /// One call of a self-paced device, in its thread.
+  /// Handles a call of a self-paced device, in its thread.
   template <class Condition, class Observer>
   bool on_device_call(Condition& condition, Observer& observer) noexcept {
     if (closed_.load(std::memory_order_relaxed)) return false;

@@ -25,7 +25,7 @@ class ZeroOrderHoldStep {
          norm *= 0.5)
       ++squarings;
     A *= std::ldexp(1.0, -squarings);
-    // Stores and squares E = exp(A) - I, so that small steps are not lost beside the identity.
+    // Stores and squares E = exp(A) - I, so that small steps are not lost next to the identity.
     Mat3d E = A;
     Mat3d term = A;
     for (int n = 2; n <= kOrder; ++n) {

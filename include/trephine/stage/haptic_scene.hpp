@@ -67,13 +67,13 @@ class HapticScene {
 /// 8. `sent` of every part that has it.
 ///
 /// Statuses of `tick`, besides the renderer's own:
-/// - `kBadInput`: the pose is not finite, farther than kFarthestPosition, or no rotation within kRotationTolerance. The
-///   wrench is zero, nothing is carved, and renderer and stages keep their state; the next good tick continues from it.
+/// - `kBadInput`: the pose is not finite, farther than kFarthestPosition, or no rotation within kRotationTolerance.
+///   The wrench is zero, nothing is carved, and renderer and stages keep their state; the next good tick continues
+///   from it.
 /// - `kNonFinite`: a law overflowed. The wrench is zero; renderer and stages are reset.
 /// - `kStartedInside`: the wrench is not zero, and the bone there may be new to the scene. This is the first tick, a
-/// tick
-///   after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). The wrench is the full contact
-///   wrench; the caller must ramp it, as a ServoLoop does.
+///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). The wrench is the full
+///   contact wrench; the caller must ramp it, as a ServoLoop does.
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
 /// twist. Ticks after a gap (see PoseHistory) also have zero twist, so velocities never spike.
 ///

@@ -14,7 +14,7 @@ namespace trephine {
 ///
 /// It is an effect, not a model. Dental and ear spindles turn at 333–1333 Hz (20–80 krpm), and their teeth pass at
 /// several times that. A force held for a tick at 1 kHz aliases such frequencies to any frequency below 500 Hz, even to
-/// 0 Hz, which is a steady push. So the frequency is one that the loop can render, at most 300 Hz. Fingers are most
+/// 0 Hz, which is a steady push. So the frequency must be low enough for the loop, at most 300 Hz. Fingers are most
 /// sensitive there too.
 ///
 /// Direction: perpendicular to the contact force, because a burr's teeth pull along the surface. The mean normal force,
@@ -24,7 +24,7 @@ namespace trephine {
 /// origin: no torque.
 ///
 /// The phase grows by f·dt a tick and starts at zero with the spindle, so the same time gives the same force at any
-/// tick rate. A tick of dt >= 1/(2f), a rate of 2f or less, gets no vibration, because it would alias. Just above 2f
+/// tick rate. A tick of dt >= 1/(2f), a rate of 2f or less, has no vibration, because it would alias. Just above 2f
 /// the sine is coarse (its samples beat); at 5f and more it is smooth.
 ///
 /// The vibration generates energy, up to A·|v|: leave it out of passivity measurements. The stage takes its input for

@@ -17,8 +17,8 @@ namespace trephine {
 /// that is held for a tick always delivers some energy: the power `stiffness`·(dt/2 + delay)·|v|², and ½
 /// `stiffness`·`quantum` per metre, and the same for rotation. This much is allowed during contact; the rest is the
 /// excess W. Set `stiffness` to the stiffness that the device renders stably by its own friction
-/// (`DeviceCapabilities::stiffness`). A scene within it passes unchanged, to the bit; a stiffer scene gets the missing
-/// damping.
+/// (`DeviceCapabilities::stiffness`). A scene within it passes unchanged, to the bit; a stiffer scene receives the
+/// missing damping.
 ///
 /// *Controller.* It injects −s·(`damping` v, `angular_damping` ω), with s in [0, 1] such that one tick at this velocity
 /// dissipates W. Known weaknesses of the method, and the remedies here:
@@ -26,13 +26,13 @@ namespace trephine {
 ///   powers and at most 1.
 /// - Bursts: the injection is at most `force` and `torque`, and changes by at most `force_rate` and `torque_rate`.
 /// - Late action: energy dissipated by friction or earlier contacts is a credit that would hide a generator for long.
-/// The
-///   credit is at most `reserve` and ends with the contact.
+///   The credit is at most `reserve` and ends with the contact.
 /// - Stored energy: springs store at least |f|²/(2 K), K = `contact_stiffness` being the law's largest tangent
-/// stiffness.
-///   It counts as delivered at once, not at its release. So a sudden force is detected in the same tick, and a small
-///   reserve suffices. With K unknown (0), the reserve must hold the stored energy, F²/(2 K) at the largest force.
-/// - Rest: an excess that cannot be dissipated, because the hand does not move, decays with the time constant `memory`.
+///   stiffness. It counts as delivered at once, not at its release. So a sudden force is detected in the same tick,
+///   and a small reserve suffices. With K unknown (0), the reserve must hold the stored energy, F²/(2 K) at the
+///   largest force.
+/// - Rest: an excess that cannot be dissipated, because the hand does not move, decays with the time constant
+///   `memory`.
 ///
 /// The controller damps motion only; it cannot hold a tool that a force pushes through a wall. A vibration stage
 /// generates energy on purpose, and is observed and damped even if listed after this stage: leave one of the two out.

@@ -8,7 +8,7 @@
 namespace trephine {
 
 /// A field that returns a clearance for less than the cost of a sample: a radius [m] around p_G that holds no bone.
-/// It is a lower bound; 0 also stands for an unknown clearance.
+/// It is a lower bound; 0 also means that the clearance is unknown.
 template <class F>
 concept ClearanceField = requires(const F& f, const Vec3<typename F::Scalar>& p) {
   { f.clearance_at(p) }
@@ -23,7 +23,7 @@ concept BoundedField = requires(const F& f, const Vec3<typename F::Scalar>& p) {
 };
 
 /// Returns true if the ball of `radius` [m] around p_G holds no bone, without sampling the field. The test is
-/// conservative: false also stands for an unknown clearance.
+/// conservative: false also means that the clearance is unknown.
 template <class Field, RealScalar Scalar>
 [[nodiscard]] bool is_known_clear(const Field& field, const Vec3<Scalar>& p_G, Scalar radius) noexcept {
   if constexpr (BoundedField<Field>)

@@ -104,7 +104,7 @@ class ClearanceMap {
 
  private:
   // Numbers that decide.
-  static constexpr std::uint8_t kFar = 255;          // [bricks] cap of a stored distance: what a byte holds
+  static constexpr std::uint8_t kFar = 255;          // [bricks] cap of a stored distance: the largest byte
   static constexpr double kMaxBeyondSquared = 1e12;  // [m²] beyond 1000 km, or NaN: clearance 0
   static constexpr int kNew = 4;                     // bit of `middle_`: the map is published and not yet taken
 

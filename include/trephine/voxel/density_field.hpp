@@ -71,7 +71,7 @@ class DensityField {
   }
 
   /// Computes the outward unit normal −∇ρ/|∇ρ| at p_G, in G axes. If the density is flat there (8-bit plateaus, deep in
-  /// bone), the normal comes from mean gradients over balls of 2, 4, 8 and 16 voxels. The smallest ball that is not
+  /// bone), the normal is taken from mean gradients over balls of 2, 4, 8 and 16 voxels. The smallest ball that is not
   /// flat decides. The error is within 9° (2–3° on average) at 12 voxels deep in saturated balls of 12 to 40 voxels.
   /// Returns false and leaves `n` unchanged if all balls are flat.
   [[nodiscard]] bool normal(const Vec3<Scalar>& p_G, Vec3<Scalar>& n) const noexcept {

@@ -13,9 +13,9 @@
 /// divides by the spacing of each axis, so results are right on anisotropic grids. Thesis section 2.1.2.
 namespace trephine {
 
-/// A gradient estimator: a static function of grid and position, with the traits `kNeedsStored` (it reads
-/// `VoxelGrid::differences`) and `kSmooth` (normals vary little across a voxel, so cells do not show in them).
-/// `at(grid, view, u)` returns the gradient at voxel coordinates u of the padded array.
+/// A gradient estimator: a static function of grid and position, with two traits. `kNeedsStored` is true if it reads
+/// `VoxelGrid::differences`. `kSmooth` is true if normals vary little across a voxel, so that cells do not show in
+/// them. `at(grid, view, u)` returns the gradient at voxel coordinates u of the padded array.
 template <class G>
 concept GradientPolicy = requires(const VoxelGrid<std::int16_t>& grid, const SampleView<std::int16_t, double>& view,
                                   const Vec3<double>& u) {

@@ -73,8 +73,8 @@ class VoxelGrid {
   using Difference = std::conditional_t<std::is_floating_point_v<Density>, float,
                                         std::conditional_t<sizeof(Density) == 1, std::int16_t, std::int32_t>>;
 
-  /// Copies `voxels` (x fastest). Throws std::invalid_argument if the buffer's length does not match the size, a size
-  /// or spacing is out of range, the pose is not rigid or too far, or a density is not finite.
+  /// Copies `voxels` (x fastest). Throws std::invalid_argument for a buffer that does not match the size, a size or
+  /// spacing out of range, a pose that is not rigid or too far, or a density that is not finite.
   VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options = {});
 
   VoxelGrid(VoxelGrid&&) = default;
