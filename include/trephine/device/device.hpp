@@ -15,9 +15,8 @@ namespace trephine {
 /// Status that `read` and `write` return.
 enum class DeviceStatus : std::uint8_t {
   kOk = 0,
-  kSafetyTrip =
-      1,       ///< the device protects itself for a time (hot motors, force or speed limit): keep ticking, send zero
-  kFault = 2,  ///< the device is lost or broken (communication, timer, non-finite command): stop
+  kSafetyTrip = 1,  ///< the device protects itself (hot motors, force or speed limit): keep ticking, send zero
+  kFault = 2,       ///< the device is lost or broken (communication, timer, non-finite command): stop
 };
 
 [[nodiscard]] constexpr DeviceStatus worse(DeviceStatus a, DeviceStatus b) noexcept { return a < b ? b : a; }

@@ -26,7 +26,7 @@ template <TickableScene Scene>
     warnings.push_back(s.str());
   };
   if (device.output_dof < 3) warn("device '", device.name, "' gives no force: the scene will not be felt");
-  if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool keeps one direction");
+  if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool does not rotate");
   if constexpr (requires { Scene::kHasTorque; }) {
     if (Scene::kHasTorque && device.output_dof >= 3 && device.output_dof < 6)
       warn("the scene computes torque but device '", device.name, "' has ", device.output_dof,
@@ -47,7 +47,7 @@ template <TickableScene Scene>
     const double felt = registration.felt_stiffness(stiffness);
     if (device.stiffness > 0 && felt > device.stiffness)
       warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), where, "), more than the ",
-           device.stiffness, " N/m that device '", device.name, "' is said to render stably");
+           device.stiffness, " N/m that device '", device.name, "' renders stably");
   }
   if (device.rate > 0 && rate < 0.5 * device.rate)
     warn("the loop runs at ", rate, " Hz, less than half the ", device.rate, " Hz that device '", device.name,

@@ -52,7 +52,7 @@ class RealtimeScope {
     timer_slack_ = prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0);
     prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // 1 ns instead of 50 µs late sleeps; needs no right
     if (options.priority == 0) {
-      text_ = "no real-time priority asked for";
+      text_ = "no real-time priority requested";
     } else if (pthread_getschedparam(pthread_self(), &policy_before_, &param_before_) != 0) {
       text_ = "no real-time priority: the present scheduling is unknown";
     } else {
@@ -83,7 +83,7 @@ class RealtimeScope {
   int policy_before_ = 0;
   sched_param param_before_{};
 #else
-  void request(const RealtimeOptions&) { text_ = "no real-time priority: not asked for on this platform"; }
+  void request(const RealtimeOptions&) { text_ = "no real-time priority: not requested on this platform"; }
   void restore() noexcept {}
 #endif
 

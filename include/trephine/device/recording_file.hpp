@@ -146,7 +146,7 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   const auto count = cursor.take<std::uint64_t>();
   const std::size_t body = bytes.size() - detail::kHeaderBytes - 8;
   if (body % detail::kTickBytes != 0 || count != body / detail::kTickBytes)
-    fail("says " + std::to_string(count) + " ticks but holds " + std::to_string(body) + " bytes of " +
+    fail("has " + std::to_string(count) + " ticks by its header but holds " + std::to_string(body) + " bytes of " +
          std::to_string(detail::kTickBytes) + " a tick (cut short?)");
   detail::Cursor tail(bytes.data() + bytes.size() - 8);
   if (tail.take<std::uint64_t>() != detail::fnv1a({bytes.data(), bytes.size() - 8})) fail("is damaged (hash differs)");

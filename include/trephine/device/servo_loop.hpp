@@ -138,7 +138,7 @@ class ServoLoop {
       run_.report.priority = scope.text();
       run_polled(condition, observer);
     } else {
-      run_.report.priority = "simulated time, no real-time priority asked for";
+      run_.report.priority = "simulated time, no real-time priority requested";
       while (!is_over()) step(condition, observer);
       send_closing_zero();
     }
@@ -247,7 +247,7 @@ class ServoLoop {
                                        : "the device failed to read");
       observer(std::as_const(run_.record));
       if (run_.record.write_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to write");
-      if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition came true");
+      if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition is true");
     } catch (...) {
       run_.thrown = std::current_exception();
       end(RunEnd::kStopped, "an exception");

@@ -51,8 +51,8 @@ struct StillHand {
   HandTarget operator()(double) const noexcept { return X_DH; }
 };
 
-/// The defaults are a desktop device of the Touch class in a light grip, orders of magnitude rather than a model of
-/// one product.
+/// Options of a simulated device and hand. The defaults are orders of magnitude for a desktop device of the Touch class
+/// in a light grip, not the model of a product.
 struct SimulatedDeviceOptions {
   DeviceAxes linear{.inertia = 0.045, .damping = 0.5, .friction = 0.05, .quantum = 0.055e-3, .limit = 3.3};
   DeviceAxes angular{.inertia = 4e-5, .damping = 4e-4, .friction = 0, .quantum = 1e-4, .limit = 0.2};

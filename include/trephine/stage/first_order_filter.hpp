@@ -45,9 +45,9 @@ class FirstOrderFilter {
   void reset() noexcept { state_ = Wrenchd::zero(); }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
-    const double kept = std::exp(-2 * std::numbers::pi * options_.cutoff * context.dt);  // 1 − α
-    filter(kept, wrench.force, state_.force);
-    filter(kept, wrench.torque, state_.torque);
+    const double decay = std::exp(-2 * std::numbers::pi * options_.cutoff * context.dt);  // 1 − α
+    filter(decay, wrench.force, state_.force);
+    filter(decay, wrench.torque, state_.torque);
     wrench = state_;
   }
 
@@ -55,9 +55,9 @@ class FirstOrderFilter {
   /// [N, N·m] outputs below this end the decay, which would otherwise continue in slow denormal numbers.
   static constexpr double kNegligible = 1e-12;
 
-  static void filter(double kept, const Vec3d& in, Vec3d& out) noexcept {
+  static void filter(double decay, const Vec3d& in, Vec3d& out) noexcept {
     for (int i = 0; i < 3; ++i) {
-      out[i] = in[i] + kept * (out[i] - in[i]);
+      out[i] = in[i] + decay * (out[i] - in[i]);
       if (in[i] == 0 && std::abs(out[i]) < kNegligible) out[i] = 0;
     }
   }

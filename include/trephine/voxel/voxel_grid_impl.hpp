@@ -20,7 +20,7 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
     if (n > kMaxGridSize) refuse("VoxelGrid", "each size must be at most 2^20 voxels", n);
     count *= n;
     padded *= n + 4;
-    // 32-bit voxel indices keep the sampling kernel in one vector register a lane.
+    // 32-bit voxel indices: the sampling kernel then has one vector register per lane.
     if (padded > std::numeric_limits<std::int32_t>::max()) refuse("VoxelGrid", "at most 2^31 voxels fit", padded);
   }
   for (int a = 0; a < 3; ++a) {
