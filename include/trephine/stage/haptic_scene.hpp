@@ -30,14 +30,13 @@ class HapticScene {
                 "trephine::HapticScene: the bone is a temporary, and must outlive the scene: name it first");
   static_assert(kMistake != Mistake::kArguments,
                 "trephine::HapticScene: write HapticScene{bone, isovalue, renderer, parts...}: a VoxelGrid, a number, "
-                "a renderer, then what else there is");
+                "a renderer, then its parts");
   static_assert(kMistake != Mistake::kNoRenderer,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
                 "write HapticScene{bone, isovalue, renderer, parts...}");
-  static_assert(
-      kMistake != Mistake::kNotAPart,
-      "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), EmptySpaceSkipping "
-      "or ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(kMistake != Mistake::kNotAPart,
+                "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Carver (carve), "
+                "EmptySpaceSkipping or ForceOnly, its functions noexcept; a scene has one renderer");
   static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
