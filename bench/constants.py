@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 INCLUDE = os.path.join(ROOT, "include")
-HEADERS = ["render/coupled/*.hpp", "voxel/bone_surface.hpp"]
+HEADERS = ["render/coupled/*.hpp", "voxel/dual_element.hpp"]
 DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 # Numbers of their own: mathematics, a bound of options, and a margin that must be above 1.

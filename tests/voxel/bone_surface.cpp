@@ -29,7 +29,7 @@ constexpr unsigned kSeed = 302;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kH = 3e-4;
 
-/// A element as the store keeps it, to compare bit by bit.
+/// An element as the store keeps it, to compare bit by bit.
 struct Kept {
   std::array<float, 11> values;  // position, along, across, area, spread
   bool operator==(const Kept&) const = default;
@@ -167,7 +167,7 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
   return all;
 }
 
-/// Edges that should have a element, in all its parts, and have none, and the other way round.
+/// Edges that should have an element, in all its parts, and have none, and the other way round.
 template <class Density>
 int holes(const AllPatches& all, const VoxelGrid<Density>& grid, const std::map<std::size_t, Crossed>& crossed) {
   // Single precision of places up to nine voxels from a brick's corner is good to some 1e-6 of a face.

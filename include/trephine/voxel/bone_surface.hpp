@@ -2,7 +2,9 @@
 #pragma once
 
 #include <trephine/voxel/crossed_edges.hpp>
+#include <trephine/voxel/dual_element.hpp>
 #include <trephine/voxel/sampling.hpp>
+#include <trephine/voxel/surface_element.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
@@ -18,89 +20,25 @@ namespace trephine {
 template <VoxelDensity Density>
 class BoneSurfaceView;
 
-/// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`, which
-/// stands for `area` [m²]: its own, more at edges of bone. G axes, metres.
-struct SurfaceElement {
-  Vec3d position;
-  Vec3d along;
-  Vec3d across;
-  double area;
-};
-
-/// Elements of a brick in arrays of this many, single precision, positions relative to the brick's voxel 0 [m].
-struct ElementBlock {
-  static constexpr int kSize = 16;
-  /// `edge` is its voxel edge's number plus this times the number of the element's part.
-  static constexpr std::uint32_t kEdges = 3 * 9 * 9 * 9;
-  using Lanes = std::array<float, kSize>;
-  std::array<Lanes, 3> position, along, across;
-  Lanes area;
-  Lanes spread;                           ///< no point of the element is farther from its position [m]
-  std::array<std::uint32_t, kSize> edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
-  Vec3<float> middle;                     ///< of a ball that holds the elements, from the brick's voxel 0 [m]
-  float radius;                           ///< of that ball [m]
-
-  /// Element i in G; `corner` is where the brick's voxel 0 lies.
-  [[nodiscard]] SurfaceElement element(std::size_t i, const Vec3d& corner) const noexcept {
-    const auto vector = [&](const std::array<Lanes, 3>& v) {
-      return Vec3d(static_cast<double>(v[0][i]), static_cast<double>(v[1][i]), static_cast<double>(v[2][i]));
-    };
-    return {corner + vector(position), vector(along), vector(across), static_cast<double>(area[i])};
-  }
-
-  /// Finds the ball about the first `count` elements, and fills the other lanes.
-  void finish(int count) noexcept {
-    const auto n = static_cast<std::size_t>(count);
-    Vec3<float> low, high;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [least, most] = std::minmax_element(position[axis].begin(), position[axis].begin() + count);
-      low[static_cast<Eigen::Index>(axis)] = *least;
-      high[static_cast<Eigen::Index>(axis)] = *most;
-    }
-    middle = 0.5F * (low + high);
-    radius = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Vec3<float> p(position[0][i], position[1][i], position[2][i]);
-      radius = std::max(radius, (p - middle).norm() + spread[i]);
-    }
-    for (std::size_t i = n; i < kSize; ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) position[axis][i] = position[axis][0];
-      spread[i] = spread[0];
-    }
-  }
-};
-
-/// The bone's isosurface as quadrature points, kept brick by brick (8³ voxels) where a tool comes near.
+/// Quadrature points of the bone's isosurface, computed brick by brick (8³ voxels) where a tool comes near, and kept.
 ///
-/// A voxel edge whose ends lie on different sides of the isovalue carries a element: the parallelogram of the same
-/// middle and area as the quadrilateral of the four cells around it (dual contouring's: Ju et al. 2002), whose corners
-/// are the means of the cells' crossings (surface nets', Gibson 1998). So elements tile the surface whichever way it
-/// lies, and follow from the trilinear interpolant's crossings alone. Where voxels are longer along an axis, elements
-/// are cut into parts along it, at most kMostParts.
+/// Each voxel edge whose ends lie on different sides of the isovalue carries an element (`DualElements`). Where voxels
+/// are longer along an axis, elements are cut into at most kMaxParts parts along it.
 ///
-/// *Curved bone*: means of crossings are chords. With S = κ L² + κ' L'², L and L' the ways to the next crossings, the
-/// quadrilateral lies S/4 below the edge's own crossing, the means of the crossings on faces S/8, and a element's
-/// points on the surface S/32. Crossings themselves lie up to κ L²/8 below a curved surface, as densities are
-/// interpolated along edges. So a element moves out by twice the way from its quadrilateral to the faces' mean.
-///
-/// *Edges of bone*: where bone is convex like a ball of less than kRound voxels, a element moves less, becomes as wide
-/// as the faces' means, and ends as the parallelogram through them. Their chords cut an edge off, so that no point
-/// stands out beside it: a tool fits into the rim of the hole that it cut.
-///
-/// Bricks are made when they are asked for, made anew when the grid's version of them changed, and let go, those that
-/// were not used longest, when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve blocks a
-/// brick of bone's surface, `blocks` of them at most; and 4 bytes a brick of the grid. No allocation after
+/// A request computes a brick, and computes it anew where the grid's version of the brick changed. Bricks that were
+/// requested longest ago are evicted when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve
+/// blocks a brick of bone's surface, at most `blocks` of them; and 4 bytes a brick of the grid. No allocation after
 /// construction.
 ///
-/// Threads: construction anywhere, all else on the haptic thread. The grid must outlive it and stay where it is.
+/// Threads: construction on any thread, all else on the haptic thread. The grid must outlive the surface, in place.
 template <VoxelDensity Density>
 class BoneSurface {
  public:
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
-  static constexpr int kMostParts = 8;                  ///< of a element along an axis
-  /// Bricks that one tick may make (`begin_tick`): its work is bounded.
+  static constexpr int kMaxParts = 8;                   ///< parts of an element along an axis
+  /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded.
   static constexpr int kBricksPerTick = 128;
 
   /// Throws std::invalid_argument for an isovalue that is not finite.
@@ -113,10 +51,10 @@ class BoneSurface {
         next_(blocks) {
     for (int a = 0; a < 3; ++a) {
       const double longer = grid.spacing()[a] / grid.spacing().minCoeff();
-      parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMostParts);
+      parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMaxParts);
     }
     if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
-    if (blocks < kLeastBlocks) refuse("BoneSurface", "blocks must be at least 8749", blocks);
+    if (blocks < kMinBlocks) refuse("BoneSurface", "blocks must be at least 8749", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
       next_[i] = i + 1 < blocks ? static_cast<std::int32_t>(i + 1) : kEnd;
       slots_[i].next_free = next_[i];
@@ -127,7 +65,7 @@ class BoneSurface {
 
   [[nodiscard]] const Grid& grid() const noexcept { return *grid_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
-  /// Longest spacing over the parts that elements are cut into along it [m].
+  /// Longest part of an element along an axis, before the surface slants [m].
   [[nodiscard]] double longest_part() const noexcept {
     double longest = 0;
     for (std::size_t a = 0; a < 3; ++a)
@@ -139,27 +77,27 @@ class BoneSurface {
            slot_of_.size() * sizeof(std::int32_t);
   }
 
-  /// The surface as renderers take it.
+  /// Returns the view that renderers get.
   [[nodiscard]] BoneSurfaceView<Density> view() noexcept { return BoneSurfaceView<Density>(*this); }
 
-  /// A new tick may make kBricksPerTick bricks again.
+  /// Starts a tick, which may compute kBricksPerTick bricks.
   void begin_tick() noexcept { budget_ = kBricksPerTick; }
-  /// Bricks asked for from here on are let go after those asked for before.
+  /// Starts a use: bricks requested from now on are evicted after those requested before.
   void begin_use() noexcept { ++use_; }
 
-  /// Whether the surface crosses the brick, as its range of densities has it.
+  /// Returns whether the brick's range of densities holds the isovalue.
   [[nodiscard]] bool crosses(std::size_t brick) const noexcept {
     const auto range = grid_->brick_range(brick);
     return static_cast<double>(range.min) < isovalue_ && static_cast<double>(range.max) >= isovalue_;
   }
 
-  /// Whether the brick or its halo holds bone.
+  /// Returns whether the brick or its halo holds bone.
   [[nodiscard]] bool has_bone(std::size_t brick) const noexcept {
     return static_cast<double>(grid_->brick_range(brick).max) >= isovalue_;
   }
 
-  /// Makes the brick's elements or finds them up to date; false where this tick may make no more. They stay until the
-  /// next call.
+  /// Brings the brick's elements up to date. Returns false where this tick may compute no more bricks. The elements
+  /// stay valid until the next call.
   [[nodiscard]] bool provide(std::size_t brick) noexcept {
     std::int32_t s = slot_of_[brick];
     const std::uint32_t version = grid_->brick_version(brick);
@@ -178,20 +116,20 @@ class BoneSurface {
       slots_[at(s)].brick = static_cast<std::int64_t>(brick);
       slot_of_[brick] = s;
     }
-    make(slots_[at(s)], brick);
+    compute(slots_[at(s)], brick);
     slots_[at(s)].used = use_;
     slots_[at(s)].version = version;
     slots_[at(s)].stamp = stamp;
     return true;
   }
 
-  /// Grows whenever blocks were made or let go: while it stays, so do the blocks that were visited.
+  /// Counts computed bricks. While it stays the same, visited blocks stay valid.
   [[nodiscard]] std::uint64_t changes() const noexcept { return changes_; }
-  /// Bricks that were let go although they were asked for since `begin_use`: the store is too small.
+  /// Counts evicted bricks that were requested since `begin_use`. More than 0: the store is too small.
   [[nodiscard]] std::uint64_t overruns() const noexcept { return overruns_; }
   [[nodiscard]] std::size_t block_count() const noexcept { return blocks_.size(); }
 
-  /// Calls visit(block, count) for the blocks of a brick that `provide` provided.
+  /// Calls visit(block, count) for the blocks of a brick that `provide` brought up to date.
   template <class Visit>
   void for_each_block(std::size_t brick, Visit&& visit) const noexcept {
     const Slot& slot = slots_[at(slot_of_[brick])];
@@ -200,13 +138,13 @@ class BoneSurface {
       visit(blocks_[at(b)], std::min(left, ElementBlock::kSize));
   }
 
-  /// Where a brick's voxel 0 lies in G [m].
+  /// Returns the position of a brick's voxel 0 in G [m].
   [[nodiscard]] Vec3d corner(std::size_t brick) const noexcept {
     const auto [bx, by, bz] = grid_->brick_coordinates(brick);
     return grid_->spacing().cwiseProduct(Vec3d(bx * kBrick, by * kBrick, bz * kBrick));
   }
 
-  /// Whether p_G is bone: its interpolated density reaches the isovalue.
+  /// Returns whether the interpolated density at p_G reaches the isovalue.
   [[nodiscard]] bool is_bone(const Vec3d& p_G) const noexcept {
     const Vec3d u = p_G.cwiseQuotient(grid_->spacing()) + Vec3d::Ones();
     return sample(SampleView<Density, double>(*grid_), u) >= isovalue_;
@@ -214,16 +152,13 @@ class BoneSurface {
 
  private:
   static constexpr std::int32_t kNone = -1, kEnd = -2;
-  /// What a brick can take, every edge of it crossed and every element in all its parts.
-  static constexpr std::size_t kLeastBlocks =
-      ElementBlock::kEdges * kMostParts * kMostParts / static_cast<std::size_t>(ElementBlock::kSize) + 1;
-  /// Smaller elements are left out [faces of a voxel]: of the worst direction's area, a ten-thousandth.
-  static constexpr float kLeastArea = 1e-4F;
+  /// Blocks of a brick that is crossed at every edge, each element cut into the most parts.
+  static constexpr std::size_t kMinBlocks =
+      ElementBlock::kEdges * kMaxParts * kMaxParts / static_cast<std::size_t>(ElementBlock::kSize) + 1;
+  /// Margin for rounding of the bounding balls.
   static constexpr float kRoundedUp = 1.001F;
-  /// Bone more convex than a ball of half this radius is an edge, more and more so from a ball of this radius on
-  /// [shortest spacings].
-  static constexpr float kRound = 12;
 
+  /// A stored brick: a linked list of blocks.
   struct Slot {
     std::int64_t brick = -1;
     std::uint64_t used = 0;
@@ -254,7 +189,7 @@ class BoneSurface {
     free_slot_ = s;
   }
 
-  /// Lets a brick other than `keep` go by the clock rule: one of an earlier use if the first round finds any.
+  /// Evicts a brick other than `keep` by the clock rule, preferring bricks of earlier uses.
   void evict(const Slot* keep) noexcept {
     for (std::size_t tried = 0; tried <= 2 * slots_.size(); ++tried) {
       hand_ = hand_ + 1 < slots_.size() ? hand_ + 1 : 0;
@@ -266,24 +201,27 @@ class BoneSurface {
     }
   }
 
-  /// A element before it is parted, from the brick's voxel 0 [m]. `area` 0: too small to count.
-  struct Parallelogram {
-    Vec3<float> middle, along, across;
-    float area;
-  };
-  [[nodiscard]] Parallelogram parallelogram(const CrossedEdges<Density>& edges,
-                                            const typename CrossedEdges<Density>::Crossing& crossing) const noexcept;
-  void make(Slot& slot, std::size_t brick) noexcept;
+  /// Takes a free block and links it after `last`, or as the slot's first.
+  [[nodiscard]] std::int32_t append_block(Slot& slot, std::int32_t last) noexcept {
+    while (free_block_ == kEnd) evict(&slot);
+    const std::int32_t block = free_block_;
+    free_block_ = next_[at(block)];
+    next_[at(block)] = kEnd;
+    (last == kEnd ? slot.first : next_[at(last)]) = block;
+    return block;
+  }
+
+  void compute(Slot& slot, std::size_t brick) noexcept;
 
   const Grid* grid_;
   double isovalue_;
-  std::vector<std::int32_t> slot_of_;  // of each brick of the grid
+  std::vector<std::int32_t> slot_of_;  // slot of each brick of the grid, or kNone
   std::vector<Slot> slots_;
   std::vector<ElementBlock> blocks_;
-  std::vector<std::int32_t> next_;  // block after a block, in a brick or among the free ones
+  std::vector<std::int32_t> next_;  // successor of each block, in its brick's list or in the free list
   std::int32_t free_block_ = 0;
   std::int32_t free_slot_ = 0;
-  std::size_t hand_ = 0;
+  std::size_t hand_ = 0;  // the clock rule's
   std::uint64_t use_ = 2;
   std::uint64_t changes_ = 0;
   std::uint64_t overruns_ = 0;
@@ -291,82 +229,40 @@ class BoneSurface {
   std::array<int, 3> parts_{};
 };
 
-/// The parallelogram of a crossed edge.
+/// Computes an element for each crossed edge that is the brick's own, from the densities of the brick and its halo.
 template <VoxelDensity Density>
-auto BoneSurface<Density>::parallelogram(const CrossedEdges<Density>& edges,
-                                         const typename CrossedEdges<Density>::Crossing& crossing) const noexcept
-    -> Parallelogram {
-  const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-  const Vec3<float> h = grid_->spacing().template cast<float>();
-  const auto length = [&](std::size_t axis) { return h[static_cast<Eigen::Index>(axis)]; };
-  const auto metres = [&](const Vec3<float>& u) -> Vec3<float> { return u.cwiseProduct(h); };
-  const Vec3<float> p00 = metres(edges.cell_mean(crossing, -1, -1)), p10 = metres(edges.cell_mean(crossing, 0, -1)),
-                    p01 = metres(edges.cell_mean(crossing, -1, 0)), p11 = metres(edges.cell_mean(crossing, 0, 0));
-  Parallelogram p{0.25F * (p00 + p10 + p01 + p11), 0.25F * (p10 + p11 - p00 - p01), 0.25F * (p01 + p11 - p00 - p10), 0};
-  const Vec3<float> normal = p.along.cross(p.across);
-  const float size = normal.norm();
-  if (!(4 * size > kLeastArea * length(b) * length(c))) return p;
-  p.area = 4 * size;
-
-  // Outward: away from the edge's end in bone.
-  const bool up = (normal[static_cast<Eigen::Index>(a)] > 0) == crossing.starts_in_bone;
-  const Vec3<float> out = (up ? 1 / size : -1 / size) * normal;
-  const Vec3<float> b0 = metres(edges.beside(crossing, b, -1)), b1 = metres(edges.beside(crossing, b, 1)),
-                    c0 = metres(edges.beside(crossing, c, -1)), c1 = metres(edges.beside(crossing, c, 1));
-  // Halfway to them the surface crosses the cells' faces.
-  const Vec3<float> on_faces = 0.5F * metres(crossing.position()) + 0.125F * (b0 + b1 + c0 + c1);
-  const float rise = (on_faces - p.middle).dot(out);
-  const float round = (length(b) * length(b) + length(c) * length(c)) / (8 * kRound * h.minCoeff());
-  p.middle += (rise + std::min(rise, std::max(0.0F, 2 * round - rise))) * out;
-  const float sharp = std::clamp(rise / round - 1, 0.0F, 1.0F);
-  if (sharp > 0) {
-    p.middle += sharp * (on_faces - p.middle);
-    p.along += sharp * (0.25F * (b1 - b0) - p.along);
-    p.across += sharp * (0.25F * (c1 - c0) - p.across);
-  }
-  return p;
-}
-
-/// Makes a element of each crossed edge that is the brick's own. Nothing beyond the brick and its halo is read.
-template <VoxelDensity Density>
-void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
+void BoneSurface<Density>::compute(Slot& slot, std::size_t brick) noexcept {
   ++changes_;
   release_blocks(slot);
   const CrossedEdges<Density> edges(*grid_, brick, isovalue_);
+  const DualElements elements{grid_->spacing().template cast<float>()};
   ElementBlock* block = nullptr;
   std::size_t n = ElementBlock::kSize;
   std::int32_t last = kEnd;
   for (const auto& crossing : edges.crossings()) {
-    const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-    const Parallelogram whole = parallelogram(edges, crossing);
-    if (!(whole.area > 0)) continue;
-
-    const int parts_b = parts_[b], parts_c = parts_[c];
-    const Vec3<float> part_along = whole.along / static_cast<float>(parts_b),
-                      part_across = whole.across / static_cast<float>(parts_c);
-    const float spread = kRoundedUp * (part_along.norm() + part_across.norm());
+    const auto whole = elements.at(edges, crossing);
+    if (!whole) continue;
+    const int parts_b = parts_[(crossing.axis + 1U) % 3], parts_c = parts_[(crossing.axis + 2U) % 3];
+    const Vec3<float> along = whole->along / static_cast<float>(parts_b),
+                      across = whole->across / static_cast<float>(parts_c);
+    const float spread = kRoundedUp * (along.norm() + across.norm());
     for (int part = 0; part < parts_b * parts_c; ++part) {
       if (n == ElementBlock::kSize) {
-        while (free_block_ == kEnd) evict(&slot);
-        const std::int32_t next = free_block_;
-        free_block_ = next_[at(next)];
-        next_[at(next)] = kEnd;
-        (last == kEnd ? slot.first : next_[at(last)]) = next;
         if (block) block->finish(ElementBlock::kSize);
-        last = next;
-        block = &blocks_[at(next)];
+        last = append_block(slot, last);
+        block = &blocks_[at(last)];
         n = 0;
       }
       const auto ib = static_cast<float>(2 * (part % parts_b) + 1 - parts_b);
       const auto ic = static_cast<float>(2 * (part / parts_b) + 1 - parts_c);
-      const Vec3<float> position = whole.middle + ib * part_along + ic * part_across;
+      const Vec3<float> position = whole->middle + ib * along + ic * across;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto e = static_cast<Eigen::Index>(axis);
         block->position[axis][n] = position[e];
-        block->along[axis][n] = part_along[e];
-        block->across[axis][n] = part_across[e];
+        block->along[axis][n] = along[e];
+        block->across[axis][n] = across[e];
       }
-      block->area[n] = whole.area / static_cast<float>(parts_b * parts_c);
+      block->area[n] = whole->area / static_cast<float>(parts_b * parts_c);
       block->spread[n] = spread;
       block->edge[n] = crossing.edge + ElementBlock::kEdges * static_cast<std::uint32_t>(part);
       ++n;
@@ -376,7 +272,7 @@ void BoneSurface<Density>::make(Slot& slot, std::size_t brick) noexcept {
   if (block) block->finish(static_cast<int>(n));
 }
 
-/// The bone's surface as a renderer gets it: a copyable view. Haptic thread.
+/// A copyable view of a bone's surface, as renderers get it. Haptic thread.
 template <VoxelDensity D>
 class BoneSurfaceView {
  public:
@@ -387,7 +283,7 @@ class BoneSurfaceView {
   [[nodiscard]] const VoxelGrid<Density>& grid() const noexcept { return surface_->grid(); }
   /// Longest spacing [m].
   [[nodiscard]] double voxel() const noexcept { return grid().spacing().maxCoeff(); }
-  /// Whether all within `radius` [m] of p_G lies beyond the grid, and air is there.
+  /// Returns whether a ball of `radius` [m] about p_G lies beyond the grid, where `outside` is air.
   [[nodiscard]] bool is_beyond(const Vec3d& p_G, double radius) const noexcept {
     const Vec3d& h = grid().spacing();
     bool beyond = false;
@@ -401,8 +297,8 @@ class BoneSurfaceView {
   BoneSurface<Density>* surface_;
 };
 
-/// The one surface that all scenes of a grid and an isovalue share that are made on one thread: the first that asks
-/// makes it. Throws as BoneSurface's constructor. Any thread.
+/// Returns the surface of a grid and an isovalue that all scenes constructed on this thread share, and constructs it at
+/// the first call. Throws as BoneSurface's constructor. Any thread.
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<BoneSurface<Density>> shared_bone_surface(const VoxelGrid<Density>& grid,
                                                                         double isovalue) {

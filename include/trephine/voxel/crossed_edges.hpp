@@ -13,10 +13,10 @@
 
 namespace trephine {
 
-/// Where the isosurface crosses the voxel edges of a brick, by linear interpolation along them. Nothing beyond the
-/// brick and its halo is read. Positions in voxels from the brick's voxel 0.
+/// Crossings of the isosurface with the voxel edges of a brick, by linear interpolation along the edges. It reads the
+/// brick and its halo alone. Positions are in voxels from the brick's voxel 0.
 ///
-/// Crossed edges are found by rows of bits. Cost: some nanoseconds a voxel row and a crossing; 64 kB on the stack.
+/// Rows of bits find the crossed edges. Cost: some nanoseconds for a row of voxels and for a crossing; 64 kB of stack.
 template <VoxelDensity Density>
 class CrossedEdges {
  public:
@@ -27,11 +27,11 @@ class CrossedEdges {
     std::uint32_t edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
     std::array<std::int8_t, 3> start;
     std::uint8_t axis;
-    bool starts_in_bone;  ///< the edge's end of the lower index
+    bool starts_in_bone;  ///< whether the edge's end of lower index is bone
     [[nodiscard]] Vec3<float> position() const noexcept { return {at[0], at[1], at[2]}; }
   };
 
-  /// Finds those of the brick's own edges, and what they and their neighbours add up to in each cell.
+  /// Finds the crossings of the brick's own edges, and sums up the crossings of each cell, neighbours' edges included.
   CrossedEdges(const VoxelGrid<Density>& grid, std::size_t brick, double isovalue) noexcept
       : isovalue_(static_cast<float>(isovalue)) {
     const auto [bx, by, bz] = grid.brick_coordinates(brick);
@@ -47,8 +47,8 @@ class CrossedEdges {
 
   [[nodiscard]] std::span<const Crossing> crossings() const noexcept { return {crossings_.data(), count_}; }
 
-  /// Mean of the crossings of a cell that the edge belongs to; db and dc, −1 or 0, are its place along the two axes
-  /// after the edge's own.
+  /// Returns the mean crossing of a cell beside the edge. db and dc, −1 or 0, select the cell along the two axes that
+  /// follow the edge's own.
   [[nodiscard]] Vec3<float> cell_mean(const Crossing& q, int db, int dc) const noexcept {
     const std::size_t b = (q.axis + 1U) % 3, c = (q.axis + 2U) % 3;
     const Cell& cell =
@@ -56,9 +56,9 @@ class CrossedEdges {
     return Vec3<float>(cell.x, cell.y, cell.z) / cell.count;
   }
 
-  /// The next crossing along the surface on the face to that side, −1 or 1, of the edge along axis b; on a face that is
-  /// crossed four times, that of the edge across.
-  [[nodiscard]] Vec3<float> beside(const Crossing& q, std::size_t b, int side) const noexcept {
+  /// Returns the surface's next crossing across the face on one side, −1 or 1, of the edge along axis b. On a face that
+  /// is crossed four times it returns the crossing of the opposite edge.
+  [[nodiscard]] Vec3<float> next_crossing(const Crossing& q, std::size_t b, int side) const noexcept {
     const std::size_t a = q.axis;
     const Density* const v = at(q.start);
     const auto density = [](const Density* p) { return static_cast<float>(*p); };
@@ -88,7 +88,7 @@ class CrossedEdges {
   }
 
   void find() noexcept {
-    // Bit i + 1 of row (j, k): whether voxel i is bone.
+    // Bit i + 1 of row (j, k) is set where voxel i is bone.
     constexpr std::size_t kRow = kBrick + 2;
     std::array<std::uint32_t, kRow * kRow> bone{};
     const auto row_at = [](int j, int k) {
@@ -142,7 +142,7 @@ class CrossedEdges {
   }
 
   float isovalue_;
-  std::array<int, 3> lo_{}, hi_{};  // own edges start at voxels lo to hi − 1; voxel hi is there
+  std::array<int, 3> lo_{}, hi_{};  // the brick's own edges start at voxels lo to hi − 1; voxel hi exists
   std::array<std::ptrdiff_t, 3> pitch_{};
   const Density* origin_ = nullptr;
   std::array<Cell, static_cast<std::size_t>(kCells* kCells* kCells)> cells_{};
