@@ -179,7 +179,7 @@ TEST_CASE("files that hold no volume are refused with the reason") {
   vectors->SetRegions(Vectors::SizeType{{4, 4, 4}});
   vectors->Allocate(true);
   write_image(*vectors, folder / "vectors.mha", io_for(".mha"));
-  holds(read(folder / "vectors.mha"), "several numbers a voxel");
+  holds(read(folder / "vectors.mha"), "several numbers per voxel");
 
   using Times = itk::Image<float, 4>;
   auto times = Times::New();

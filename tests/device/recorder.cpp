@@ -198,7 +198,7 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
     CHECK(contains(file.complaint(), "cut short"));
   }
   file.write(good + std::string(176, '\0'));
-  CHECK(contains(file.complaint(), "says 20 ticks"));
+  CHECK(contains(file.complaint(), "has 20 ticks"));
   file.write("PNG" + good.substr(3));
   CHECK(contains(file.complaint(), "not a trephine recording"));
   std::string other = good;
@@ -218,7 +218,7 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
   other = good;
   for (std::size_t i = 24; i < 32; ++i) other[i] = '\xff';
   file.write(other);
-  CHECK(contains(file.complaint(), "says 18446744073709551615 ticks"));
+  CHECK(contains(file.complaint(), "has 18446744073709551615 ticks"));
   // Any single altered byte is found.
   int missed = 0;
   for (std::size_t i = 0; i < good.size(); i += 13) {

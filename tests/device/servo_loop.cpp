@@ -82,7 +82,7 @@ TEST_CASE("servo loop: duration, rate and condition") {
                                           });
   CHECK(report.ticks == 17);
   CHECK(seen == 17);
-  CHECK(report.reason == "the condition came true");
+  CHECK(report.reason == "the condition is true");
 }
 
 TEST_CASE("servo loop: the wrench comes in over the ramp, linearly, from zero") {

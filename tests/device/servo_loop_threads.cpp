@@ -145,7 +145,7 @@ TEST_CASE("servo loop, real time: sleep then spin keeps 5 kHz") {
   CHECK(report.end == RunEnd::kFinished);
   CHECK(report.ticks <= 502);
   CHECK(report.ticks + report.missed_deadlines >= 400);
-  CHECK(report.priority == "no real-time priority asked for");
+  CHECK(report.priority == "no real-time priority requested");
   CHECK(device.last == Wrenchd::zero());
 }
 
@@ -341,7 +341,7 @@ TEST_CASE("real-time scope: says what was granted, and gives the thread back as 
 #endif
   const RealtimeScope none(RealtimeOptions{.priority = 0});
   CHECK_FALSE(none.granted());
-  CHECK(none.text() == "no real-time priority asked for");
+  CHECK(none.text() == "no real-time priority requested");
   {
     const RealtimeScope scope(RealtimeOptions{.priority = 10});
     MESSAGE(scope.text());

@@ -39,10 +39,10 @@ static_assert(!ScenePart<Floor<>, Grid> && !ScenePart<int, Grid> && !ScenePart<T
               !ScenePart<Returning, Grid> && !ScenePart<ThrowingCarver, Grid>);
 
 // Limits last, once.
-static_assert(limits_come_last<>() && limits_come_last<Damping>() && limits_come_last<Damping, DeviceLimits>());
-static_assert(limits_come_last<DeviceLimits, ForceOnly>() && limits_come_last<DeviceLimits, Witness>());
-static_assert(!limits_come_last<DeviceLimits, Damping>() && !limits_come_last<DeviceLimits, DeviceLimits>());
-static_assert(!limits_come_last<Remote<DeviceLimits>, Damping>());
+static_assert(limits_are_last<>() && limits_are_last<Damping>() && limits_are_last<Damping, DeviceLimits>());
+static_assert(limits_are_last<DeviceLimits, ForceOnly>() && limits_are_last<DeviceLimits, Witness>());
+static_assert(!limits_are_last<DeviceLimits, Damping>() && !limits_are_last<DeviceLimits, DeviceLimits>());
+static_assert(!limits_are_last<Remote<DeviceLimits>, Damping>());
 static_assert(kPartCount<DeviceLimits, Damping, Remote<DeviceLimits>> == 1 && kPartCount<Damping> == 0);
 
 // Two ways to say follow_probe; silence is the cutting pose.
@@ -87,6 +87,10 @@ static_assert(Scene<>::kHasTorque && !Scene<ForceOnly>::kHasTorque && Scene<Witn
 static_assert(std::is_same_v<decltype(HapticScene{std::declval<Grid&>(), 300, Floor<>{}, DeviceLimits{.force = 3}}),
                              Scene<DeviceLimits>>);
 static_assert(!std::is_constructible_v<Scene<>, Grid, double, Floor<>>);  // not on a grid that is about to die
+
+// A user's own tag may derive from ForceOnly.
+struct StudyWithoutTorque : ForceOnly {};
+static_assert(ScenePart<StudyWithoutTorque, VoxelGrid<std::int16_t>> && !ScenePart<int, VoxelGrid<std::int16_t>>);
 
 // Options cannot be taken for what they configure.
 static_assert(!std::is_convertible_v<Damping::Options, Damping>);

@@ -44,7 +44,7 @@ TEST_CASE("What a map of air says to be clear is: fresh, stale, after bone came 
     int wrong = 0;
     for (int n = 0; n < 3000; ++n) {
       const Vec3d p = random_point(rng, -0.7 * far, 1.7 * far);
-      const double clear = map.clearance(p);
+      const double clear = map.clearance_at(p);
       sum += clear;
       if (clear > 0 && has_bone(field, p, clear, rng, 60)) ++wrong;
     }
@@ -79,16 +79,16 @@ TEST_CASE("Maps of air at their edges") {
   auto all = make_grid<std::uint8_t>({.size = {9, 9, 9}, .spacing = Vec3d::Constant(1e-3), .outside = 0},
                                      [](int, int, int) { return 200.0; });
   ClearanceMap<std::uint8_t> bone(all, 100);
-  CHECK(bone.clearance(Vec3d::Constant(4e-3)) == 0);
-  CHECK(bone.clearance(Vec3d(0.02, 4e-3, 4e-3)) == doctest::Approx(0.011));  // beyond the border voxel at 9
-  CHECK(bone.clearance(Vec3d::Constant(std::numeric_limits<double>::quiet_NaN())) == 0);
+  CHECK(bone.clearance_at(Vec3d::Constant(4e-3)) == 0);
+  CHECK(bone.clearance_at(Vec3d(0.02, 4e-3, 4e-3)) == doctest::Approx(0.011));  // beyond the border voxel at 9
+  CHECK(bone.clearance_at(Vec3d::Constant(std::numeric_limits<double>::quiet_NaN())) == 0);
   ClearanceMap<std::uint8_t> none(all, 201);
-  CHECK(none.clearance(Vec3d::Constant(4e-3)) > 1);
+  CHECK(none.clearance_at(Vec3d::Constant(4e-3)) > 1);
   // Bone beyond the grid: nowhere is clear.
   auto inverted = make_grid<std::uint8_t>({.size = {9, 9, 9}, .spacing = Vec3d::Constant(1e-3), .outside = 200},
                                           [](int, int, int) { return 0.0; });
   ClearanceMap<std::uint8_t> hollow(inverted, 100);
-  CHECK(hollow.clearance(Vec3d::Constant(4e-3)) == 0);
-  CHECK(hollow.clearance(Vec3d::Constant(1.0)) == 0);
+  CHECK(hollow.clearance_at(Vec3d::Constant(4e-3)) == 0);
+  CHECK(hollow.clearance_at(Vec3d::Constant(1.0)) == 0);
   CHECK_THROWS_AS(ClearanceMap<std::uint8_t>(all, std::numeric_limits<double>::infinity()), std::invalid_argument);
 }

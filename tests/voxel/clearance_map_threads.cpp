@@ -40,7 +40,7 @@ TEST_CASE("A worker makes maps of air while the haptic thread cuts, restores and
     map.begin_tick();
     for (int n = 0; n < 20; ++n) {
       const Vec3d p = random_point(rng, Vec3d::Constant(-5 * h), Vec3d::Constant(45 * h));
-      const double clear = map.clearance(p);
+      const double clear = map.clearance_at(p);
       if (clear > 0) ++clear_ticks;
       for (int i = 0; clear > 0 && i < 20; ++i) wrong += field.value(p + clear * random_direction(rng)) >= 0 ? 1 : 0;
     }

@@ -30,6 +30,31 @@ Vec3d inner_point(std::mt19937& rng, const std::array<int, 3>& size, double marg
                       kSpacing.cwiseProduct(Vec3d(size[0] - 1 - margin, size[1] - 1 - margin, size[2] - 1 - margin)));
 }
 
+/// A user's own policy: the forward difference of the interpolant over one voxel.
+struct ForwardGradient {
+  static constexpr bool kNeedsStored = false;
+  static constexpr bool kSmooth = false;
+  template <VoxelDensity Density, RealScalar Scalar>
+  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
+                                       const Vec3<Scalar>& u) noexcept {
+    Vec3<Scalar> g;
+    for (int a = 0; a < 3; ++a) g[a] = sample(v, Vec3<Scalar>(u + Vec3<Scalar>::Unit(a))) - sample(v, u);
+    return g;
+  }
+};
+static_assert(GradientPolicy<ForwardGradient> && !BatchedGradientPolicy<ForwardGradient>);
+static_assert(GradientPolicy<AnalyticGradient> && BatchedGradientPolicy<AnalyticGradient>);
+static_assert(GradientPolicy<CentralGradient> && GradientPolicy<StoredGradient> && GradientPolicy<SplineGradient>);
+struct WithoutTraits {
+  static Vec3d at(const VoxelGrid<std::int16_t>&, const SampleView<std::int16_t, double>&, const Vec3d&) noexcept;
+};
+struct MayThrow : WithoutTraits {
+  static constexpr bool kNeedsStored = false;
+  static constexpr bool kSmooth = false;
+  static Vec3d at(const VoxelGrid<std::int16_t>&, const SampleView<std::int16_t, double>&, const Vec3d&);
+};
+static_assert(!GradientPolicy<WithoutTraits> && !GradientPolicy<MayThrow> && !GradientPolicy<int>);
+
 }  // namespace
 
 TEST_CASE("All gradients are exact on a linear field, per metre, whatever the spacing") {
@@ -46,6 +71,9 @@ TEST_CASE("All gradients are exact on a linear field, per metre, whatever the sp
     CHECK((gradient_at<float, AnalyticGradient>(grid, p) - exact).norm() < 1e-7 * exact.norm());
     CHECK((gradient_at<float, CentralGradient>(grid, p) - exact).norm() < 1e-7 * exact.norm());
     CHECK((gradient_at<float, StoredGradient>(grid, p) - exact).norm() < 1e-7 * exact.norm());
+    // Clamped at the far border: one voxel more of margin.
+    const Vec3d q = inner_point(rng, size, 2.01);
+    CHECK((gradient_at<float, ForwardGradient>(grid, q) - exact).norm() < 1e-7 * exact.norm());
   }
 }
 

@@ -135,7 +135,7 @@ TEST_CASE("Construction refuses what does not fit, and says what") {
     CHECK(holds(refusal_of(g, 24), "outside density must be in the density type's range"));
   }
   g.outside = 0.5;
-  CHECK(holds(refusal_of(g, 24), "outside density must be whole"));
+  CHECK(holds(refusal_of(g, 24), "outside density must be a whole number"));
   const auto of_floats = [&](float v, std::optional<double> outside = {}) {
     GridGeometry geometry = good;
     geometry.outside = outside;

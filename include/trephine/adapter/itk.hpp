@@ -22,10 +22,10 @@
 #include <vector>
 
 /// Reads CT volumes with ITK 5.2 or newer, which the including program links (ITKCommon, ITKIOGDCM, ITKIONRRD,
-/// ITKIONIFTI, ITKIOMeta). Not for the haptic thread: files are read and memory is taken.
+/// ITKIONIFTI, ITKIOMeta). Not for the haptic thread: it reads files and allocates memory.
 namespace trephine {
 
-/// A grid of whichever density type suits the file.
+/// A grid of any density type, chosen by the file.
 using AnyVoxelGrid = std::variant<VoxelGrid<std::uint8_t>, VoxelGrid<std::int8_t>, VoxelGrid<std::uint16_t>,
                                   VoxelGrid<std::int16_t>, VoxelGrid<float>>;
 
@@ -33,14 +33,15 @@ namespace itk_detail {
 
 using Component = itk::IOComponentEnum;
 
-/// A volume whose headers are read and found good; its voxels are not read yet.
+/// A volume with checked headers and voxels still unread.
 struct Source {
-  std::string where;
+  std::string where;  // path, for messages
   ImageGeometry geometry;
-  std::vector<std::string> files;  // one, or one a slice
+  std::vector<std::string> files;  // one, or one per slice
   bool dicom = false;
 };
 
+/// Returns a reader for the file's format, or nullptr.
 inline itk::ImageIOBase::Pointer reader_for(const std::string& file) {
   const std::array<itk::ImageIOBase::Pointer, 3> readers{itk::NrrdImageIO::New().GetPointer(),
                                                          itk::MetaImageIO::New().GetPointer(),
@@ -51,7 +52,7 @@ inline itk::ImageIOBase::Pointer reader_for(const std::string& file) {
 }
 
 inline Source open_file(const std::string& file) {
-  // The NIfTI library then opens the other one, which may be another patient's.
+  // If both exist, the NIfTI library opens the uncompressed file, which may be another patient's.
   const std::filesystem::path path = file;
   if (path.extension() == ".gz" && std::filesystem::exists(path.parent_path() / path.stem()))
     refuse_volume(file, path.stem().string() + " lies beside it and would be read in its place; move one away");
@@ -67,7 +68,8 @@ inline Source open_file(const std::string& file) {
   } catch (const itk::ExceptionObject& e) {
     refuse_volume(file, "its header cannot be read (" + last_line(e.GetDescription()) + "); fetch it again");
   }
-  if (io->GetNumberOfComponents() != 1) refuse_volume(file, "has several numbers a voxel; densities are single ones");
+  if (io->GetNumberOfComponents() != 1)
+    refuse_volume(file, "has several numbers per voxel; a density is a single number");
   const unsigned dimensions = io->GetNumberOfDimensions();
   for (unsigned a = 3; a < dimensions; ++a)
     if (io->GetDimensions(a) != 1) refuse_volume(file, "holds several volumes (a time series?); extract one");
@@ -75,7 +77,8 @@ inline Source open_file(const std::string& file) {
 
   Source source{.where = file, .geometry = {}, .files = {file}};
   for (unsigned a = 0; a < 3; ++a) {
-    if (io->GetDimensions(a) > (1U << 20)) refuse_volume(file, "is larger than 2^20 voxels along an axis");
+    if (io->GetDimensions(a) > std::size_t{kMaxGridSize})
+      refuse_volume(file, "is larger than 2^20 voxels along an axis");
     source.geometry.size[a] = static_cast<int>(io->GetDimensions(a));
     source.geometry.spacing_mm[a] = io->GetSpacing(a);
     source.geometry.origin_mm[a] = io->GetOrigin(a);
@@ -96,10 +99,10 @@ inline Source open_volume(const std::filesystem::path& path, const VolumeOptions
   return source;
 }
 
-/// Reads one file's voxels as they are stored (rescaled to Hounsfield units for DICOM) and hands them to
-/// `use(const Pixel*, count)`.
-template <class Use>
-void read_pixels(const Source& source, const std::string& file, std::size_t count, Use&& use) {
+/// Reads the voxels of a file in their stored type (DICOM rescaled to Hounsfield units) and calls
+/// `visit(const Pixel*, count)`.
+template <class Visit>
+void read_pixels(const Source& source, const std::string& file, std::size_t count, Visit&& visit) {
   itk::ImageIOBase::Pointer io;
   std::vector<std::byte> buffer;
   try {
@@ -114,7 +117,7 @@ void read_pixels(const Source& source, const std::string& file, std::size_t coun
   } catch (const itk::ExceptionObject& e) {
     refuse_volume(file, "its voxels cannot be read (" + last_line(e.GetDescription()) + "); is the file complete?");
   }
-  const auto as = [&]<class Pixel>(Pixel) { use(reinterpret_cast<const Pixel*>(buffer.data()), count); };
+  const auto as = [&]<class Pixel>(Pixel) { visit(reinterpret_cast<const Pixel*>(buffer.data()), count); };
   switch (io->GetComponentType()) {
     case Component::UCHAR:
       return as(static_cast<unsigned char>(0));
@@ -141,11 +144,12 @@ void read_pixels(const Source& source, const std::string& file, std::size_t coun
     case Component::DOUBLE:
       return as(0.0);
     default:
-      refuse_volume(file, "its voxels are of a type that is no density");
+      refuse_volume(file, "its voxels have a type that cannot be a density");
   }
 }
 
-inline std::size_t pixels_a_file(const Source& source) {
+/// Returns the number of voxels per file.
+inline std::size_t voxels_per_file(const Source& source) {
   const auto& n = source.geometry.size;
   const auto all = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
   return all / source.files.size();
@@ -154,29 +158,28 @@ inline std::size_t pixels_a_file(const Source& source) {
 template <VoxelDensity Density>
 VoxelGrid<Density> read_as(const Source& source, const VolumeOptions& options) {
   const auto rigid = to_rigid(source.geometry, options, source.where);
-  const std::size_t count = pixels_a_file(source);
+  const std::size_t count = voxels_per_file(source);
   std::vector<Density> voxels(count * source.files.size());
-  Converted seen;
+  ConversionSummary summary;
   auto* to = voxels.data();
   for (const auto& file : source.files) {
-    read_pixels(source, file, count, [&seen, to](const auto* in, std::size_t n) { convert(in, n, to, seen); });
+    read_pixels(source, file, count, [&summary, to](const auto* in, std::size_t n) { convert(in, n, to, summary); });
     to += count;
   }
-  check_converted<Density>(seen, options, source.where);
+  check_converted<Density>(summary, options, source.where);
   return make_grid<Density>(rigid, std::move(voxels), options, source.where);
 }
 
-/// Which density type holds every file's voxels: their own where all have the same, else the smallest that fits.
+/// Returns the index in AnyVoxelGrid of the density type that holds every file's voxels. It is their own type if all
+/// files share it, else the smallest that fits.
 inline std::size_t suitable_type(const Source& source) {
-  Converted seen;
+  ConversionSummary summary;
   bool whole = true;
-  bool small = true;  // each file's own type is 8 bit wide
   bool first = true;
   std::size_t own = std::variant_npos;
   for (const auto& file : source.files) {
-    read_pixels(source, file, pixels_a_file(source), [&]<class Pixel>(const Pixel* in, std::size_t n) {
+    read_pixels(source, file, voxels_per_file(source), [&]<class Pixel>(const Pixel* in, std::size_t n) {
       whole = whole && std::is_integral_v<Pixel>;
-      small = small && sizeof(Pixel) == 1;
       std::size_t type = std::variant_npos;
       if constexpr (std::is_same_v<Pixel, std::uint8_t>) type = 0;
       if constexpr (std::is_same_v<Pixel, std::int8_t>) type = 1;
@@ -185,34 +188,34 @@ inline std::size_t suitable_type(const Source& source) {
       own = first || own == type ? type : std::variant_npos;
       first = false;
       for (std::size_t i = 0; i < n; ++i) {
-        seen.min = std::min(seen.min, static_cast<double>(in[i]));
-        seen.max = std::max(seen.max, static_cast<double>(in[i]));
+        summary.min = std::min(summary.min, static_cast<double>(in[i]));
+        summary.max = std::max(summary.max, static_cast<double>(in[i]));
       }
     });
     if (!whole) return 4;
   }
   if (own != std::variant_npos) return own;
-  if (fits<std::int16_t>(seen)) return 3;
-  return fits<std::uint16_t>(seen) ? 2 : 4;
+  if (fits<std::int16_t>(summary)) return 3;
+  return fits<std::uint16_t>(summary) ? 2 : 4;
 }
 
 }  // namespace itk_detail
 
-/// Reads a volume: a folder with a DICOM series, or an NRRD, NIfTI or MetaImage file. Densities are Hounsfield units
-/// where the file says how to get them. W is the patient's space as ITK has it, in metres: x to the left, y to the
-/// back, z to the head; the first voxel's place and the direction cosines become X_WG.
+/// Reads a volume: a folder with a DICOM series, or an NRRD, NIfTI or MetaImage file. Densities are Hounsfield units if
+/// the file has the rescaling. W is the patient's space as in ITK, in metres: x to the left, y to the back, z to the
+/// head. The first voxel's position and the direction cosines become X_WG.
 ///
-/// Densities that are not of type `Density` are converted: whole numbers if every one fits, others to the nearest.
-/// Throws VolumeError with one line where that cannot be, and for: no such file, not an image, no voxels, several
-/// series (SeveralSeries, with the list), missing or uneven slices, sheared slices (tilted gantry), axes that are not
-/// perpendicular, densities that are not finite, no surface at `options.isovalue`.
+/// Other number types are converted to `Density`: whole numbers exactly, if all fit, and others to the nearest. Throws
+/// VolumeError with one line if densities do not fit or are not finite, or if no surface lies at `options.isovalue`. It
+/// also throws for: no such file, not an image, no voxels, several series (SeveralSeries, with the list). Missing,
+/// uneven or sheared slices (tilted gantry) and axes that are not perpendicular are refused too.
 template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> read_volume_as(const std::filesystem::path& path, const VolumeOptions& options = {}) {
   return itk_detail::read_as<Density>(itk_detail::open_volume(path, options), options);
 }
 
-/// The same in the type that suits the file: 8- and 16-bit integers stay what they are, wider ones become 16-bit where
-/// all fit and else float, as does everything else. Costs a second reading of the file.
+/// Reads a volume in the density type that suits the file. Integers of 8 and 16 bits keep their type. Wider integers
+/// become 16-bit if all fit, else float; other numbers become float. It reads the file twice.
 [[nodiscard]] inline AnyVoxelGrid read_volume(const std::filesystem::path& path, const VolumeOptions& options = {}) {
   const auto source = itk_detail::open_volume(path, options);
   switch (itk_detail::suitable_type(source)) {

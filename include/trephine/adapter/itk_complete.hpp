@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
-/// Were all voxels there? ITK's readers for DICOM, NIfTI and MetaImage take a file that was cut short (a full disk, a
-/// broken download) and leave the rest of the volume as it is or zero, which would be bone or air that is not the
-/// patient's. NRRD's reader refuses such files itself.
+/// Refuses truncated files (a full disk, a broken download). ITK's readers for DICOM, NIfTI and MetaImage accept them
+/// and leave missing voxels uninitialised or zero: bone or air that is not the patient's. NRRD's reader refuses them
+/// itself.
 namespace trephine::itk_detail {
 
 inline std::uint32_t little_endian_32(const char* bytes) {
@@ -32,37 +32,39 @@ inline std::uint32_t little_endian_32(const char* bytes) {
   return static_cast<std::uint32_t>(b[0] | b[1] << 8 | b[2] << 16) | static_cast<std::uint32_t>(b[3]) << 24;
 }
 
-/// A whole number from ITK's notes on a file; 0 where there is none.
-inline std::uint64_t note(const itk::ImageIOBase& io, const char* key) {
+/// Returns a whole number from ITK's metadata of a file; 0 if the key is missing.
+inline std::uint64_t metadata_number(const itk::ImageIOBase& io, const char* key) {
   std::string text;
   itk::ExposeMetaData(io.GetMetaDataDictionary(), key, text);
   return text.empty() ? 0 : std::strtoull(text.c_str(), nullptr, 10);
 }
 
-/// Looks for the pixel element whose length is that of the image; a file without one is compressed, and its decoder
-/// notices what is missing.
+/// Searches the pixel element whose length is that of the image and returns true if the file holds all of it. A file
+/// without such an element is compressed; its decoder detects truncation.
 inline bool dicom_is_complete(const std::string& file, const itk::ImageIOBase& io) {
   std::ifstream stream(file, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   const auto pixels = static_cast<std::uint64_t>(io.GetImageSizeInPixels());
-  const std::uint64_t expected = (pixels * note(io, "0028|0100") / 8 + 1) / 2 * 2;  // DICOM pads to even lengths
+  const std::uint64_t expected =
+      (pixels * metadata_number(io, "0028|0100") / 8 + 1) / 2 * 2;  // DICOM pads to even lengths
   constexpr std::array<char, 4> kPixelData{'\xE0', '\x7F', '\x10', '\x00'};
   auto at = bytes.begin();
   while (true) {
     at = std::search(at, bytes.end(), kPixelData.begin(), kPixelData.end());
     const auto left = static_cast<std::uint64_t>(bytes.end() - at);
     if (left < 12) return left == 0;
-    // The length follows the tag at once, or after a type of two letters and two bytes of nothing.
+    // The length follows the tag directly, or after a type of two letters and two reserved bytes.
     const bool has_type = at[4] == 'O' && (at[5] == 'W' || at[5] == 'B');
     if (little_endian_32(&at[has_type ? 8 : 4]) == expected) return left >= expected + (has_type ? 12 : 8);
     ++at;
   }
 }
 
-/// Compares lengths: of the file, or what gzip noted at its end.
+/// Compares the needed length with the file's, or with the uncompressed length that gzip stores at the file's end.
 inline bool nifti_is_complete(const std::string& file, const itk::ImageIOBase& io) {
   namespace fs = std::filesystem;
-  const std::uint64_t voxels = static_cast<std::uint64_t>(io.GetImageSizeInPixels()) * note(io, "bitpix") / 8;
+  const std::uint64_t voxels =
+      static_cast<std::uint64_t>(io.GetImageSizeInPixels()) * metadata_number(io, "bitpix") / 8;
   fs::path path = file;
   const bool compressed = path.extension() == ".gz";
   fs::path plain = compressed ? path.stem() : path;
@@ -73,7 +75,7 @@ inline bool nifti_is_complete(const std::string& file, const itk::ImageIOBase& i
   std::error_code error;
   const std::uint64_t length = fs::file_size(path, error);
   if (error) return false;
-  const std::uint64_t needed = note(io, "vox_offset") + voxels;
+  const std::uint64_t needed = metadata_number(io, "vox_offset") + voxels;
   if (path.extension() != ".gz") return length >= needed;
   std::array<char, 4> end{};
   std::ifstream stream(path, std::ios::binary);
@@ -82,7 +84,7 @@ inline bool nifti_is_complete(const std::string& file, const itk::ImageIOBase& i
   return stream && little_endian_32(end.data()) == static_cast<std::uint32_t>(needed);
 }
 
-/// Reads the text at the file's start again: which file holds the voxels, from where on, and how many bytes.
+/// Parses the text header for file, offset and length of the voxels, and compares them with the file's length.
 inline bool meta_is_complete(const std::string& file, const itk::ImageIOBase& io) {
   namespace fs = std::filesystem;
   std::ifstream stream(file, std::ios::binary);
@@ -99,7 +101,7 @@ inline bool meta_is_complete(const std::string& file, const itk::ImageIOBase& io
     };
     const std::string key = trimmed(line.substr(0, equals));
     const std::string value = trimmed(line.substr(equals + 1));
-    // Packed, until the next key notes to which length: any may be right.
+    // Compressed: any length may be right, unless the next key gives it.
     if (key == "CompressedData" && (value == "True" || value == "true" || value == "1")) needed = 0;
     if (key == "CompressedDataSize") needed = std::strtoull(value.c_str(), nullptr, 10);
     if (key == "HeaderSize" && value != "-1") offset = std::strtoull(value.c_str(), nullptr, 10);
@@ -119,8 +121,8 @@ inline bool meta_is_complete(const std::string& file, const itk::ImageIOBase& io
   return false;
 }
 
-/// Reads an image's voxels into `buffer`. Throws VolumeError where some are missing, itk::ExceptionObject where ITK
-/// does.
+/// Reads an image's voxels into `buffer`. Throws VolumeError if voxels are missing; passes on ITK's
+/// itk::ExceptionObject.
 inline void read_completely(itk::ImageIOBase& io, const std::string& file, std::vector<std::byte>& buffer) {
   bool complete = true;
   if (dynamic_cast<itk::GDCMImageIO*>(&io) != nullptr)

@@ -19,12 +19,13 @@
 #include <string>
 #include <vector>
 
-/// DICOM folders: which series there are, and whether a series' slices make a volume. ITK's own series reader does not
-/// ask whether slices are missing, unevenly spaced or sheared by a tilted gantry; here they must not be.
+/// Lists the series of a DICOM folder and checks that a series' slices form a volume. Unlike ITK's series reader it
+/// refuses slices that are missing, unevenly spaced or sheared by a tilted gantry.
 namespace trephine {
 
 namespace itk_detail {
 
+/// Header of a slice.
 struct Slice {
   std::string file;
   std::string uid;
@@ -33,11 +34,12 @@ struct Slice {
   std::string tilt;
   std::array<int, 2> size{};                        // columns, rows
   Eigen::Vector2d spacing_mm{0, 0};                 // between columns, between rows
-  std::optional<Vec3d> position_mm;                 // of the first pixel's centre
-  std::optional<Eigen::Matrix<double, 6, 1>> axes;  // along a row, along a column
+  std::optional<Vec3d> position_mm;                 // the first pixel's centre
+  std::optional<Eigen::Matrix<double, 6, 1>> axes;  // unit vectors along a row and along a column
   bool has_pixel_spacing = false;
 };
 
+/// Returns the text of a DICOM element without padding; empty if it is missing.
 inline std::string tag(const itk::MetaDataDictionary& dictionary, const char* key) {
   std::string value;
   itk::ExposeMetaData(dictionary, key, value);
@@ -47,7 +49,7 @@ inline std::string tag(const itk::MetaDataDictionary& dictionary, const char* ke
   return value;
 }
 
-/// DICOM writes vectors as "1.5\-2\3".
+/// Returns N numbers of a DICOM element, which has the form "1.5\-2\3"; nothing if it is missing or malformed.
 template <int N>
 std::optional<Eigen::Matrix<double, N, 1>> numbers_of(const itk::MetaDataDictionary& dictionary, const char* key) {
   std::istringstream text(tag(dictionary, key));
@@ -60,7 +62,7 @@ std::optional<Eigen::Matrix<double, N, 1>> numbers_of(const itk::MetaDataDiction
   return v;
 }
 
-/// ITK's messages have several lines; the last says what happened.
+/// Returns the last line of an ITK message, which gives the reason.
 inline std::string last_line(const std::string& text) {
   const auto end = text.find_last_not_of(" \n\r\t");
   if (end == std::string::npos) return "no reason given";
@@ -69,7 +71,7 @@ inline std::string last_line(const std::string& text) {
                      end - (begin == std::string::npos ? 0 : begin + 1) + 1);
 }
 
-/// Headers of all slices in a folder; DICOM files without pixels (reports, contours) and other files are passed over.
+/// Reads the headers of all slices in a folder. Skips DICOM files without pixels (reports, contours) and other files.
 inline std::vector<Slice> scan_folder(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -84,9 +86,9 @@ inline std::vector<Slice> scan_folder(const std::filesystem::path& folder) {
     const auto io = itk::GDCMImageIO::New();
     io->LoadPrivateTagsOff();
     if (!io->CanReadFile(slice.file.c_str())) {
-      // Passing over what should have been a slice could shorten the volume unseen.
+      // Skipping a damaged slice could shorten the volume without notice.
       if (path.extension() == ".dcm" || path.extension() == ".DCM")
-        refuse_volume(slice.file, "is named .dcm and is no DICOM file; fetch it again or take it out of the folder");
+        refuse_volume(slice.file, "is named .dcm and is no DICOM file; fetch it again or remove it from the folder");
       continue;
     }
     io->SetFileName(slice.file);
@@ -99,7 +101,7 @@ inline std::vector<Slice> scan_folder(const std::filesystem::path& folder) {
     const auto& tags = io->GetMetaDataDictionary();
     if (io->GetNumberOfComponents() != 1) refuse_volume(slice.file, "is a colour image; densities are single numbers");
     if (io->GetNumberOfDimensions() > 2 && io->GetDimensions(2) > 1)
-      refuse_volume(slice.file, "holds several frames; export the series as one file a slice, or as NRRD or NIfTI");
+      refuse_volume(slice.file, "holds several frames; export the series as one file per slice, or as NRRD or NIfTI");
     slice.uid = tag(tags, "0020|000e");
     slice.description = tag(tags, "0008|103e");
     slice.modality = tag(tags, "0008|0060");
@@ -119,9 +121,13 @@ inline std::vector<Slice> scan_folder(const std::filesystem::path& folder) {
   return slices;
 }
 
-/// Slices by series; a scout image that shares its series' UID differs in size or orientation.
+// Numbers that decide.
+inline constexpr double kSameAxes = 1e-3;  // largest difference of direction cosines in a series: files round to 1e-4
+inline constexpr double kSameSpacing = 1e-3;  // largest relative difference of pixel spacings in a series
+inline constexpr double kMinGap = 1e-3;       // smallest gap of slices, as a share of the mean gap: else they coincide
+
+/// Groups slices by series. A scout image may share the UID of its series but differs in size or orientation.
 inline std::vector<std::vector<Slice>> group_series(const std::vector<Slice>& slices) {
-  constexpr double kSameAxes = 1e-3;  // files round direction cosines to four places or more
   std::vector<std::vector<Slice>> groups;
   for (const Slice& slice : slices) {
     const auto same = [&slice](const std::vector<Slice>& group) {
@@ -139,6 +145,7 @@ inline std::vector<std::vector<Slice>> group_series(const std::vector<Slice>& sl
   return groups;
 }
 
+/// Returns the public description of each group.
 inline std::vector<DicomSeries> describe(const std::vector<std::vector<Slice>>& groups) {
   std::vector<DicomSeries> series;
   for (const auto& group : groups) {
@@ -154,7 +161,7 @@ inline std::vector<DicomSeries> describe(const std::vector<std::vector<Slice>>& 
   return series;
 }
 
-/// The series asked for, or the only one.
+/// Returns the slices of the requested series, or of the only series.
 inline std::vector<Slice> choose_series(const std::filesystem::path& folder, const VolumeOptions& options) {
   const auto groups = group_series(scan_folder(folder));
   const auto series = describe(groups);
@@ -176,14 +183,15 @@ inline std::vector<Slice> choose_series(const std::filesystem::path& folder, con
                       series);
 }
 
-/// Sorts a series' slices along its normal and returns the volume's geometry, or says why they do not make one.
+/// Sorts a series' slices along its normal and returns the volume's geometry. Throws VolumeError if they form no
+/// volume.
 inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOptions& options, const std::string& where) {
   for (const Slice& s : slices) {
     if (!s.position_mm || !s.axes)
       refuse_volume(s.file, "has no image position or orientation, so its place in the volume is unknown");
     if (!s.has_pixel_spacing && !options.spacing_m)
       refuse_volume(s.file, "has no pixel spacing; give VolumeOptions::spacing_m");
-    if ((s.spacing_mm - slices.front().spacing_mm).cwiseAbs().maxCoeff() > 1e-3 * s.spacing_mm.maxCoeff())
+    if ((s.spacing_mm - slices.front().spacing_mm).cwiseAbs().maxCoeff() > kSameSpacing * s.spacing_mm.maxCoeff())
       refuse_volume(s.file, "has another pixel spacing than its series' other slices");
   }
   if (slices.size() < 2) refuse_volume(where, "the series is a single slice; a volume needs two or more");
@@ -209,15 +217,15 @@ inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOption
     refuse_volume(where, s.str());
   }
   for (std::size_t i = 0; i + 1 < slices.size(); ++i) {
-    const double here = normal.dot(*slices[i + 1].position_mm - *slices[i].position_mm);
-    if (!(here > 1e-3 * step)) {
+    const double gap = normal.dot(*slices[i + 1].position_mm - *slices[i].position_mm);
+    if (!(gap > kMinGap * step)) {
       s << "two slices at one place, " << slices[i].file << " and " << slices[i + 1].file
         << ": several volumes (phases, echoes) share the series; split them first";
       refuse_volume(where, s.str());
     }
     const double even = static_cast<double>(i + 1) * step;
     if (!(std::abs(normal.dot(*slices[i + 1].position_mm - first) - even) <= options.slice_tolerance * step)) {
-      s << "the slices are not evenly spaced (slice_tolerance " << options.slice_tolerance << "): " << here
+      s << "the slices are not evenly spaced (slice_tolerance " << options.slice_tolerance << "): " << gap
         << " mm between " << slices[i].file << " and " << slices[i + 1].file << " where " << step
         << " mm is the mean; is a slice missing?";
       refuse_volume(where, s.str());
@@ -232,7 +240,7 @@ inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOption
 
 }  // namespace itk_detail
 
-/// The series in a folder of DICOM files, for a choice. Throws VolumeError where there is none.
+/// Returns the series in a folder of DICOM files, for a choice. Throws VolumeError if there are none.
 [[nodiscard]] inline std::vector<DicomSeries> list_dicom_series(const std::filesystem::path& folder) {
   return itk_detail::describe(itk_detail::group_series(itk_detail::scan_folder(folder)));
 }

@@ -5,8 +5,8 @@
 #include <trephine/core/tolerances.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
-// Before ITK's headers: ITK brings an older Eigen of its own, which hides behind the same include guards, so that the
-// module that comes first is used. Both from one Eigen or nothing compiles.
+// Eigen must precede ITK's headers: ITK includes an older Eigen with the same include guards, so each module comes from
+// the first inclusion. A mixture of both versions does not compile.
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+/// Converts images in ITK's convention to grids: geometry, number types and checks.
 namespace trephine {
 
 static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
@@ -32,11 +33,12 @@ static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
 
 namespace itk_detail {
 
+/// Throws VolumeError with a file and a reason.
 [[noreturn]] inline void refuse_volume(const std::string& where, const std::string& what) {
   throw VolumeError("trephine::read_volume: " + where + ": " + what);
 }
 
-/// Where an image's voxels are, in ITK's terms: millimetres, columns of `direction` are the axes of i, j, k.
+/// Geometry of an image in ITK's convention: millimetres; the columns of `direction` are the axes of i, j, k.
 struct ImageGeometry {
   std::array<int, 3> size{};
   Vec3d spacing_mm = Vec3d::Ones();
@@ -44,13 +46,14 @@ struct ImageGeometry {
   Mat3d direction = Mat3d::Identity();
 };
 
-/// The grid's geometry, and whether the slices must be stored in reverse for it.
+/// Geometry of a grid, and a flag to reverse the order of its slices.
 struct RigidGeometry {
   GridGeometry grid;
   bool reverse_slices = false;
 };
 
-/// Axes that are left-handed are no rotation: the slices are counted from the other end then, which moves nothing.
+/// Converts an image's geometry to a rigid pose. Left-handed axes are no rotation; then the slices are reversed, which
+/// moves no voxel.
 inline RigidGeometry to_rigid(ImageGeometry image, const VolumeOptions& options, const std::string& where) {
   for (const int n : image.size)
     if (n < 1) refuse_volume(where, "has no voxels");
@@ -71,7 +74,7 @@ inline RigidGeometry to_rigid(ImageGeometry image, const VolumeOptions& options,
     image.origin_mm += (image.size[2] - 1) * image.spacing_mm.z() * image.direction.col(2);
     image.direction.col(2) = -image.direction.col(2);
   }
-  // Files round their direction cosines; the nearest rotation is meant.
+  // Files round their direction cosines, so the nearest rotation is taken.
   const Eigen::JacobiSVD<Mat3d> svd(image.direction, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Mat3d R_WG = svd.matrixU() * svd.matrixV().transpose();
   out.grid = {.size = image.size,
@@ -81,69 +84,72 @@ inline RigidGeometry to_rigid(ImageGeometry image, const VolumeOptions& options,
   return out;
 }
 
-/// What came by while densities were converted.
-struct Converted {
+/// Statistics of converted densities.
+struct ConversionSummary {
   double min = std::numeric_limits<double>::infinity();
   double max = -std::numeric_limits<double>::infinity();
   bool finite = true;
-  bool rounded = false;
+  bool rounded = false;  // some were not whole numbers
 };
 
-/// Converts densities: rounds to the nearest where Density is an integer and clamps what does not fit; `seen` tells.
+/// Converts densities: rounds to the nearest integer if Density is one, clamps to its range, and updates `summary`.
 template <VoxelDensity Density, class Pixel>
-void convert(const Pixel* in, std::size_t count, Density* out, Converted& seen) {
+void convert(const Pixel* in, std::size_t count, Density* out, ConversionSummary& summary) {
   constexpr auto kLowest = static_cast<double>(std::numeric_limits<Density>::lowest());
   constexpr auto kHighest = static_cast<double>(std::numeric_limits<Density>::max());
   for (std::size_t i = 0; i < count; ++i) {
     auto v = static_cast<double>(in[i]);
     if (!std::isfinite(v)) {
-      seen.finite = false;
+      summary.finite = false;
       out[i] = Density{};
       continue;
     }
-    seen.min = std::min(seen.min, v);
-    seen.max = std::max(seen.max, v);
+    summary.min = std::min(summary.min, v);
+    summary.max = std::max(summary.max, v);
     if constexpr (std::is_floating_point_v<Pixel> && std::is_integral_v<Density>) {
       const double nearest = std::nearbyint(v);
-      seen.rounded = seen.rounded || nearest != v;
+      summary.rounded = summary.rounded || nearest != v;
       v = nearest;
     }
     out[i] = static_cast<Density>(std::clamp(v, kLowest, kHighest));
   }
 }
 
-/// Fewer levels than this between a volume's smallest and largest density make steps that a hand feels.
-inline constexpr double kFewestLevels = 64;
+/// Smallest range of densities that may be rounded to whole numbers. A hand feels the steps of fewer levels.
+inline constexpr double kMinLevels = 64;
 
+/// Returns true if all densities are in the range of Density.
 template <VoxelDensity Density>
-[[nodiscard]] bool fits(const Converted& seen) {
-  return seen.min >= static_cast<double>(std::numeric_limits<Density>::lowest()) &&
-         seen.max <= static_cast<double>(std::numeric_limits<Density>::max());
+[[nodiscard]] bool fits(const ConversionSummary& summary) {
+  return summary.min >= static_cast<double>(std::numeric_limits<Density>::lowest()) &&
+         summary.max <= static_cast<double>(std::numeric_limits<Density>::max());
 }
 
+/// Throws VolumeError unless the densities are finite, fit, have enough levels, and have a surface at the isovalue.
 template <VoxelDensity Density>
-void check_converted(const Converted& seen, const VolumeOptions& options, const std::string& where) {
+void check_converted(const ConversionSummary& summary, const VolumeOptions& options, const std::string& where) {
   std::ostringstream s;
-  if (!seen.finite)
+  if (!summary.finite)
     refuse_volume(where, "holds densities that are not finite numbers; replace them, with air for instance");
-  if (!fits<Density>(seen)) {
-    s << "densities from " << seen.min << " to " << seen.max << " do not fit the grid's type ("
+  if (!fits<Density>(summary)) {
+    s << "densities from " << summary.min << " to " << summary.max << " do not fit the grid's type ("
       << +std::numeric_limits<Density>::lowest() << " to " << +std::numeric_limits<Density>::max()
-      << "); read it as another one, float for instance";
+      << "); read it as another type, float for instance";
     refuse_volume(where, s.str());
   }
-  if (seen.rounded && seen.max - seen.min < kFewestLevels) {
-    s << "densities from " << seen.min << " to " << seen.max
+  if (summary.rounded && summary.max - summary.min < kMinLevels) {
+    s << "densities from " << summary.min << " to " << summary.max
       << " would be rounded to a few whole numbers; read it as float or scale it";
     refuse_volume(where, s.str());
   }
-  if (options.isovalue && !(seen.min < *options.isovalue && *options.isovalue <= seen.max)) {
-    s << "has no surface at isovalue " << *options.isovalue << ": its densities are " << seen.min << " to " << seen.max
-      << "; choose an isovalue between them";
+  if (options.isovalue && !(summary.min < *options.isovalue && *options.isovalue <= summary.max)) {
+    s << "has no surface at isovalue " << *options.isovalue << ": its densities are " << summary.min << " to "
+      << summary.max << "; choose an isovalue between them";
     refuse_volume(where, s.str());
   }
 }
 
+/// Reverses the order of the slices in place.
 template <VoxelDensity Density>
 void reverse_slices(const std::array<int, 3>& size, std::vector<Density>& voxels) {
   const auto plane = static_cast<std::ptrdiff_t>(size[0]) * size[1];
@@ -151,7 +157,7 @@ void reverse_slices(const std::array<int, 3>& size, std::vector<Density>& voxels
     std::swap_ranges(voxels.begin() + a * plane, voxels.begin() + (a + 1) * plane, voxels.begin() + b * plane);
 }
 
-/// The library's own refusals, with the file's name.
+/// Constructs the grid. Converts its std::invalid_argument to a VolumeError with the file's name.
 template <VoxelDensity Density>
 VoxelGrid<Density> make_grid(const RigidGeometry& geometry, std::vector<Density>&& voxels, const VolumeOptions& options,
                              const std::string& where) {
@@ -165,11 +171,10 @@ VoxelGrid<Density> make_grid(const RigidGeometry& geometry, std::vector<Density>
 
 }  // namespace itk_detail
 
-/// A grid of an ITK image's buffered region, voxel by voxel at the same place: W is ITK's physical space (for medical
-/// files the patient's axes: x to the left, y to the back, z to the head) in metres. Densities are converted to
-/// `Density` where the pixels are of another type. Throws VolumeError where the image is empty, its axes are not
-/// perpendicular, densities do not fit or are not finite, or no surface lies at the isovalue asked for. Copies the
-/// voxels; not for the haptic thread.
+/// Returns a grid of an ITK image's buffered region, each voxel at the same place. W is ITK's physical space in metres;
+/// for medical files it has the patient's axes: x to the left, y to the back, z to the head. Pixels of other types are
+/// converted to `Density`. Throws VolumeError if the image is empty, its axes are not perpendicular, densities do not
+/// fit or are not finite, or no surface lies at the requested isovalue. Copies the voxels; not for the haptic thread.
 template <VoxelDensity Density, class Pixel>
 [[nodiscard]] VoxelGrid<Density> grid_from_image(const itk::Image<Pixel, 3>& image, const VolumeOptions& options = {}) {
   static_assert(std::is_arithmetic_v<Pixel>, "densities are numbers: take one channel of a vector or colour image");
@@ -179,7 +184,8 @@ template <VoxelDensity Density, class Pixel>
   image.TransformIndexToPhysicalPoint(region.GetIndex(), origin);
   itk_detail::ImageGeometry g;
   for (unsigned a = 0; a < 3; ++a) {
-    if (region.GetSize(a) > (1U << 20)) itk_detail::refuse_volume(where, "is larger than 2^20 voxels along an axis");
+    if (region.GetSize(a) > std::size_t{kMaxGridSize})
+      itk_detail::refuse_volume(where, "is larger than 2^20 voxels along an axis");
     g.size[a] = static_cast<int>(region.GetSize(a));
     g.spacing_mm[a] = image.GetSpacing()[a];
     g.origin_mm[a] = origin[a];
@@ -189,9 +195,9 @@ template <VoxelDensity Density, class Pixel>
   if (image.GetBufferPointer() == nullptr) itk_detail::refuse_volume(where, "has no voxels; update its filter first");
   const std::size_t count = region.GetNumberOfPixels();
   std::vector<Density> voxels(count);
-  itk_detail::Converted seen;
-  itk_detail::convert(image.GetBufferPointer(), count, voxels.data(), seen);
-  itk_detail::check_converted<Density>(seen, options, where);
+  itk_detail::ConversionSummary summary;
+  itk_detail::convert(image.GetBufferPointer(), count, voxels.data(), summary);
+  itk_detail::check_converted<Density>(summary, options, where);
   return itk_detail::make_grid<Density>(rigid, std::move(voxels), options, where);
 }
 

@@ -18,13 +18,15 @@
 #include <type_traits>
 #include <vector>
 
-/// Saves the drilled bone to go on with it later, in files that other programs read too. Not for the haptic thread.
+/// Saves drilled bone to standard files and loads it again, to continue a session later. Not for the haptic thread.
 namespace trephine {
 
 namespace itk_detail {
 
-inline constexpr const char* kOutsideNote = "trephine_outside";
+/// Metadata key of the density outside the grid.
+inline constexpr const char* kOutsideKey = "trephine_outside";
 
+/// Throws VolumeError with a path and a reason.
 [[noreturn]] inline void refuse_saving(const std::filesystem::path& path, const std::string& what) {
   throw VolumeError("trephine::save_volume: " + path.string() + ": " + what);
 }
@@ -38,46 +40,49 @@ constexpr Component component_of() noexcept {
   return Component::FLOAT;
 }
 
+/// Returns a writer for the path's ending. Throws VolumeError for other endings than .nrrd and .mha.
 inline itk::ImageIOBase::Pointer writer_for(const std::filesystem::path& path) {
   if (path.extension() == ".nrrd") return itk::NrrdImageIO::New().GetPointer();
   if (path.extension() == ".mha") return itk::MetaImageIO::New().GetPointer();
   refuse_saving(path, "the name must end in .nrrd or .mha");
 }
 
-inline std::string in_full(double v) {
+/// Returns v with 17 digits, which restore it bit by bit.
+inline std::string to_exact_text(double v) {
   std::ostringstream text;
   text.precision(17);
   text << v;
   return text.str();
 }
 
-/// A file that goes with the object unless it was moved to its place.
-class Draft {
+/// A temporary file next to its target. The destructor removes it unless it replaced the target.
+class TemporaryFile {
  public:
-  explicit Draft(const std::filesystem::path& place) : place_(place), file_(place) {
-    file_.replace_filename(place.stem().string() + ".part" + place.extension().string());
+  explicit TemporaryFile(const std::filesystem::path& target) : target_(target), file_(target) {
+    file_.replace_filename(target.stem().string() + ".part" + target.extension().string());
   }
-  ~Draft() {
+  ~TemporaryFile() {
     std::error_code ignored;
     if (!moved_) std::filesystem::remove(file_, ignored);
   }
-  Draft(const Draft&) = delete;
-  Draft& operator=(const Draft&) = delete;
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
-  void move_to_place() {
+  void replace_target() {
     std::error_code error;
-    std::filesystem::rename(file_, place_, error);
-    if (error) refuse_saving(place_, "cannot be replaced (" + error.message() + ")");
+    std::filesystem::rename(file_, target_, error);
+    if (error) refuse_saving(target_, "cannot be replaced (" + error.message() + ")");
     moved_ = true;
   }
 
  private:
-  std::filesystem::path place_;
+  std::filesystem::path target_;
   std::filesystem::path file_;
   bool moved_ = false;
 };
 
+/// Sets the header of a file: geometry in millimetres, and the density outside.
 inline void describe(itk::ImageIOBase& io, const std::array<int, 3>& size, const Vec3d& spacing, const Posed& X_WG,
                      double outside) {
   itk::ImageIORegion region(3);
@@ -94,22 +99,22 @@ inline void describe(itk::ImageIOBase& io, const std::array<int, 3>& size, const
   io.SetIORegion(region);
   io.SetPixelType(itk::IOPixelEnum::SCALAR);
   io.SetNumberOfComponents(1);
-  itk::EncapsulateMetaData<std::string>(io.GetMetaDataDictionary(), kOutsideNote, in_full(outside));
+  itk::EncapsulateMetaData<std::string>(io.GetMetaDataDictionary(), kOutsideKey, to_exact_text(outside));
 }
 
 }  // namespace itk_detail
 
-/// Writes the bone as it is to `path`, an NRRD (.nrrd) or MetaImage (.mha) file: a short header of text, then the
-/// voxels, unpacked, in their own type. The header holds size, spacing and pose in millimetres and the patient's axes
-/// (as `read_volume` has them) and notes the density outside the grid. An existing file is replaced once the new one is
-/// complete; on failure it stays.
+/// Writes the present bone to `path`, an NRRD (.nrrd) or MetaImage (.mha) file: a short text header, then the voxels,
+/// uncompressed, in their own type. The header holds size, spacing and pose in millimetres and the patient's axes (as
+/// in `read_volume`), and the density outside the grid. An existing file is replaced once the new file is complete; on
+/// failure it stays.
 ///
-/// Any thread, while the haptic one drills: `bone` is that thread's own reader, of which nothing is polled, and `X_WG`
-/// the grid's pose, which a reader does not know. An edit during the writing may be in it in part; for one moment's
-/// bone pause the drilling. Takes a second copy of the voxels.
+/// Any thread may save while the haptic thread drills, with a `bone` reader of its own, which is not polled. `X_WG` is
+/// the grid's pose, which readers do not hold. The file may contain part of an edit that is made during writing; pause
+/// the drilling for a consistent state. Needs memory for a second copy of the voxels.
 ///
-/// Throws VolumeError with the reason: another ending, a single slice (which `read_volume` refuses), a pose that is not
-/// finite, a folder that is missing or cannot be written, no room on the disk.
+/// Throws VolumeError with the reason: another ending, a single slice (which `read_volume` refuses), a non-finite pose,
+/// a missing or write-protected folder, a full disk.
 template <VoxelDensity Density>
 void save_volume(const std::filesystem::path& path, const GridReader<Density>& bone, const Posed& X_WG) {
   using itk_detail::refuse_saving;
@@ -127,49 +132,49 @@ void save_volume(const std::filesystem::path& path, const GridReader<Density>& b
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) voxels.push_back(bone.voxel(i, j, k));
 
-  itk_detail::Draft draft(path);
+  itk_detail::TemporaryFile temporary(path);
   itk_detail::describe(*io, n, bone.spacing(), X_WG, static_cast<double>(bone.voxel(-1, -1, -1)));
   io->SetComponentType(itk_detail::component_of<Density>());
-  io->SetFileName(draft.file().string());
+  io->SetFileName(temporary.file().string());
   try {
     io->Write(voxels.data());
   } catch (const itk::ExceptionObject& e) {
     refuse_saving(path, "cannot be written (" + itk_detail::last_line(e.GetDescription()) + ")");
   }
-  // ITK's writers do not all notice a full disk.
-  const auto written = std::filesystem::file_size(draft.file(), error);
+  // Some of ITK's writers do not report a full disk.
+  const auto written = std::filesystem::file_size(temporary.file(), error);
   if (error || written < voxels.size() * sizeof(Density))
     refuse_saving(path, "cannot be written in full (is the disk full?)");
-  draft.move_to_place();
+  temporary.replace_target();
 }
 
-/// The same on the haptic thread between ticks, or while nothing ticks.
+/// The same on the haptic thread between ticks, or while no scene ticks.
 template <VoxelDensity Density>
 void save_volume(const std::filesystem::path& path, const VoxelGrid<Density>& bone) {
   save_volume(path, GridReader<Density>(bone), bone.X_WG());
 }
 
-/// Reads what `save_volume` wrote: as `read_volume_as`, with the density outside as it was unless `options` say
-/// otherwise. What was drilled before belongs to the new grid's original: to restore the bone of before the first
-/// session, read that volume. Files without the note are read all the same. Throws VolumeError.
+/// Reads a file of `save_volume` as `read_volume_as` does, with the saved density outside unless `options` set it. The
+/// new grid's original includes the earlier drilling: to restore the bone from before the first session, read that
+/// volume. Files without a saved density outside are read too. Throws VolumeError.
 template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> load_volume(const std::filesystem::path& path, VolumeOptions options = {}) {
   const itk::ImageIOBase::Pointer io =
       std::filesystem::is_regular_file(path) ? itk_detail::reader_for(path.string()) : nullptr;
   if (io != nullptr && !options.outside) {
-    std::string note;
+    std::string text;
     try {
       io->SetFileName(path.string());
       io->ReadImageInformation();
-      itk::ExposeMetaData(io->GetMetaDataDictionary(), itk_detail::kOutsideNote, note);
+      itk::ExposeMetaData(io->GetMetaDataDictionary(), itk_detail::kOutsideKey, text);
     } catch (const itk::ExceptionObject&) {
-      note.clear();  // the reading below says what is wrong
+      text.clear();  // `read_volume_as` below reports the error
     }
-    if (!note.empty()) {
+    if (!text.empty()) {
       char* end = nullptr;
-      const double outside = std::strtod(note.c_str(), &end);
+      const double outside = std::strtod(text.c_str(), &end);
       if (*end != '\0' || !std::isfinite(outside))
-        itk_detail::refuse_volume(path.string(), "its note on the density outside is no number: '" + note + "'");
+        itk_detail::refuse_volume(path.string(), "its saved density outside is no number: '" + text + "'");
       options.outside = outside;
     }
   }

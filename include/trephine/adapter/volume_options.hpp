@@ -12,13 +12,13 @@
 
 namespace trephine {
 
-/// A volume that cannot be used, in one line: which file, what is wrong, what to do.
+/// Error for an unusable volume. Its message has one line: the file, the reason and a remedy.
 class VolumeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A series of slices in a folder of DICOM files: same series UID, image size and orientation.
+/// A series of slices in a folder of DICOM files, with a common series UID, image size and orientation.
 struct DicomSeries {
   int number = 0;           ///< counted from 1 in this folder
   std::string uid;          ///< SeriesInstanceUID
@@ -29,7 +29,7 @@ struct DicomSeries {
   int rows = 0;
 };
 
-/// The folder holds several series and none was asked for; what() lists them too.
+/// Error for a folder with several series and no valid choice; what() lists them too.
 class SeveralSeries : public VolumeError {
  public:
   SeveralSeries(const std::string& what, std::vector<DicomSeries> series)
@@ -40,19 +40,19 @@ class SeveralSeries : public VolumeError {
   std::vector<DicomSeries> series_;
 };
 
-/// How a file or an image becomes a grid.
+/// Options for converting a file or an image to a grid.
 struct VolumeOptions {
-  std::string series{};              ///< DICOM folders with several series: the one's UID or its number in the list
-  std::optional<double> isovalue{};  ///< refuse volumes that have no surface at this density
+  std::string series{};              ///< UID of a DICOM series, or its number in the list; needed if there are several
+  std::optional<double> isovalue{};  ///< refuse volumes without a surface at this density
   std::optional<double> outside{};   ///< density beyond the grid; the smallest in the data unless given
-  std::optional<Vec3d> spacing_m{};  ///< instead of the file's [m], for formats and files that know no unit
-  /// Farthest a DICOM slice may lie from where evenly spaced slices would put it, as a share of their distance.
-  /// Scanners round positions, some to 0.1 mm; a missing slice is off by half a distance or more.
+  std::optional<Vec3d> spacing_m{};  ///< replaces the file's spacing [m], for formats and files without a unit
+  /// Largest deviation of a DICOM slice from even spacing, as a share of the spacing. Scanners round positions, some to
+  /// 0.1 mm; a missing slice gives a deviation of half a spacing or more.
   double slice_tolerance = 0.1;
-  /// Farthest the last DICOM slice may be shifted against the first within their plane, in pixels. A tilted gantry
-  /// shifts each slice; read as upright, that bends the anatomy.
+  /// Largest shift of the last DICOM slice against the first within their plane [pixels]. A tilted gantry shifts each
+  /// slice; reading the slices as upright would shear the anatomy.
   double shift_tolerance = 0.5;
-  GridOptions grid{};
+  GridOptions grid{};  ///< options of the grid's memory
 };
 
 }  // namespace trephine

@@ -8,14 +8,14 @@
 #include <optional>
 #include <string>
 
-/// What the servo loop asks of a haptic device. Frames: D is the device's base, as its driver defines it, in metres; H
-/// is the device's own reference point on the handle (the point its position reading means and its torque is about).
+/// The interface between the servo loop and haptic devices. Frames: D is the device's base, as its driver defines it,
+/// in metres. H is the device's reference point on the handle: its position readings and its torque refer to H.
 namespace trephine {
 
-/// What `read` and `write` answer.
+/// Status that `read` and `write` return.
 enum class DeviceStatus : std::uint8_t {
   kOk = 0,
-  kSafetyTrip = 1,  ///< the device protects itself for a while (hot motors, force or speed limit): tick on, send zero
+  kSafetyTrip = 1,  ///< the device protects itself (hot motors, force or speed limit): keep ticking, send zero
   kFault = 2,       ///< the device is lost or broken (communication, timer, non-finite command): stop
 };
 
@@ -33,7 +33,7 @@ enum class DeviceStatus : std::uint8_t {
   return "unknown";
 }
 
-/// What a device can do, known once it is open. Zero means unknown for every figure but the degrees of freedom.
+/// Capabilities of an open device. Zero means unknown, except for the degrees of freedom.
 struct DeviceCapabilities {
   std::string name = "device";
   int input_dof = 6;             ///< 3: position; 6: position and rotation
@@ -42,25 +42,26 @@ struct DeviceCapabilities {
   double max_torque = 0;         ///< [N·m], about H
   double stiffness = 0;          ///< largest stiffness it renders stably at `rate` [N/m]
   double angular_stiffness = 0;  ///< the same for rotation [N·m/rad]
-  double rate = 0;               ///< servo rate it is made for [Hz]
+  double rate = 0;               ///< nominal servo rate [Hz]
 };
 
-/// One reading. A device of three input degrees of freedom leaves the rotation at identity.
+/// A reading of the handle: pose and buttons. A device with three input degrees of freedom leaves the rotation at
+/// identity.
 struct DeviceState {
   Posed X_DH = Posed::Identity();  ///< the handle's pose in the device's base frame [m]
   std::uint32_t buttons = 0;       ///< bit i: button i is down
-  std::optional<double> time;      ///< the device's own time of this pose [s], where it has one: dt then comes from it
+  std::optional<double> time;      ///< the device's own time of this pose [s], if it has a clock, which dt then follows
 };
 
-/// A polled device, or the part of a self-paced one that moves data. It is open before a loop runs it: its constructor
-/// opens it, and throws where it cannot. Both calls come from the haptic thread alone:
-/// - `read(state)` takes the pose. On kSafetyTrip the state is valid; on kFault it is not looked at.
-/// - `write(wrench)` applies force [N] and torque [N·m], about H in D axes, until the next write. It clamps to what the
-///   hardware bears, and answers kFault on a non-finite wrench after applying none.
+/// A haptic device that exchanges poses and wrenches: a polled device, or the data part of a self-paced device. Its
+/// constructor opens the hardware and throws if that fails. The haptic thread alone calls both functions:
+/// - `read(state)` reads the pose. On kSafetyTrip the state is valid; on kFault it is ignored.
+/// - `write(wrench)` applies force [N] and torque [N·m], about H in D axes, until the next write. It clamps to the
+///   hardware's limits. For a non-finite wrench it applies none and returns kFault.
 ///
-/// One tick is one read, then one write, whatever the read answered: an adapter may open a frame in `read` and commit
-/// it in `write`. A write of zero may also come alone, as a last resort after a fault; a device that cannot do that
-/// answers kFault and changes nothing. Neither call allocates, locks or waits longer than the hardware's exchange.
+/// A tick is one read, then one write, for every status of the read: an adapter may open a frame in `read` and commit
+/// it in `write`. After a fault a single write of zero may follow, as a last resort; a device that cannot perform it
+/// returns kFault and changes nothing. Neither call allocates, locks or waits longer than the hardware's exchange.
 /// `capabilities` is called outside the loop and may allocate.
 template <class D>
 concept HapticDevice = requires(D& device, const D& constant, DeviceState& state, const Wrenchd& wrench_H_D) {
@@ -71,17 +72,17 @@ concept HapticDevice = requires(D& device, const D& constant, DeviceState& state
   noexcept->std::same_as<DeviceStatus>;
 };
 
-/// What a self-paced device calls once a servo tick, in its own thread: true asks for more, false is the last call.
-/// A plain function and its argument, so that a C scheduler can carry it.
+/// Callback of a self-paced device, called once a servo tick in its own thread. It returns true to continue, false
+/// after the last tick. A plain function with an argument, so that C schedulers can call it.
 using ServoCallback = bool (*)(void* user) noexcept;
 
-/// A device that calls back from a scheduler of its own (OpenHaptics HD), in addition:
-/// - `start(callback, user)` begins the calls and returns; kFault: it could not.
-/// - `stop()` returns when no call is running or will come, with no force on the hand. Safe to call twice, and after a
-///   start that failed.
+/// A device with a scheduler of its own (OpenHaptics HD), which calls the servo loop. Additional functions:
+/// - `start(callback, user)` starts the calls and returns; kFault means that it failed.
+/// - `stop()` returns when no call is running or will follow, with no force on the hand. It is safe to call twice, and
+///   after a failed start.
 ///
-/// Both come from the controlling thread, `read` and `write` from inside the callback: the force is committed in the
-/// tick that read the pose, which is worth a factor of three in stable stiffness over one tick later.
+/// The controlling thread calls both; the callback calls `read` and `write`. So the force is committed in the tick that
+/// read the pose, which gives three times the stable stiffness of a commit one tick later.
 template <class D>
 concept SelfPacedDevice = HapticDevice<D> && requires(D& device, ServoCallback callback, void* user) {
   { device.start(callback, user) }

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-/// Where a scene and a device disagree: in words beforehand, in newtons at each tick.
+/// Compares a scene with a device: warnings before a run, and limits of the wrench at each tick.
 namespace trephine {
 
-/// Compares a scene with the device that is to render it at `rate` [Hz]. One sentence for each mismatch.
+/// Returns one sentence for each mismatch between a scene and the device that will render it at `rate` [Hz].
 template <TickableScene Scene>
 [[nodiscard]] std::vector<std::string> match_device(const Scene& scene, const DeviceCapabilities& device,
                                                     const Registration& registration, double rate) {
@@ -26,7 +26,7 @@ template <TickableScene Scene>
     warnings.push_back(s.str());
   };
   if (device.output_dof < 3) warn("device '", device.name, "' gives no force: the scene will not be felt");
-  if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool keeps one direction");
+  if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool does not rotate");
   if constexpr (requires { Scene::kHasTorque; }) {
     if (Scene::kHasTorque && device.output_dof >= 3 && device.output_dof < 6)
       warn("the scene computes torque but device '", device.name, "' has ", device.output_dof,
@@ -39,7 +39,7 @@ template <TickableScene Scene>
                 }) {
     double stiffness = static_cast<double>(scene.stiffness());
     std::string where;
-    // A law that stiffens does so up to the largest force that the device gives.
+    // A stiffening law reaches its largest tangent stiffness at the device's largest force.
     if constexpr (requires { scene.tangent_stiffness(1.0); }) {
       stiffness = static_cast<double>(scene.tangent_stiffness(device.max_force));
       where = ", as a tangent";
@@ -47,7 +47,7 @@ template <TickableScene Scene>
     const double felt = registration.felt_stiffness(stiffness);
     if (device.stiffness > 0 && felt > device.stiffness)
       warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), where, "), more than the ",
-           device.stiffness, " N/m that device '", device.name, "' is said to render stably");
+           device.stiffness, " N/m that device '", device.name, "' renders stably");
   }
   if (device.rate > 0 && rate < 0.5 * device.rate)
     warn("the loop runs at ", rate, " Hz, less than half the ", device.rate, " Hz that device '", device.name,
@@ -55,9 +55,9 @@ template <TickableScene Scene>
   return warnings;
 }
 
-/// Takes from a wrench (about H) what the device cannot give: torque or all where it has no such axes, and length of
-/// force and torque above its maxima, direction kept. True where something was shortened; what was dropped for want of
-/// axes does not count.
+/// Limits a wrench (about H, D axes) to the device's range. Drops torque or force if the device has no such axes, and
+/// shortens force and torque to their maxima, direction kept. Returns true if a vector was shortened; dropping does not
+/// count.
 inline bool limit_to(const DeviceCapabilities& device, Wrenchd& wrench_H_D) noexcept {
   if (device.output_dof < 6) wrench_H_D.torque.setZero();
   if (device.output_dof < 3) wrench_H_D.force.setZero();

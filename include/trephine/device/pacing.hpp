@@ -10,14 +10,14 @@
 #include <ctime>
 #endif
 
-/// Clocks and how a polled servo loop waits for its next tick. One of the two headers that know the platform (the other
-/// is realtime.hpp): where POSIX clocks are missing, the standard library's stand in and behaviour is otherwise equal.
+/// Clocks, and policies by which a polled servo loop waits for its next tick. Only this header and realtime.hpp depend
+/// on the platform. Without POSIX clocks they use the standard library's, with otherwise equal behaviour.
 namespace trephine {
 
 using ServoClock = std::chrono::steady_clock;
 
-/// Processor time this thread has used [s]; negative where the platform does not tell. A system call on Linux, about
-/// 0.3 µs.
+/// Returns the processor time of this thread [s]; negative if the platform does not provide it. On Linux a system call
+/// of about 0.3 µs.
 [[nodiscard]] inline double thread_cpu_time() noexcept {
 #if defined(CLOCK_THREAD_CPUTIME_ID)
   timespec t{};
@@ -28,7 +28,7 @@ using ServoClock = std::chrono::steady_clock;
 #endif
 }
 
-/// Sleeps until an absolute time, so that errors do not add up; returns at once when it has passed.
+/// Sleeps until an absolute time, so that errors do not accumulate; returns at once if that time has passed.
 inline void sleep_until(ServoClock::time_point when) noexcept {
 #if defined(__linux__)
   // steady_clock is CLOCK_MONOTONIC here; the standard library's sleep is relative and drifts when interrupted.
@@ -43,8 +43,8 @@ inline void sleep_until(ServoClock::time_point when) noexcept {
 #endif
 }
 
-/// How a polled loop keeps its rate. `kRealTime` false: time does not pass by itself, ticks follow each other at once
-/// and dt is exactly the period.
+/// A policy that paces a polled loop. With `kRealTime` false, time is simulated: ticks follow each other at once and dt
+/// is exactly the period.
 template <class P>
 concept Pacing = requires(P& pacing, ServoClock::time_point when) {
   { P::kRealTime } -> std::convertible_to<bool>;
@@ -52,19 +52,19 @@ concept Pacing = requires(P& pacing, ServoClock::time_point when) {
   noexcept;
 };
 
-/// Sleeps to each tick: the processor is free between ticks, wake-ups are as late as the system makes them (tens of
-/// microseconds; less with real-time priority). For rates up to a few kHz.
+/// Sleeps until each tick, for rates up to a few kHz. The processor is free between ticks. Wake-ups are late by the
+/// system's latency: tens of microseconds, less with real-time priority.
 struct SleepPacing {
   static constexpr bool kRealTime = true;
   void wait_until(ServoClock::time_point when) noexcept { sleep_until(when); }
 };
 
-/// Sleeps to `spin` before each tick and then watches the clock: for 10 to 40 kHz, or where lateness matters more than
-/// a processor. With `spin` longer than the period it never sleeps and occupies a core: not at real-time priority on a
-/// machine that has only one.
+/// Sleeps until `spin` before each tick, then polls the clock: for 10 to 40 kHz, or if lateness matters more than a
+/// processor. With `spin` longer than the period it never sleeps and occupies a core. Do not use that at real-time
+/// priority on a machine with a single core.
 struct SleepSpinPacing {
   static constexpr bool kRealTime = true;
-  std::chrono::nanoseconds spin = std::chrono::microseconds(100);
+  std::chrono::nanoseconds spin = std::chrono::microseconds(100);  ///< longer than a usual late wake-up
 
   void wait_until(ServoClock::time_point when) noexcept {
     if (when - ServoClock::now() > spin) sleep_until(when - spin);
@@ -73,7 +73,7 @@ struct SleepSpinPacing {
   }
 };
 
-/// As fast as possible, in simulated time. Only for devices that are advanced by the loop.
+/// Runs as fast as possible, in simulated time; only for devices that the loop advances.
 struct NoPacing {
   static constexpr bool kRealTime = false;
   void wait_until(ServoClock::time_point) noexcept {}

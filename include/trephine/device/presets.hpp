@@ -14,22 +14,21 @@
 
 namespace trephine {
 
-/// What a scene for a device is made of, by the device's name: a start to tune from, not a promise for the one on your
-/// desk. Capabilities are those that CHAI3D publishes; the stack is the one that came out best in `bench/run`
-/// (stability.csv): a stiffness budget in the renderer, impact damping that costs little force error and triples the
-/// stable stiffness, a controller that takes what energy is left over, and slopes instead of steps.
-/// \code
-/// const DevicePreset device = device_preset("Premium 1.5 6DOF");
-/// HapticScene scene{bone, 300, SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = device.stiffness,
+/// Options of a scene for a device, by the device's name: a starting point for tuning, and no guarantee for an
+/// individual device. CHAI3D publishes the capabilities. The stack of stages is the best of `bench/run`
+/// (stability.csv). A stiffness budget limits the renderer. Impact damping triples the stable stiffness at little force
+/// error. A passivity controller dissipates the remaining energy, and a rate limit turns steps into slopes. \code const
+/// DevicePreset device = device_preset("Premium 1.5 6DOF"); HapticScene scene{bone, 300, SurfaceApproxRenderer{tool,
+/// SurfaceOptions{.stiffness = device.stiffness,
 ///                                                                       .budget = device.budget}},
 ///                   HuntCrossley{device.hunt_crossley}, PassivityController{device.passivity},
 ///                   WrenchRateLimit{device.rate}, device.limits};
 /// \endcode
-/// A device whose `capabilities.output_dof` is 3 wants `ForceOnly{}` in the list too. Figures are the device's own:
-/// where a Registration scales, divide stiffness by the scale and multiply angular stiffness.
+/// For a device whose `capabilities.output_dof` is 3, list `ForceOnly{}` too. All numbers are at the device: with a
+/// Registration that scales, divide stiffness by the scale and multiply angular stiffness by it.
 struct DevicePreset {
   DeviceCapabilities capabilities;
-  double stiffness = 0;  ///< for the renderer's options [N/m]
+  double stiffness = 0;  ///< option of the renderer [N/m]
   StiffnessBudget budget;
   HuntCrossley::Options hunt_crossley;
   PassivityController::Options passivity;
@@ -44,10 +43,10 @@ struct Device {
   int output_dof;
   double force, torque;       // [N, N·m]
   double stiffness, angular;  // [N/m, N·m/rad]; 0: gives no torque
-  double quantum;             // of its position readings [m]; 0: not known
+  double quantum;             // of position readings [m]; 0: unknown
 };
 
-/// Maxima at 1 kHz as CHAI3D states them; quanta from data sheets.
+/// Maxima at 1 kHz as published by CHAI3D; quanta from data sheets.
 inline constexpr std::array<Device, 7> kDevices = {{
     {"Touch", 3, 3.3, 0, 400, 0, 0.055e-3},
     {"PHANTOM Omni", 3, 3.3, 0, 700, 0, 0.055e-3},
@@ -58,22 +57,33 @@ inline constexpr std::array<Device, 7> kDevices = {{
     {"Falcon", 3, 8, 0, 3000, 0, 0},
 }};
 
+// Numbers that decide; `bench/run` measures their joint effect (stability.csv).
+inline constexpr double kRate = 1000;                 // [Hz] of all published maxima
+inline constexpr double kAngularWithoutTorque = 0.3;  // [N·m/rad] budget of a device without torque: as the softest
+inline constexpr double kLambda = 1.0;                // [s/m] velocity noise of 0.055 mm at 1 kHz is 5 % of the force
+inline constexpr double kAllowedShare = 0.7;          // of the device's stiffness: vibration at its limit decays
+inline constexpr double kInjectedShare = 0.4;         // of the device's force and torque
+inline constexpr double kDamping = 10;                // [N·s/m] largest injected
+inline constexpr double kAngularDamping = 0.01;       // [N·m·s/rad]
+inline constexpr double kForceRate = 500;             // [N/s] of the injection
+inline constexpr double kTorqueRate = 10;             // [N·m/s]
+inline constexpr double kReserve = 2e-3;              // [J] small, because stored energy is counted
+inline constexpr double kMaxHitSpeed = 1.0;           // [m/s] hits up to this speed pass the rate limit unchanged
+inline constexpr double kLever = 0.03;                // [m] ratio of torque rate to force rate
+
 }  // namespace preset_detail
 
-/// The names there are.
+/// Returns the names of all presets.
 [[nodiscard]] inline std::array<std::string_view, preset_detail::kDevices.size()> device_preset_names() {
   std::array<std::string_view, preset_detail::kDevices.size()> names{};
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = preset_detail::kDevices[i].name;
   return names;
 }
 
-/// Throws std::invalid_argument, with the names there are, for any other.
+/// Returns the preset of a device. Throws std::invalid_argument, with the list of names, for an unknown name.
 [[nodiscard]] inline DevicePreset device_preset(std::string_view name) {
-  constexpr double kNoTorque = 0.3;  // [N·m/rad] of a budget that nobody feels: as soft as the softest that gives it
-  constexpr double kShareOfLeak = 0.7;
-  constexpr double kFastestHit = 1.0;  // [m/s] that a rate limit leaves alone
-  constexpr double kLever = 0.03;      // [m] relates rates of torque and force
-  for (const auto& d : preset_detail::kDevices) {
+  namespace detail = preset_detail;
+  for (const auto& d : detail::kDevices) {
     if (d.name != name) continue;
     DevicePreset p;
     p.capabilities = {.name = std::string(d.name),
@@ -83,31 +93,30 @@ inline constexpr std::array<Device, 7> kDevices = {{
                       .max_torque = d.torque,
                       .stiffness = d.stiffness,
                       .angular_stiffness = d.angular,
-                      .rate = 1000};
-    const double angular = d.angular > 0 ? d.angular : kNoTorque;
+                      .rate = detail::kRate};
+    const double angular = d.angular > 0 ? d.angular : detail::kAngularWithoutTorque;
     p.stiffness = d.stiffness;
     p.budget = {d.stiffness, angular};
-    // 1 s/m: at a quantum of .055 mm and 1 kHz the velocity's noise is 5 % of the force; more would be felt.
-    p.hunt_crossley = {.lambda = 1.0};
-    // Allowed less than the device bears, so that a tremble at its limit dies down.
-    p.passivity = {.stiffness = kShareOfLeak * d.stiffness,
-                   .angular_stiffness = kShareOfLeak * angular,
+    p.hunt_crossley = {.lambda = detail::kLambda};
+    p.passivity = {.stiffness = detail::kAllowedShare * d.stiffness,
+                   .angular_stiffness = detail::kAllowedShare * angular,
                    .quantum = d.quantum,
                    .contact_stiffness = d.stiffness,
                    .contact_angular_stiffness = d.angular > 0 ? d.angular : 0,
-                   .damping = 10,
-                   .angular_damping = 0.01,
-                   .force = 0.4 * d.force,
-                   .torque = 0.4 * d.torque,
-                   .force_rate = 500,
-                   .torque_rate = 10,
-                   .reserve = 2e-3};
-    p.rate = {.force = d.stiffness * kFastestHit, .torque = d.stiffness * kFastestHit * kLever};
+                   .damping = detail::kDamping,
+                   .angular_damping = detail::kAngularDamping,
+                   .force = detail::kInjectedShare * d.force,
+                   .torque = detail::kInjectedShare * d.torque,
+                   .force_rate = detail::kForceRate,
+                   .torque_rate = detail::kTorqueRate,
+                   .reserve = detail::kReserve};
+    p.rate = {.force = d.stiffness * detail::kMaxHitSpeed,
+              .torque = d.stiffness * detail::kMaxHitSpeed * detail::kLever};
     p.limits = {.force = d.force, .torque = d.torque};
     return p;
   }
   std::string known;
-  for (const auto& d : preset_detail::kDevices) known += (known.empty() ? "" : ", ") + std::string(d.name);
+  for (const auto& d : detail::kDevices) known += (known.empty() ? "" : ", ") + std::string(d.name);
   refuse("device_preset", "the device must be one of " + known, name);
 }
 

@@ -16,22 +16,22 @@
 
 namespace trephine {
 
-/// What the loop asks of the operating system for its thread.
+/// Real-time settings that the loop requests from the operating system for its thread.
 struct RealtimeOptions {
-  /// SCHED_FIFO priority, 1 to 99; 0: ask for none.
+  /// SCHED_FIFO priority, 1 to 99; 0: none.
   int priority = 80;
-  /// Keep all of the process' memory in RAM, now and later. It stays so after the loop, and under a small limit
-  /// (ulimit -l) later allocations of the process can fail: for programs made for it.
+  /// Locks all present and future memory of the process in RAM, also after the loop. Under a small limit (ulimit -l)
+  /// later allocations of the process can fail, so use it only in programs designed for it.
   bool lock_memory = false;
 };
 
-/// Asks for real-time scheduling on construction, gives back what it changed of the thread on destruction, and says in
-/// words what was granted and why not more. Never throws for a refusal: a loop without priority is late at times, not
-/// wrong. Linux only; elsewhere it says that nothing was asked. To be made and destroyed in the servo thread, outside
-/// the loop (it allocates).
+/// Requests real-time scheduling on construction and restores the thread's settings on destruction. `text` describes
+/// the granted settings, or the reason of a refusal. A refusal does not throw: a loop without priority is late at
+/// times, not wrong. Linux only; on other platforms it requests nothing. Construct and destroy it in the servo thread,
+/// outside the loop, because it allocates.
 class RealtimeScope {
  public:
-  /// Throws std::invalid_argument when priority is outside 0..99.
+  /// Throws std::invalid_argument if the priority is outside 0..99.
   explicit RealtimeScope(const RealtimeOptions& options) {
     if (options.priority < 0 || options.priority > 99)
       refuse("RealtimeScope", "priority must be in 0..99", options.priority);
@@ -41,7 +41,7 @@ class RealtimeScope {
   RealtimeScope(const RealtimeScope&) = delete;
   RealtimeScope& operator=(const RealtimeScope&) = delete;
 
-  /// The thread runs under SCHED_FIFO because of this object.
+  /// Returns true if this object gave the thread SCHED_FIFO scheduling.
   [[nodiscard]] bool granted() const noexcept { return granted_; }
   [[nodiscard]] bool memory_locked() const noexcept { return memory_locked_; }
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
@@ -52,7 +52,7 @@ class RealtimeScope {
     timer_slack_ = prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0);
     prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);  // 1 ns instead of 50 µs late sleeps; needs no right
     if (options.priority == 0) {
-      text_ = "no real-time priority asked for";
+      text_ = "no real-time priority requested";
     } else if (pthread_getschedparam(pthread_self(), &policy_before_, &param_before_) != 0) {
       text_ = "no real-time priority: the present scheduling is unknown";
     } else {
@@ -83,7 +83,7 @@ class RealtimeScope {
   int policy_before_ = 0;
   sched_param param_before_{};
 #else
-  void request(const RealtimeOptions&) { text_ = "no real-time priority: not asked for on this platform"; }
+  void request(const RealtimeOptions&) { text_ = "no real-time priority: not requested on this platform"; }
   void restore() noexcept {}
 #endif
 

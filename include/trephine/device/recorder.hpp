@@ -11,30 +11,32 @@
 
 namespace trephine {
 
-/// One tick as the scene saw it: enough to give it again and compare.
+/// Input and result of one scene tick, enough to replay it and compare.
 struct RecordedTick {
   TickInput input;
   double dt = 0;
   TickResult result;
 };
 
+/// Status that `Recorder::record` returns.
 enum class RecordStatus : std::uint8_t {
   kOk = 0,
-  kFull = 1,  ///< no room: the tick was counted in `dropped()` and not kept
+  kFull = 1,  ///< no room: the tick was counted in `dropped()` and not stored
 };
 
-/// Keeps the first `capacity` ticks of a session, because a replay must begin where the scene did. Storage is taken and
-/// touched at construction (about 300 bytes a tick); recording allocates nothing, and being full is a status, not an
-/// error. It is an observer of the servo loop: `loop.run_for(10s, recorder)` takes it by reference.
-/// One thread at a time: read it when the loop has returned.
+/// An observer of the servo loop that stores the first `capacity` ticks of a session. It drops later ticks, because a
+/// replay must start at the scene's first tick. Usage: `loop.run_for(10s, recorder)`, which takes it by reference.
+/// Storage (about 300 bytes a tick) is allocated and written at construction, so recording allocates nothing. A full
+/// recorder returns a status, no error. One thread at a time: read it after the loop has returned.
 class Recorder {
  public:
-  /// Throws std::invalid_argument when capacity is 0.
+  /// Throws std::invalid_argument if the capacity [ticks] is 0.
   explicit Recorder(std::size_t capacity) {
     if (capacity == 0) refuse("Recorder", "capacity must be > 0 ticks", capacity);
     storage_.resize(capacity);
   }
 
+  /// Stores a tick if there is room.
   RecordStatus record(const TickInput& input, double dt, const TickResult& result) noexcept {
     if (size_ == storage_.size()) {
       ++dropped_;

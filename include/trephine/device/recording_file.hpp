@@ -12,12 +12,12 @@
 #include <type_traits>
 #include <vector>
 
-/// Recordings on disk, so that a session on real hardware can be replayed elsewhere. Off the haptic thread.
+/// Saves and loads recordings, so that a session on real hardware can be replayed elsewhere. Not for the haptic thread.
 ///
-/// The file: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 1, uint32 bytes a tick, uint32 0;
-/// uint64 ticks; the ticks; uint64 FNV-1a hash of all before it. A tick: 12 doubles of X_WT (rotation by columns, then
-/// position [m]), dt [s], 3 of force [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact count;
-/// bytes spindle, tip, shaft, status. Numbers are in the writer's byte order and their bits are kept, NaN included; a
+/// File format: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 1, uint32 bytes a tick, uint32 0;
+/// uint64 ticks; the ticks; uint64 FNV-1a hash of all preceding bytes. A tick: 12 doubles of X_WT (rotation by columns,
+/// then position [m]), dt [s], 3 of force [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact
+/// count; bytes spindle, tip, shaft, status. Numbers are stored bit by bit, NaN included, in the writer's byte order. A
 /// reader of the other byte order refuses the file.
 namespace trephine {
 
@@ -37,7 +37,7 @@ void put(std::string& bytes, const Value& value) {
   bytes.append(raw, sizeof(Value));
 }
 
-/// Reads in order what `put` wrote; the caller has checked that there is enough.
+/// Reads values in the order in which `put` wrote them. The caller checks the length first.
 class Cursor {
  public:
   explicit Cursor(const char* at) : at_(at) {}
@@ -100,7 +100,7 @@ inline RecordedTick take_tick(Cursor& cursor) {
 
 }  // namespace recording_detail
 
-/// Writes the ticks to `path`, replacing it. Throws std::runtime_error when it cannot be written in full.
+/// Writes the ticks to the file `path` and replaces it if it exists. Throws std::runtime_error if writing fails.
 inline void save_recording(const std::string& path, std::span<const RecordedTick> ticks) {
   namespace detail = recording_detail;
   std::string bytes;
@@ -119,9 +119,9 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   if (!out) throw std::runtime_error("trephine::save_recording: cannot write " + path);
 }
 
-/// Reads what `save_recording` wrote. Throws std::runtime_error, with the path and what is wrong, when the file is
-/// missing, not a recording, of another version or byte order, cut short, longer than it says, or altered. The size is
-/// checked against the header before memory is taken for ticks.
+/// Reads a file of `save_recording`. Throws std::runtime_error with path and reason if the file is missing, no
+/// recording, or of another version or byte order. It also throws if the length differs from the header's or the
+/// content was altered. The length is checked against the header before memory for ticks is allocated.
 [[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::string& path) {
   namespace detail = recording_detail;
   const auto fail = [&path](const std::string& what) {
@@ -146,7 +146,7 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   const auto count = cursor.take<std::uint64_t>();
   const std::size_t body = bytes.size() - detail::kHeaderBytes - 8;
   if (body % detail::kTickBytes != 0 || count != body / detail::kTickBytes)
-    fail("says " + std::to_string(count) + " ticks but holds " + std::to_string(body) + " bytes of " +
+    fail("has " + std::to_string(count) + " ticks by its header but holds " + std::to_string(body) + " bytes of " +
          std::to_string(detail::kTickBytes) + " a tick (cut short?)");
   detail::Cursor tail(bytes.data() + bytes.size() - 8);
   if (tail.take<std::uint64_t>() != detail::fnv1a({bytes.data(), bytes.size() - 8})) fail("is damaged (hash differs)");

@@ -8,35 +8,36 @@
 
 namespace trephine {
 
-/// How a device's workspace lies in the world: a similarity. The tool point T is fixed to the handle at `X_HT` (handle
-/// frame H, real metres at the hand); what it does in the device's base frame D appears in the world turned and moved
-/// by `X_WD` and enlarged by `scale` about D's origin:
+/// A similarity transform from a device's workspace to the world. The tool point T is fixed to the handle at `X_HT`
+/// (handle frame H, real metres at the hand). Its motion in the device's base frame D is scaled by `scale` about D's
+/// origin, then rotated and translated by `X_WD`:
 ///
 ///     X_DT = X_DH * X_HT,   p_WT = X_WD * (scale * p_DT),   R_WT = R_WD * R_DT.
 ///
-/// A scale below 1 is fine work: the hand moves 1 m, the drill `scale` metres; angles are not scaled.
+/// A scale below 1 suits fine work: if the hand moves 1 m, the drill moves `scale` metres; angles are not scaled.
 ///
-/// The force comes back as it is, turned into D. Then energy at the hand is energy in the world divided by `scale`, and
-/// for that to hold in rotation too (a law with a potential keeps one, so that no closed path of the hand makes energy)
-/// the free torque about T is divided by `scale`, as if the hand held an enlarged world, whose lever arms are longer:
+/// The force returns unscaled, rotated into D. So energy at the hand is energy in the world divided by `scale`. The
+/// free torque about T is divided by `scale`, so that the same holds for rotation, as if the hand held an enlarged
+/// world with longer lever arms. A law with a potential then keeps a potential, and no closed path of the hand
+/// generates energy:
 ///
 ///     f_D = R_DW f_W,   τ_H = R_DW τ_T / scale + p_HT_D × f_D,   power at the hand = power in the world / scale.
 ///
-/// So a stiffness k [N/m] of the world is felt as scale · k, a rotational one [N·m/rad] as k / scale.
-/// Immutable; all members are safe from any thread and do not allocate.
+/// So a stiffness k [N/m] in the world is felt as scale · k, a rotational stiffness k [N·m/rad] as k / scale.
+/// Immutable; all members may be called from any thread and do not allocate.
 class Registration {
  public:
   /// World, device and tool frames coincide.
   Registration() = default;
 
-  /// Throws std::invalid_argument unless poses are finite, their linear parts rotations (to 1e-6; they are then made
-  /// orthonormal to rounding), and scale > 0 and finite.
+  /// Throws std::invalid_argument unless the poses are finite, their linear parts are rotations, and scale is finite
+  /// and > 0. Rotations may err by 1e-6 and are made orthonormal to rounding.
   explicit Registration(const Posed& X_WD, const Posed& X_HT = Posed::Identity(), double scale = 1.0)
       : X_WD_(checked(X_WD, "X_WD")), X_HT_(checked(X_HT, "X_HT")), scale_(scale) {
     if (!(scale > 0) || !std::isfinite(scale)) refuse("Registration", "scale must be > 0 and finite", scale);
   }
 
-  /// X_WT for a handle at X_DH.
+  /// Returns the tool's pose X_WT for a handle at X_DH.
   [[nodiscard]] Posed tool_pose(const Posed& X_DH) const noexcept {
     const Mat3d R_DH = X_DH.linear(), R_WD = X_WD_.linear();
     const Vec3d p_DT = R_DH * X_HT_.translation() + X_DH.translation();
@@ -44,7 +45,8 @@ class Registration {
                      Vec3d(R_WD * Vec3d(scale_ * p_DT) + X_WD_.translation()));
   }
 
-  /// The inverse: where the handle must be for the tool to be at X_WT. For scripting a hand along a path of the world.
+  /// Returns the inverse: the handle's pose X_DH for a tool at X_WT. It serves to script a hand along a path in the
+  /// world.
   [[nodiscard]] Posed handle_pose(const Posed& X_WT) const noexcept {
     const Mat3d R_DW = inverse_rotation(X_WD_), R_DT = R_DW * X_WT.linear();
     const Vec3d p_DT = R_DW * Vec3d((X_WT.translation() - X_WD_.translation()) / scale_);
@@ -52,7 +54,7 @@ class Registration {
     return make_pose(R_DH, Vec3d(p_DT - R_DH * X_HT_.translation()));
   }
 
-  /// The wrench about H in D axes that the hand must feel for `wrench_T_W` (about T, W axes) with the handle at X_DH.
+  /// Returns the wrench at the hand (about H, D axes) for `wrench_T_W` (about T, W axes) and a handle at X_DH.
   [[nodiscard]] Wrenchd device_wrench(const Wrenchd& wrench_T_W, const Posed& X_DH) const noexcept {
     const Mat3d R_DW = inverse_rotation(X_WD_);
     Wrenchd wrench = wrench_T_W.rotated(R_DW);
@@ -61,9 +63,9 @@ class Registration {
     return wrench.about(p_TH_D);
   }
 
-  /// Stiffness at the hand of a stiffness k of the world [N/m].
+  /// Returns the stiffness at the hand [N/m] of a stiffness k in the world [N/m].
   [[nodiscard]] double felt_stiffness(double k) const noexcept { return scale_ * k; }
-  /// Rotational stiffness at the hand of one of the world [N·m/rad].
+  /// Returns the rotational stiffness at the hand [N·m/rad] of a rotational stiffness k in the world [N·m/rad].
   [[nodiscard]] double felt_angular_stiffness(double k) const noexcept { return k / scale_; }
 
   [[nodiscard]] const Posed& X_WD() const noexcept { return X_WD_; }
@@ -71,8 +73,10 @@ class Registration {
   [[nodiscard]] double scale() const noexcept { return scale_; }
 
  private:
+  /// Largest entry of |RᵀR − I|: a rotation stored in single precision passes.
+  static constexpr double kTolerance = 1e-6;
+
   static Posed checked(const Posed& X, const char* name) {
-    constexpr double kTolerance = 1e-6;  // room for a rotation that was stored in single precision
     const Mat3d R = X.linear();
     const double error = (R.transpose() * R - Mat3d::Identity()).cwiseAbs().maxCoeff();
     if (!R.allFinite() || !(error <= kTolerance) || !(R.determinant() > 0))

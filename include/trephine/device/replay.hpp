@@ -11,18 +11,18 @@
 
 namespace trephine {
 
-/// How a replay compares with the recording.
+/// Comparison of a replay with its recording.
 struct ReplayReport {
   std::uint64_t ticks = 0;
-  std::uint64_t different = 0;                   ///< ticks of which any output differs in a bit
+  std::uint64_t different = 0;                   ///< ticks with any output that differs in a bit
   std::optional<std::uint64_t> first_different;  ///< the first of them
-  Wrenchd wrench;                                ///< what the scene answered there ...
-  Wrenchd recorded;                              ///< ... and what was recorded
+  Wrenchd wrench;                                ///< wrench of the replay at that tick
+  Wrenchd recorded;                              ///< recorded wrench at that tick
 
   [[nodiscard]] bool identical() const noexcept { return different == 0; }
 };
 
-/// Equal bits, which is more than ==: -0 differs from 0, and NaN equals itself.
+/// Returns true if all bits are equal. Unlike ==, -0 differs from 0, and NaN equals itself.
 [[nodiscard]] inline bool same_bits(double a, double b) noexcept {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
@@ -38,9 +38,9 @@ struct ReplayReport {
          same_bits(a.contact.depth, b.contact.depth) && same_bits(a.removed_mm3, b.removed_mm3);
 }
 
-/// Gives the recorded inputs to `scene` again and compares every output bit for bit. The scene must be as it was when
-/// the recording began: the same volume (restored), tool, parameters and contact state, in the same binary. Leaves the
-/// scene where the recording ended.
+/// Ticks `scene` with the recorded inputs and compares every output bit by bit. The scene must have its state from the
+/// start of the recording: the same volume (restored), tool, parameters and contact state, in the same binary.
+/// Afterwards the scene has its state from the end of the recording.
 template <TickableScene Scene>
 [[nodiscard]] ReplayReport replay(std::span<const RecordedTick> recording, Scene& scene) {
   ReplayReport report;

@@ -9,11 +9,11 @@
 
 namespace trephine {
 
-/// How a run of the servo loop ended.
+/// Kind of end of a run of the servo loop.
 enum class RunEnd : std::uint8_t {
-  kFinished = 0,  ///< the duration is over or the condition came true
-  kStopped = 1,   ///< `stop()`
-  kFault = 2,     ///< the device; `reason` says more
+  kFinished = 0,  ///< the duration is over, or the condition is true
+  kStopped = 1,   ///< `stop()` was called
+  kFault = 2,     ///< the device failed; `reason` gives the details
 };
 
 [[nodiscard]] constexpr const char* to_string(RunEnd end) noexcept {
@@ -28,24 +28,24 @@ enum class RunEnd : std::uint8_t {
   return "unknown";
 }
 
-/// What a run of the servo loop has to say. Times in seconds.
+/// Outcome and timing statistics of a run of the servo loop. Times in seconds.
 struct RunReport {
   RunEnd end = RunEnd::kFinished;
-  std::string reason;       ///< why it ended
-  std::string priority;     ///< the priority granted, or why not
-  bool zeroed = false;      ///< the device took the closing zero wrench
-  std::uint64_t ticks = 0;  ///< with a wrench of the scene
+  std::string reason;       ///< cause of the end, in words
+  std::string priority;     ///< granted real-time priority, or the reason of a refusal
+  bool zeroed = false;      ///< the device accepted the closing zero wrench
+  std::uint64_t ticks = 0;  ///< ticks with a wrench of the scene
   double wall_time = 0;     ///< from the first tick to the closing zero
   double scene_time = 0;    ///< sum of the dt given to the scene
-  TimeSummary tick_time;    ///< from before the read to after the write; in simulated time too
-  TimeSummary cpu_time;  ///< processor time of the same stretch and of asking for it (0.5 µs); or no samples, where it
-                         ///< cannot be had
-  TimeSummary lateness;  ///< wake-up after the tick was due; a self-paced device: by how much a call came late
-  std::uint64_t missed_deadlines = 0;  ///< periods that began while an earlier tick was still due or running
+  TimeSummary tick_time;    ///< from before the read to after the write, real time even if scene time is simulated
+  TimeSummary cpu_time;  ///< processor time of the same interval, with its own measurement (0.5 µs); no samples if the
+                         ///< platform does not provide it
+  TimeSummary lateness;  ///< delay of wake-ups; for a self-paced device, delay of its calls
+  std::uint64_t missed_deadlines = 0;  ///< periods that started while an earlier tick was due or running
   std::uint64_t stalls = 0;            ///< intervals longer than the stall time
   std::uint64_t safety_trips = 0;      ///< ticks in which the device reported one
-  std::uint64_t ramps = 0;             ///< times the wrench was brought back from zero, the start included
-  std::uint64_t limited = 0;           ///< wrenches shortened to what the device bears
+  std::uint64_t ramps = 0;             ///< restarts of the ramp from zero, the start included
+  std::uint64_t limited = 0;           ///< wrenches shortened to the device's range
 };
 
 inline std::ostream& operator<<(std::ostream& out, const RunReport& r) {

@@ -26,37 +26,37 @@
 
 namespace trephine {
 
-/// Runs a scene on a haptic device: reads the handle, ticks the scene, writes the wrench, in the same tick. One loop
-/// for polled devices, paced here at absolute times, and for self-paced ones, whose scheduler calls it.
+/// Runs a scene on a haptic device: each tick reads the handle, ticks the scene and writes the wrench. The same loop
+/// serves polled devices, which it paces at absolute times, and self-paced devices, whose scheduler calls it.
 ///
-/// What protects the hand:
-/// - The wrench comes in over a ramp of `options.ramp` seconds after the start, after every status that asks for one
-///   (`needs_ramp`), after a safety trip of the device, a non-finite wrench and a stall of the loop. The tick that
-///   starts a ramp sends zero.
-/// - While the device reports safety trips, zero is sent and the scene goes on ticking.
-/// - A fault of the device ends the run. Every run, however it ends, ends with a read and a zero wrench (in a
-///   self-paced device's last call). Exceptions of the observer, the condition or the simulated device end the run the
-///   same way and are then thrown again to the caller of `run_for` / `run_until`; the scene's tick cannot throw.
-/// - Force and torque are shortened to the device's capabilities at its reference point, whatever the scene's limits
-///   about T allow, and are zero for axes that it does not have.
+/// Protection of the hand:
+/// - The wrench rises over a ramp of `options.ramp` seconds after the start. It also does so after a status that
+///   requires it (`needs_ramp`), a safety trip of the device, a non-finite wrench, or a stall of the loop. The tick
+///   that starts a ramp sends zero.
+/// - While the device reports safety trips, the loop sends zero and the scene continues to tick.
+/// - A fault of the device ends the run. Every run ends with a read and a zero wrench, in a self-paced device's last
+///   call. Exceptions of the observer, the condition or the simulated device end the run in the same way. The loop
+///   then throws them again from `run_for` / `run_until`. The scene's tick cannot throw.
+/// - Force and torque are limited to the device's capabilities at its reference point, also if the scene's limits
+///   about T are wider. They are zero for axes that the device does not have.
 ///
-/// dt: the measured time between readings (or the device's own, where its state has one), clamped to
-/// [kShortestDt, kLongestDt]; exactly the period with NoPacing and at the first tick.
+/// dt is the measured time between readings, or the device's own if its state has a time, clamped to
+/// [kShortestDt, kLongestDt]. It is exactly the period with NoPacing and at the first tick.
 ///
-/// A polled tick that ends after the next one was due goes on with the nearest point of the grid of periods, which is
-/// at once or up to half a period later; each point that was due by then counts as a missed deadline.
+/// If a polled tick ends late, the next tick starts at the nearest multiple of the period: at once, or up to half a
+/// period later. Each multiple that was due by then counts as a missed deadline.
 ///
-/// The loop refers to device and scene, which must outlive it. It allocates nothing between the first tick and the
-/// closing zero. Threads: `stop()` from any; everything else from one. A polled run ticks in the caller's thread, a
-/// self-paced one in the device's, while the caller waits; observers and conditions run where the ticks do, after the
-/// wrench has been committed, and must not allocate or wait either.
+/// Device and scene must outlive the loop. It allocates nothing between the first tick and the closing zero. Threads:
+/// call `stop()` from any thread and everything else from a single thread. A polled run ticks in the caller's thread. A
+/// self-paced run ticks in the device's thread while the caller waits. Observers and conditions run in the ticking
+/// thread, after the wrench is committed, and must not allocate or wait.
 template <HapticDevice Device, TickableScene Scene, Pacing PacingPolicy = SleepPacing>
 class ServoLoop {
   static_assert(PacingPolicy::kRealTime || AdvancedDevice<Device>,
                 "NoPacing is for simulated devices, whose time the loop advances: real ones need a pacing policy");
 
  public:
-  /// Throws std::invalid_argument on options out of range.
+  /// Throws std::invalid_argument if an option is out of range.
   ServoLoop(Device& device, Scene& scene, const Registration& registration, const ServoOptions& options = {},
             PacingPolicy pacing = {})
       : device_(device),
@@ -69,15 +69,15 @@ class ServoLoop {
         ramp_(options.ramp),
         warnings_(match_device<Scene>(scene, capabilities_, registration, 1.0 / period_)) {}
 
-  /// Sends a zero wrench once more if the last one could not be.
+  /// Sends a zero wrench again if the closing zero failed.
   ~ServoLoop() {
-    if (wrench_out_) (void)device_.write(Wrenchd::zero());
+    if (wrench_may_act_) (void)device_.write(Wrenchd::zero());
   }
   ServoLoop(const ServoLoop&) = delete;
   ServoLoop& operator=(const ServoLoop&) = delete;
 
-  /// Runs for a duration, to the nearest period; `observer(const TickRecord&)` is called after each tick. Throws
-  /// std::invalid_argument on a negative duration.
+  /// Runs for a duration, rounded to periods, and calls `observer(const TickRecord&)` after each tick. Throws
+  /// std::invalid_argument if the duration is negative.
   template <class Rep, class Period, std::invocable<const TickRecord&> Observer = NoObserver>
   RunReport run_for(std::chrono::duration<Rep, Period> duration, Observer&& observer = {}) {
     const double seconds = std::chrono::duration<double>(duration).count();
@@ -86,20 +86,22 @@ class ServoLoop {
     return run(seconds, never, observer);
   }
 
-  /// Runs until `condition(const TickRecord&)` is true after a tick (the last one), `stop()`, or a fault.
+  /// Runs until `condition(const TickRecord&)` is true after a tick, which is the last, until `stop()`, or until a
+  /// fault.
   template <std::predicate<const TickRecord&> Condition, std::invocable<const TickRecord&> Observer = NoObserver>
   RunReport run_until(Condition&& condition, Observer&& observer = {}) {
     return run(std::numeric_limits<double>::infinity(), condition, observer);
   }
 
-  /// Ends the run in progress before its next tick; without one, the next run ends at once. Any thread, wait-free.
+  /// Ends the present run before its next tick; without a present run, the next run ends at once. Any thread,
+  /// wait-free.
   void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
 
-  /// What does not fit between scene and device, in words; empty when all does. Known from construction.
+  /// Returns one sentence for each mismatch between scene and device, found at construction.
   [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
   [[nodiscard]] const Registration& registration() const noexcept { return registration_; }
-  /// [s]
+  /// Returns the loop's period [s].
   [[nodiscard]] double period() const noexcept { return period_; }
 
  private:
@@ -107,16 +109,16 @@ class ServoLoop {
 
   static double seconds(ServoClock::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
-  /// Everything that begins anew with a run; written by the thread that ticks, read by the caller after it has ended.
+  /// The state of one run. The ticking thread writes it; the caller reads it after the run.
   struct Run {
     double duration = 0;
     RunReport report;
     TickRecord record;
     TimeHistogram tick_time, cpu_time, lateness;
-    TimePoint began, last_reading;
+    TimePoint start, last_reading;
     std::optional<double> last_device_time;
     std::exception_ptr thrown;
-    bool ending = false;
+    bool is_ending = false;
     bool tripped = false;  // the last write reported a safety trip
     const char* reason = "";
   };
@@ -128,7 +130,7 @@ class ServoLoop {
     ramp_.restart();
     run_.report.ramps = 1;
     if (duration < 0.5 * period_) end(RunEnd::kFinished, "the duration is over");
-    run_.began = run_.last_reading = ServoClock::now();
+    run_.start = run_.last_reading = ServoClock::now();
     if constexpr (SelfPacedDevice<Device>) {
       run_self_paced(condition, observer);
     } else if constexpr (PacingPolicy::kRealTime) {
@@ -136,21 +138,21 @@ class ServoLoop {
       run_.report.priority = scope.text();
       run_polled(condition, observer);
     } else {
-      run_.report.priority = "simulated time, no real-time priority asked for";
-      while (!over()) step(condition, observer);
-      quiet();
+      run_.report.priority = "simulated time, no real-time priority requested";
+      while (!is_over()) step(condition, observer);
+      send_closing_zero();
     }
-    return closing();
+    return finish_report();
   }
 
   template <class Condition, class Observer>
   void run_polled(Condition& condition, Observer& observer) noexcept {
     const auto period = std::chrono::round<ServoClock::duration>(std::chrono::duration<double>(period_));
     TimePoint due = ServoClock::now();
-    run_.began = run_.last_reading = due;
-    while (!over()) {
+    run_.start = run_.last_reading = due;
+    while (!is_over()) {
       pacing_.wait_until(due);
-      if (over()) break;  // stopped while it slept
+      if (is_over()) break;  // `stop()` was called during the wait
       run_.lateness.add(seconds(ServoClock::now() - due));
       step(condition, observer);
       due += period;
@@ -159,10 +161,11 @@ class ServoLoop {
       run_.report.missed_deadlines += static_cast<std::uint64_t>(behind / period) + 1;
       due += (behind + period / 2) / period * period;
     }
-    quiet();
+    send_closing_zero();
   }
 
-  /// The caller's side of a self-paced run: start, wait, stop. A device that no longer calls is a fault.
+  /// The caller's part of a self-paced run: starts the device, waits and stops it. A device that no longer calls is a
+  /// fault.
   template <class Condition, class Observer>
   void run_self_paced(Condition& condition, Observer& observer) {
     struct Call {
@@ -172,89 +175,90 @@ class ServoLoop {
     } call{*this, condition, observer};
     const ServoCallback on_tick = [](void* user) noexcept {
       auto& c = *static_cast<Call*>(user);
-      return c.loop.called(c.condition, c.observer);
+      return c.loop.on_device_call(c.condition, c.observer);
     };
     run_.report.priority = "the device's own thread, its priority is the driver's";
     closed_.store(false, std::memory_order_relaxed);
     calls_.store(0, std::memory_order_relaxed);
     const bool started = device_.start(on_tick, &call) != DeviceStatus::kFault;
-    bool silent = false;
-    std::uint64_t calls_seen = 0;
+    bool timed_out = false;
+    std::uint64_t last_calls = 0;
     TimePoint last_call = ServoClock::now();
-    while (started && !silent && !closed_.load(std::memory_order_acquire)) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (started && !timed_out && !closed_.load(std::memory_order_acquire)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));  // resolution of the timeout and of the end
       const std::uint64_t calls = calls_.load(std::memory_order_relaxed);
       const TimePoint now = ServoClock::now();
-      if (calls != calls_seen) last_call = now;
-      calls_seen = calls;
-      silent = seconds(now - last_call) > options_.callback_timeout;
+      if (calls != last_calls) last_call = now;
+      last_calls = calls;
+      timed_out = seconds(now - last_call) > options_.callback_timeout;
     }
     device_.stop();
     if (!started) {
-      run_.ending = false;
+      run_.is_ending = false;
       end(RunEnd::kFault, "the device did not start");
-      run_.report.zeroed = true;  // nothing was ever sent
+      run_.report.zeroed = true;  // no wrench was sent
       return;
     }
-    if (silent && !closed_.load(std::memory_order_acquire)) {
+    if (timed_out && !closed_.load(std::memory_order_acquire)) {
       run_.report.end = RunEnd::kFault;
       run_.reason = "the device stopped calling";
-      run_.report.wall_time = seconds(ServoClock::now() - run_.began);
+      run_.report.wall_time = seconds(ServoClock::now() - run_.start);
     }
-    if (!closed_.load(std::memory_order_acquire)) wrench_out_ = false;  // stop() took the force off
+    if (!closed_.load(std::memory_order_acquire)) wrench_may_act_ = false;  // stop() removed the force
   }
 
-  /// One call of a self-paced device, in its thread.
+  /// Handles a call of a self-paced device, in its thread.
   template <class Condition, class Observer>
-  bool called(Condition& condition, Observer& observer) noexcept {
+  bool on_device_call(Condition& condition, Observer& observer) noexcept {
     if (closed_.load(std::memory_order_relaxed)) return false;
     const TimePoint now = ServoClock::now();
     if (calls_.load(std::memory_order_relaxed) == 0) {
-      run_.began = run_.last_reading = now;
+      run_.start = run_.last_reading = now;
     } else {
       const double late = seconds(now - run_.last_reading) - period_;
       run_.lateness.add(late);
       if (late > 0.5 * period_) run_.report.missed_deadlines += static_cast<std::uint64_t>(late / period_ + 0.5);
     }
     calls_.fetch_add(1, std::memory_order_relaxed);
-    if (!over()) {
+    if (!is_over()) {
       step(condition, observer);
-      return true;  // the closing zero needs a call of its own
+      return true;  // the closing zero is sent by a call of its own
     }
-    quiet();
+    send_closing_zero();
     closed_.store(true, std::memory_order_release);
     return false;
   }
 
-  /// Whether the next tick is not to come.
-  bool over() noexcept {
+  /// Returns true if no further tick follows.
+  bool is_over() noexcept {
     if (stop_requested_.load(std::memory_order_acquire)) end(RunEnd::kStopped, "stop was called");
-    return run_.ending;
+    return run_.is_ending;
   }
 
-  /// One tick. Whatever goes wrong sets `run_.ending`; the closing zero follows from the caller.
+  /// Runs one tick with observer and condition. Every failure sets `run_.is_ending`; the caller then sends the closing
+  /// zero.
   template <class Condition, class Observer>
   void step(Condition& condition, Observer& observer) noexcept {
     try {
-      exchange();
+      tick();
       if (run_.record.read_status == DeviceStatus::kFault)
         return end(RunEnd::kFault, run_.report.ticks == 0
                                        ? "the device failed to read at its first tick: is it connected and opened?"
                                        : "the device failed to read");
       observer(std::as_const(run_.record));
       if (run_.record.write_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to write");
-      if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition came true");
+      if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition is true");
     } catch (...) {
       run_.thrown = std::current_exception();
       end(RunEnd::kStopped, "an exception");
     }
-    const double done = PacingPolicy::kRealTime ? seconds(run_.last_reading - run_.began) + period_
+    const double done = PacingPolicy::kRealTime ? seconds(run_.last_reading - run_.start) + period_
                                                 : static_cast<double>(run_.report.ticks) * period_;
     if (done >= run_.duration - 0.5 * period_) end(RunEnd::kFinished, "the duration is over");
   }
 
-  /// Advance, read, tick, write. Throws what a simulated device's script throws.
-  void exchange() {
+  /// Advances a simulated device, reads, ticks the scene and writes. Throws exceptions of a simulated device's script.
+  void tick() {
     const bool first = run_.report.ticks == 0;
     TickRecord& record = run_.record;
     const TimePoint reading = PacingPolicy::kRealTime ? ServoClock::now() : TimePoint{};
@@ -283,7 +287,8 @@ class ServoLoop {
     watch.stop(run_.tick_time, run_.cpu_time);
   }
 
-  /// The scene's wrench as the hand may have it: ramped, at H in D axes, within the device's means.
+  /// Returns the wrench for the device: the scene's wrench about H in D axes, limited to the device's range, then
+  /// ramped.
   Wrenchd hand_wrench(double interval) noexcept {
     TickRecord& record = run_.record;
     const bool stalled = interval > options_.stall_time;
@@ -300,37 +305,37 @@ class ServoLoop {
     }
     record.ramp = ramp_.gain();
     if (!finite || !(record.ramp > 0)) return Wrenchd::zero();
-    wrench *= record.ramp;  // after the limits: a clamped wrench must come in as gently as any other
+    wrench *= record.ramp;  // after the limits, so that a limited wrench rises as slowly as any other
     return wrench;
   }
 
   void send(const Wrenchd& wrench) noexcept {
     run_.record.sent = wrench;
-    wrench_out_ = true;
+    wrench_may_act_ = true;
     run_.record.write_status = device_.write(wrench);
     run_.tripped = run_.record.write_status == DeviceStatus::kSafetyTrip;
   }
 
-  /// The closing tick: a reading, and zero whatever it says.
-  void quiet() noexcept {
+  /// The closing tick: one read, then a zero wrench for every status of the read. A failed write is tried again once.
+  void send_closing_zero() noexcept {
     DeviceState state;
     (void)device_.read(state);
     DeviceStatus status = device_.write(Wrenchd::zero());
     if (status == DeviceStatus::kFault) status = device_.write(Wrenchd::zero());
-    wrench_out_ = status == DeviceStatus::kFault;
-    run_.report.zeroed = !wrench_out_;
-    run_.report.wall_time = seconds(ServoClock::now() - run_.began);
+    wrench_may_act_ = status == DeviceStatus::kFault;
+    run_.report.zeroed = !wrench_may_act_;
+    run_.report.wall_time = seconds(ServoClock::now() - run_.start);
   }
 
-  /// The first reason to end is the one reported.
-  void end(RunEnd how, const char* reason) noexcept {
-    if (run_.ending) return;
-    run_.ending = true;
-    run_.report.end = how;
+  /// Ends the run; the report gives the first reason.
+  void end(RunEnd cause, const char* reason) noexcept {
+    if (run_.is_ending) return;
+    run_.is_ending = true;
+    run_.report.end = cause;
     run_.reason = reason;
   }
 
-  RunReport closing() {
+  RunReport finish_report() {
     stop_requested_.store(false, std::memory_order_relaxed);
     if (run_.thrown) std::rethrow_exception(std::exchange(run_.thrown, nullptr));
     RunReport& report = run_.report;
@@ -346,6 +351,7 @@ class ServoLoop {
     return report;
   }
 
+  /// Returns the interval by the device's clock [s], or the measured interval if the device has none.
   double device_interval(double measured) const noexcept {
     if (!run_.record.state.time || !run_.last_device_time) return measured;
     const double interval = *run_.record.state.time - *run_.last_device_time;
@@ -366,10 +372,10 @@ class ServoLoop {
   Ramp ramp_;
   std::vector<std::string> warnings_;
   Run run_;
-  bool wrench_out_ = false;  // a wrench other than a confirmed zero may be on the hand
+  bool wrench_may_act_ = false;  // the last write is no confirmed zero
   std::atomic<bool> stop_requested_{false};
-  std::atomic<bool> closed_{true};       // the self-paced device has had its last call
-  std::atomic<std::uint64_t> calls_{0};  // of the self-paced device in this run
+  std::atomic<bool> closed_{true};       // the self-paced device's last call is done
+  std::atomic<std::uint64_t> calls_{0};  // calls of the self-paced device in this run
 };
 
 }  // namespace trephine

@@ -11,26 +11,26 @@
 
 namespace trephine {
 
-/// Numbers of a servo loop; fixed at its construction.
+/// Options of a servo loop, fixed at its construction.
 struct ServoOptions {
-  /// [Hz]; 0: the device's own, or 1000 where it does not tell. A self-paced device keeps its own pace, this then says
-  /// what it is expected to be.
+  /// Tick rate [Hz]; 0: the device's nominal rate, or 1000 if unknown. For a self-paced device it is the expected rate.
   double rate = 0;
-  /// How long the wrench takes from zero to full after a start, a trip or a jump [s].
+  /// Duration of the ramp from zero to the full wrench after a start, a trip or a jump [s].
   double ramp = 0.1;
-  /// An interval between readings longer than this [s] is a stall: the hand has moved on, the wrench is ramped.
+  /// Longest regular interval between readings [s]. A longer interval is a stall: the hand has moved, so the wrench is
+  /// ramped.
   double stall_time = 0.02;
-  /// A self-paced device that does not call for this long [s] is a fault.
+  /// Longest time without a call of a self-paced device [s]; a longer silence is a fault.
   double callback_timeout = 1.0;
   /// The spindle turns while one of these buttons is down.
   std::uint32_t spindle_buttons = 1;
-  /// Take tick and processor times (about 1 µs a tick, most of it the system call for processor time).
+  /// Measure tick and processor times. It costs about 1 µs a tick, mostly the system call for processor time.
   bool measure = true;
-  /// For polled devices in real time.
+  /// Thread settings for polled devices in real time.
   RealtimeOptions realtime{};
 };
 
-/// The rate the loop runs at [Hz]. Throws std::invalid_argument on options out of range.
+/// Returns the rate of the loop [Hz]. Throws std::invalid_argument if an option is out of range.
 [[nodiscard]] inline double servo_rate(const ServoOptions& options, const DeviceCapabilities& device) {
   const auto positive = [](double v, const char* rule) {
     if (!(v > 0) || !std::isfinite(v)) refuse("ServoLoop", rule, v);

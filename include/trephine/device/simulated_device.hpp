@@ -12,24 +12,24 @@
 
 namespace trephine {
 
-/// The device's side of one kind of motion. Units: linear, then angular.
+/// Mechanics of the simulated device in translation or rotation. Units: [linear | angular].
 struct DeviceAxes {
   double inertia = 0;   ///< apparent, isotropic [kg | kg·m²]
   double damping = 0;   ///< viscous [N·s/m | N·m·s/rad]
-  double friction = 0;  ///< Coulomb, the same stuck as sliding [N | N·m]
-  double quantum = 0;   ///< of the encoders, per component; 0: continuous [m | rad]
-  double limit = 0;     ///< most the motors give, as a vector's length; 0: no limit [N | N·m]
+  double friction = 0;  ///< Coulomb, equal for stiction and sliding [N | N·m]
+  double quantum = 0;   ///< resolution of the encoders, per component; 0: continuous [m | rad]
+  double limit = 0;     ///< largest output of the motors, as a vector's length; 0: no limit [N | N·m]
 };
 
-/// The hand's side: a mass that goes with the handle, and a spring-damper toward the scripted target, the damper to
-/// ground. Stiffness 0: nobody holds it.
+/// Mechanics of the simulated hand: a mass rigidly on the handle, a spring to the scripted target, and a damper to
+/// ground. With a stiffness of 0 no hand holds the device.
 struct HandAxes {
   double inertia = 0;    ///< [kg | kg·m²]
   double damping = 0;    ///< [N·s/m | N·m·s/rad]
   double stiffness = 0;  ///< [N/m | N·m/rad]
 };
 
-/// What the hand wants at a moment. A script may return a pose alone.
+/// Target of the hand at a moment: pose of the handle and pressed buttons. A script may return a pose alone.
 struct HandTarget {
   Posed X_DH = Posed::Identity();
   std::uint32_t buttons = 0;
@@ -38,50 +38,51 @@ struct HandTarget {
   HandTarget(const Posed& X, std::uint32_t buttons_down = 0) : X_DH(X), buttons(buttons_down) {}
 };
 
-/// A function of time [s] since the device was made; called at the middle of every substep, so it should be cheap.
+/// A script of the hand: a function of the time [s] since construction of the device. It is called at the middle of
+/// every substep, so it should be cheap.
 template <class S>
 concept HandScript = requires(S& script, double time) {
   { script(time) } -> std::convertible_to<HandTarget>;
 };
 
-/// The hand stays where the device starts.
+/// A hand that holds the device's start pose.
 struct StillHand {
   Posed X_DH = Posed::Identity();
   HandTarget operator()(double) const noexcept { return X_DH; }
 };
 
-/// The defaults are a desktop device of the Touch class in a light grip, orders of magnitude rather than a model of
-/// one product.
+/// Options of a simulated device and hand. The defaults are orders of magnitude for a desktop device of the Touch class
+/// in a light grip, not the model of a product.
 struct SimulatedDeviceOptions {
   DeviceAxes linear{.inertia = 0.045, .damping = 0.5, .friction = 0.05, .quantum = 0.055e-3, .limit = 3.3};
   DeviceAxes angular{.inertia = 4e-5, .damping = 4e-4, .friction = 0, .quantum = 1e-4, .limit = 0.2};
   HandAxes hand_linear{.inertia = 0.04, .damping = 8.0, .stiffness = 400};
   HandAxes hand_angular{.inertia = 4e-5, .damping = 8e-3, .stiffness = 0.4};
-  int output_dof = 6;              ///< 0, 3 or 6
-  int delay_ticks = 0;             ///< writes between a command and its effect, 0 to 8
-  int substeps = 20;               ///< a tick; without friction and with a still hand the result does not depend on it
-  double rate = 1000;              ///< what it says of itself [Hz]; it runs at whatever rate it is advanced
-  Posed X_DH = Posed::Identity();  ///< where the handle starts, at rest
+  int output_dof = 6;   ///< 0, 3 or 6
+  int delay_ticks = 0;  ///< writes between a command and its effect, 0 to 8
+  int substeps = 20;    ///< per tick; without friction and with a still hand the result does not depend on it
+  double rate = 1000;   ///< nominal rate in `capabilities` [Hz]; the owner may advance the device at any rate
+  Posed X_DH = Posed::Identity();  ///< start pose of the handle, at rest
 };
 
-/// A haptic device and the hand that holds it, as a reference for closed-loop tests and for running without hardware:
+/// Simulates a haptic device and the hand that holds it, for closed-loop tests and for running without hardware:
 ///
 ///     (m + m_h) ẍ + (b + b_h) ẋ + k_h (x − x_d(t)) = F − f_c ẋ/|ẋ|
 ///
-/// and its twin for rotation, F being the command held over the tick (a zero-order hold), delayed by `delay_ticks`
-/// writes and saturated. Integrated exactly between substeps, over which only the hand's target and the direction of
-/// friction are held. Rotation is exact about a fixed axis; with the isotropic inertia there is no gyroscopic term, and
-/// rotation vectors are added in the D frame per substep.
+/// and the same equation for rotation. F is the command held over the tick (a zero-order hold), delayed by
+/// `delay_ticks` writes and saturated. Integration is exact within substeps, over which only the hand's target and the
+/// direction of friction are held. Rotation is exact about a fixed axis. The isotropic inertia has no gyroscopic term,
+/// and rotation vectors are added in the D frame per substep.
 ///
-/// Driven by its owner: `read` gives the quantised pose of this instant, `write` the command, `advance(dt)` lets dt
-/// seconds pass. Deterministic; allocates nothing after construction. One thread at a time. A non-finite command is
-/// answered with kFault and replaced by zero, so it never reaches the state.
+/// The owner drives the device: `read` returns the quantised present pose, `write` sets the command, and `advance(dt)`
+/// simulates dt seconds. Deterministic; allocates nothing after construction. One thread at a time. For a non-finite
+/// command `write` returns kFault and commands zero, so it never reaches the state.
 template <HandScript Script = StillHand>
 class SimulatedDevice {
  public:
-  static constexpr int kMostDelay = 8;
+  static constexpr int kMaxDelayTicks = 8;  ///< length of the command queue: 8 ms at 1 kHz
 
-  /// Throws std::invalid_argument on options out of range.
+  /// Throws std::invalid_argument if an option is out of range.
   explicit SimulatedDevice(const SimulatedDeviceOptions& options = {}) requires std::same_as<Script, StillHand>
       : SimulatedDevice(options, StillHand{options.X_DH}) {}
 
@@ -128,8 +129,8 @@ class SimulatedDevice {
     return finite ? DeviceStatus::kOk : DeviceStatus::kFault;
   }
 
-  /// Lets `dt` [s] pass under the command in effect; dt that is not > 0 or not finite: nothing happens. Throws what the
-  /// script throws.
+  /// Simulates `dt` [s] under the command in effect; does nothing unless dt is > 0 and finite. Throws exceptions of the
+  /// script.
   void advance(double dt) {
     if (!(dt > 0) || !std::isfinite(dt)) return;
     if (dt != prepared_dt_) prepare(dt);
@@ -144,8 +145,8 @@ class SimulatedDevice {
     buttons_ = target.buttons;
   }
 
-  /// The true state, for measurements: unquantised pose, velocity of H and angular velocity in D axes [m/s, rad/s], the
-  /// wrench the motors give now (delayed, saturated) and the time that has passed [s].
+  /// Return the true state, for measurements: unquantised pose, velocity of H and angular velocity in D axes [m/s,
+  /// rad/s], present wrench of the motors (delayed, saturated) and simulated time [s].
   [[nodiscard]] Posed X_DH() const noexcept { return make_pose(Mat3d(q_DH_), p_DH_); }
   [[nodiscard]] Twist velocity() const noexcept { return {v_, w_}; }
   [[nodiscard]] const Wrenchd& applied() const noexcept { return queue_[0]; }
@@ -172,7 +173,7 @@ class SimulatedDevice {
     check(options.rate, true, "rate must be > 0 Hz and finite");
     const int dof = options.output_dof;
     if (dof != 0 && dof != 3 && dof != 6) refuse("SimulatedDevice", "output_dof must be 0, 3 or 6", dof);
-    if (options.delay_ticks < 0 || options.delay_ticks > kMostDelay)
+    if (options.delay_ticks < 0 || options.delay_ticks > kMaxDelayTicks)
       refuse("SimulatedDevice", "delay_ticks must be in 0..8", options.delay_ticks);
     if (options.substeps < 1) refuse("SimulatedDevice", "substeps must be >= 1", options.substeps);
     if (!options.X_DH.matrix().allFinite()) refuse("SimulatedDevice", "X_DH must be finite", options.X_DH.matrix());
@@ -182,7 +183,8 @@ class SimulatedDevice {
   void prepare(double dt) noexcept {
     const double h = dt / options_.substeps;
     const auto step = [h](const DeviceAxes& device, const HandAxes& hand) {
-      return simulated::HeldStep(h, device.inertia + hand.inertia, device.damping + hand.damping, hand.stiffness);
+      return simulated::ZeroOrderHoldStep(h, device.inertia + hand.inertia, device.damping + hand.damping,
+                                          hand.stiffness);
     };
     linear_step_ = step(options_.linear, options_.hand_linear);
     angular_step_ = step(options_.angular, options_.hand_angular);
@@ -199,8 +201,8 @@ class SimulatedDevice {
     const double k = options_.hand_angular.stiffness;
     const Mat3d R_DH = q_DH_.toRotationMatrix();
     const Vec3d e = k > 0 ? rotation_vector<double>(R_DH * target.X_DH.linear().transpose()) : Vec3d::Zero();
-    const Vec3d turned = simulated::substep(angular_step_, k, options_.angular.friction, e, w_, applied().torque);
-    if (turned.squaredNorm() > 0) q_DH_ = (Quatd(rotation_from_vector(turned)) * q_DH_).normalized();
+    const Vec3d rotation = simulated::substep(angular_step_, k, options_.angular.friction, e, w_, applied().torque);
+    if (rotation.squaredNorm() > 0) q_DH_ = (Quatd(rotation_from_vector(rotation)) * q_DH_).normalized();
   }
 
   SimulatedDeviceOptions options_;
@@ -209,12 +211,12 @@ class SimulatedDevice {
   Quatd q_DH_;
   Vec3d v_ = Vec3d::Zero();
   Vec3d w_ = Vec3d::Zero();
-  std::array<Wrenchd, kMostDelay + 1> queue_{};  // [0] is in effect, [delay] the last one written
+  std::array<Wrenchd, kMaxDelayTicks + 1> queue_{};  // commands: [0] is in effect, [delay] the last written
   std::uint32_t buttons_ = 0;
   double time_ = 0;
   double prepared_dt_ = 0;
-  simulated::HeldStep linear_step_;
-  simulated::HeldStep angular_step_;
+  simulated::ZeroOrderHoldStep linear_step_;
+  simulated::ZeroOrderHoldStep angular_step_;
 };
 
 SimulatedDevice(const SimulatedDeviceOptions&)->SimulatedDevice<StillHand>;

@@ -6,7 +6,8 @@
 
 namespace trephine {
 
-/// Times a stretch of the haptic thread by the wall and by the processor. The difference is what the system took away.
+/// Measures wall time and processor time of an interval of the haptic thread. Their difference is the time that the
+/// operating system gave to others.
 class Stopwatch {
  public:
   explicit Stopwatch(bool running) noexcept : running_(running) {
@@ -15,7 +16,8 @@ class Stopwatch {
     wall_ = ServoClock::now();
   }
 
-  /// Adds both times since construction; nothing if it never ran, no processor time where the platform has none.
+  /// Adds both times since construction to the histograms; adds nothing unless constructed running. Without a platform
+  /// clock for it, processor time is not added.
   void stop(TimeHistogram& wall, TimeHistogram& cpu) const noexcept {
     if (!running_) return;
     wall.add(std::chrono::duration<double>(ServoClock::now() - wall_).count());

@@ -7,10 +7,12 @@
 
 namespace trephine {
 
-/// What a servo loop and a replay ask of a scene: pose in, wrench about T in W axes out, bounded, without exceptions.
-/// `dt` [s] is the time since the last tick. A scene may also declare `static constexpr bool kHasTorque` (whether it
-/// computes torque), `double stiffness() const` (largest contact stiffness [N/m]) and, where that depends on how hard
-/// the tool presses, `double tangent_stiffness(double force) const` [N/m at N]; the loop compares them with the device.
+/// A scene as servo loops and replays use it: `tick` takes a pose and returns the wrench about T in W axes, in bounded
+/// time and without exceptions. `dt` [s] is the time since the last tick. Optional members, which the loop compares
+/// with the device:
+/// - `static constexpr bool kHasTorque` is true if the scene computes torque.
+/// - `double stiffness() const` returns the largest contact stiffness [N/m].
+/// - `double tangent_stiffness(double force) const` returns it at a contact force [N], if it depends on the force.
 template <class S>
 concept TickableScene = requires(S& scene, const TickInput& input, double dt) {
   { scene.tick(input, dt) }

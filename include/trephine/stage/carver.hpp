@@ -18,7 +18,7 @@ struct CarveContext {
 /// The part of a scene that removes bone. It is called once a tick after contact was found, with the spindle on or off
 /// (the carver decides), on the haptic thread, and lowers densities along the burr's way from `X_GT_previous` to
 /// `X_GT`. The two are equal where there is no way to follow: first tick, after bad input, a jump, a stall longer than
-/// kLongestDt, or a step faster than kFastestSpeed. Returns the removed volume [mm³], finite and >= 0. Its work must be
+/// kLongestDt, or a step faster than kMaxSpeed. Returns the removed volume [mm³], finite and >= 0. Its work must be
 /// bounded.
 ///
 /// The poses are the renderer's `cutting_pose()`. A carver that wants the probe, the device's own pose, says so by

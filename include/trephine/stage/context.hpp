@@ -7,33 +7,33 @@
 
 namespace trephine {
 
-/// What a stage may know about the tick it shapes. Made by the scene after contact and carving, read-only.
+/// Read-only data of one tick for its stages, filled in by the scene after contact and carving.
 struct TickContext {
-  const TickInput& input;    ///< as given to `tick`; already checked
-  Twist twist{};             ///< the tool's velocity in the world: T's origin, W axes [m/s, rad/s]
-  Twist twist_to_bone{};     ///< the same as seen from the bone: equal to `twist` while the grid stands still
+  const TickInput& input;    ///< the argument of `tick`, already checked
+  Twist twist{};             ///< velocity of the tool in the world: T's origin, W axes [m/s, rad/s]
+  Twist twist_to_bone{};     ///< velocity of the tool relative to the bone; equals `twist` for a fixed grid
   double dt = 0;             ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
-  ContactSummary contact{};  ///< what the renderer found
+  ContactSummary contact{};  ///< the renderer's contact
   double removed_mm3 = 0;    ///< bone removed in this tick [mm³]
   Status status = Status::kOk;
 };
 
-/// One step of wrench -> wrench: damping, vibration, a filter, a limit. `apply` runs once a tick on the haptic thread
-/// in the order in which the scene lists its stages; the wrench is on the tool, about T's origin, in W axes, and
-/// finite. It must not allocate, lock, wait or read a clock. Optional members:
-/// - `reset() noexcept`: forget all state (the scene calls it after a non-finite wrench and from its own `reset`);
-/// - `begin_tick() noexcept`: called first in every tick, even for bad input (see `Remote`);
-/// - `sent(const Wrenchd&) noexcept`: the wrench as it leaves the scene, after every stage and limit; called last in a
-///   tick, in every one that gets so far: one that answers `kBadInput` sends zero without a word;
-/// - `validate() const`: throws std::invalid_argument; the scene's constructor calls it;
-/// - `static constexpr bool kUsesTwist = false`: the twists need not be computed for this stage.
+/// A stage changes the wrench of a tick: damping, vibration, a filter, a limit. The scene calls `apply` once a tick on
+/// the haptic thread, in the order of its list. The wrench acts on the tool, about T's origin, in W axes, and is
+/// finite. `apply` must not allocate, lock, wait or read a clock. Optional members:
+/// - `reset() noexcept` clears all state. The scene calls it after a non-finite wrench and from its own `reset`.
+/// - `begin_tick() noexcept` is called first in every tick, even for bad input (see `Remote`).
+/// - `sent(const Wrenchd&) noexcept` receives the wrench that leaves the scene, after every stage and limit. It is
+///   called last in a tick. A tick that ends with `kBadInput` or `kNonFinite` sends zero and does not call it.
+/// - `validate() const` throws std::invalid_argument. The scene's constructor calls it.
+/// - `static constexpr bool kUsesTwist = false` states that the stage does not read the twists.
 template <class S>
 concept Stage = requires(S s, const TickContext& context, Wrenchd& wrench) {
   { s.apply(context, wrench) }
   noexcept->std::same_as<void>;
 };
 
-/// Whether a stage reads the context's twists; yes unless it says otherwise.
+/// True for a stage that reads the context's twists, which is the default.
 template <class S>
 inline constexpr bool kStageUsesTwist = Stage<S>;
 template <class S>

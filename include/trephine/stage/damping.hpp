@@ -8,26 +8,26 @@
 
 namespace trephine {
 
-/// Viscous damping: force −b v, torque −b_r ω, added to the wrench.
+/// Viscous damping: adds the force −b v and the torque −b_r ω to the wrench.
 ///
-/// Everywhere, v and ω are the tool's in the world, as if hand and tool moved in oil. With `only_in_contact` they are
-/// relative to the bone (it may move) and count only while the renderer reports contact; the force then steps by b v
-/// when contact starts and ends, where `HuntCrossley` does not.
+/// By default v and ω are the tool's velocity in the world, as if hand and tool moved in oil. With `only_in_contact`
+/// they are relative to the bone, which may move, and act only while the renderer reports contact. The force then steps
+/// by b v when contact starts and ends; `HuntCrossley` has no such step.
 ///
-/// The velocity is a backward difference, half a tick late, and the force is held for a tick: on a free mass m the loop
-/// is stable for b < 2 m/dt only (90 N·s/m for 45 g at 1 kHz, and likewise b_r < 2 I/dt), and is never passive by
-/// itself: the device must have friction or damping of its own (Colgate and Schenkel 1997: b_device > K dt/2 + b). Stay
-/// at a tenth of the bound. Encoder noise is amplified by b/dt.
+/// Stability: the velocity is a backward difference, half a tick late, and the force is held for a tick. On a free mass
+/// m the loop is stable only for b < 2 m/dt (90 N·s/m for 45 g at 1 kHz), and likewise b_r < 2 I/dt. Stay at a tenth of
+/// the bound. The loop is never passive by itself: the device needs friction or damping of its own (Colgate and
+/// Schenkel 1997: b_device > K dt/2 + b). Encoder noise is amplified by b/dt.
 ///
-/// No state. Haptic thread. Cost: a few multiplications; the scene computes the twists.
+/// No state. Haptic thread. Cost: a few multiplications, and the twists that the scene computes.
 class Damping {
  public:
   struct Options {
-    double linear = 0;   ///< b [N·s/m], >= 0
-    double angular = 0;  ///< b_r [N·m·s/rad], >= 0
-    bool only_in_contact = false;
+    double linear = 0;             ///< b [N·s/m], >= 0
+    double angular = 0;            ///< b_r [N·m·s/rad], >= 0
+    bool only_in_contact = false;  ///< damp the motion relative to the bone, during contact only
 
-    /// Throws std::invalid_argument.
+    /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
       if (!(linear >= 0) || !std::isfinite(linear)) refuse("Damping", "linear must be finite and >= 0 N·s/m", linear);
       if (!(angular >= 0) || !std::isfinite(angular))
@@ -35,11 +35,11 @@ class Damping {
     }
   };
 
-  /// Throws std::invalid_argument where an option is out of range.
+  /// Throws std::invalid_argument if an option is out of range.
   explicit Damping(const Options& options) : options_(options) { options_.validate(); }
 
   [[nodiscard]] const Options& options() const noexcept { return options_; }
-  /// Takes options that `validate` accepted; between ticks, haptic thread.
+  /// Replaces the options, which `validate` must accept; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
   void apply(const TickContext& context, Wrenchd& wrench) const noexcept {

@@ -10,13 +10,13 @@
 
 namespace trephine {
 
-/// What the device can give: the magnitudes of force and torque are cut to the limits, their directions kept. Nothing
-/// may change the wrench after it, so a scene accepts it only as its last stage. What is not given is not limited here;
-/// a servo loop keeps it within the device's own means. A device without motors for torque has a limit of zero.
+/// Limits the magnitudes of force and torque to the device's range and keeps their directions. No stage may change the
+/// wrench afterwards, so a scene accepts it only as its last stage. An omitted limit is infinite here; a servo loop
+/// still applies the device's own limits. A device without motors for torque has a limit of zero.
 ///
-/// `DeviceLimits{.force = 3.3, .torque = 0.1}`; an aggregate, so it is the scene's constructor that calls `validate`.
-/// Results never exceed a limit, not by rounding either. A non-finite wrench is left as it is, for the scene to see
-/// and to answer by zero; so is one that meets a limit which became NaN later. No state. Haptic thread.
+/// `DeviceLimits{.force = 3.3, .torque = 0.1}` is an aggregate, so the scene's constructor calls `validate`. Results
+/// never exceed a limit, not by rounding either. A non-finite wrench stays unchanged, and the scene then sends zero;
+/// the same holds for a limit that became NaN later. No state. Haptic thread.
 struct DeviceLimits {
   static constexpr bool kUsesTwist = false;
   using Options = DeviceLimits;
@@ -24,12 +24,12 @@ struct DeviceLimits {
   double force = std::numeric_limits<double>::infinity();   ///< [N], >= 0
   double torque = std::numeric_limits<double>::infinity();  ///< [N·m], >= 0
 
-  /// Throws std::invalid_argument.
+  /// Throws std::invalid_argument if a limit is negative or NaN.
   void validate() const {
     if (!(force >= 0)) refuse("DeviceLimits", "force must be >= 0 N", force);
     if (!(torque >= 0)) refuse("DeviceLimits", "torque must be >= 0 N·m", torque);
   }
-  /// Takes limits that `validate` accepted; between ticks, haptic thread.
+  /// Replaces the limits, which `validate` must accept; between ticks, haptic thread.
   void adopt(const DeviceLimits& options) noexcept { *this = options; }
 
   void apply(const TickContext&, Wrenchd& wrench) const noexcept {
@@ -38,16 +38,18 @@ struct DeviceLimits {
   }
 
  private:
-  /// Scaled by the largest component first: squares of 1e200 or 1e-200 neither overflow nor vanish.
+  /// Shortens a clamped vector by the error of four roundings, so that its norm never exceeds the limit.
+  static constexpr double kRoundingMargin = 1 - 0x1p-50;
+
+  /// Scales by the largest component first, so that squares of 1e200 or 1e-200 neither overflow nor vanish.
   static void clamp(Vec3d& v, double limit) noexcept {
-    constexpr double kBelow = 1 - 0x1p-50;  // four roundings' room
     if (!is_finite(v)) return;
     const double largest = std::max({std::abs(v.x()), std::abs(v.y()), std::abs(v.z())});
     if (largest == 0) return;
     const Vec3d u = v / largest;
     const double norm = u.norm();
     if (largest * norm <= limit) return;
-    v = u * (limit * kBelow / norm);
+    v = u * (limit * kRoundingMargin / norm);
   }
 };
 

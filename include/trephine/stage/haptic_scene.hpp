@@ -19,7 +19,7 @@
 
 namespace trephine {
 
-// What makes no scene ends here, in one sentence.
+// Primary template: a wrong list of arguments ends the compilation here, with one message.
 template <class Density, class ContactRenderer, class... Parts>
 class HapticScene {
   using Mistake = detail::SceneMistake;
@@ -30,14 +30,13 @@ class HapticScene {
                 "trephine::HapticScene: the bone is a temporary, and must outlive the scene: name it first");
   static_assert(kMistake != Mistake::kArguments,
                 "trephine::HapticScene: write HapticScene{bone, isovalue, renderer, parts...}: a VoxelGrid, a number, "
-                "a renderer, then what else there is");
+                "a renderer, then its parts");
   static_assert(kMistake != Mistake::kNoRenderer,
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
                 "write HapticScene{bone, isovalue, renderer, parts...}");
-  static_assert(
-      kMistake != Mistake::kNoPart,
-      "trephine::HapticScene: what follows the renderer must be a Stage (apply), a Carver (carve), EmptySpaceSkipping "
-      "or ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(kMistake != Mistake::kNotAPart,
+                "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Carver (carve), "
+                "EmptySpaceSkipping or ForceOnly, its functions noexcept; a scene has one renderer");
   static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
@@ -46,34 +45,41 @@ class HapticScene {
  public:
   template <class... Arguments>
   explicit HapticScene(Arguments&&...) noexcept {}
-  TickResult tick(const TickInput&, double) noexcept;  // what uses the scene is no further mistake
+  TickResult tick(const TickInput&, double) noexcept;  // declared so that uses of the scene add no further errors
   void reset() noexcept;
 };
 
-/// The whole loop of one tool in one bone: pose in, wrench and status out, bone removed on the way.
+/// The simulation loop of one tool in one bone: each tick takes a pose, returns wrench and status, and removes bone.
 /// \code
 /// auto scene = HapticScene{bone, 300, SurfaceApproxRenderer{...}, Milling{...}, DeviceLimits{.force = 3.3}};
 /// TickResult r = scene.tick({.X_WT = pose, .spindle_on = true}, dt);
 /// \endcode
-/// Parts are stages, carvers and tags; what is not listed is not compiled into the loop and takes no bytes. A tick goes
-/// 1. every part's `begin_tick`; 2. input checked; 3. contact (renderer), in the grid's frame; 4. carvers, in listed
-/// order, so that a wrench belongs to the bone as the hand met it; 5. wrench turned into W; 6. stages, in listed order;
-/// 7. result checked; 8. every part's `sent`, those that have it.
+/// Parts are stages, carvers and tags; an unlisted part is not compiled into the loop and takes no bytes. Steps of a
+/// tick:
+/// 1. every part's `begin_tick`;
+/// 2. check of the input;
+/// 3. contact (renderer), in the grid's frame;
+/// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
+/// 5. rotation of the wrench into W axes;
+/// 6. stages, in listed order;
+/// 7. check of the result;
+/// 8. `sent` of every part that has it.
 ///
-/// Statuses of `tick`, beside the renderer's own:
-/// - `kBadInput`: a non-finite pose, one farther than kFarthestPosition, or no rotation within kRotationTolerance. Zero
-///   wrench, nothing carved, renderer and stages left as they were; the next good tick goes on from there.
-/// - `kNonFinite`: a law overflowed. Zero wrench; renderer and stages start anew.
-/// - `kStartedInside`: there is a wrench, and the tick before it knew nothing of the bone there: the first tick, one
-///   after `reset`, or one after densities rose (`VoxelGrid::restore`), here or elsewhere. The wrench is what the
-///   contact gives; whoever sends it brings it in by a ramp, as a ServoLoop does.
-/// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and such a tick has zero
-/// twist. So has any tick after a gap (see PoseHistory): velocities never spike.
+/// Statuses of `tick`, besides the renderer's own:
+/// - `kBadInput`: the pose is not finite, farther than kFarthestPosition, or no rotation within kRotationTolerance.
+///   The wrench is zero, nothing is carved, and renderer and stages keep their state; the next good tick continues
+///   from it.
+/// - `kNonFinite`: a law overflowed. The wrench is zero; renderer and stages are reset.
+/// - `kStartedInside`: the wrench is not zero, and the bone there may be new to the scene. This is the first tick, a
+///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). The wrench is the full
+///   contact wrench; the caller must ramp it, as a ServoLoop does.
+/// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
+/// twist. Ticks after a gap (see PoseHistory) also have zero twist, so velocities never spike.
 ///
-/// Threads: construction anywhere, everything else on the haptic thread, which alone writes `bone`. Other threads
-/// change options through a Mailbox (`Remote`). The bone must outlive the scene and stay where it is in memory; its
-/// pose may change between ticks. `tick` is noexcept and takes no memory, lock or clock; its time is the renderer's and
-/// the carvers'. Same input, same binary: same bits.
+/// Threads: construct on any thread; call everything else on the haptic thread, which alone writes `bone`. Other
+/// threads change options through a Mailbox (`Remote`). The bone must outlive the scene at a fixed address; its pose
+/// may change between ticks. `tick` is noexcept and uses no heap, lock or clock. Its cost is that of renderer and
+/// carvers. Same input and same binary give the same bits.
 template <class Density, class ContactRenderer, class... Parts>
 requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
          detail::SceneMistake::kNone) class HapticScene<Density, ContactRenderer, Parts...> {
@@ -85,17 +91,17 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
-  static constexpr bool kSkips = (Skipping<Parts> || ...);
+  static constexpr bool kSkipsEmptySpace = (EmptySpaceSkipper<Parts> || ...);
 
-  /// Throws std::invalid_argument where the isovalue is not finite, the burr is larger than the grid, a part's
-  /// `validate` refuses, or the renderer reads stored gradients and the grid keeps none.
+  /// Throws std::invalid_argument if the isovalue is not finite, the burr is larger than the grid, a part's `validate`
+  /// throws, or the renderer reads stored gradients and the grid has none.
   HapticScene(VoxelGrid<Density>& bone, double isovalue, ContactRenderer renderer, Parts... parts)
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
     if (!std::isfinite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
-    // A burr that covers the whole bone has other units than the grid.
+    // A burr larger than the bone means that burr and grid differ in units.
     const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm(),
                  tip_radius = renderer_.shape().tip_radius;
     if (!(2 * tip_radius <= diagonal)) {
@@ -114,7 +120,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     }
   }
 
-  /// One step of the loop. `dt` is the measured time since the last tick [s].
+  /// Runs one step of the loop and returns the wrench on the tool, about T's origin, in W axes, with contact, removed
+  /// volume and status. `dt` is the measured time since the last tick [s].
   [[nodiscard]] TickResult tick(const TickInput& input, double dt) noexcept {
     begin_tick();
     TickResult result;
@@ -130,19 +137,20 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
     if (found.status >= Status::kBadInput || !is_finite(wrench_G) || !std::isfinite(found.contact.depth))
-      return start_anew(result);
+      return fail_non_finite(result);
     result.contact = found.contact;
     result.status = found.status;
-    const bool is_new_bone = std::exchange(known_increase_, bone_->increase_stamp()) != bone_->increase_stamp();
-    if (is_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
+    const bool may_be_new_bone =
+        std::exchange(last_increase_stamp_, bone_->increase_stamp()) != bone_->increase_stamp();
+    if (may_be_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
 
     TickContext context{input};
     context.dt = clamped_dt(dt);
     context.contact = found.contact;
     context.status = result.status;
-    if constexpr (kLooksBack) {
+    if constexpr (kUsesHistory) {
       const Posed X_GC = kCarves ? Posed(renderer_.cutting_pose().template cast<double>()) : X_GT;
-      if (!X_GC.matrix().allFinite()) return start_anew(result);
+      if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, found.status >= Status::kJump);
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
@@ -150,7 +158,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         result.removed_mm3 = carve(step, X_GT, X_GC, {input.spindle_on, context.dt, magnitude(wrench_G.force)});
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
           result.removed_mm3 = 0;
-          return start_anew(result);
+          return fail_non_finite(result);
         }
         context.removed_mm3 = result.removed_mm3;
       }
@@ -161,18 +169,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if constexpr (Stage<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
-    if (!is_finite(result.wrench)) return start_anew(result);
+    if (!is_finite(result.wrench)) return fail_non_finite(result);
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
     });
     return result;
   }
 
-  /// Forgets all contact, stage state and velocity; the bone and all options stay.
+  /// Clears contact, stage state and velocity; the bone and all options stay.
   void reset() noexcept {
     renderer_.reset();
     history_.invalidate();
-    known_increase_ = 0;
+    last_increase_stamp_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
     });
@@ -180,7 +188,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   [[nodiscard]] ContactRenderer& renderer() noexcept { return renderer_; }
   [[nodiscard]] const ContactRenderer& renderer() const noexcept { return renderer_; }
-  /// The listed part that is, or derives from, T (so `part<Damping>()` finds a Remote<Damping>); it must be unique.
+  /// Returns the listed part that is, or derives from, T; it must be unique. So `part<Damping>()` finds a
+  /// Remote<Damping>.
   template <class T>
   [[nodiscard]] T& part() noexcept {
     return std::get<index_of<T>()>(parts_);
@@ -191,22 +200,24 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   }
   [[nodiscard]] const Grid& bone() const noexcept { return *bone_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
-  /// The renderer's largest contact stiffness [N/m], where it states one: a servo loop compares it with the device's.
+  /// Returns the renderer's largest contact stiffness [N/m], if it declares it. A servo loop compares it with the
+  /// device's.
   [[nodiscard]] double stiffness() const noexcept requires requires(const ContactRenderer& r) { r.stiffness(); }
   { return static_cast<double>(renderer_.stiffness()); }
 
-  /// The same as a tangent where the contact presses with `force` [N], of a renderer that is no plain spring.
+  /// Returns the tangent stiffness [N/m] at a contact force of `force` [N], if the renderer declares it, because its
+  /// law is not linear.
   [[nodiscard]] double tangent_stiffness(double force) const requires requires(const ContactRenderer& r) {
     r.tangent_stiffness(force);
   }
   { return static_cast<double>(renderer_.tangent_stiffness(force)); }
 
-  /// Poses as the last good tick left them, carried along should the grid have moved since.
+  /// Return the poses of the last good tick in W. They move with the grid if it moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
   [[nodiscard]] Posed visual_pose_W() const noexcept { return in_world(renderer_.visual_pose()); }
   [[nodiscard]] Posed cutting_pose_W() const noexcept { return in_world(renderer_.cutting_pose()); }
 
-  /// Writes the last good tick's contact points, in W, as far as `out` has room; returns how many were written.
+  /// Writes the last good tick's contact points [m, N] in W, as many as `out` holds; returns their number.
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept {
     const std::span<const ContactPoint<Scalar>> found = renderer_.contacts();
     const std::size_t count = std::min(found.size(), out.size());
@@ -222,7 +233,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
  private:
   static constexpr bool kUsesTwist = (kStageUsesTwist<Parts> || ...);
-  static constexpr bool kLooksBack = kUsesTwist || kCarves;
+  static constexpr bool kUsesHistory = kUsesTwist || kCarves;
   using History = PoseHistory<kUsesTwist, kCarves>;
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
@@ -248,8 +259,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   }
 
   [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
-    if constexpr (kSkips) {
-      constexpr std::array<bool, sizeof...(Parts)> is{Skipping<Parts>...};
+    if constexpr (kSkipsEmptySpace) {
+      constexpr std::array<bool, sizeof...(Parts)> is{EmptySpaceSkipper<Parts>...};
       constexpr auto at = static_cast<std::size_t>(std::find(is.begin(), is.end(), true) - is.begin());
       return renderer_.render(std::get<at>(parts_).field_for(field), X_GT);
     } else {
@@ -264,8 +275,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     });
   }
 
-  /// Zero wrench and a clean start; what was found and removed stays in the result.
-  [[nodiscard]] TickResult start_anew(TickResult result) noexcept {
+  /// Resets the scene and returns a zero wrench with `kNonFinite`; contact and removed volume stay in the result.
+  [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
     result.wrench = Wrenchd::zero();
     result.status = Status::kNonFinite;
@@ -289,7 +300,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[nodiscard]] Posed in_world(const Pose<Scalar>& X_G) const noexcept {
     return bone_->X_WG() * X_G.template cast<double>();
   }
-  /// Without overflow: a carver never sees an infinite force.
+  /// Returns the length of v without overflow, so a carver never receives an infinite force.
   [[nodiscard]] static double magnitude(const Vec3d& v) noexcept {
     return std::min(std::hypot(v.x(), v.y(), v.z()), std::numeric_limits<double>::max());
   }
@@ -300,13 +311,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
-  std::uint64_t known_increase_ = 0;  // the bone's increase_stamp at the last tick; none has 0
+  std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 
 template <class Density, class ContactRenderer, class... Parts>
 HapticScene(VoxelGrid<Density>&, double, ContactRenderer, Parts...) -> HapticScene<Density, ContactRenderer, Parts...>;
 template <class... Arguments>
-requires(!detail::kAreScene<Arguments...>) HapticScene(Arguments&&...)
+requires(!detail::kAreSceneArguments<Arguments...>) HapticScene(Arguments&&...)
 ->HapticScene<detail::Misused<Arguments...>, void>;
 
 }  // namespace trephine

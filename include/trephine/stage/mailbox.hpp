@@ -9,15 +9,16 @@
 
 namespace trephine {
 
-/// One value on its way from one thread to another: options from a user interface to the haptic thread. A pose on its
-/// way to the drawing thread (`Mailbox<Posed>`) takes one too. The latest value wins; unread ones are lost.
+/// A wait-free triple buffer that passes the latest value from one thread to another. It carries options from a user
+/// interface to the haptic thread, or poses to a drawing thread (`Mailbox<Posed>`). A new value replaces an unread one.
 ///
-/// Exactly one thread may post and exactly one may take. Neither waits, locks or allocates: three slots, one each for
-/// the writer, the reader and the exchange, and one atomic byte that says which slot lies in the exchange and whether
-/// it is new. Each side swaps its slot with that one.
+/// Exactly one thread may post and exactly one may take. Neither waits, locks or allocates. Writer, reader and exchange
+/// hold one slot each. One atomic byte stores the slot in the exchange and a flag for an unread value; each side swaps
+/// its own slot with that slot.
 template <class T>
 class Mailbox {
-  // What owns nothing copies without memory or lock. Eigen's fixed sizes do, and are not trivially copyable.
+  // A type without owned memory copies without allocation or lock. Trivial copyability would exclude Eigen's fixed
+  // sizes.
   static_assert(
       std::is_trivially_destructible_v<T> && std::is_copy_assignable_v<T> && std::is_default_constructible_v<T>,
       "trephine::Mailbox: T must own nothing (trivially destructible), be copyable and default constructible");
@@ -27,15 +28,16 @@ class Mailbox {
   Mailbox(const Mailbox&) = delete;
   Mailbox& operator=(const Mailbox&) = delete;
 
-  /// Producer. Where T has `validate()`, that is called first, here, on the producer's thread, and may throw
-  /// std::invalid_argument: the reader only ever sees valid values.
+  /// Publishes a value; producer thread. If T has `validate()`, it is called first, on this thread, and may throw
+  /// std::invalid_argument. So the reader receives valid values only.
   void post(const T& value) noexcept(!requires { value.validate(); }) {
     if constexpr (requires { value.validate(); }) value.validate();
     slots_[back_].value = value;
     back_ = exchange_.exchange(static_cast<std::uint8_t>(back_ | kNew), std::memory_order_acq_rel) & kIndex;
   }
 
-  /// Consumer: the latest value if one came since the last call, else nullptr. Valid until the next call.
+  /// Returns the latest value if it was posted since the last call, else nullptr; consumer thread. The pointer is valid
+  /// until the next call.
   [[nodiscard]] const T* take() noexcept {
     if ((exchange_.load(std::memory_order_relaxed) & kNew) == 0) return nullptr;
     front_ = exchange_.exchange(front_, std::memory_order_acq_rel) & kIndex;
@@ -46,15 +48,15 @@ class Mailbox {
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
   static constexpr std::uint8_t kNew = 4;
   static constexpr std::uint8_t kIndex = 3;
-  static constexpr std::size_t kCacheLine = 64;  // so that the two threads do not share lines needlessly
+  static constexpr std::size_t kCacheLine = 64;  // [bytes] keeps data of the two threads in separate lines
   struct alignas(kCacheLine) Slot {
     T value{};
   };
 
   std::array<Slot, 3> slots_{};
   alignas(kCacheLine) std::atomic<std::uint8_t> exchange_{1};
-  alignas(kCacheLine) std::uint8_t back_ = 0;   // producer's
-  alignas(kCacheLine) std::uint8_t front_ = 2;  // consumer's
+  alignas(kCacheLine) std::uint8_t back_ = 0;   // written by the producer
+  alignas(kCacheLine) std::uint8_t front_ = 2;  // read by the consumer
 };
 
 }  // namespace trephine

@@ -7,38 +7,39 @@
 
 namespace trephine {
 
-/// What one tick has to do with the one before.
+/// The motion from the last tick to this tick.
 struct PoseStep {
-  Twist twist{};          ///< of the tool in the world, W axes
-  Twist twist_to_bone{};  ///< of the tool in the grid, W axes
-  Posed X_GT_before;      ///< the probe at the last tick, as it lay in the grid
-  Posed X_GC_before;      ///< the cutting pose at the last tick
+  Twist twist{};          ///< velocity of the tool in the world, W axes [m/s, rad/s]
+  Twist twist_to_bone{};  ///< velocity of the tool in the grid, W axes [m/s, rad/s]
+  Posed X_GT_before;      ///< probe at the last tick, in the grid of that tick
+  Posed X_GC_before;      ///< cutting pose at the last tick
 };
 
-/// The poses of the last tick, kept only for what asks for them: twists (stages) and the way of the burr (carvers).
-/// Across a gap there is neither: twists are zero and the way has no length, so that nothing spikes and no tunnel is
-/// cut. A gap is: the first tick, a tick after `forget`, `restart`, an interval outside [kShortestDt, kLongestDt], a
-/// step faster than kFastestSpeed or kFastestTurn.
-template <bool kTwist, bool kWay>
+/// Stores the poses of the last tick, for twists (stages) and for the burr's path (carvers), each only if it is used.
+/// After a gap, twists are zero and the path has no length, so no velocity spikes and no tunnel is cut. Gaps are the
+/// first tick, a tick after `invalidate`, `restart`, an interval outside [kShortestDt, kLongestDt], and a step faster
+/// than kMaxSpeed or kMaxAngularSpeed.
+template <bool kTwist, bool kPath>
 class PoseHistory {
  public:
   void invalidate() noexcept { valid_ = false; }
 
-  /// Takes in this tick's poses: tool in world, tool in grid, cutting pose in grid; dt as measured [s].
+  /// Stores this tick's poses and returns the motion since the last tick. X_WT and X_GT are the tool's poses in world
+  /// and grid, X_GC the cutting pose in the grid, dt the measured interval [s].
   [[nodiscard]] PoseStep advance(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
                                  bool restart) noexcept {
     PoseStep step{{}, {}, X_GT, X_GC};
-    if (valid_ && !restart && is_usable_dt(dt)) join(X_WT, X_GT, X_GC, R_WG, dt, step);
+    if (valid_ && !restart && is_usable_dt(dt)) compute_motion(X_WT, X_GT, X_GC, R_WG, dt, step);
     X_GT_ = X_GT;
     if constexpr (kTwist) X_WT_ = X_WT;
-    if constexpr (kWay) X_GC_ = X_GC;
+    if constexpr (kPath) X_GC_ = X_GC;
     valid_ = true;
     return step;
   }
 
  private:
-  void join(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
-            PoseStep& step) const noexcept {
+  void compute_motion(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
+                      PoseStep& step) const noexcept {
     const Twist in_G = twist_between(X_GT_, X_GT, dt);
     if (!is_plausible(in_G)) return;
     if constexpr (kTwist) {
@@ -48,21 +49,21 @@ class PoseHistory {
         step.twist_to_bone = {R_WG * in_G.linear, R_WG * in_G.angular};
       }
     }
-    if constexpr (kWay) {
+    if constexpr (kPath) {
       step.X_GT_before = X_GT_;
-      if (is_plausible(twist_between(X_GC_, X_GC, dt))) step.X_GC_before = X_GC_;  // a proxy may leap by itself
+      if (is_plausible(twist_between(X_GC_, X_GC, dt))) step.X_GC_before = X_GC_;  // a proxy may jump on its own
     }
   }
 
-  template <int kWhich>
-  struct Nothing {};
+  template <int kMember>
+  struct Empty {};
   Posed X_GT_ = Posed::Identity();
-  [[no_unique_address]] std::conditional_t<kTwist, Posed, Nothing<0>> X_WT_;
-  [[no_unique_address]] std::conditional_t<kWay, Posed, Nothing<1>> X_GC_;
+  [[no_unique_address]] std::conditional_t<kTwist, Posed, Empty<0>> X_WT_;
+  [[no_unique_address]] std::conditional_t<kPath, Posed, Empty<1>> X_GC_;
   bool valid_ = false;
 };
 
-/// Nobody asks: no state, no work.
+/// No stage uses twists and no carver the path: no state, no work.
 template <>
 class PoseHistory<false, false> {
  public:

@@ -7,20 +7,20 @@
 
 namespace trephine {
 
-/// Something whose options can be swapped between ticks: they were validated before, so `adopt` does not throw.
+/// A part whose options can be replaced between ticks. They are validated before, so `adopt` does not throw.
 template <class T>
 concept Tunable = requires(T t, const typename T::Options& options) {
   { t.adopt(options) }
   noexcept;
 };
 
-/// A stage (or a renderer, or a carver) whose options another thread may change while the scene ticks:
+/// A wrapper of a stage, renderer or carver whose options another thread may change while the scene ticks:
 /// \code
 /// Mailbox<Damping::Options> knob{};
 /// auto scene = HapticScene{bone, 300, renderer, Remote{Damping{{.linear = 1}}, knob}, limits};
 /// knob.post({.linear = 2});  // another thread; takes effect at the start of the next tick
 /// \endcode
-/// The mailbox must outlive the scene. Options come whole and in one tick.
+/// The mailbox must outlive the scene. All options of a post take effect in the same tick.
 template <Tunable T>
 class Remote : public T {
  public:

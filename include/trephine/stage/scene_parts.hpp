@@ -15,25 +15,25 @@
 #include <type_traits>
 #include <utility>
 
-/// What a scene may be made of, and what is wrong with a list that is none.
+/// The parts that a scene may list, and the compile-time diagnosis of a wrong list.
 namespace trephine {
 
-/// A scene that lists it answers with forces only: the torque is zero. A renderer whose shaft gives torque alone
-/// (`TorqueOnly`) then leaves its shaft out, vertices and all.
+/// A tag that restricts a scene to forces: its torque is zero. A renderer whose shaft gives torque alone (`TorqueOnly`)
+/// then evaluates no shaft.
 struct ForceOnly {};
 
-/// A part that tells the renderer what it may pass over: see `EmptySpaceSkipping`.
+/// A part that supplies clearances, so that the renderer skips empty space: see `EmptySpaceSkipping`.
 template <class P>
-concept Skipping = requires(const P& p) {
+concept EmptySpaceSkipper = requires(const P& p) {
   p.map();
-  requires P::kSkips;
+  requires P::kSkipsEmptySpace;
 };
 
-/// What a scene may list after its renderer.
+/// A part that a scene may list after its renderer.
 template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || Skipping<P> || std::same_as<P, ForceOnly>;
+concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::derived_from<P, ForceOnly>;
 
-/// Which field a renderer reads of a bone: the one that its `field(grid, isovalue)` makes, or the density.
+/// Returns the field of the bone that a renderer reads: its own `field(grid, isovalue)`, or else a DensityField.
 template <class R, class Density>
 [[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {
   if constexpr (requires { renderer.field(bone, isovalue); })
@@ -42,13 +42,13 @@ template <class R, class Density>
     return DensityField<Density, typename R::Scalar, typename R::Gradient>(bone, isovalue);
 }
 
-/// Whether a renderer reads a BoneSurface, which the scene then keeps for it.
+/// A renderer that reads a BoneSurface, which the scene then owns and updates.
 template <class R>
 concept UsesBoneSurface = requires {
   requires R::kUsesBoneSurface;
 };
 
-/// What a scene hands its renderer each tick.
+/// The type of the field that a scene passes to its renderer each tick.
 template <class R, class Density>
 struct FieldOf {
   using Type = decltype(contact_field(std::declval<const R&>(), std::declval<const VoxelGrid<Density>&>(), 0.0));
@@ -58,13 +58,13 @@ struct FieldOf<R, Density> {
   using Type = BoneSurfaceView<Density>;
 };
 
-/// How many of the parts are, or derive from, T.
+/// Number of parts that are, or derive from, T.
 template <class T, class... Parts>
 inline constexpr std::size_t kPartCount = (std::size_t{0} + ... + (std::derived_from<Parts, T> ? 1U : 0U));
 
-/// No stage follows a DeviceLimits (nor does a second one).
+/// Returns true if no stage follows a DeviceLimits, a second DeviceLimits included.
 template <class... Parts>
-[[nodiscard]] consteval bool limits_come_last() {
+[[nodiscard]] consteval bool limits_are_last() {
   constexpr std::array<bool, sizeof...(Parts)> stage{Stage<Parts>...};
   constexpr std::array<bool, sizeof...(Parts)> limits{std::derived_from<Parts, DeviceLimits>...};
   bool limited = false;
@@ -78,14 +78,14 @@ template <class... Parts>
 namespace detail {
 
 template <class Density>
-void take_bone(VoxelGrid<Density>&);
+void bind_bone(VoxelGrid<Density>&);
 
-/// Bone, isovalue and renderer are where a scene takes them.
+/// True if the types are a scene's arguments in their order: bone, isovalue, renderer, parts.
 template <class...>
-inline constexpr bool kAreScene = false;
+inline constexpr bool kAreSceneArguments = false;
 template <class Bone, class Isovalue, class ContactRenderer, class... Parts>
-inline constexpr bool kAreScene<Bone, Isovalue, ContactRenderer, Parts...> = requires(Bone&& bone) {
-  detail::take_bone(static_cast<Bone&&>(bone));
+inline constexpr bool kAreSceneArguments<Bone, Isovalue, ContactRenderer, Parts...> = requires(Bone&& bone) {
+  detail::bind_bone(static_cast<Bone&&>(bone));
 }
 &&std::is_convertible_v<Isovalue, double>;
 
@@ -94,14 +94,15 @@ inline constexpr bool kIsGrid = false;
 template <class Density>
 inline constexpr bool kIsGrid<VoxelGrid<Density>> = true;
 
+/// The first mistake found in a scene's arguments.
 enum class SceneMistake {
   kNone,
-  kSaid,  // by the renderer
+  kUnusableRenderer,  // the renderer reports its own mistake
   kConstBone,
   kTemporaryBone,
   kArguments,
   kNoRenderer,
-  kNoPart,
+  kNotAPart,
   kTwoLimits,
   kLimitsNotLast,
   kTwoForceOnly
@@ -110,11 +111,11 @@ enum class SceneMistake {
 template <class Density, class ContactRenderer, class... Parts>
 struct SceneCheck {
   static constexpr SceneMistake find() {
-    if (std::derived_from<ContactRenderer, UnusableRenderer>) return SceneMistake::kSaid;
+    if (std::derived_from<ContactRenderer, UnusableRenderer>) return SceneMistake::kUnusableRenderer;
     if (!is_renderer()) return SceneMistake::kNoRenderer;
-    if (!(ScenePart<Parts, VoxelGrid<Density>> && ...)) return SceneMistake::kNoPart;
+    if (!(ScenePart<Parts, VoxelGrid<Density>> && ...)) return SceneMistake::kNotAPart;
     if (kPartCount < DeviceLimits, Parts... >> 1) return SceneMistake::kTwoLimits;
-    if (!limits_come_last<Parts...>()) return SceneMistake::kLimitsNotLast;
+    if (!limits_are_last<Parts...>()) return SceneMistake::kLimitsNotLast;
     if (kPartCount < ForceOnly, Parts... >> 1) return SceneMistake::kTwoForceOnly;
     return SceneMistake::kNone;
   }
@@ -132,7 +133,7 @@ template <class Bone, class... Others>
 struct SceneCheck<Misused<Bone, Others...>, void> {
   static constexpr SceneMistake find() {
     using Grid = std::remove_reference_t<Bone>;
-    if (!kIsGrid<std::remove_const_t<Grid>> || !kAreScene<std::remove_const_t<Grid>&, Others...>)
+    if (!kIsGrid<std::remove_const_t<Grid>> || !kAreSceneArguments<std::remove_const_t<Grid>&, Others...>)
       return SceneMistake::kArguments;
     return std::is_const_v<Grid> ? SceneMistake::kConstBone : SceneMistake::kTemporaryBone;
   }

@@ -3,13 +3,39 @@
 
 #include <trephine/voxel/sampling.hpp>
 
-/// Gradients of the density, by name. `kSmooth`: normals vary little across a voxel, cells do not show in them. Each
-/// policy answers in **density per voxel along each grid axis**; the field divides by the spacing per axis, which is
-/// what makes them right on anisotropic grids. Thesis section 2.1.2.
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+
+/// Policies that estimate the density's gradient. Each returns **density per voxel along each grid axis**; the field
+/// divides by the spacing of each axis, so results are right on anisotropic grids. Thesis section 2.1.2.
 namespace trephine {
 
-/// Gradient of the trilinear interpolant itself: exactly −∇ of what defines the surface, but it jumps from cell to
-/// cell. Cost: one cell.
+/// A gradient estimator: a static function of grid and position, with two traits. `kNeedsStored` is true if it reads
+/// `VoxelGrid::differences`. `kSmooth` is true if normals vary little across a voxel, so that cells do not show in
+/// them. `at(grid, view, u)` returns the gradient at voxel coordinates u of the padded array.
+template <class G>
+concept GradientPolicy = requires(const VoxelGrid<std::int16_t>& grid, const SampleView<std::int16_t, double>& view,
+                                  const Vec3<double>& u) {
+  { G::kNeedsStored } -> std::convertible_to<bool>;
+  { G::kSmooth } -> std::convertible_to<bool>;
+  { G::at(grid, view, u) }
+  noexcept->std::same_as<Vec3<double>>;
+};
+
+/// A policy with a batched form: `at_points` takes the arguments of `sample_gradients`.
+template <class G>
+concept BatchedGradientPolicy = GradientPolicy<G> &&
+    requires(const SampleView<std::int16_t, double>& view, const Mat3<double>& A, const Vec3<double>& t,
+             const double* in, double* out) {
+  { G::at_points(view, A, t, in, in, in, out, out, out, kLane) }
+  noexcept;
+};
+
+/// The exact gradient of the trilinear interpolant, whose isosurface is the bone's surface. It jumps from cell to cell.
+/// Cost: one cell.
 struct AnalyticGradient {
   static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
@@ -23,9 +49,16 @@ struct AnalyticGradient {
     const Scalar dz = lerp(lerp(r[4] - r[0], r[5] - r[1], c.fx), lerp(r[6] - r[2], r[7] - r[3], c.fx), c.fy);
     return {dx, dy, dz};
   }
+  template <VoxelDensity Density, RealScalar Scalar>
+  static void at_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t,
+                        const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy, Scalar* gz,
+                        int n) noexcept {
+    sample_gradients(v, A, t, x, y, z, gx, gy, gz, n);
+  }
 };
 
-/// Central difference of the interpolant over one voxel either side: continuous, twice as wide. Cost: six samples.
+/// Central difference of the interpolant, one voxel to either side: continuous, and twice as wide as a cell. Cost: six
+/// samples.
 struct CentralGradient {
   static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
@@ -42,9 +75,9 @@ struct CentralGradient {
   }
 };
 
-/// The thesis' way: a central difference kept per voxel, updated where milling changed the densities, interpolated
-/// trilinearly. In exact arithmetic the same as `CentralGradient` except where that one reaches past the border; it
-/// trades memory (`GridOptions::stored_gradients`) for samples. Cost: one cell of three numbers.
+/// The thesis' method: trilinear interpolation of central differences that the grid stores per voxel and updates after
+/// each cut. In exact arithmetic it equals `CentralGradient`, except if that reaches past the border. It trades memory
+/// (`GridOptions::stored_gradients`) for samples. Cost: one cell of three numbers.
 struct StoredGradient {
   static constexpr bool kNeedsStored = true;
   static constexpr bool kSmooth = false;
@@ -66,9 +99,8 @@ struct StoredGradient {
   }
 };
 
-/// Gradient of the densities smoothed by the cubic B-spline (its control points are the voxels themselves): smooth
-/// where the interpolant has kinks, so that the ripple of single cells averages out, and exact for linear densities.
-/// Cost: 64 voxels.
+/// Gradient of the cubic B-spline whose control points are the voxels. It is smooth across cells, so the ripple of
+/// single cells averages out, and exact for linear densities. Cost: 64 voxels.
 struct SplineGradient {
   static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = true;
@@ -76,35 +108,36 @@ struct SplineGradient {
   [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
                                        const Vec3<Scalar>& u) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
-    const Taps<Scalar> x(c.fx), y(c.fy), z(c.fz);
-    std::array<Scalar, 64> around;
-    copy(v, u, c.base, around);
-    Four<Scalar> in_x = Four<Scalar>::Zero(), in_y = in_x, in_z = in_x;  // sums over y and z, for each tap along x
+    const SplineWeights<Scalar> x(c.fx), y(c.fy), z(c.fz);
+    std::array<Scalar, 64> voxels;
+    copy_voxels(v, u, c.base, voxels);
+    // Sums over y and z for each of four voxels along x: of the values, and of the slopes along y and z.
+    Four<Scalar> values = Four<Scalar>::Zero(), slopes_y = values, slopes_z = values;
     for (std::size_t k = 0; k < 4; ++k) {
-      Four<Scalar> mean = Four<Scalar>::Zero(), rise = mean;
+      Four<Scalar> mean = Four<Scalar>::Zero(), slope = mean;
       for (std::size_t j = 0; j < 4; ++j) {
-        const Four<Scalar> density = Four<Scalar>::Map(around.data() + 16 * k + 4 * j);
+        const Four<Scalar> density = Four<Scalar>::Map(voxels.data() + 16 * k + 4 * j);
         mean += y.weight[j] * density;
-        rise += y.slope[j] * density;
+        slope += y.slope[j] * density;
       }
-      in_x += z.weight[k] * mean;
-      in_y += z.weight[k] * rise;
-      in_z += z.slope[k] * mean;
+      values += z.weight[k] * mean;
+      slopes_y += z.weight[k] * slope;
+      slopes_z += z.slope[k] * mean;
     }
     const Four<Scalar> weight = x.four(x.weight);
-    return {(x.four(x.slope) * in_x).sum(), (weight * in_y).sum(), (weight * in_z).sum()};
+    return {(x.four(x.slope) * values).sum(), (weight * slopes_y).sum(), (weight * slopes_z).sum()};
   }
 
  private:
   template <RealScalar Scalar>
   using Four = Eigen::Array<Scalar, 4, 1>;
 
-  /// Of the four voxels round a place f beyond the second of them: the spline's weights and their derivatives.
+  /// The spline's weights of four consecutive voxels, and their derivatives, at a point f in [0, 1] past the second.
   template <RealScalar Scalar>
-  struct Taps {
-    // Numbers, not vectors: those along y and z are used one by one.
+  struct SplineWeights {
+    // Arrays of scalars, because the weights along y and z are used singly.
     std::array<Scalar, 4> weight, slope;
-    explicit Taps(Scalar f) noexcept {
+    explicit SplineWeights(Scalar f) noexcept {
       constexpr Scalar kSixth = Scalar(1) / Scalar(6);
       const Scalar g = Scalar(1) - f;
       weight = {g * g * g * kSixth, (f * f * (Scalar(3) * f - Scalar(6)) + Scalar(4)) * kSixth,
@@ -115,10 +148,10 @@ struct SplineGradient {
     [[nodiscard]] static Four<Scalar> four(const std::array<Scalar, 4>& x) noexcept { return {x[0], x[1], x[2], x[3]}; }
   };
 
-  /// The 4 x 4 x 4 voxels round the cell of u. Turned into Scalar in a loop of its own, which compilers vectorise.
+  /// Copies the 4 x 4 x 4 voxels around the cell of u as Scalars. A separate loop, because compilers vectorise it.
   template <VoxelDensity Density, RealScalar Scalar>
-  [[gnu::always_inline]] static void copy(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u, int base,
-                                          std::array<Scalar, 64>& to) noexcept {
+  [[gnu::always_inline]] static void copy_voxels(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u, int base,
+                                                 std::array<Scalar, 64>& to) noexcept {
     if (!((u.array() >= Scalar(1)).all() && (u.array() < v.last.array() - Scalar(1)).all()))
       return copy_at_border(v, base, to);
     const Density* first = v.voxels + base - v.plane - v.row - 1;
@@ -128,7 +161,7 @@ struct SplineGradient {
         for (int i = 0; i < 4; ++i) next[i] = static_cast<Scalar>(first[k * v.plane + j * v.row + i]);
   }
 
-  /// The 4 x 4 x 4 voxels round a cell, some of which lie beyond the array: there the border goes on.
+  /// The same at the array's border, which continues with its last voxels.
   template <VoxelDensity Density, RealScalar Scalar>
   static void copy_at_border(const SampleView<Density, Scalar>& v, int base, std::array<Scalar, 64>& to) noexcept {
     const std::array<int, 3> cell{base % v.row, base % v.plane / v.row, base / v.plane};
@@ -142,9 +175,5 @@ struct SplineGradient {
           *next++ = static_cast<Scalar>(v.voxels[offset(2, k, v.plane) + offset(1, j, v.row) + offset(0, i, 1)]);
   }
 };
-
-template <class G>
-concept GradientPolicy = std::same_as<G, AnalyticGradient> || std::same_as<G, CentralGradient> ||
-    std::same_as<G, StoredGradient> || std::same_as<G, SplineGradient>;
 
 }  // namespace trephine

@@ -5,47 +5,48 @@
 
 namespace trephine {
 
-/// A view of a grid for any thread but the haptic one (a mesher, a distance map, a saver) while that one carves.
-/// It remembers the brick versions it last saw and names the bricks that changed since. Any number of views, each used
-/// by one thread; nothing is lost when one stalls; neither side ever waits. The grid must outlive the view and must not
-/// be moved meanwhile. Allocates at construction only.
+/// A lock-free view of a grid for other threads (a mesher, a distance map, a saver) while the haptic thread carves.
+/// It stores the version of each brick at its last visit and reports the bricks that changed since. Any number of views
+/// may exist, each used by one thread. A stalled view loses no edit, and neither side ever waits. The grid must outlive
+/// the view and must not be moved meanwhile. Allocates at construction only.
 ///
-/// What is read while the writer is at the same brick may be a mixture of old and new voxels; the version that follows
-/// makes the next poll name the brick again, so the last read after the last edit is exact.
+/// A read that overlaps an edit of the same brick may mix old and new voxels. The edit then raises the brick's version,
+/// and the next poll reports it again. So the last read after the last edit is exact.
 template <VoxelDensity Density>
 class GridReader {
  public:
   static constexpr int kBrick = VoxelGrid<Density>::kBrick;
   static constexpr int kHaloed = kBrick + 2;
 
-  /// Starts with every brick "changed", so that the first poll visits all of them, or with none.
+  /// With `all_changed` every brick counts as changed, so the first poll visits all; otherwise none.
   explicit GridReader(const VoxelGrid<Density>& grid, bool all_changed = true)
-      : grid_(&grid), seen_(grid.brick_count()) {
-    for (std::size_t b = 0; b < seen_.size(); ++b) seen_[b] = load_acquire(grid.versions_[b]) - (all_changed ? 1 : 0);
+      : grid_(&grid), visited_versions_(grid.brick_count()) {
+    for (std::size_t b = 0; b < visited_versions_.size(); ++b)
+      visited_versions_[b] = load_acquire(grid.versions_[b]) - (all_changed ? 1 : 0);
   }
 
-  /// Calls `visit(brick index)` for every brick that changed since its last visit. The version is taken before the
-  /// visit reads, so an edit during the visit is seen by the next poll. Returns how many were visited.
+  /// Calls `visit(brick index)` for every brick that changed since its last visit; returns their number. The version is
+  /// loaded before the visit reads, so the next poll reports an edit during the visit.
   template <class Visit>
   std::size_t poll(Visit&& visit) {
     std::size_t count = 0;
-    for (std::size_t b = 0; b < seen_.size(); ++b) {
+    for (std::size_t b = 0; b < visited_versions_.size(); ++b) {
       const std::uint32_t now = load_acquire(grid_->versions_[b]);
-      if (now == seen_[b]) continue;
-      seen_[b] = now;
+      if (now == visited_versions_[b]) continue;
+      visited_versions_[b] = now;
       visit(b);
       ++count;
     }
     return count;
   }
 
-  /// The voxel's density now; i, j, k from −1 (border) to size, not checked.
+  /// Returns the voxel's present density; i, j, k from −1 (border) to size (border), not checked.
   [[nodiscard]] Density voxel(int i, int j, int k) const noexcept {
     return load_relaxed(grid_->voxels_[grid_->index(i, j, k)]);
   }
 
-  /// Copies a brick with its one-voxel halo, x fastest, kHaloed³ voxels; beyond the grid's border it is `outside`.
-  /// Voxel (0,0,0) of the brick itself is at (1,1,1) of the copy. Returns the exact range of the copy.
+  /// Copies a brick with its one-voxel halo, x fastest, kHaloed³ voxels; voxels beyond the grid have the outside
+  /// density. The brick's own voxel (0, 0, 0) is at (1, 1, 1) of the copy. Returns the exact density range of the copy.
   DensityRange<Density> copy_brick(std::size_t b,
                                    std::span<Density, std::size_t{kHaloed} * kHaloed * kHaloed> out) const noexcept {
     const auto [bx, by, bz] = grid_->brick_coordinates(b);
@@ -64,12 +65,13 @@ class GridReader {
     return r;
   }
 
-  /// Range of the brick and its halo as last committed: skip the brick when the isovalue is outside it.
+  /// Returns the density range of the brick and its halo at the last commit. A brick has no surface if the isovalue is
+  /// outside this range.
   [[nodiscard]] DensityRange<Density> brick_range(std::size_t b) const noexcept {
     return {load_relaxed(grid_->ranges_[b].min), load_relaxed(grid_->ranges_[b].max)};
   }
 
-  [[nodiscard]] std::size_t brick_count() const noexcept { return seen_.size(); }
+  [[nodiscard]] std::size_t brick_count() const noexcept { return visited_versions_.size(); }
   [[nodiscard]] std::array<int, 3> brick_coordinates(std::size_t b) const noexcept {
     return grid_->brick_coordinates(b);
   }
@@ -78,7 +80,7 @@ class GridReader {
 
  private:
   const VoxelGrid<Density>* grid_;
-  std::vector<std::uint32_t> seen_;
+  std::vector<std::uint32_t> visited_versions_;
 };
 
 }  // namespace trephine

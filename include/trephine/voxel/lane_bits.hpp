@@ -8,21 +8,22 @@
 #include <cstring>
 #include <type_traits>
 
-/// Comparisons of many lanes as bits of a number.
+/// Packs comparisons of many SIMD lanes into the bits of an integer.
 namespace trephine::detail {
 
-/// As wide as T, so that comparisons of T stay in one register width.
+/// An unsigned integer as wide as T, so that comparisons of T stay in one register width.
 template <class T>
 using LaneFlag =
     std::conditional_t<sizeof(T) == 1, std::uint8_t, std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint32_t>>;
 
-/// Bit l is set where is(l), in 8 or 16 lanes; `is` compares numbers of type T.
-template <class T, std::size_t kLanes, class Is>
-[[nodiscard]] inline std::uint32_t lane_bits(Is&& is) noexcept {
+/// Returns an integer whose bit l is set if predicate(l) holds, for 8 or 16 lanes. The predicate compares numbers of
+/// type T.
+template <class T, std::size_t kLanes, class Predicate>
+[[nodiscard]] inline std::uint32_t lane_bits(Predicate&& predicate) noexcept {
   static_assert(kLanes == 8 || kLanes == 16);
   std::array<LaneFlag<T>, kLanes> wide;
   std::array<std::uint8_t, kLanes> flag;
-  for (std::size_t l = 0; l < kLanes; ++l) wide[l] = is(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
+  for (std::size_t l = 0; l < kLanes; ++l) wide[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
   for (std::size_t l = 0; l < kLanes; ++l) flag[l] = static_cast<std::uint8_t>(wide[l]);
   std::array<std::uint64_t, kLanes / 8> words;
   std::memcpy(words.data(), flag.data(), sizeof(flag));
@@ -34,11 +35,11 @@ template <class T, std::size_t kLanes, class Is>
   return bits;
 }
 
-/// Whether is(l) anywhere, in 8 or 16 lanes.
-template <class T, std::size_t kLanes, class Is>
-[[nodiscard]] inline bool any_lane(Is&& is) noexcept {
+/// Returns true if predicate(l) holds for any of 8 or 16 lanes.
+template <class T, std::size_t kLanes, class Predicate>
+[[nodiscard]] inline bool any_lane(Predicate&& predicate) noexcept {
   std::array<LaneFlag<T>, kLanes> flag;
-  for (std::size_t l = 0; l < kLanes; ++l) flag[l] = is(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
+  for (std::size_t l = 0; l < kLanes; ++l) flag[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
   std::array<std::uint64_t, sizeof(flag) / 8> words;
   std::memcpy(words.data(), flag.data(), sizeof(flag));
   std::uint64_t any = 0;

@@ -6,23 +6,26 @@
 #include <bit>
 #include <cstring>
 
-/// Trilinear sampling. Positions here are **voxel coordinates of the padded array**, `u = p_G / spacing + 1`: the
-/// border voxel is 0, voxel (0, 0, 0) is 1. They are clamped to the array, so that everything beyond the border is
-/// `outside`.
+/// Trilinear sampling of a VoxelGrid, for single points and for batches. Positions are **voxel coordinates of the
+/// padded array**, `u = p_G / spacing + 1`: the border voxel is at 0, voxel (0, 0, 0) at 1. They are clamped to the
+/// array, so points beyond the border have the density `outside`.
 namespace trephine {
 
-/// Points are handled this many at a time; counts are padded to a multiple of it so that plain loops vectorise.
+/// Points per vectorised block. Counts are padded to a multiple of it, so that plain loops vectorise: 16
+/// single-precision numbers fill one AVX-512 register. Searches that sample a block per span also take their resolution
+/// from it.
 inline constexpr int kLane = 16;
+/// Returns n rounded up to a multiple of kLane.
 [[nodiscard]] constexpr int padded_to_lane(int n) noexcept { return (n + kLane - 1) / kLane * kLane; }
 
-/// The raw array as the kernels see it.
+/// The grid's array as the kernels read it: pointer, pitches and clamping limits.
 template <VoxelDensity Density, RealScalar Scalar>
 struct SampleView {
   const Density* voxels;
   int row;
   int plane;
   Vec3<Scalar> last;             ///< size + 1 per axis: coordinate of the far border
-  std::array<int, 3> last_cell;  ///< size per axis: the cell that ends there
+  std::array<int, 3> last_cell;  ///< size per axis: index of the cell that ends at the far border
 
   explicit SampleView(const VoxelGrid<Density>& g) noexcept
       : voxels(g.data()),
@@ -32,36 +35,36 @@ struct SampleView {
         last_cell(g.size()) {}
 };
 
-/// The cell a point lies in (index of its lowest corner) and where in it, each coordinate in [0, 1].
+/// A cell, by the index of its lowest corner, and a position within it, each coordinate in [0, 1].
 template <RealScalar Scalar>
 struct Cell {
   int base;
   Scalar fx, fy, fz;
 };
 
-/// Clamps to [0, last]; NaN becomes 0 (the comparison fails).
+/// Returns u clamped to [0, last]; NaN becomes 0, because its comparison fails.
 template <RealScalar Scalar>
 [[nodiscard]] inline Scalar clamp_coordinate(Scalar u, Scalar last) noexcept {
   u = u > Scalar(0) ? u : Scalar(0);
   return u < last ? u : last;
 }
 
-/// Inlined, and `sample` with it: a search waits for one sample to know where the next is, and points and cells that
-/// go through memory are an eighth of that.
+/// Returns the cell of voxel coordinates u. Always inlined, as `sample`: each step of a search waits for a sample, and
+/// passing points and cells through memory takes an eighth of that time.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard, gnu::always_inline]] inline Cell<Scalar> cell_at(const SampleView<Density, Scalar>& v,
                                                               const Vec3<Scalar>& u) noexcept {
   const Scalar x = clamp_coordinate(u.x(), v.last.x());
   const Scalar y = clamp_coordinate(u.y(), v.last.y());
   const Scalar z = clamp_coordinate(u.z(), v.last.z());
-  // At the far border the cell before it serves, with fraction 1: every cell has its eight corners in the array.
+  // A point on the far border belongs to the cell before it, at fraction 1: all eight corners lie in the array.
   const int i = std::min(static_cast<int>(x), v.last_cell[0]);
   const int j = std::min(static_cast<int>(y), v.last_cell[1]);
   const int k = std::min(static_cast<int>(z), v.last_cell[2]);
   return {k * v.plane + j * v.row + i, x - Scalar(i), y - Scalar(j), z - Scalar(k)};
 }
 
-/// The eight corner densities of a cell: c[x + 2 y + 4 z].
+/// Returns the eight corner densities of a cell: c[x + 2 y + 4 z].
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard]] std::array<Scalar, 8> corners(const SampleView<Density, Scalar>& v, int base) noexcept {
   const Density* p = v.voxels + base;
@@ -74,7 +77,7 @@ template <RealScalar Scalar>
   return a + f * (b - a);
 }
 
-/// Density of the trilinear interpolant.
+/// Returns the density of the trilinear interpolant at voxel coordinates u.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard, gnu::always_inline]] inline Scalar sample(const SampleView<Density, Scalar>& v,
                                                        const Vec3<Scalar>& u) noexcept {
@@ -85,13 +88,13 @@ template <VoxelDensity Density, RealScalar Scalar>
   return lerp(y0, y1, c.fz);
 }
 
-/// Two neighbouring voxels in one word: a load moves both, and shifts take them apart in vector registers. A word is as
-/// wide as the numbers that it turns into, so that vectors of words are not widened first.
+/// A word of two neighbouring voxels: one load fetches both, and shifts separate them in vector registers. The word is
+/// as wide as the numbers it is converted to, so vectors of words need no widening.
 template <VoxelDensity Density>
 using PairWord = std::conditional_t<std::is_floating_point_v<Density>, std::array<float, 2>,
                                     std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>>;
 
-/// A voxel and the next.
+/// Loads a voxel and its successor along x.
 template <VoxelDensity Density>
 [[nodiscard]] inline PairWord<Density> load_pair(const Density* voxel) noexcept {
   using Bytes = std::conditional_t<std::is_signed_v<Density>, std::int16_t, std::uint16_t>;
@@ -100,13 +103,13 @@ template <VoxelDensity Density>
   return pair;
 }
 
-/// lerp of the two voxels in a word.
+/// Returns the linear interpolation of the two voxels in a word.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard]] inline Scalar lerp_pair(const PairWord<Density>& word, Scalar f) noexcept {
   if constexpr (std::is_floating_point_v<Density>) {
     return lerp(Scalar(word[0]), Scalar(word[1]), f);
   } else {
-    // Left and right in a whole int: a cast to Density would have g++ pack vectors to bytes and unpack them again.
+    // Shifts of whole integers: a cast to Density makes g++ pack vectors to bytes and unpack them again.
     constexpr int kBits = 8 * sizeof(Density);
     const auto low = static_cast<int>(word << (32 - kBits) >> (32 - kBits));
     const auto high = static_cast<int>(word >> kBits);
@@ -115,23 +118,22 @@ template <VoxelDensity Density, RealScalar Scalar>
   }
 }
 
-/// What a batch of points needs: where each lies in its cell, and the cell's corners as four pairs of neighbours.
+/// The cells of a batch of points: positions within the cells, and corner densities as four pairs of neighbours.
 template <VoxelDensity Density, RealScalar Scalar, int kSize>
 struct CellBatch {
   std::array<Scalar, kSize> fx, fy, fz;
   std::array<PairWord<Density>, kSize> p00, p10, p01, p11;
 
-  /// Of the first m points (a multiple of kLane), at A p + t in voxel coordinates. Two plain loops (map, load) over
-  /// separate arrays, which compilers vectorise; pairs of neighbouring voxels are loaded together.
-  /// Inlined, because g++ -O2 else takes the arrays for ones that the points may lie in, and stays scalar: three times
-  /// the time.
+  /// Loads the cells of the first m points, m a multiple of kLane, at voxel coordinates A p + t. Two plain loops (map,
+  /// load) over separate arrays vectorise. Always inlined: otherwise g++ -O2 assumes that the arrays may alias the
+  /// points, emits scalar code and takes three times as long.
   [[gnu::always_inline]] void load(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t,
                                    const Scalar* x, const Scalar* y, const Scalar* z, std::size_t m) noexcept {
     const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
     const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
     const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
     const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
-    // Not counted from `last`: g++ would keep the far border's cell apart from the others, at two selections an axis.
+    // Not derived from `last`: g++ would then treat the far border's cell apart, with two selections an axis.
     const auto [cell_x, cell_y, cell_z] = v.last_cell;
     const int row = v.row;
     const int plane = v.plane;
@@ -149,8 +151,8 @@ struct CellBatch {
       fy[i] = uy - static_cast<Scalar>(iy);
       fz[i] = uz - static_cast<Scalar>(iz);
     }
-    // Two neighbours of one array after the other: processors write them at once where they share a line of the cache,
-    // and one by one what goes to four arrays in turn.
+    // Two consecutive elements of one array are stored together: processors merge stores that share a cache line, and
+    // do not merge stores that alternate between four arrays.
     for (std::size_t i = 0; i < m; i += 2) {
       const auto load_two = [&](auto& pairs, const Density* corner) {
         pairs[i] = load_pair(corner + base[i]);
@@ -164,17 +166,17 @@ struct CellBatch {
   }
 };
 
-/// Points that a batch holds: small enough for the stack and the first cache.
+/// Points of a batch: few enough for the stack and the first-level cache. It changes run time, and no result.
 inline constexpr int kBatch = 8 * kLane;
 
-/// Densities of `n` points at once, n a multiple of `kLane`: out[i] = sample(A p_i + t), p_i = (x[i], y[i], z[i]) in
-/// whatever frame the affine map (A, t) takes to voxel coordinates.
+/// Computes the densities of `n` points, n a multiple of `kLane`: out[i] = sample(A p_i + t), p_i = (x[i], y[i], z[i]).
+/// The affine map (A, t) takes the points' frame to voxel coordinates.
 template <VoxelDensity Density, RealScalar Scalar>
 void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
                    const Scalar* y, const Scalar* z, Scalar* out, int n) noexcept {
   CellBatch<Density, Scalar, kBatch> c;
   for (int first = 0; first < n; first += kBatch, x += kBatch, y += kBatch, z += kBatch, out += kBatch) {
-    // Visibly a multiple of the lane, which compilers need to vectorise without a remainder loop.
+    // The explicit multiple of kLane lets compilers vectorise without a remainder loop.
     const auto m = static_cast<std::size_t>(std::min(n - first, kBatch)) / kLane * kLane;
     c.load(v, A, t, x, y, z, m);
     for (std::size_t i = 0; i < m; ++i) {
@@ -187,14 +189,14 @@ void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, 
   }
 }
 
-/// Difference of the two voxels in a word, the second minus the first.
+/// Returns the second voxel of a word minus the first.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard]] inline Scalar difference_of_pair(const PairWord<Density>& word) noexcept {
   return lerp_pair<Density>(word, Scalar(1)) - lerp_pair<Density>(word, Scalar(0));
 }
 
-/// The interpolant's gradients at `n` points, as `sample_points` takes them, in densities per voxel along each grid
-/// axis.
+/// Computes the interpolant's gradients at `n` points, given as for `sample_points`, in density per voxel along each
+/// grid axis.
 template <VoxelDensity Density, RealScalar Scalar>
 void sample_gradients(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t,
                       const Scalar* x, const Scalar* y, const Scalar* z, Scalar* gx, Scalar* gy, Scalar* gz,

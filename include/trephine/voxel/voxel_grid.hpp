@@ -21,11 +21,14 @@
 
 namespace trephine {
 
+/// The number formats of a voxel: integers of 8 or 16 bits, and float. The set is closed: sampling loads pairs of
+/// neighbours as words, and files store these formats.
 template <class T>
 concept VoxelDensity = std::same_as<T, std::uint8_t> || std::same_as<T, std::int8_t> ||
     std::same_as<T, std::uint16_t> || std::same_as<T, std::int16_t> || std::same_as<T, float>;
 
-/// Where the voxels are. Voxel (i, j, k) is a sample at its **centre**, which lies at `spacing * (i, j, k)` in G.
+/// Size, spacing and pose of a grid. Voxel (i, j, k) is a sample at its **centre**, which lies at `spacing * (i, j, k)`
+/// in G.
 struct GridGeometry {
   std::array<int, 3> size{};        ///< voxels along x (fastest in memory), y, z; each >= 1
   Vec3d spacing = Vec3d::Zero();    ///< [m], each > 0
@@ -33,9 +36,10 @@ struct GridGeometry {
   std::optional<double> outside{};  ///< density beyond the grid; the smallest in the data unless given
 };
 
+/// Optional memory of a grid.
 struct GridOptions {
-  bool keep_original = true;      ///< keep a copy for `restore()`: one more Density a voxel
-  bool stored_gradients = false;  ///< keep a central difference per voxel for `StoredGradient`: 3 numbers a voxel
+  bool keep_original = true;      ///< store a copy for `restore()`: one more Density a voxel
+  bool stored_gradients = false;  ///< store central differences for `StoredGradient`: three numbers a voxel
 };
 
 /// A box of voxels, both corners included; empty where any hi < lo.
@@ -45,6 +49,7 @@ struct VoxelBox {
   [[nodiscard]] bool empty() const noexcept { return hi[0] < lo[0] || hi[1] < lo[1] || hi[2] < lo[2]; }
 };
 
+/// Smallest and largest density of a set of voxels.
 template <class Density>
 struct DensityRange {
   Density min;
@@ -53,23 +58,23 @@ struct DensityRange {
 
 /// The bone: a rectilinear CT volume that is read a thousand times a second while the drill lowers its densities.
 ///
-/// Memory: one linear array, x fastest, with a border of one voxel of `outside` density all round, so that sampling
-/// needs no branch at the edges; with `keep_original` the same again, with `stored_gradients` three numbers a voxel
-/// more. Bricks, and what an edit keeps of them until its commit, add 4 % to 8-bit voxels (`bytes`).
+/// Memory: one linear array, x fastest, with a border of one voxel of `outside` density on all sides, so that sampling
+/// needs no branch at the edges. `keep_original` doubles it, and `stored_gradients` adds three numbers a voxel. Brick
+/// data and the bookkeeping of an open edit add 4 % to 8-bit voxels (`bytes`).
 ///
-/// Threads: one thread writes, the haptic one, and only it may call the members below. Others read through
-/// `GridReader` (grid_reader.hpp). Bricks of 8³ voxels carry a version and a density range, both over the brick and the
-/// one-voxel halo round it: a mesh cell that reaches into the next brick is marked too.
+/// Threads: only the haptic thread writes, and only it may call the members below. Other threads read through
+/// `GridReader` (grid_reader.hpp). Each brick of 8³ voxels has a version and a density range, over the brick and its
+/// one-voxel halo. So an edit also marks neighbouring bricks whose mesh cells reach the edited voxel.
 template <VoxelDensity Density>
 class VoxelGrid {
  public:
-  static constexpr int kBrick = 8;
+  static constexpr int kBrick = 8;  ///< voxels along a brick's edge
   /// Type of a stored central difference, wide enough to hold ρ(i+1) − ρ(i−1) exactly.
   using Difference = std::conditional_t<std::is_floating_point_v<Density>, float,
                                         std::conditional_t<sizeof(Density) == 1, std::int16_t, std::int32_t>>;
 
-  /// Copies `voxels` (x fastest). Throws std::invalid_argument where geometry and buffer do not fit each other, a
-  /// spacing is not > 0, the pose is not rigid, or a density is not finite.
+  /// Copies `voxels` (x fastest). Throws std::invalid_argument for a buffer that does not match the size, a size or
+  /// spacing out of range, a pose that is not rigid or too far, or a density that is not finite.
   VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options = {});
 
   VoxelGrid(VoxelGrid&&) = default;
@@ -79,31 +84,34 @@ class VoxelGrid {
   [[nodiscard]] const Vec3d& spacing() const noexcept { return spacing_; }
   [[nodiscard]] const Posed& X_WG() const noexcept { return X_WG_; }
   [[nodiscard]] Density outside() const noexcept { return outside_; }
-  /// Densities in the data at construction.
+  /// Returns the range of the densities at construction.
   [[nodiscard]] DensityRange<Density> original_range() const noexcept { return original_range_; }
 
-  /// Moves the grid; between ticks, on the haptic thread. Throws std::invalid_argument for a pose that is not rigid.
+  /// Moves the grid to the pose X_WG, between ticks, on the haptic thread. Throws std::invalid_argument if the pose is
+  /// not rigid or lies farther than kFarthestPosition.
   void set_X_WG(const Posed& X_WG) {
     check_pose(X_WG);
     X_WG_ = X_WG;
   }
 
+  /// Returns true for the index of a voxel, border excluded.
   [[nodiscard]] bool contains(int i, int j, int k) const noexcept {
     return i >= 0 && j >= 0 && k >= 0 && i < size_[0] && j < size_[1] && k < size_[2];
   }
-  /// The voxel's density; i, j, k from −1 (border) to size (border), not checked.
+  /// Returns the voxel's density; i, j, k from −1 (border) to size (border), not checked.
   [[nodiscard]] Density at(int i, int j, int k) const noexcept { return voxels_[index(i, j, k)]; }
 
-  /// All voxels without the border, x fastest: what a file wants. Throws unless `out` has size()'s product.
+  /// Copies all voxels without the border, x fastest, as files store them. Throws std::invalid_argument unless `out`
+  /// holds exactly the product of size().
   void copy_voxels(std::span<Density> out) const;
 
-  /// Box of the voxels at or above the isovalue; empty when there is none.
+  /// Returns the smallest box of all voxels at or above the isovalue; empty if there are none.
   [[nodiscard]] VoxelBox occupied_box(double isovalue) const noexcept;
 
-  /// A grid of the occupied box and `margin` voxels round it, at the same place in the world.
-  /// Throws std::invalid_argument when no voxel reaches the isovalue.
+  /// Returns a new grid of the occupied box and `margin` voxels around it, at the same place in the world.
+  /// Throws std::invalid_argument if no voxel reaches the isovalue.
   [[nodiscard]] VoxelGrid cropped(double isovalue, int margin = 2) const;
-  /// Likewise of what of `box` lies in this grid. Throws std::invalid_argument when nothing does.
+  /// Returns a new grid of the intersection of `box` and this grid. Throws std::invalid_argument if it is empty.
   [[nodiscard]] VoxelGrid cropped(VoxelBox box) const;
 
   // --- Raw layout, for the sampling kernels ------------------------------------------------------------------------
@@ -114,9 +122,9 @@ class VoxelGrid {
     return static_cast<std::size_t>((k + 1) * static_cast<std::ptrdiff_t>(plane_) + (j + 1) * row_ + (i + 1));
   }
   [[nodiscard]] bool has_stored_gradients() const noexcept { return !differences_.empty(); }
-  /// ρ(+1) − ρ(−1) along x, y, z of every voxel, border included, in the voxels' own layout.
+  /// Returns ρ(+1) − ρ(−1) along x, y, z of every voxel, border included, in the voxels' own layout.
   [[nodiscard]] const Difference* differences() const noexcept { return differences_.data(); }
-  /// Bytes this grid holds.
+  /// Returns the memory of this grid's arrays [bytes].
   [[nodiscard]] std::size_t bytes() const noexcept {
     return (voxels_.size() + original_.size()) * sizeof(Density) + differences_.size() * sizeof(Difference) +
            versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>)) +
@@ -125,32 +133,33 @@ class VoxelGrid {
   }
 
   // --- Editing, haptic thread ----------------------------------------------------------------------------------------
-  /// Lowers voxels `x0` to `x1` of row (j, k) to `density_of(i, old)` where that is lower; what is not lower stays (NaN
-  /// is not lower). The voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an
-  /// edit. Returns how many voxels changed.
+  /// Sets voxels `x0` to `x1` of row (j, k) to `density_of(i, old)` if that is lower than `old`; NaN is not lower. The
+  /// voxels must lie in the grid, which is not checked. Call `commit()` once after all rows of an edit. Returns the
+  /// number of changed voxels.
   template <class DensityOf>
   int lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept;
 
-  /// The same, `kLowerLanes` voxels at a time, so that the compiler can vectorise, and half as many where no more are
-  /// left: `edit(x, count, old, value)` gets the densities from voxel x on in the arrays `old` and `value` and lowers
-  /// the first `count` of `value`; the lanes after them belong to other voxels and must stay. Returns whether any
-  /// changed. Before lanes are stored that did, `note(x, changed, value)` gets them as bits.
+  /// The vectorised form, in blocks of `kLowerLanes` voxels, or half of that at the end of a row.
+  /// `edit(x, count, old, value)` receives the densities from voxel x on in the arrays `old` and `value`. It lowers the
+  /// first `count` of `value` and must leave the other lanes, which belong to other voxels. Before a changed block is
+  /// stored, `note(x, changed, value)` receives the changed lanes as bits. Returns true if any voxel changed.
   template <class Edit, class Note>
   bool lower_lanes(int j, int k, int x0, int x1, Edit&& edit, Note&& note) noexcept;
-  static constexpr int kLowerLanes = 16;
+  static constexpr int kLowerLanes = 16;  ///< voxels of a block: one register of 8-bit voxels
 
-  /// Publishes the rows edited since the last commit: gradients, ranges, then versions. Bounded by the edited bricks.
+  /// Publishes the rows edited since the last commit: gradients, ranges, then versions. The work is proportional to the
+  /// number of edited bricks.
   void commit() noexcept;
 
-  /// Puts the original densities back in up to `max_bricks` bricks that were edited and returns how many are left.
-  /// A tick that must stay short restores a few at a time. Throws std::invalid_argument without `keep_original`.
+  /// Restores the original densities in up to `max_bricks` edited bricks; returns the number of bricks still to
+  /// restore. Restore a few bricks a tick to keep ticks short. Throws std::invalid_argument without `keep_original`.
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max());
 
-  /// A number that is another one whenever densities may have risen, and on every grid of the program: who remembers
-  /// what it cut may rely on it while this stays.
+  /// Returns a stamp that changes whenever densities may have risen, unique among all grids of the program. While it
+  /// stays the same, voxels that were once cut are still cut.
   [[nodiscard]] std::uint64_t increase_stamp() const noexcept { return increase_stamp_; }
 
-  /// Edits published so far, and the box of the voxels that the last of them changed.
+  /// Returns the number of published edits; `last_edit` returns the box of the voxels that the last edit changed.
   [[nodiscard]] std::uint64_t edit_count() const noexcept { return edit_count_; }
   [[nodiscard]] const VoxelBox& last_edit() const noexcept { return last_edit_; }
 
@@ -164,9 +173,9 @@ class VoxelGrid {
     const int i = static_cast<int>(b);
     return {i % bricks_[0], i / bricks_[0] % bricks_[1], i / (bricks_[0] * bricks_[1])};
   }
-  /// Raised by every commit that changed a voxel of the brick or of its halo. Haptic thread.
+  /// Returns the brick's version, raised by every commit that changed a voxel of the brick or its halo. Haptic thread.
   [[nodiscard]] std::uint32_t brick_version(std::size_t b) const noexcept { return versions_[b]; }
-  /// Smallest and largest density in the brick and its halo, up to date after `commit()`.
+  /// Returns the range of densities in the brick and its halo, up to date after `commit()`.
   [[nodiscard]] DensityRange<Density> brick_range(std::size_t b) const noexcept { return ranges_[b]; }
 
  private:
@@ -178,8 +187,8 @@ class VoxelGrid {
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
   [[nodiscard]] DensityRange<Density> scan_range(std::size_t b) const noexcept;
-  [[nodiscard]] DensityRange<Density> scan(const VoxelBox& box, const Density* enough) const noexcept;
-  /// The rows of bricks that hold a row of voxels in them or in their halo.
+  [[nodiscard]] DensityRange<Density> scan(const VoxelBox& box, const Density* stop_at) const noexcept;
+  /// The rows of bricks that contain a row of voxels, in the bricks or in their halos.
   struct BrickRows {
     std::size_t count;
     std::array<std::size_t, 4> row;
@@ -191,10 +200,10 @@ class VoxelGrid {
   template <std::size_t kLanes, class Edit, class Note>
   void lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last, Edit& edit,
                    Note& note) noexcept;
-  /// Voxels of rows, in the same bricks and halos of bricks, that are marked already.
+  /// The last marked range of voxels. Another row within it, in the same bricks and halos, needs no marking again.
   struct Marked {
-    std::size_t own_row = 0, first_row = 0, last_row = 0;  // of bricks
-    int from = 0, to = -1;
+    std::size_t own_row = 0, first_row = 0, last_row = 0;  // rows of bricks
+    int from = 0, to = -1;                                 // voxels
   };
   void mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept;
   void touch_row(std::size_t row, int bx0, int bx1) noexcept;
@@ -210,7 +219,7 @@ class VoxelGrid {
   template <class Visit>
   void for_each_touched(Visit&& visit) noexcept;
   void grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept;
-  [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density most) const noexcept;
+  [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density density) const noexcept;
   void update_range(std::size_t b) noexcept;
   void clear_edit() noexcept;
   void update_differences(std::size_t b) noexcept;
@@ -231,23 +240,23 @@ class VoxelGrid {
   std::array<int, 3> bricks_{};
   std::vector<std::uint32_t> versions_;
   std::vector<DensityRange<Density>> ranges_;
-  static constexpr int kWord = 64;     // bricks of a row of bricks in a word
-  std::size_t words_ = 0;              // of a row of bricks
-  std::vector<std::uint64_t> edited_;  // a bit a brick: own voxels differ from the original
+  static constexpr int kWord = 64;     // bricks of a row whose bits share a word
+  std::size_t words_ = 0;              // words of a row of bricks
+  std::vector<std::uint64_t> edited_;  // one bit a brick: own voxels differ from the original
 
-  // Of the edit that no commit has published yet.
+  // State of the open edit, which no commit has published yet.
   static constexpr VoxelBox kNothing{
       {std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()},
       {-1, -1, -1}};
-  std::vector<std::uint64_t> touched_;      // a bit a brick: version to raise
-  std::vector<std::size_t> touched_words_;  // that are not zero; reserved for all, so never allocates
-  Marked marked_;                           // last: most rows lie beside the one before
-  // Of a row of bricks with its halo, per x: the least that was written to voxels that fell, and the most they held.
-  // Exact ranges need no scan of bricks then.
+  std::vector<std::uint64_t> touched_;      // one bit a brick: the commit raises its version
+  std::vector<std::size_t> touched_words_;  // indices of words that are not zero; capacity for all, never allocates
+  Marked marked_;                           // skips marking, because most rows lie next to the previous row
+  // Profiles of a row of bricks with its halo, per x: smallest density written, and largest density overwritten.
+  // They give exact ranges without a scan of bricks.
   std::size_t profile_ = 0;  // length
   std::vector<Density> new_min_;
   std::vector<Density> old_max_;
-  bool risen_ = false;  // densities may have
+  bool risen_ = false;  // the edit may have raised densities
   VoxelBox edit_box_ = kNothing;
   VoxelBox last_edit_;
   std::uint64_t edit_count_ = 0;

@@ -9,11 +9,11 @@
 #include <cstring>
 #include <limits>
 
-/// What a VoxelGrid keeps that its densities tell: the range of each brick, each voxel's differences from its
-/// neighbours. An edit brings them up to date.
+/// Quantities that a VoxelGrid derives from its densities: the range of each brick, and central differences of each
+/// voxel. A commit updates them.
 namespace trephine {
 
-/// The brick and its halo, as far as they lie in the grid and its border.
+/// Returns the box of the brick and its halo, clipped to the grid and its border.
 template <VoxelDensity Density>
 VoxelBox VoxelGrid<Density>::haloed_box(std::size_t b) const noexcept {
   const auto at_brick = brick_coordinates(b);
@@ -27,8 +27,8 @@ VoxelBox VoxelGrid<Density>::haloed_box(std::size_t b) const noexcept {
 
 namespace detail {
 
-/// Smallest and largest of the n numbers from `p` on, lane by lane: whole lanes, the last of which may overlap the one
-/// before; needs n >= the lanes.
+/// Minimum and maximum of numbers, accumulated in SIMD lanes. `add` takes n >= kLanes numbers; its last block may
+/// overlap the block before it.
 template <class T, std::size_t kLanes>
 struct LaneRange {
   std::array<T, kLanes> min;
@@ -53,14 +53,15 @@ struct LaneRange {
 
 }  // namespace detail
 
-/// Range of the densities in a box; where `enough` is given, done after the first plane that reaches it.
+/// Returns the range of the densities in a box. With `stop_at`, the scan ends after the first plane whose maximum
+/// reaches that density.
 template <VoxelDensity Density>
-DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Density* enough) const noexcept {
+DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Density* stop_at) const noexcept {
   const int n = box.hi[0] - box.lo[0] + 1;
   const auto over_planes = [&](auto lanes) {
     for (int k = box.lo[2]; k <= box.hi[2]; ++k) {
       for (int j = box.lo[1]; j <= box.hi[1]; ++j) lanes.add(voxels_.data() + index(box.lo[0], j, k), n);
-      if (enough != nullptr && !(lanes.all().max < *enough)) break;
+      if (stop_at != nullptr && !(lanes.all().max < *stop_at)) break;
     }
     return lanes.all();
   };
@@ -73,13 +74,13 @@ DensityRange<Density> VoxelGrid<Density>::scan_range(std::size_t b) const noexce
   return scan(haloed_box(b), nullptr);
 }
 
-/// Whether a corner of the box holds `most` or more: often enough it does, and saves a scan.
+/// Returns true if a corner voxel of the box has at least this density. It often does, which saves a scan.
 template <VoxelDensity Density>
-bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density most) const noexcept {
+bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density density) const noexcept {
   for (const int k : {box.lo[2], box.hi[2]})
     for (const int j : {box.lo[1], box.hi[1]})
       for (const int i : {box.lo[0], box.hi[0]})
-        if (!(at(i, j, k) < most)) return true;
+        if (!(at(i, j, k) < density)) return true;
   return false;
 }
 
@@ -102,13 +103,13 @@ void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
   }
   if (new_min < range.min) store_relaxed(range.min, new_min);
   if (old_max < range.max) return;
-  // A voxel that held the maximum was lowered; no other can exceed it.
+  // The edit lowered a voxel at the maximum; the others are at most that.
   const VoxelBox box = haloed_box(b);
   if (!corner_reaches(box, range.max)) store_relaxed(range.max, scan(box, &range.max).max);
 }
 
-/// Differences change in the edited voxels and their neighbours, and all of those lie in marked bricks (or in the
-/// border beside them): brick by brick the work stays bounded when the edits lie far apart.
+/// Updates the differences of a brick's voxels, border included, next to edited voxels. All changed differences lie in
+/// marked bricks or the border, and work by brick stays bounded if edits lie far apart.
 template <VoxelDensity Density>
 void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
   const auto at_brick = brick_coordinates(b);
@@ -124,7 +125,7 @@ void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
 
 template <VoxelDensity Density>
 void VoxelGrid<Density>::update_differences(const VoxelBox& box) noexcept {
-  // At the border the array ends: one-sided there, twice as short.
+  // One-sided at the border, where the array ends: half as long.
   const auto difference = [this](std::size_t centre, int i, int last, std::ptrdiff_t step) {
     const Density* v = voxels_.data() + centre;
     return static_cast<Difference>(static_cast<Difference>(i < last ? v[step] : *v) -

@@ -5,7 +5,10 @@
 
 namespace trephine {
 
-inline constexpr double kShortestSpacing = 1e-9;  // [m]
+// Numbers that decide which input is refused.
+inline constexpr double kMinGridSpacing = 1e-9;       // [m] single precision can still invert it
+inline constexpr int kMaxGridSize = 1 << 20;          // [voxels] along an axis; keeps products of sizes within 64 bits
+inline constexpr double kMaxDensityMagnitude = 1e30;  // differences of densities stay finite in single precision
 
 template <VoxelDensity Density>
 VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options)
@@ -14,16 +17,15 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   std::int64_t padded = 1;
   for (const int n : size_) {
     if (!(n >= 1)) refuse("VoxelGrid", "each size must be >= 1 voxel", n);
-    if (n > (1 << 20)) refuse("VoxelGrid", "each size must be at most 2^20 voxels", n);
+    if (n > kMaxGridSize) refuse("VoxelGrid", "each size must be at most 2^20 voxels", n);
     count *= n;
     padded *= n + 4;
-    // 32-bit voxel indices keep the sampling kernel in one vector register a lane.
+    // 32-bit voxel indices: the sampling kernel then has one vector register per lane.
     if (padded > std::numeric_limits<std::int32_t>::max()) refuse("VoxelGrid", "at most 2^31 voxels fit", padded);
   }
   for (int a = 0; a < 3; ++a) {
     if (!(spacing_[a] > 0)) refuse("VoxelGrid", "spacing must be > 0 m", spacing_[a]);
-    // Single precision must be able to invert it.
-    if (!(spacing_[a] >= kShortestSpacing)) refuse("VoxelGrid", "spacing must be at least 1 nm", spacing_[a]);
+    if (!(spacing_[a] >= kMinGridSpacing)) refuse("VoxelGrid", "spacing must be at least 1 nm", spacing_[a]);
     refuse_beyond("VoxelGrid", "spacing", kLargestSpacing, spacing_[a]);
   }
   check_pose(X_WG_);
@@ -33,7 +35,8 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   original_range_ = {voxels[0], voxels[0]};
   for (const Density v : voxels) {
     if constexpr (std::is_floating_point_v<Density>)
-      if (!(std::abs(v) <= 1e30F)) refuse("VoxelGrid", "densities must be finite and below 1e30", v);
+      if (!(std::abs(v) <= static_cast<float>(kMaxDensityMagnitude)))
+        refuse("VoxelGrid", "densities must be finite and below 1e30", v);
     original_range_.min = std::min(original_range_.min, v);
     original_range_.max = std::max(original_range_.max, v);
   }
@@ -42,9 +45,10 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
         outside <= static_cast<double>(std::numeric_limits<Density>::max())))
     refuse("VoxelGrid", "outside density must be in the density type's range", outside);
   if constexpr (std::is_floating_point_v<Density>) {
-    if (!(std::abs(outside) <= 1e30)) refuse("VoxelGrid", "densities must be finite and below 1e30", outside);
+    if (!(std::abs(outside) <= kMaxDensityMagnitude))
+      refuse("VoxelGrid", "densities must be finite and below 1e30", outside);
   } else if (outside != std::floor(outside)) {
-    refuse("VoxelGrid", "outside density must be whole as the voxels are", outside);
+    refuse("VoxelGrid", "outside density must be a whole number, as the voxels are", outside);
   }
   outside_ = static_cast<Density>(outside);
 
@@ -65,12 +69,12 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
 }
 
 namespace detail {
-inline std::atomic<std::uint64_t> rise_count{0};
+inline std::atomic<std::uint64_t> increase_count{0};
 }  // namespace detail
 
 template <VoxelDensity Density>
 std::uint64_t VoxelGrid<Density>::next_increase_stamp() noexcept {
-  return detail::rise_count.fetch_add(1, std::memory_order_relaxed) + 1;
+  return detail::increase_count.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
 template <VoxelDensity Density>
@@ -85,14 +89,15 @@ void VoxelGrid<Density>::check_pose(const Posed& X) {
 
 template <VoxelDensity Density>
 void VoxelGrid<Density>::lay_out() {
-  // A pitch of a high power of two maps a column of voxels onto few cache sets: step off it.
+  // A pitch divisible by a high power of two maps a column of voxels onto few cache sets, so such a pitch is
+  // lengthened.
   constexpr int kLine = static_cast<int>(64 / sizeof(Density));
-  const auto off_power = [](std::int64_t pitch) {
+  const auto detuned = [](std::int64_t pitch) {
     return static_cast<int>(pitch % (4 * kLine) == 0 ? pitch + 2 : pitch);
   };
-  row_ = off_power(size_[0] + 2);
-  plane_ = off_power(static_cast<std::int64_t>(row_) * (size_[1] + 2));
-  // 64 bytes more: kernels load pairs of voxels at the last address.
+  row_ = detuned(size_[0] + 2);
+  plane_ = detuned(static_cast<std::int64_t>(row_) * (size_[1] + 2));
+  // 64 spare bytes, because kernels load pairs of voxels at the last address.
   voxels_.assign(static_cast<std::size_t>(plane_) * static_cast<std::size_t>(size_[2] + 2) + kLine, outside_);
   for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (size_[a] + kBrick - 1) / kBrick;
   const auto count = static_cast<std::size_t>(bricks_[0]) * static_cast<std::size_t>(bricks_[1]) *
@@ -157,11 +162,11 @@ template <VoxelDensity Density>
 VoxelGrid<Density> VoxelGrid<Density>::cropped(VoxelBox box) const {
   GridGeometry g{.size = {}, .spacing = spacing_, .X_WG = X_WG_, .outside = static_cast<double>(outside_)};
   for (std::size_t a = 0; a < 3; ++a) {
-    const std::string asked = std::to_string(box.lo[a]) + " to " + std::to_string(box.hi[a]);
+    const std::string requested = std::to_string(box.lo[a]) + " to " + std::to_string(box.hi[a]);
     box.lo[a] = std::max(box.lo[a], 0);
     box.hi[a] = std::min(box.hi[a], size_[a] - 1);
     if (box.hi[a] < box.lo[a])
-      refuse("VoxelGrid", "a box to crop to must have voxels of the grid along every axis", asked);
+      refuse("VoxelGrid", "a box to crop to must have voxels of the grid along every axis", requested);
     g.size[a] = box.hi[a] - box.lo[a] + 1;
   }
   const Vec3d p_GC = spacing_.cwiseProduct(Vec3d(box.lo[0], box.lo[1], box.lo[2]));
