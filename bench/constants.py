@@ -21,8 +21,7 @@ HEADERS = ["render/coupled/*.hpp", "voxel/bone_surface.hpp"]
 DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 # Numbers of their own: mathematics, a bound of options, and a margin that must be above 1.
-LEFT_OUT = {"kPi", "kMost", "kRoundedUp", "kDof"}
-UNNAMED = [("share of the core's radius", re.compile(r"core_radius (/ 2)\b"))]
+LEFT_OUT = {"kPi", "kMaxGain", "kRoundedUp", "kDof"}
 FACTORS = (0.8, 1.2)
 
 
@@ -33,8 +32,6 @@ class Constant:
         self.name, self.path, self.start, self.end, self.text, self.whole = name, path, start, end, text, whole
 
     def changed(self, factor):
-        if self.text.startswith("/"):
-            return f"* ({factor} {self.text})"
         if self.whole:
             return str(max(1, round(factor * int(self.text))))
         suffix = "F" if self.text.strip().endswith("F") else ""
@@ -51,12 +48,10 @@ def constants():
                 whole = declared[1] == "int"
                 for number in NUMBER.finditer(declared[2]):
                     # Whole numbers that decide are limits; the others lay memory out.
-                    if number[1] in LEFT_OUT or (whole and not number[1].startswith("kMost")):
+                    if number[1] in LEFT_OUT or (whole and not number[1].startswith(("kMax", "kMost"))):
                         continue
                     at = declared.start(2)
                     found.append(Constant(number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
-            for name, marked in UNNAMED:
-                found += [Constant(name, path, m.start(1), m.end(1), m[1], False) for m in marked.finditer(text)]
     return found
 
 

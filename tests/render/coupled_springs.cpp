@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
 
-#include <trephine/render/coupled/virtual_coupling.hpp>
+#include <trephine/render/coupled/springs.hpp>
 
 #include <doctest/doctest.h>
 
@@ -67,12 +67,12 @@ TEST_CASE("compensated spring: in series with the contact the hand feels k times
     CHECK(spring.offset() < g.ramp / 2);
     double x = 0, depth = 0;
     for (int i = 1; i <= 2000; ++i) {
-      // The extension that pulls P(δ), by bisection.
+      // The extension whose force is P(δ), by bisection.
       const double d = g.yield * i / 2000, P = c.force(d);
       double low = 0, high = g.most / g.k;
       for (int j = 0; j < 80; ++j) {
         const double middle = (low + high) / 2;
-        (spring.at(middle).pull < P ? low : high) = middle;
+        (spring.evaluate(middle).magnitude < P ? low : high) = middle;
       }
       const double x_before = x, depth_before = depth;
       x = high;
@@ -84,7 +84,7 @@ TEST_CASE("compensated spring: in series with the contact the hand feels k times
         secant.add(std::abs(P / (g.k * depth) - 1));
       else
         soft.add(P / g.most - g.k * depth / g.most);
-      inverse.add(std::abs(spring.at(x).pull - P) / g.most);
+      inverse.add(std::abs(spring.evaluate(x).magnitude - P) / g.most);
     }
   }
   MESSAGE("in series, secant off k: ", secant, "; tangent over k: ", tangent,
@@ -94,10 +94,11 @@ TEST_CASE("compensated spring: in series with the contact the hand feels k times
   CHECK(inverse.worst() <= kRounding);
 }
 
-/// Checks that a spring's pull and energy are what its tangent and pull add up to, along extensions past saturation.
+/// Checks that a spring's force and energy are the integrals of its tangent and force, along extensions past
+/// saturation.
 template <class Spring>
 void check_adds_up(const Spring& spring, double k, double most, double stiffest, double saturated) {
-  // Simpson's rule on smooth laws over 20000 steps; across the kink where the pull saturates one step is off by its
+  // Simpson's rule on smooth laws over 20000 steps; across the kink where the force saturates one step is off by its
   // square.
   constexpr double kSumError = 1e-7, kDifferenceError = 1e-5, kRounding = 1e-9;
   constexpr int kSteps = 20000;
@@ -107,29 +108,32 @@ void check_adds_up(const Spring& spring, double k, double most, double stiffest,
   Figures energy_off, tangent_off;
   for (int i = 1; i <= kSteps; ++i) {
     const double x = i * step;
-    const SpringPull a = spring.at(x - step), m = spring.at(x - step / 2), b = spring.at(x);
-    energy += step / 6 * (a.pull + 4 * m.pull + b.pull);
+    const SpringResponse a = spring.evaluate(x - step), m = spring.evaluate(x - step / 2), b = spring.evaluate(x);
+    energy += step / 6 * (a.magnitude + 4 * m.magnitude + b.magnitude);
     energy_off.add(std::abs(b.energy - energy) / (most * far));
-    wrong += b.pull >= before && b.pull <= most && b.tangent >= 0 && b.tangent <= stiffest * (1 + kRounding) ? 0 : 1;
-    before = b.pull;
+    wrong += b.magnitude >= before && b.magnitude <= most && b.tangent >= 0 && b.tangent <= stiffest * (1 + kRounding)
+                 ? 0
+                 : 1;
+    before = b.magnitude;
     const double d = 1e-3 * step;
     const bool kink = std::abs(x - saturated) < step;
     // Where the curve bends most, at rest, it does so over some δ₀.
     if (!kink && i > 40)
-      tangent_off.add(std::abs((spring.at(x + d).pull - spring.at(x - d).pull) / (2 * d) - b.tangent) / k);
+      tangent_off.add(
+          std::abs((spring.evaluate(x + d).magnitude - spring.evaluate(x - d).magnitude) / (2 * d) - b.tangent) / k);
   }
   CHECK(wrong == 0);
-  CHECK(spring.at(0).pull <= kRounding * most);
-  CHECK(spring.at(0).energy == doctest::Approx(0));
-  CHECK(spring.at(saturated * 1.001).pull == most);
-  CHECK(spring.at(saturated * 0.99).pull < most);
-  CHECK(spring.at(saturated * 1.001).tangent == 0);
-  MESSAGE("energy off the sum of pulls, of pull times way: ", energy_off, "; tangent off, of k: ", tangent_off);
+  CHECK(spring.evaluate(0).magnitude <= kRounding * most);
+  CHECK(spring.evaluate(0).energy == doctest::Approx(0));
+  CHECK(spring.evaluate(saturated * 1.001).magnitude == most);
+  CHECK(spring.evaluate(saturated * 0.99).magnitude < most);
+  CHECK(spring.evaluate(saturated * 1.001).tangent == 0);
+  MESSAGE("energy off the sum of forces, of force times extension: ", energy_off, "; tangent off, of k: ", tangent_off);
   CHECK(energy_off.worst() <= kSumError);
   CHECK(tangent_off.worst() <= kDifferenceError);
 }
 
-TEST_CASE("compensated spring: energy is the sum of pulls, tangent their slope, pull rises to the most and stays") {
+TEST_CASE("compensated spring: energy is the sum of forces, tangent their slope, force rises to its limit and stays") {
   for (const Gains& g : kGains) {
     CAPTURE(g.k);
     CAPTURE(g.most);
@@ -140,13 +144,13 @@ TEST_CASE("compensated spring: energy is the sum of pulls, tangent their slope, 
   }
 }
 
-TEST_CASE("bounded spring: energy is the sum of pulls, tangent their slope, pull rises to the most and stays") {
+TEST_CASE("bounded spring: energy is the sum of forces, tangent their slope, force rises to its limit and stays") {
   check_adds_up(BoundedSpring{0.3, 0.188}, 0.3, 0.188, 0.3, 0.188 / 0.3);
   const BoundedSpring spring{2, 6};
-  CHECK(spring.at(1).pull == 2);
-  CHECK(spring.at(1).energy == 1);
-  CHECK(spring.at(5).pull == 6);
-  CHECK(spring.at(5).energy == 21);
+  CHECK(spring.evaluate(1).magnitude == 2);
+  CHECK(spring.evaluate(1).energy == 1);
+  CHECK(spring.evaluate(5).magnitude == 6);
+  CHECK(spring.evaluate(5).energy == 21);
 }
 
 }  // namespace
