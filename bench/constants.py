@@ -21,8 +21,7 @@ HEADERS = ["render/coupled/*.hpp", "voxel/dual_element.hpp"]
 DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 # Numbers of their own: mathematics, a bound of options, and a margin that must be above 1.
-LEFT_OUT = {"kPi", "kMost", "kRoundedUp", "kDof"}
-UNNAMED = [("share of the core's radius", re.compile(r"core_radius (/ 2)\b"))]
+LEFT_OUT = {"kPi", "kMaxGain", "kRoundedUp", "kDof"}
 FACTORS = (0.8, 1.2)
 SWEPT = """#pragma once
 #include <cstdlib>
@@ -44,8 +43,6 @@ class Constant:
 
     def scaled(self):
         """The text that an environment variable scales."""
-        if self.text.startswith("/"):
-            return f"* swept({self.number}, 1.0 {self.text})"
         cast = "static_cast<float>" if self.text.strip().endswith("F") else ""
         return f"{cast}(swept({self.number}, {self.text.strip()}))"
 
@@ -63,13 +60,10 @@ def constants():
                 whole = declared[1] == "int"
                 for number in NUMBER.finditer(declared[2]):
                     # Whole numbers that decide are limits; the others lay memory out.
-                    if number[1] in LEFT_OUT or (whole and not number[1].startswith(("kMost", "kMax"))):
+                    if number[1] in LEFT_OUT or (whole and not number[1].startswith("kMax")):
                         continue
                     at = declared.start(2)
                     found.append(Constant(len(found), number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
-            for name, marked in UNNAMED:
-                for m in marked.finditer(text):
-                    found.append(Constant(len(found), name, path, m.start(1), m.end(1), m[1], False))
     return found
 
 

@@ -66,7 +66,7 @@ TEST_CASE("bristles: a weight on an incline sticks below the angle of friction a
   CHECK(slide.least() > kSliding);
 }
 
-TEST_CASE("bristles: what slides is held by the kinetic coefficient, against the motion") {
+TEST_CASE("bristles: sliding contact has the kinetic coefficient, against the motion") {
   constexpr double kKineticError = 0.02;  // asked for
   // Where the image tilts the plane by that much, a share of the normal force is along it: .4 degrees were asked for,
   // tilted planes are felt within 1.1 degrees at such forces (see coupled_tool.cpp).
@@ -110,7 +110,7 @@ double lever(double deep, const FoundationLaw& law) {
   return torque / force;
 }
 
-TEST_CASE("bristles: a spinning ball takes the torque that its brush holds, and no more") {
+TEST_CASE("bristles: a spinning ball has the torque of its slipping brush at most") {
   // A disc of a hundred points, 1.5 to 2 voxels in radius. The lever takes the depth of the deepest point for that of
   // the plane, which on tilted planes is up to 5 % more: ten other seeds give up to 4.7 % over.
   constexpr double kOver = 0.05, kUnder = 0.05;
@@ -151,7 +151,7 @@ TEST_CASE("bristles: their stiffness is the derivative of their force") {
   constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
   const Posed X = plane.pressed(1e-4);
   do surface.begin_tick();
-  while (!near.cover(surface.view(), shape, X, {4 * kH, 0}));
+  while (!near.update(surface.view(), shape, X, {4 * kH, 0}));
   static_cast<void>(foundation.sum(near, shape, X, kLaw));
   Random random(kSeed + 7);
   Figures stuck, slid;
@@ -160,15 +160,15 @@ TEST_CASE("bristles: their stiffness is the derivative of their force") {
       const double mu = slides ? 0.1 : 50.0;
       Bristles<Coulomb> bristles{Coulomb(mu, mu)};
       bristles.reserve(2048, 4, 16384);
-      bristles.begin(X);
+      bristles.begin_tick(X);
       bristles.attach(foundation.points(), X, kLaw.stiffness);
       // All points go the same way, far enough for all to slide.
       const Vec3d aside = 5e-5 * plane.n.cross(random.unit()).normalized();
       Vec6d at, way;
       at << Vec3d(aside - 2e-6 * plane.n), 1e-3 * random.unit();
       way << random.unit(), 300 * random.unit();
-      const Vec6d a = bristles.at(at - kStep * way).wrench, b = bristles.at(at + kStep * way).wrench;
-      const FrictionSum sum = bristles.at(at);
+      const Vec6d a = bristles.linearise(at - kStep * way).wrench, b = bristles.linearise(at + kStep * way).wrench;
+      const FrictionSum sum = bristles.linearise(at);
       const Vec6d difference = (a - b) / (2 * kStep) - sum.stiffness * way;
       (slides ? slid : stuck).add(difference.norm() / (sum.stiffness * way).norm());
     }
@@ -190,35 +190,35 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   bristles.reserve(2048, 4, 16384);
   constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
   Posed X = plane.pressed(1e-4);
-  const auto look = [&](const Posed& from, double reach) {
+  const auto gather = [&](const Posed& from, double reach) {
     near.invalidate();
     do surface.begin_tick();
-    while (!near.cover(surface.view(), shape, from, {reach, 0}));
+    while (!near.update(surface.view(), shape, from, {reach, 0}));
   };
   const auto attach = [&] {
     static_cast<void>(foundation.sum(near, shape, X, kLaw));
     bristles.attach(foundation.points(), X, kLaw.stiffness);
   };
-  const auto settle = [&] {
+  const auto commit = [&] {
     attach();
-    bristles.settle(foundation.points(), Vec6d::Zero(), [](std::size_t, const Vec3d&) {});
+    bristles.commit(foundation.points(), Vec6d::Zero(), [](std::size_t, const Vec3d&) {});
   };
   const auto friction = [&] {
     attach();
-    return bristles.at(Vec6d::Zero()).wrench;
+    return bristles.linearise(Vec6d::Zero()).wrench;
   };
-  bristles.begin(X);
-  look(X, 4 * kH);
-  settle();
+  bristles.begin_tick(X);
+  gather(X, 4 * kH);
+  commit();
   X.translation() += 2e-5 * plane.along;
-  settle();
-  bristles.begin(X);
+  commit();
+  bristles.begin_tick(X);
   const Vec6d before = friction();
   REQUIRE(before.head<3>().norm() > 0.05);
   for (const double reach : {3 * kH, 8 * kH, 5 * kH}) {
     Posed from = X;
     from.translation() += 0.3 * kH * plane.n.cross(plane.along);
-    look(from, reach);
+    gather(from, reach);
     CHECK((friction() - before).norm() <= kRounding * before.norm());
   }
   // In a scene: cut so near that the list is gathered anew, the tool goes on as it was.
@@ -275,7 +275,7 @@ TEST_CASE("bristles: no closed path gains energy") {
   CHECK(loss.worst() > 0.1);
 }
 
-TEST_CASE("bristles: a law that holds nothing is as none, to the bit") {
+TEST_CASE("bristles: a law without friction equals Frictionless, to the bit") {
   OnPlane plane(kSeed + 5, true);
   auto none = coupled_scene(plane.bone, kDrill, Frictionless{});
   auto zero = coupled_scene(plane.bone, kDrill, Coulomb(0, 0));
@@ -288,8 +288,8 @@ TEST_CASE("bristles: a law that holds nothing is as none, to the bit") {
   }
   CHECK(differ == 0);
   CHECK(touching > 100);
-  CHECK_FALSE(Bristles<Coulomb>(Coulomb(0, 0)).holds());
-  CHECK(Bristles<Coulomb>(Coulomb(0.1, 0)).holds());
+  CHECK_FALSE(Bristles<Coulomb>(Coulomb(0, 0)).has_friction());
+  CHECK(Bristles<Coulomb>(Coulomb(0.1, 0)).has_friction());
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ using Grid = VoxelGrid<std::uint8_t>;
 using Surface = BoneSurface<std::uint8_t>;
 
 /// Every element of a surface by its key.
-std::map<std::uint64_t, SurfaceElement> all_patches(const Grid& bone, double isovalue) {
+std::map<std::uint64_t, SurfaceElement> all_elements(const Grid& bone, double isovalue) {
   Surface surface(bone, isovalue);
   std::map<std::uint64_t, SurfaceElement> all;
   for (std::size_t brick = 0; brick < bone.brick_count(); ++brick) {
@@ -77,24 +77,24 @@ struct Turns {
       X[t] = random_pose(random, middle, room);
     }
   }
-  /// Moves the next one, a little or anywhere, and has its list cover it; the tool.
+  /// Moves the next one, a little or anywhere, and updates its list; returns its number.
   std::size_t go(const BallAndShaft& shape, int i) {
     const auto t = static_cast<std::size_t>(i % 2);
     const Vec3d way = random.arrow(0, 4e-4), turn = random.arrow(0, 0.05);
     X[t] = i % 10 < 3 ? random_pose(random, middle, i % 4 < 2 ? room : 2 * room) : moved(X[t], way, turn);
-    bool covered = false;
-    const auto cover = [&] {
+    bool updated = false;
+    const auto update = [&] {
       surface.begin_tick();
-      covered = near[t].cover(surface.view(), shape, X[t], {way.norm(), turn.norm()});
+      updated = near[t].update(surface.view(), shape, X[t], {way.norm(), turn.norm()});
     };
-    for (int tick = 0; tick < 20 && !covered; ++tick) CHECK(heap_calls(cover) == 0);
-    REQUIRE(covered);
+    for (int tick = 0; tick < 20 && !updated; ++tick) CHECK(heap_calls(update) == 0);
+    REQUIRE(updated);
     return t;
   }
 };
 
 // By brute force over all elements of the surface.
-TEST_CASE("near elements: a list has all that touches and its clearance is clear, whatever is cut") {
+TEST_CASE("broad phase: a list holds every element in contact, and its clearance is free, after any cut") {
   CAPTURE(kSeed);
   Random random(kSeed);
   const BallAndShaft shape(kDrill);
@@ -106,12 +106,12 @@ TEST_CASE("near elements: a list has all that touches and its clearance is clear
     auto bone = rasterise<std::uint8_t>(Ball{o.middle(), 0.12 * side * h}, o);
     Surface surface(bone, o.isovalue());
     Turns turns(surface, random, o);
-    auto all = all_patches(bone, o.isovalue());
+    auto all = all_elements(bone, o.isovalue());
     for (int i = 0; i < 300; ++i) {
       if (i % 25 == 0) {
         const Vec3d at = o.middle() + random.arrow(0.1 * side * h, 0.12 * side * h);
         cuts += carve(bone, o.isovalue(), SphereCutter(at, at, 2 * h)) > 0 ? 1 : 0;
-        all = all_patches(bone, o.isovalue());
+        all = all_elements(bone, o.isovalue());
       }
       // Beside the bone at some height of the shaft, every other time.
       const auto now = static_cast<std::size_t>(i % 2);
@@ -123,7 +123,7 @@ TEST_CASE("near elements: a list has all that touches and its clearance is clear
       const std::size_t t = turns.go(shape, i);
       const Posed& X = turns.X[t];
       std::set<std::uint64_t> found;
-      const Clearance clear = turns.near[t].for_each_touching(
+      const Clearance clear = turns.near[t].for_each_candidate(
           shape, X, 0.5,
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
@@ -156,7 +156,7 @@ TEST_CASE("near elements: a list has all that touches and its clearance is clear
 }
 
 // Nothing but surface: what either tool has near it pushes out what the other had.
-TEST_CASE("near elements: blocks that a full store let go are asked for again") {
+TEST_CASE("broad phase: blocks that a full store released are provided again") {
   CAPTURE(kSeed);
   constexpr std::size_t kFewest = 8749;
   Random random(kSeed + 1);
@@ -165,7 +165,7 @@ TEST_CASE("near elements: blocks that a full store let go are asked for again") 
   std::vector<std::uint8_t> voxels(80 * 80 * 80);
   for (auto& v : voxels) v = random.uniform() < 0.5 ? 200 : 0;
   const Grid bone({.size = o.size, .spacing = o.spacing, .outside = 0}, voxels);
-  const auto all = all_patches(bone, 100);
+  const auto all = all_elements(bone, 100);
   REQUIRE(all.size() > 2 * kFewest * ElementBlock::kSize);
   Surface surface(bone, 100, kFewest);
   Turns turns(surface, random, o);
@@ -174,7 +174,7 @@ TEST_CASE("near elements: blocks that a full store let go are asked for again") 
     const std::uint64_t changes = surface.changes();
     const std::size_t t = turns.go(shape, i);
     stale += surface.changes() != changes ? 1 : 0;
-    static_cast<void>(turns.near[t].for_each_touching(
+    static_cast<void>(turns.near[t].for_each_candidate(
         shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
           ++visits;
           const auto here = all.find(block.key(k));

@@ -50,10 +50,10 @@ struct Bench {
   explicit Bench(const Shape& shape) : bone(rasterise<std::int16_t>(shape, kRoom)) {}
 
   template <class Shape>
-  void look(const Shape& shape, const Posed& X) {
+  void gather(const Shape& shape, const Posed& X) {
     near.reserve(surface.view(), kLaw.offset);
     surface.begin_tick();
-    while (!near.cover(surface.view(), shape, X, {6 * kH, 0})) surface.begin_tick();
+    while (!near.update(surface.view(), shape, X, {6 * kH, 0})) surface.begin_tick();
   }
 
   /// A pose whose ball, or whose shaft, is from `least` to `most` deep in the bone.
@@ -89,9 +89,9 @@ double size_of(Mat6d H) {
   return H.norm();
 }
 
-/// The energy's second derivative: the sum tells its lower triangle.
+/// The energy's second derivative: the sum stores its lower triangle.
 Mat6d second_derivative(const FoundationSum& s) {
-  const Mat6d lower = s.stiffness + s.bending;
+  const Mat6d lower = s.stiffness + s.geometric_stiffness;
   return lower.selfadjointView<Eigen::Lower>();
 }
 
@@ -112,7 +112,7 @@ struct Slopes {
 template <class Shape>
 void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& random, Slopes& slopes) {
   constexpr double kStep = 1e-8;  // [m]: rounding of 1e-15 of a newton over it is 1e-7 N/m
-  bench.look(shape, X);
+  bench.gather(shape, X);
   Foundation foundation(2, 16384);
   const FoundationSum at = foundation.sum(bench.near, shape, X, kLaw);
   const std::size_t count = foundation.points().size();
@@ -134,7 +134,7 @@ void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& ran
 
 // Central differences over 1e-8 m leave roundings of 1e-8 of a newton, and of 1e-7 of the stiffness; a point at the
 // crease between ball and shaft may be on either side of it.
-TEST_CASE("foundation: the wrench is the energy's slope, stiffness and bending its second derivative") {
+TEST_CASE("foundation: the wrench is the energy's slope, stiffness and geometric stiffness its second derivative") {
   CAPTURE(kSeed);
   constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
   Bench bench(kBone);
@@ -199,7 +199,7 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
     const Posed X = bench.pressed(random, false, 2e-5, 1e-3);
     const BallAndShaft fast(kBall);
     const General general(kBall);
-    bench.look(fast, X);
+    bench.gather(fast, X);
     Foundation a(2, 16384), b(2, 16384);
     const FoundationSum f = a.sum(bench.near, fast, X, kLaw), g = b.sum(bench.near, general, X, kLaw);
     REQUIRE(a.points().size() == b.points().size());
@@ -210,7 +210,7 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
     const Mat6d Hf = second_derivative(f), Hg = second_derivative(g);
     off.add(size_of(Mat6d(Hf - Hg)) / size_of(Hf));
     CHECK(f.depth == g.depth);
-    CHECK(f.clearance.near == g.clearance.near);
+    CHECK(f.clearance.listed_distance == g.clearance.listed_distance);
   }
   MESSAGE("central against general: ", off);
   CHECK(off.worst() <= kRounding);
@@ -224,7 +224,7 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
   const BallAndShaft shape(kDrill);
   for (const bool lying : {false, true}) {
     const Posed X = bench.pressed(random, lying, 5e-4, 5e-4);
-    bench.look(shape, X);
+    bench.gather(shape, X);
     Foundation all(2, 16384), few(2, 100);
     FoundationSum s;
     CHECK(heap_calls([&] { s = all.sum(bench.near, shape, X, kLaw); }) == 0);
@@ -232,7 +232,7 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
     Vec6d wrench = Vec6d::Zero();
     for (const FoundationPoint& p : all.points()) {
       // The mean of max(u − s, 0) over 0 <= s <= ramp, and of half its square.
-      const double u = p.active < 1 - kRounding ? p.active * kLaw.ramp : p.depth + kLaw.ramp / 2;
+      const double u = p.depth_slope < 1 - kRounding ? p.depth_slope * kLaw.ramp : p.depth + kLaw.ramp / 2;
       const double v = std::max(u - kLaw.ramp, 0.0);
       CHECK(p.depth == doctest::Approx((u * u - v * v) / (2 * kLaw.ramp)));
       energy += kLaw.stiffness * p.weight * (u * u * u - v * v * v) / (6 * kLaw.ramp);
@@ -250,8 +250,9 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
   }
 }
 
-// A list gathered elsewhere serves as long as cover() says so, and then answers as one that is gathered at the place.
-TEST_CASE("foundation: a list that still covers the tool gives the same sum; what is said to be free is") {
+// A list gathered elsewhere is kept while the tool is within its reach. Its sum equals that of a list gathered in
+// place.
+TEST_CASE("foundation: a list within reach of the tool has the same sum, and its clearance is free") {
   CAPTURE(kSeed);
   constexpr double kRounding = 1e-6;  // the list's places are single precision, to find what may touch
   Bench bench(kBone), anew(kBone);
@@ -259,28 +260,28 @@ TEST_CASE("foundation: a list that still covers the tool gives the same sum; wha
   int kept = 0;
   Figures off, over, shares;
   const auto compare = [&](const auto& shape, const Posed& start) {
-    bench.look(shape, start);
+    bench.gather(shape, start);
     for (int i = 0; i < 40; ++i) {
       const Vec6d twist = random_twist(random);
       const Posed X = moved(start, twist, random.uniform(0, 2e-3));
       const std::uint64_t generation = bench.near.generation();
       bench.surface.begin_tick();
-      REQUIRE(bench.near.cover(bench.surface.view(), shape, X, {6 * kH, 0}));
+      REQUIRE(bench.near.update(bench.surface.view(), shape, X, {6 * kH, 0}));
       kept += bench.near.generation() == generation ? 1 : 0;
-      anew.look(shape, X);
+      anew.gather(shape, X);
       Foundation a(2, 16384), b(2, 16384);
       const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
       CHECK(a.points().size() == b.points().size());
       if (t.energy > 0) off.add(size_of(Vec6d(s.wrench - t.wrench)) / size_of(t.wrench));
       // A motion by less than the clearance brings no more points, whichever way it goes.
-      if (t.energy > 0 || !(s.clearance.near > 0)) continue;
+      if (t.energy > 0 || !(s.clearance.listed_distance > 0)) continue;
       const Vec3d in = (kRoom.middle() - X.translation()).normalized();
       Vec6d step;
       step << 2e-3 * in, random.uniform(0, 0.2) * X.linear().col(2).cross(in);
       double share = 1;
       while (s.clearance.max_step_fraction(motion_between(X, moved(X, step, share))) < 1) share *= 0.9;
       const Posed ahead = moved(X, step, share);
-      anew.look(shape, ahead);
+      anew.gather(shape, ahead);
       over.add(b.sum(anew.near, shape, ahead, kLaw).energy);
       shares.add(share);
     }

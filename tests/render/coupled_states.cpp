@@ -117,7 +117,7 @@ int hostile(Scene& scene, const Vec3d& m) {
     wrong +=
         is_finite(r.wrench) && r.wrench.force.norm() <= kForce * 1.000001 && r.wrench.torque.norm() <= 0.100001 ? 0 : 1;
     wrong +=
-        scene.proxy_pose_W().matrix().allFinite() && scene.renderer().steps() <= CoupledToolRenderer<>::kMostSteps + 1
+        scene.proxy_pose_W().matrix().allFinite() && scene.renderer().steps() <= CoupledToolRenderer<>::kMaxSteps + 1
             ? 0
             : 1;
   }

@@ -1,152 +1,95 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/poses.hpp"
 
 #include <trephine/render/coupled/virtual_coupling.hpp>
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <cmath>
-#include <vector>
 
 namespace {
 
 using namespace trephine;
 using namespace trephine::test;
 
-struct Gains {
-  double k, most, yield, radius, ramp;
+constexpr unsigned kSeed = 331;
+constexpr double kArm = 0.01;  // [m]: rotations count as the motion of a point at this distance
 
-  [[nodiscard]] BallOnPlane contact() const { return {most / BallOnPlane{1, radius, ramp}.force(yield), radius, ramp}; }
-  [[nodiscard]] CompensatedSpring spring() const { return {k, contact(), yield}; }
-};
-// Of the default, soft, hard, a device of little force, a ball of four yields, small voxels.
-const std::vector<Gains> kGains{{800, 8.5, 1e-4, 1.5e-3, 5e-5}, {800, 3.3, 1e-4, 1.5e-3, 5e-5},
-                                {200, 3.3, 1e-4, 1.5e-3, 5e-5}, {3000, 8.5, 1e-4, 1e-3, 6e-5},
-                                {800, 1, 5e-5, 1.5e-3, 4e-5},   {800, 3.3, 1e-4, 4e-4, 1e-4},
-                                {800, 8.5, 3e-5, 5e-3, 1.6e-5}};
-
-// P(δ) is by definition the mean over 0 <= s <= ramp of what max(ψ − s, 0) over a ball's contact adds up to:
-// π k (R − δ) max(δ − s, 0)².
-TEST_CASE("ball on plane: force is the mean over the ramp, slope and energy are its derivative and integral") {
-  constexpr int kSteps = 20000;
-  Figures force, slope, energy;
-  for (const Gains& g : kGains) {
-    const BallOnPlane c = g.contact();
-    CHECK(c.force(g.yield) == doctest::Approx(g.most));
-    double sum = 0;
-    const double step = g.yield / kSteps;
-    for (int i = 1; i <= kSteps; ++i) {
-      const double d = i * step;
-      sum += step / 6 * (c.force(d - step) + 4 * c.force(d - step / 2) + c.force(d));
-      if (i % 500 != 0) continue;
-      double mean = 0;
-      for (int j = 0; j < kSteps; ++j) {
-        const double deep = std::max(d - (j + 0.5) / kSteps * g.ramp, 0.0);
-        mean += c.gain * (g.radius - d) * deep * deep / kSteps;
-      }
-      force.add(std::abs(c.force(d) / mean - 1));
-      energy.add(std::abs(c.energy(d) / sum - 1));
-      const double small = 1e-4 * d;
-      slope.add(std::abs(c.slope(d) * 2 * small / (c.force(d + small) - c.force(d - small)) - 1));
-    }
-  }
-  MESSAGE("off: force ", force, "; slope ", slope, "; energy ", energy);
-  CHECK(force.worst() <= 1e-5);  // of the midpoint rule
-  CHECK(slope.worst() <= 1e-6);
-  CHECK(energy.worst() <= 1e-6);
+/// 800 N/m up to 3.3 N, 0.3 N·m/rad up to 0.1 N·m.
+VirtualCoupling coupling(bool solves_rotation) {
+  constexpr double kYield = 1e-4;
+  const BallOnPlane contact{3.3 / BallOnPlane{1, 1.5e-3, 5e-5}.force(kYield), 1.5e-3, 5e-5};
+  return {CompensatedSpring(800, contact, kYield), {0.3, 0.1}, solves_rotation};
 }
 
-// Contact begins offset() outside the surface: so deep below it, the two in series give way by x + δ − offset.
-TEST_CASE("compensated spring: in series with the contact the hand feels k times the depth, and never more than k") {
-  constexpr double kRounding = 1e-9, kSoft = 0.015;  // of the greatest force, below which the hand feels less than k
-  Figures secant, tangent, inverse, soft;
-  for (const Gains& g : kGains) {
-    const BallOnPlane c = g.contact();
-    const CompensatedSpring spring = g.spring();
-    CHECK(spring.offset() > 0);
-    CHECK(spring.offset() < g.ramp / 2);
-    double x = 0, depth = 0;
-    for (int i = 1; i <= 2000; ++i) {
-      // The extension that pulls P(δ), by bisection.
-      const double d = g.yield * i / 2000, P = c.force(d);
-      double low = 0, high = g.most / g.k;
-      for (int j = 0; j < 80; ++j) {
-        const double middle = (low + high) / 2;
-        (spring.at(middle).pull < P ? low : high) = middle;
-      }
-      const double x_before = x, depth_before = depth;
-      x = high;
-      depth = x + d - spring.offset();
-      CHECK(x >= x_before);
-      // Never stiffer than k, and k from some milli-newtons on.
-      if (i > 1) tangent.add((P - c.force(g.yield * (i - 1) / 2000)) / (depth - depth_before) / g.k - 1);
-      if (P > kSoft * g.most)
-        secant.add(std::abs(P / (g.k * depth) - 1));
-      else
-        soft.add(P / g.most - g.k * depth / g.most);
-      inverse.add(std::abs(spring.at(x).pull - P) / g.most);
-    }
-  }
-  MESSAGE("in series, secant off k: ", secant, "; tangent over k: ", tangent,
-          "; force over k times the depth, below: ", soft);
-  CHECK(secant.worst() <= 1e-6);
-  CHECK(tangent.worst() <= 1e-6);
-  CHECK(inverse.worst() <= kRounding);
+Vec6d random_motion(Random& random) {
+  Vec6d motion;
+  motion << random.unit(), random.unit() / kArm;
+  return motion / 2;
 }
 
-/// Checks that a spring's pull and energy are what its tangent and pull add up to, along extensions past saturation.
-template <class Spring>
-void check_adds_up(const Spring& spring, double k, double most, double stiffest, double saturated) {
-  // Simpson's rule on smooth laws over 20000 steps; across the kink where the pull saturates one step is off by its
-  // square.
-  constexpr double kSumError = 1e-7, kDifferenceError = 1e-5, kRounding = 1e-9;
-  constexpr int kSteps = 20000;
-  const double far = 3 * saturated, step = far / kSteps;
-  double energy = 0, before = 0;
-  int wrong = 0;
-  Figures energy_off, tangent_off;
-  for (int i = 1; i <= kSteps; ++i) {
-    const double x = i * step;
-    const SpringPull a = spring.at(x - step), m = spring.at(x - step / 2), b = spring.at(x);
-    energy += step / 6 * (a.pull + 4 * m.pull + b.pull);
-    energy_off.add(std::abs(b.energy - energy) / (most * far));
-    wrong += b.pull >= before && b.pull <= most && b.tangent >= 0 && b.tangent <= stiffest * (1 + kRounding) ? 0 : 1;
-    before = b.pull;
-    const double d = 1e-3 * step;
-    const bool kink = std::abs(x - saturated) < step;
-    // Where the curve bends most, at rest, it does so over some δ₀.
-    if (!kink && i > 40)
-      tangent_off.add(std::abs((spring.at(x + d).pull - spring.at(x - d).pull) / (2 * d) - b.tangent) / k);
+// Error of central differences over 1e-7 m: rounding of 1e-16 J over it, and the law's third derivative.
+TEST_CASE("virtual coupling: the wrench is the energy's descent, the Hessian its second derivative") {
+  CAPTURE(kSeed);
+  constexpr double kStep = 1e-7, kFirst = 1e-6, kSecond = 1e-4;
+  Random random(kSeed);
+  const VirtualCoupling c = coupling(true);
+  Figures first, second;
+  for (int i = 0; i < 200; ++i) {
+    const Posed X = random_pose(random, Vec3d::Zero(), 0.1);
+    // Below saturation, where the Hessian is the exact one.
+    const Posed X_device = moved(X, (Vec6d() << random.arrow(4e-4, 3e-3), random.arrow(0.02, 0.3)).finished());
+    const PoseError error = c.evaluate(X, X_device);
+    Mat6d H = Mat6d::Zero(), geometric_stiffness = Mat6d::Zero();
+    c.add_hessian(error, H, geometric_stiffness);
+    H += geometric_stiffness;
+    const Vec6d motion = random_motion(random);
+    const PoseError before = c.evaluate(moved(X, -kStep * motion), X_device),
+                    after = c.evaluate(moved(X, kStep * motion), X_device);
+    const double size = VirtualCoupling::wrench(error).norm();
+    first.add(std::abs((after.energy - before.energy) / (2 * kStep) + VirtualCoupling::wrench(error).dot(motion)) /
+              size);
+    const double change = (VirtualCoupling::wrench(before) - VirtualCoupling::wrench(after)).dot(motion) / (2 * kStep);
+    second.add(std::abs(change / motion.dot(H * motion) - 1));
+  }
+  MESSAGE("wrench off by ", first, "; Hessian off by ", second);
+  CHECK(first.worst() <= kFirst);
+  CHECK(second.worst() <= kSecond);
+}
+
+TEST_CASE("virtual coupling: the Gauss-Newton part is positive definite at any pose error, saturated or not") {
+  CAPTURE(kSeed);
+  Random random(kSeed + 1);
+  const VirtualCoupling c = coupling(true);
+  int saturated = 0, wrong = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Posed X = random_pose(random, Vec3d::Zero(), 0.1);
+    const Posed X_device = moved(X, (Vec6d() << random.arrow(0, 0.02), random.arrow(0, 2)).finished());
+    const PoseError error = c.evaluate(X, X_device);
+    saturated += error.force.magnitude == c.translation_spring.max_force() ? 1 : 0;
+    wrong += error.force.magnitude <= c.translation_spring.max_force() && error.torque.magnitude <= 0.1 ? 0 : 1;
+    Mat6d H = Mat6d::Zero(), geometric_stiffness = Mat6d::Zero();
+    c.add_hessian(error, H, geometric_stiffness);
+    wrong += Eigen::SelfAdjointEigenSolver<Mat6d>(H).eigenvalues().minCoeff() > 0 ? 0 : 1;
   }
   CHECK(wrong == 0);
-  CHECK(spring.at(0).pull <= kRounding * most);
-  CHECK(spring.at(0).energy == doctest::Approx(0));
-  CHECK(spring.at(saturated * 1.001).pull == most);
-  CHECK(spring.at(saturated * 0.99).pull < most);
-  CHECK(spring.at(saturated * 1.001).tangent == 0);
-  MESSAGE("energy off the sum of pulls, of pull times way: ", energy_off, "; tangent off, of k: ", tangent_off);
-  CHECK(energy_off.worst() <= kSumError);
-  CHECK(tangent_off.worst() <= kDifferenceError);
+  CHECK(saturated > 50);
+  CHECK(saturated < 250);
 }
 
-TEST_CASE("compensated spring: energy is the sum of pulls, tangent their slope, pull rises to the most and stays") {
-  for (const Gains& g : kGains) {
-    CAPTURE(g.k);
-    CAPTURE(g.most);
-    // Four times as stiff as k where the contact is too soft, and from δ_c on 1 / (1 / k − 1 / P').
-    const CompensatedSpring spring = g.spring();
-    const double saturated = g.most / g.k - g.yield + spring.offset();
-    check_adds_up(spring, g.k, g.most, 4 * g.k, saturated);
-  }
-}
-
-TEST_CASE("bounded spring: energy is the sum of pulls, tangent their slope, pull rises to the most and stays") {
-  check_adds_up(BoundedSpring{0.3, 0.188}, 0.3, 0.188, 0.3, 0.188 / 0.3);
-  const BoundedSpring spring{2, 6};
-  CHECK(spring.at(1).pull == 2);
-  CHECK(spring.at(1).energy == 1);
-  CHECK(spring.at(5).pull == 6);
-  CHECK(spring.at(5).energy == 21);
+TEST_CASE("virtual coupling: no pose error gives no wrench, and a fixed rotation no torque") {
+  Random random(kSeed + 2);
+  const Posed X = random_pose(random, Vec3d::Zero(), 0.1);
+  CHECK(VirtualCoupling::wrench(coupling(true).evaluate(X, X)) == Vec6d::Zero());
+  CHECK(coupling(true).evaluate(X, X).energy == 0);
+  const Posed X_device = moved(X, (Vec6d() << 1e-3 * random.unit(), 0.2 * random.unit()).finished());
+  const PoseError error = coupling(false).evaluate(X, X_device);
+  CHECK(VirtualCoupling::wrench(error).tail<3>() == Vec3d::Zero());
+  CHECK(VirtualCoupling::wrench(error).head<3>().norm() == doctest::Approx(error.force.magnitude));
+  CHECK(error.energy == error.force.energy);
 }
 
 }  // namespace

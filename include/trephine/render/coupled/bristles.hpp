@@ -2,6 +2,8 @@
 #pragma once
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/core/spatial.hpp>
+#include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 
 #include <algorithm>
@@ -14,103 +16,106 @@
 
 namespace trephine {
 
-/// Friction of all contact after a small motion (δp, δθ) of the tool about T's origin, G axes.
+/// Friction of all contact after a small motion (δp, δθ) of the tool about T's origin, in G axes.
 struct FrictionSum {
   Vec6d wrench = Vec6d::Zero();     ///< force [N] and torque about T's origin [N·m] on the tool
-  Mat6d stiffness = Mat6d::Zero();  ///< −∂wrench by the motion; not symmetric, as slipping follows the pressure
+  Mat6d stiffness = Mat6d::Zero();  ///< −∂wrench by the motion; not symmetric, as the slip limit follows the pressure
 };
 
-/// Friction as a brush: every point of the foundation has a bristle that bends along the surface, as stiff as the
-/// foundation there, from where it began to touch. Coulomb's law bounds its bend by μ times the point's depth; the rest
-/// slips. So a element of contact sticks, slides, spins and rolls by one law at a point, and friction only takes
-/// energy: a bristle is unbent where it comes into contact, and its energy is lost when it leaves.
+/// Friction as a brush: every contact point has a bristle that deflects along the surface and slips at Coulomb's limit.
 ///
-/// Bends belong to points of the bone (`NearBlock::key` and sample), so that they last from tick to tick whatever list
-/// the points are in. A law that holds nothing (`Coulomb{0, 0}`) is asked once, and is as none.
+/// A bristle is as stiff as the foundation at its point. It deflects from the place where its point came into contact.
+/// The law bounds its deflection by μ times the point's depth; the rest slips. So an area of contact sticks, slides,
+/// spins and rolls by one law at a point. Friction only dissipates: a bristle starts undeflected, and its energy is
+/// lost when its point leaves.
+///
+/// Deflections belong to points of the bone (`NearBlock::key` and sample). So they last from tick to tick, whatever
+/// list holds the points. A law without friction (`Coulomb{0, 0}`) is evaluated once, and then costs nothing.
 template <Friction Law>
 class Bristles {
  public:
   explicit Bristles(const Law& law)
-      : law_(law), holds_(!(law.slip(std::numeric_limits<double>::min(), 1.0, true) > 0)) {}
+      : law_(law), has_friction_(!(law.slip(std::numeric_limits<double>::min(), 1.0, true) > 0)) {}
 
-  /// Whether there is any friction.
-  [[nodiscard]] bool holds() const noexcept { return holds_; }
+  /// Returns false for a law that slips at any force.
+  [[nodiscard]] bool has_friction() const noexcept { return has_friction_; }
 
-  /// Takes memory for bristles on `elements` elements at once, with as many points each, and for `points` points in
-  /// all.
-  void reserve(std::size_t elements, std::size_t per_element, std::size_t points) {
-    if (!holds_) return;
-    per_element_ = per_element;
+  /// Allocates bristles for `elements` elements in contact at once, each of `points_per_element` points, and for
+  /// `points` points in all.
+  void reserve(std::size_t elements, std::size_t points_per_element, std::size_t points) {
+    if (!has_friction_) return;
+    points_per_element_ = points_per_element;
     rows_.clear();
     rows_.reserve(elements);
-    bends_.assign(elements * per_element, {});
+    deflections_.assign(elements * points_per_element, {});
     table_.assign(std::bit_ceil(4 * elements), kNone);
-    lanes_.resize((points + kProfileLanes - 1) / kProfileLanes);
+    groups_.resize((points + kProfileLanes - 1) / kProfileLanes);
   }
 
-  /// Unbends all bristles.
+  /// Removes all deflections.
   void reset() noexcept {
-    for (const Row& r : rows_) table_[r.slot] = kNone;
+    for (const ElementRow& r : rows_) table_[r.slot] = kNone;
     rows_.clear();
     count_ = 0;
   }
 
-  /// A tick begins with the tool at X.
-  void begin(const Posed& X) noexcept { X_begin_ = X; }
+  /// Starts a tick with the tool at X, in G. Later motion in the tick deflects bristles.
+  void begin_tick(const Posed& X) noexcept { X_start_ = X; }
 
-  /// Takes the points that the foundation found with the tool at X, k its stiffness [N/m³].
+  /// Takes the contact points found with the tool at X; k is the foundation's stiffness [N/m³].
   void attach(std::span<const FoundationPoint> points, const Posed& X, double k) noexcept {
-    if (!holds_) return;
-    // The tool's material at a point has come from where it was when the tick began.
-    const Mat3d from = inverse_rotation(X), to = X_begin_.linear();
+    if (!has_friction_) return;
+    // Displacement of the tool's material at a point since the start of the tick: moved − back · arm.
+    const Mat3d from = inverse_rotation(X), to = X_start_.linear();
     const Mat3d back = to * from - Mat3d::Identity();
-    const Vec3d moved = X.translation() - X_begin_.translation();
-    count_ = std::min(points.size(), lanes_.size() * kProfileLanes);
-    const Bend* row = nullptr;
+    const Vec3d moved = X.translation() - X_start_.translation();
+    count_ = std::min(points.size(), groups_.size() * kProfileLanes);
+    const Deflection* row = nullptr;
     for (std::size_t i = 0; i < count_; ++i) {
       const FoundationPoint& q = points[i];
       if (i == 0 || points[i - 1].element != q.element) {
         const std::int32_t r = table_[find(q.element)];
-        row = r == kNone ? nullptr : &bends_[static_cast<std::size_t>(r) * per_element_];
+        row = r == kNone ? nullptr : &deflections_[static_cast<std::size_t>(r) * points_per_element_];
       }
-      Group& g = lanes_[i / kProfileLanes];
+      PointGroup& g = groups_[i / kProfileLanes];
       const std::size_t l = i % kProfileLanes;
-      const Vec3d bend = moved - back * q.arm + (row ? row[q.sample].way : Vec3d(Vec3d::Zero()));
+      const Vec3d deflection = moved - back * q.arm + (row ? row[q.sample].displacement : Vec3d(Vec3d::Zero()));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto e = static_cast<Eigen::Index>(axis);
         g.arm[axis][l] = q.arm[e];
         g.normal[axis][l] = q.normal[e];
-        g.bend[axis][l] = bend[e];
+        g.deflection[axis][l] = deflection[e];
       }
       g.depth[l] = q.depth;
-      g.active[l] = q.active;
+      g.depth_slope[l] = q.depth_slope;
       g.stiffness[l] = k * q.weight;
-      g.slid[l] = row && row[q.sample].slid ? 1.0 : 0.0;
+      g.slipped[l] = row && row[q.sample].slipped ? 1.0 : 0.0;
     }
-    for (std::size_t i = count_; i % kProfileLanes != 0; ++i) lanes_[i / kProfileLanes].clear(i % kProfileLanes);
+    for (std::size_t i = count_; i % kProfileLanes != 0; ++i) groups_[i / kProfileLanes].clear(i % kProfileLanes);
   }
 
-  /// The bristles' forces where the tool has moved on by a small motion, to first order in the points' depths.
-  [[nodiscard]] FrictionSum at(const Vec6d& motion) const noexcept {
-    std::array<Lanes, 42> sums{};
-    for (std::size_t i = 0; i < groups(); ++i) {
-      const Group& g = lanes_[i];
-      const Bent b = bent(g, motion);
-      // −∂f by the point's way: c1 (1 − n nᵀ) + (c2 − c1) t tᵀ + c3 t nᵀ, t along the bend.
+  /// Returns friction and its derivative after a small motion of the tool since `attach`. The points' depths follow the
+  /// motion to first order.
+  [[nodiscard]] FrictionSum linearise(const Vec6d& motion) const noexcept {
+    std::array<Lanes, 42> sums{};  // 6 of the wrench, 36 of the stiffness by rows
+    for (std::size_t i = 0; i < group_count(); ++i) {
+      const PointGroup& g = groups_[i];
+      const Trial b = trial(g, motion);
+      // −∂f by the point's displacement: c1 (1 − n nᵀ) + (c2 − c1) t tᵀ + c3 t nᵀ, t along the deflection.
       Lanes c1, c2, c3;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const bool slides = b.slides[l] > 0;
-        c1[l] = g.stiffness[l] * b.share[l];
-        c2[l] = slides ? 0.0 : g.stiffness[l];
-        c3[l] = slides && b.depth[l] > 0 ? c1[l] * b.length[l] / b.depth[l] * g.active[l] : 0.0;
+        const bool slips = b.slips_on[l] > 0;
+        c1[l] = g.stiffness[l] * b.kept[l];
+        c2[l] = slips ? 0.0 : g.stiffness[l];
+        c3[l] = slips && b.depth[l] > 0 ? c1[l] * b.length[l] / b.depth[l] * g.depth_slope[l] : 0.0;
       }
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
         const double n[3] = {g.normal[0][l], g.normal[1][l], g.normal[2][l]};
         const double a[3] = {g.arm[0][l], g.arm[1][l], g.arm[2][l]};
-        const double v[3] = {b.way[0][l], b.way[1][l], b.way[2][l]};
+        const double v[3] = {b.tangential[0][l], b.tangential[1][l], b.tangential[2][l]};
         const double inverse = b.length[l] > 0 ? 1 / b.length[l] : 0.0;
         const double t[3] = {v[0] * inverse, v[1] * inverse, v[2] * inverse};
-        // Rows of 3 by the six motions: C and what turns do.
+        // M = (C, −C [a]×): derivatives by translation and by rotation.
         double M[3][6], f[3];
         for (int r = 0; r < 3; ++r) {
           f[r] = -c1[l] * v[r];
@@ -134,40 +139,41 @@ class Bristles {
         }
       }
     }
-    FrictionSum out;
+    FrictionSum friction;
     const auto total = [&](std::size_t i) {
       return Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(sums[i].data()).sum();
     };
     for (std::size_t r = 0; r < 6; ++r) {
-      out.wrench[static_cast<Eigen::Index>(r)] = total(r);
+      friction.wrench[static_cast<Eigen::Index>(r)] = total(r);
       for (std::size_t c = 0; c < 6; ++c)
-        out.stiffness(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = total(6 + 6 * r + c);
+        friction.stiffness(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = total(6 + 6 * r + c);
     }
-    return out;
+    return friction;
   }
 
-  /// Ends a tick with the tool moved on by `motion` since `attach(points, …)`: bristles slip as far as their law says,
-  /// and those that touch no more are gone. Calls visit(i, f) with the force on the tool of point i's bristle [N].
+  /// Ends a tick after a small motion of the tool since `attach(points, …)`: stores the deflections that remain after
+  /// slip, and removes those of points out of contact. Calls visit(i, f) with the force of point i's bristle on the
+  /// tool [N].
   template <class Visit>
-  void settle(std::span<const FoundationPoint> points, const Vec6d& motion, Visit&& visit) noexcept {
-    if (!holds_) return;
+  void commit(std::span<const FoundationPoint> points, const Vec6d& motion, Visit&& visit) noexcept {
+    if (!has_friction_) return;
     const std::size_t count = count_;
     reset();
     for (std::size_t first = 0; first < count; first += kProfileLanes) {
-      const Group& g = lanes_[first / kProfileLanes];
-      const Bent b = bent(g, motion);
+      const PointGroup& g = groups_[first / kProfileLanes];
+      const Trial b = trial(g, motion);
       for (std::size_t l = 0; l < std::min(kProfileLanes, count - first); ++l) {
         const FoundationPoint& q = points[first + l];
-        const Vec3d left = b.share[l] * Vec3d(b.way[0][l], b.way[1][l], b.way[2][l]);
-        visit(first + l, Vec3d(-g.stiffness[l] * left));
+        const Vec3d kept = b.kept[l] * Vec3d(b.tangential[0][l], b.tangential[1][l], b.tangential[2][l]);
+        visit(first + l, Vec3d(-g.stiffness[l] * kept));
         if (rows_.empty() || rows_.back().element != q.element) {
           if (rows_.size() == rows_.capacity()) continue;
           const std::size_t slot = find(q.element);
           table_[slot] = static_cast<std::int32_t>(rows_.size());
-          std::fill_n(&bends_[rows_.size() * per_element_], per_element_, Bend{});
+          std::fill_n(&deflections_[rows_.size() * points_per_element_], points_per_element_, Deflection{});
           rows_.push_back({q.element, slot});
         }
-        bends_[(rows_.size() - 1) * per_element_ + q.sample] = {left, b.slips[l] > 0};
+        deflections_[(rows_.size() - 1) * points_per_element_ + q.sample] = {kept, b.slips[l] > 0};
       }
     }
   }
@@ -175,38 +181,39 @@ class Bristles {
  private:
   using Lanes = ProfileLanes<double>;
   static constexpr std::int32_t kNone = -1;
-  /// A bristle that slid and is as long as its law lets it be, but for this share, slides on.
-  static constexpr double kAtLimit = 1e-6;
 
-  struct Row {  // of bristles, those of a element
+  /// An element in contact, whose points have a row of deflections.
+  struct ElementRow {
     std::uint64_t element;
-    std::size_t slot;  // in the table
+    std::size_t slot;  // index in table_
   };
-  struct Bend {
-    Vec3d way = Vec3d::Zero();  // of the tool against the bone, in G [m]
-    bool slid = false;          // at the last tick
+  struct Deflection {
+    Vec3d displacement = Vec3d::Zero();  // of the tool against the bone, in G [m]
+    bool slipped = false;                // at the last tick
   };
-  /// Points in lanes: arms, normals and bends in G [m], depths [m], stiffnesses [N/m].
-  struct Group {
-    std::array<Lanes, 3> arm, normal, bend;
-    Lanes depth, active, stiffness, slid;
+  /// Contact points in lanes: arms, normals and deflections in G [m], depths [m], stiffnesses [N/m].
+  struct PointGroup {
+    std::array<Lanes, 3> arm, normal, deflection;
+    Lanes depth, depth_slope, stiffness, slipped;
 
     void clear(std::size_t l) noexcept {
-      for (auto* v : {&arm, &normal, &bend})
+      for (auto* v : {&arm, &normal, &deflection})
         for (Lanes& lanes : *v) lanes[l] = 0;
-      depth[l] = active[l] = stiffness[l] = slid[l] = 0;
+      depth[l] = depth_slope[l] = stiffness[l] = slipped[l] = 0;
     }
   };
-  struct Bent {
-    std::array<Lanes, 3> way;  // along the surface, before slipping [m]
-    Lanes length, share;       // of the way [m], and what is left of it
-    Lanes depth;               // [m]
-    Lanes slips, slides;       // now; or would, if it were bent a little more
+  /// Trial deflections after a motion, and their return to Coulomb's cone.
+  struct Trial {
+    std::array<Lanes, 3> tangential;  // trial deflection in the tangent plane, before slip [m]
+    Lanes length;                     // of the trial deflection [m]
+    Lanes kept;                       // fraction of it that remains after slip
+    Lanes depth;                      // [m]
+    Lanes slips, slips_on;            // slips; would slip at a slightly larger deflection
   };
 
-  [[nodiscard]] std::size_t groups() const noexcept { return (count_ + kProfileLanes - 1) / kProfileLanes; }
+  [[nodiscard]] std::size_t group_count() const noexcept { return (count_ + kProfileLanes - 1) / kProfileLanes; }
 
-  /// Where a element is in the table, or the free place where it would be.
+  /// Returns an element's slot in the hash table, or the free slot where it would be stored.
   [[nodiscard]] std::size_t find(std::uint64_t key) const noexcept {
     const std::size_t mask = table_.size() - 1;
     std::size_t t = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 32) & mask;
@@ -214,58 +221,60 @@ class Bristles {
     return t;
   }
 
-  [[nodiscard]] Bent bent(const Group& g, const Vec6d& motion) const noexcept {
-    Bent b;
+  [[nodiscard]] Trial trial(const PointGroup& g, const Vec6d& motion) const noexcept {
+    Trial b;
     const double px = motion[0], py = motion[1], pz = motion[2], tx = motion[3], ty = motion[4], tz = motion[5];
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double ax = g.arm[0][l], ay = g.arm[1][l], az = g.arm[2][l];
       const double nx = g.normal[0][l], ny = g.normal[1][l], nz = g.normal[2][l];
       const double sx = px + ty * az - tz * ay, sy = py + tz * ax - tx * az, sz = pz + tx * ay - ty * ax;
-      const double deeper = g.depth[l] + g.active[l] * (sx * nx + sy * ny + sz * nz);
-      b.depth[l] = deeper > 0 ? deeper : 0.0;
-      const double wx = g.bend[0][l] + sx, wy = g.bend[1][l] + sy, wz = g.bend[2][l] + sz;
-      const double out = wx * nx + wy * ny + wz * nz;
-      b.way[0][l] = wx - out * nx;
-      b.way[1][l] = wy - out * ny;
-      b.way[2][l] = wz - out * nz;
+      const double depth = g.depth[l] + g.depth_slope[l] * (sx * nx + sy * ny + sz * nz);
+      b.depth[l] = depth > 0 ? depth : 0.0;
+      const double wx = g.deflection[0][l] + sx, wy = g.deflection[1][l] + sy, wz = g.deflection[2][l] + sz;
+      const double normal = wx * nx + wy * ny + wz * nz;
+      b.tangential[0][l] = wx - normal * nx;
+      b.tangential[1][l] = wy - normal * ny;
+      b.tangential[2][l] = wz - normal * nz;
     }
     for (std::size_t l = 0; l < kProfileLanes; ++l)
-      b.length[l] = b.way[0][l] * b.way[0][l] + b.way[1][l] * b.way[1][l] + b.way[2][l] * b.way[2][l];
+      b.length[l] = b.tangential[0][l] * b.tangential[0][l] + b.tangential[1][l] * b.tangential[1][l] +
+                    b.tangential[2][l] * b.tangential[2][l];
     square_roots(b.length);
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double length = b.length[l], depth = b.depth[l];
-      const bool sticking = !(g.slid[l] > 0);
+      const bool sticking = !(g.slipped[l] > 0);
       const double slip = std::min(law_.slip(length, depth, sticking), length);
       b.slips[l] = slip > 0 ? 1.0 : 0.0;
-      b.slides[l] = law_.slip(length * (1 + kAtLimit), depth, sticking) > 0 ? 1.0 : 0.0;
-      b.share[l] = length > 0 ? (length - std::max(slip, 0.0)) / length : 1.0;
+      b.slips_on[l] = law_.slip(length * (1 + CoupledConstants::kSlipMargin), depth, sticking) > 0 ? 1.0 : 0.0;
+      b.kept[l] = length > 0 ? (length - std::max(slip, 0.0)) / length : 1.0;
     }
     return b;
   }
 
   Law law_;
-  bool holds_;
-  Posed X_begin_ = Posed::Identity();
-  std::size_t per_element_ = 0;
-  std::vector<Row> rows_;
-  std::vector<Bend> bends_;          // per_element_ a row
-  std::vector<std::int32_t> table_;  // rows by their elements' hashes
-  std::vector<Group> lanes_;         // of the points attached
-  std::size_t count_ = 0;
+  bool has_friction_;
+  Posed X_start_ = Posed::Identity();  // of the tick
+  std::size_t points_per_element_ = 0;
+  std::vector<ElementRow> rows_;
+  std::vector<Deflection> deflections_;  // points_per_element_ a row
+  std::vector<std::int32_t> table_;      // hash table: row by element
+  std::vector<PointGroup> groups_;       // the attached points
+  std::size_t count_ = 0;                // of the attached points
 };
 
+/// Without friction: empty, and free of cost.
 template <>
 class Bristles<Frictionless> {
  public:
   explicit Bristles(const Frictionless&) noexcept {}
-  [[nodiscard]] static constexpr bool holds() noexcept { return false; }
+  [[nodiscard]] static constexpr bool has_friction() noexcept { return false; }
   void reserve(std::size_t, std::size_t, std::size_t) noexcept {}
   void reset() noexcept {}
-  void begin(const Posed&) noexcept {}
+  void begin_tick(const Posed&) noexcept {}
   void attach(std::span<const FoundationPoint>, const Posed&, double) noexcept {}
-  [[nodiscard]] static FrictionSum at(const Vec6d&) noexcept { return {}; }
+  [[nodiscard]] static FrictionSum linearise(const Vec6d&) noexcept { return {}; }
   template <class Visit>
-  void settle(std::span<const FoundationPoint>, const Vec6d&, Visit&&) noexcept {}
+  void commit(std::span<const FoundationPoint>, const Vec6d&, Visit&&) noexcept {}
 };
 
 }  // namespace trephine

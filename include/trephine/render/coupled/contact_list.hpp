@@ -11,24 +11,27 @@
 
 namespace trephine {
 
-/// The contacts of a tick, for logs: one for each element of bone that touches, in the order of its points.
+/// List of a tick's contacts, for logs and drawing: one per surface element in contact, in the order of its points.
+/// Forces are on the tool [N], in G.
 template <RealScalar Scalar>
 class ContactList {
  public:
+  /// Allocates room for `contacts` contacts. Further ones are left out.
   void reserve(std::size_t contacts) {
     contacts_.resize(contacts);
     sums_.resize(contacts);
   }
-  void clear() noexcept { count_ = at_ = 0; }
+  void clear() noexcept { count_ = cursor_ = 0; }
 
-  /// Joins a point of pressure `load` [N], higher than 0, to its element's contact; those beyond the room are left out.
+  /// Adds a point with the normal force `load` > 0 [N] to its element's contact. Call it for all points of an element
+  /// in a row.
   void add(const FoundationPoint& q, double load) noexcept {
     if (count_ == 0 || sums_[count_ - 1].element != q.element) {
       if (count_ == contacts_.size()) return;
       sums_[count_] = {.element = q.element};
       contacts_[count_++] = {};
     }
-    Sum& s = sums_[count_ - 1];
+    ElementSum& s = sums_[count_ - 1];
     s.load += load;
     s.moment += load * q.arm;
     const Vec3<Scalar> f = (-load * q.normal).template cast<Scalar>();
@@ -36,14 +39,15 @@ class ContactList {
     contacts_[count_ - 1].force += f;
   }
 
-  /// Adds to the force of a element's contact; elements in the order in which points were added.
+  /// Adds a force [N] to an element's contact. Call it for elements in the order of `add`.
   void add_force(std::uint64_t element, const Vec3d& f) noexcept {
     if (f == Vec3d::Zero()) return;
-    while (at_ < count_ && sums_[at_].element != element) ++at_;
-    if (at_ < count_) contacts_[at_].force += f.template cast<Scalar>();
+    while (cursor_ < count_ && sums_[cursor_].element != element) ++cursor_;
+    if (cursor_ < count_) contacts_[cursor_].force += f.template cast<Scalar>();
   }
 
-  /// After all points: contacts are where their pressure is, about the origin p of the arms.
+  /// Sets positions and normals after all points were added. A contact's position is its centre of pressure; p is the
+  /// origin of the points' arms in G [m].
   void finish(const Vec3d& p) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
       contacts_[i].position = (p + sums_[i].moment / sums_[i].load).template cast<Scalar>();
@@ -54,15 +58,15 @@ class ContactList {
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return {contacts_.data(), count_}; }
 
  private:
-  struct Sum {
+  struct ElementSum {
     std::uint64_t element = 0;     // `FoundationPoint::element`
     double load = 0;               // [N]
-    Vec3d moment = Vec3d::Zero();  // Σ load · arm
+    Vec3d moment = Vec3d::Zero();  // Σ load · arm [N·m]
   };
   std::vector<ContactPoint<Scalar>> contacts_;
-  std::vector<Sum> sums_;
+  std::vector<ElementSum> sums_;
   std::size_t count_ = 0;
-  std::size_t at_ = 0;  // where `add_force` was last
+  std::size_t cursor_ = 0;  // contact that `add_force` found last
 };
 
 }  // namespace trephine

@@ -6,28 +6,30 @@
 #include <cmath>
 #include <concepts>
 
-/// What a coupled tool is told.
+/// Options of the coupled tool, and the degrees of freedom that it solves for.
 namespace trephine {
 
 struct CoupledOptions {
-  /// k_v [N/m]: the stiffness that the hand feels when the tip is pressed on bone. As high as the device allows at its
+  /// k_v [N/m]: stiffness that the hand feels when the tip is pressed on bone. Take as much as the device allows at its
   /// rate.
   double stiffness = 800;
-  /// k_θ [N·m/rad]. Infinite: the tool's rotation is the device's, and the torque zero, as with `TranslationOnly`.
+  /// k_θ [N·m/rad]. With infinity the tool has the device's rotation and the torque is zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;
-  double force = 8.5;     ///< most that the coupling pulls with [N]: the device's maximum
-  double torque = 0.188;  ///< likewise [N·m]
-  /// The device's pose moved farther than this between two ticks [m], or its axis turned by half a radian: it jumped.
-  /// The virtual tool appears at the new pose where that is free of bone, and follows step by step where it is not.
+  double force = 8.5;     ///< largest force of the coupling [N]: the device's maximum
+  double torque = 0.188;  ///< likewise, the torque [N·m]
+  /// A device that moved farther than this between two ticks [m], or whose axis turned by half a radian, jumped.
+  /// The virtual tool then starts at the new pose if its axis is free of bone there. Otherwise it follows step by step.
   double jump = 0.005;
-  /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
-  /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
+  /// A burr that only touches bone removes nothing, so the cutting pose lies ahead of the virtual tool. It lies as far
+  /// toward the device as the device is, and at most this many voxels. The burr removes up to that much in a tick.
   double bite = 1;
 
-  static constexpr double kMost = 1e12;  ///< of each gain: squares of what follows from it are single precision's
+  /// Upper bound of each gain in its unit: squares of values derived from it are finite in single precision.
+  static constexpr double kMaxGain = 1e12;
 
+  /// Throws std::invalid_argument for a value out of its range.
   void validate() const {
-    const auto positive = [](double v) { return v > 0 && v <= kMost; };
+    const auto positive = [](double v) { return v > 0 && v <= kMaxGain; };
     if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 and at most 1e12 N/m", stiffness);
     if (!positive(rotational_stiffness) && !(rotational_stiffness > 0 && std::isinf(rotational_stiffness)))
       refuse("CoupledOptions", "rotational_stiffness must be > 0 and at most 1e12 N·m/rad, or infinite",
@@ -39,15 +41,20 @@ struct CoupledOptions {
   }
 };
 
-/// Which of its motions the virtual tool finds by itself. A device without motors for torque needs no more than
-/// translation: the tool's rotation is then the device's, and the torque zero.
+/// Solves for translation and rotation of the virtual tool.
 struct SixDof {
   static constexpr int kDof = 6;
 };
+/// Solves for translation alone, for devices without motors for torque. The virtual tool has the device's rotation, and
+/// the torque is zero.
 struct TranslationOnly {
   static constexpr int kDof = 3;
 };
+/// Degrees of freedom that the coupled tool solves for: any type with `kDof`, 3 for translation or 6 with rotation.
 template <class M>
-concept CoupledMotion = std::same_as<M, SixDof> || std::same_as<M, TranslationOnly>;
+concept CoupledMotion = requires {
+  { M::kDof } -> std::convertible_to<int>;
+}
+&&(M::kDof == 3 || M::kDof == 6);
 
 }  // namespace trephine

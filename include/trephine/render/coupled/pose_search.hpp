@@ -2,223 +2,232 @@
 #pragma once
 
 #include <trephine/core/cholesky.hpp>
+#include <trephine/core/spatial.hpp>
 #include <trephine/render/coupled/bristles.hpp>
+#include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
+#include <trephine/tool/tool_shape.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 
 namespace trephine {
 
-/// What a pose of the virtual tool amounts to: contact, its friction, and the coupling to the device.
-struct PoseEnergy {
+/// Evaluation of a pose of the virtual tool: contact, friction, and the coupling to the device.
+struct PoseEvaluation {
   FoundationSum contact;
   FrictionSum friction;  ///< no part of the energy
   PoseError coupling;
-  bool turns = false;  ///< the tool finds its rotation by itself
+  bool solves_rotation = false;  ///< false: the tool has the device's rotation, and wrench() no torque
 
+  /// Energy of contact and coupling [J].
   [[nodiscard]] double energy() const noexcept { return contact.energy + coupling.energy; }
-  /// Force and torque on the virtual tool; −∂E by a small motion (δp, δθ) but for friction.
-  [[nodiscard]] Vec6d force() const noexcept {
+  /// Force [N] and torque [N·m] on the virtual tool: friction, and −∂E by a small motion (δp, δθ).
+  [[nodiscard]] Vec6d wrench() const noexcept {
     Vec6d f = contact.wrench + friction.wrench + VirtualCoupling::wrench(coupling);
-    if (!turns) f.tail<3>().setZero();
+    if (!solves_rotation) f.tail<3>().setZero();
     return f;
   }
 };
 
-/// Second derivatives of the energy by a small motion: with the tool's bending, or Gauss and Newton's part of them
-/// alone. A tool that does not turn has ones where turns are.
-struct Curvature {
-  Mat6d whole, gauss_newton;
+/// Hessian of the energy by a small motion: in full, and its Gauss–Newton part. A tool whose rotation is not solved for
+/// has the identity in the rotation block.
+struct PoseHessian {
+  Mat6d full, gauss_newton;
 
-  Curvature(const PoseEnergy& at, const VirtualCoupling& coupling) noexcept {
-    Mat6d H = at.contact.stiffness, bending = at.contact.bending;
-    coupling.add_curvature(at.coupling, H, bending);
+  PoseHessian(const PoseEvaluation& at, const VirtualCoupling& coupling) noexcept {
+    Mat6d H = at.contact.stiffness, geometric_stiffness = at.contact.geometric_stiffness;
+    coupling.add_hessian(at.coupling, H, geometric_stiffness);
     gauss_newton = symmetric(H);
-    whole = symmetric(H + bending);
-    if (at.turns) return;
-    hold_turns(gauss_newton);
-    hold_turns(whole);
+    full = symmetric(H + geometric_stiffness);
+    if (at.solves_rotation) return;
+    fix_rotation(gauss_newton);
+    fix_rotation(full);
   }
-  static void hold_turns(Mat6d& m) noexcept {
+  static void fix_rotation(Mat6d& m) noexcept {
     m.bottomRows<3>().setZero();
     m.rightCols<3>().setZero();
     m.diagonal().tail<3>().setOnes();
   }
 };
 
-/// The small motion by which Newton's method goes on.
-[[nodiscard]] inline Vec6d newton_step(const PoseEnergy& at, const Curvature& curvature) noexcept {
-  const Vec6d f = at.force();
+/// Newton step on the energy: the small motion to the minimum of its quadratic model. Returns the Gauss–Newton step if
+/// the Hessian is not positive definite.
+[[nodiscard]] inline Vec6d newton_step(const PoseEvaluation& at, const PoseHessian& hessian) noexcept {
+  const Vec6d f = at.wrench();
   Vec6d step = Vec6d::Zero();
-  if (!solve_positive_definite<6>(curvature.whole, f, step))
-    static_cast<void>(solve_positive_definite<6>(curvature.gauss_newton, f, step));
+  if (!solve_positive_definite<6>(hessian.full, f, step))
+    static_cast<void>(solve_positive_definite<6>(hessian.gauss_newton, f, step));
   return step;
 }
 
-/// The same with friction, which is no smooth function of the motion: Newton's method on the linear model of contact
-/// and coupling with `friction.at(motion)`, from `guess` on, until a step is smaller than `enough` [m] for a point that
-/// is `arm` [m] away.
-template <class FrictionAt>
-[[nodiscard]] Vec6d newton_step(const PoseEnergy& at, const Curvature& curvature, const FrictionAt& friction,
-                                const Vec6d& guess, double arm, double enough) noexcept {
-  constexpr int kMostSteps = 6;
+/// Newton step with friction, which is not smooth in the motion: Newton's method on the linear model of contact and
+/// coupling, with `friction.linearise(motion)` at each iterate.
+///
+/// It starts at `guess`, and ends when a step moves no point within `arm` [m] of T's origin farther than `tolerance`
+/// [m]. Returns the step without friction's model if the motion found is not downhill.
+template <class FrictionModel>
+[[nodiscard]] Vec6d newton_step(const PoseEvaluation& at, const PoseHessian& hessian, const FrictionModel& friction,
+                                const Vec6d& guess, double arm, double tolerance) noexcept {
   Vec6d f = at.contact.wrench + VirtualCoupling::wrench(at.coupling), motion = guess;
-  if (!at.turns) {
+  if (!at.solves_rotation) {
     f.tail<3>().setZero();
     motion.tail<3>().setZero();
   }
-  for (int i = 0; i < kMostSteps; ++i) {
-    const FrictionSum s = i == 0 && motion == Vec6d::Zero() ? at.friction : friction.at(motion);
-    Vec6d left = f + s.wrench - curvature.whole * motion;
+  for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
+    const FrictionSum s = i == 0 && motion == Vec6d::Zero() ? at.friction : friction.linearise(motion);
+    Vec6d residual = f + s.wrench - hessian.full * motion;
     Mat6d stiffness = s.stiffness;
-    if (!at.turns) {
-      left.tail<3>().setZero();
+    if (!at.solves_rotation) {
+      residual.tail<3>().setZero();
       stiffness.bottomRows<3>().setZero();
       stiffness.rightCols<3>().setZero();
     }
     Vec6d step = Vec6d::Zero();
-    if (!solve_linear<6>(curvature.whole + stiffness, left, step)) break;
+    if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
     motion += step;
-    if (step.head<3>().norm() + step.tail<3>().norm() * arm <= enough) break;
+    if (step.head<3>().norm() + step.tail<3>().norm() * arm <= tolerance) break;
   }
-  return motion.dot(at.force()) > 0 ? motion : newton_step(at, curvature);
+  return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
 }
 
-/// When a search ends.
+/// Step sizes at which a search ends, of the part of the tool that moves most [m].
 struct SearchTolerance {
-  static constexpr int kMostSteps = 24;
-  /// Evaluations in a search, and trials of the last step more, at most.
-  static constexpr int kMostEvaluations = 64;
-  double least;  ///< with a step smaller than this [m], of the part of the tool that moves most,
-  double left;   ///< or where the next would be smaller than this [m]
+  double smallest_step;  ///< ends with a step below this
+  double motion_step;    ///< ends where the next step would be below this: it follows the device's motion
 };
 
-/// Where a search ended, or gave up.
+/// Result of a search.
 struct SearchResult {
-  Posed X;        ///< after the last step
-  PoseEnergy at;  ///< before the last step, what `last_step` moved since not included
+  Posed X;                    ///< pose after the last step
+  PoseEvaluation evaluation;  ///< before the last step, so without the effect of `last_step`
   Vec6d last_step = Vec6d::Zero();
-  double first_depth = 0;  ///< of the contact where the search began [m]
-  int steps = 0;
-  int evaluations = 0;
-  bool met = false;    ///< bone, on the way
-  bool ended = false;  ///< else it is to be carried on
+  double initial_depth = 0;  ///< penetration depth at the start [m]
+  int step_count = 0;
+  int evaluation_count = 0;
+  bool found_contact = false;  ///< at any evaluated pose
+  bool converged = false;      ///< false: the next tick has to carry on
 };
 
-/// Newton's method with an active set, that of the points that touch, toward the least energy of a pose.
+/// Pose search: Newton's method with an active set on the energy of a pose. The active set is the set of points in
+/// contact, which each evaluation finds anew.
 ///
-/// `evaluate(X, ahead)` answers the energy at X for a tool that may go on by `ahead`, or nothing where bone is not to
-/// be had yet; it is called for the pose that comes to stand in `SearchResult` last. `friction` answers for the points
-/// found there.
-template <class Evaluate, class FrictionAt>
+/// `evaluate(X, ahead)` returns a PoseEvaluation at X for a tool that may move on by `ahead`, or nothing while the
+/// bone's surface there is not available. Its last call is for the pose of `SearchResult::evaluation`. `friction` is
+/// the friction of the points found there.
+template <class Evaluate, class FrictionModel>
 class PoseSearch {
  public:
   PoseSearch(const VirtualCoupling& coupling, const Posed& X_device, const ToolBounds& bounds, Evaluate evaluate,
-             const FrictionAt& friction) noexcept
+             const FrictionModel& friction) noexcept
       : coupling_(coupling), X_device_(X_device), bounds_(bounds), evaluate_(evaluate), friction_(friction) {}
 
-  /// `guess`: the motion from X to where the search may end, for friction.
-  [[nodiscard]] SearchResult from(const Posed& X, const SearchTolerance& end, Vec6d guess) noexcept {
-    SearchResult f;
-    f.X = X;
-    if (!evaluate_at(f, motion_between(X, X_device_))) return f;
-    f.first_depth = f.at.contact.depth;
-    double before = 0;  // size of the last step
-    for (f.steps = 1; f.steps <= SearchTolerance::kMostSteps && f.evaluations <= SearchTolerance::kMostEvaluations;
-         ++f.steps) {
-      // Nothing touches here, nor on the way to the device.
-      if (!f.at.contact.touches() && f.at.contact.clearance.max_step_fraction(motion_between(f.X, X_device_)) >= 1) {
-        f.X = X_device_;
-        f.ended = true;
-        return f;
+  /// Searches from X. `guess` is an expected motion from X, where the model with friction starts.
+  [[nodiscard]] SearchResult minimise(const Posed& X, const SearchTolerance& tolerance, Vec6d guess) noexcept {
+    SearchResult result;
+    result.X = X;
+    if (!evaluate_at(result, motion_between(X, X_device_))) return result;
+    const FoundationSum& contact = result.evaluation.contact;
+    result.initial_depth = contact.depth;
+    double previous_size = 0;  // of the last step [m]; 0: no contact there
+    for (result.step_count = 1;
+         result.step_count <= Constants::kMaxSteps && result.evaluation_count <= Constants::kMaxEvaluations;
+         ++result.step_count) {
+      // Free here, and all the way to the device.
+      if (!contact.has_contact() && contact.clearance.max_step_fraction(motion_between(result.X, X_device_)) >= 1) {
+        result.X = X_device_;
+        result.converged = true;
+        return result;
       }
-      const Curvature curvature(f.at, coupling_);
-      const Vec6d step =
-          friction_.holds() && f.at.contact.touches()
-              ? newton_step(f.at, curvature, friction_, guess, bounds_.arm(), std::max(end.least, end.left))
-              : newton_step(f.at, curvature);
+      const PoseHessian hessian(result.evaluation, coupling_);
+      const Vec6d step = friction_.has_friction() && contact.has_contact()
+                             ? newton_step(result.evaluation, hessian, friction_, guess, bounds_.arm(),
+                                           std::max(tolerance.smallest_step, tolerance.motion_step))
+                             : newton_step(result.evaluation, hessian);
       guess.setZero();
-      const Posed X_next = moved(f.X, step);
-      const ToolMotion way = motion_between(f.X, X_next);
-      const double size = way.at(bounds_.arm()) + step.tail<3>().norm() * bounds_.radius;
-      // Steps shrink at least as quickly as these two, unless contact began between them. A last step is no longer than
-      // the contact is deep.
-      const double left = size * std::min(1.0, size / before);
-      before = f.at.contact.touches() ? size : 0;
-      if (size <= end.least || (size <= f.at.contact.depth && left <= end.left)) {
-        f.X = X_next;
-        f.last_step = step;
-        f.ended = true;
-        return f;
+      const Posed X_next = moved(result.X, step);
+      const ToolMotion motion = motion_between(result.X, X_next);
+      const double size = motion.at(bounds_.arm()) + step.tail<3>().norm() * bounds_.radius;
+      // The next step, if steps shrink by the ratio of these two at least; if contact began in between, no prediction.
+      // A last step is no longer than the contact is deep.
+      const double next_size = size * std::min(1.0, size / previous_size);
+      previous_size = contact.has_contact() ? size : 0;
+      if (size <= tolerance.smallest_step || (size <= contact.depth && next_size <= tolerance.motion_step)) {
+        result.X = X_next;
+        result.last_step = step;
+        result.converged = true;
+        return result;
       }
-      if (!line_search(f, step, way)) return f;
+      if (!line_search(result, step, motion)) return result;
     }
-    return f;
+    return result;
   }
 
  private:
-  static constexpr int kMostTrials = 8;
-  /// A step ends where the energy's slope along it is between these shares of what it began with.
-  static constexpr double kSteep = 0.5, kFlat = 0.9;
-  /// Relative rise of the energy that is rounding.
-  static constexpr double kRounding = 1e-9;
+  using Constants = CoupledConstants;
 
-  [[nodiscard]] bool evaluate_at(SearchResult& f, const ToolMotion& ahead) noexcept {
-    const std::optional<PoseEnergy> at = evaluate_(f.X, ahead);
-    if (!at) return false;
-    ++f.evaluations;
-    f.at = *at;
-    f.met = f.met || at->contact.touches();
+  [[nodiscard]] bool evaluate_at(SearchResult& result, const ToolMotion& ahead) noexcept {
+    const std::optional<PoseEvaluation> evaluation = evaluate_(result.X, ahead);
+    if (!evaluation) return false;
+    ++result.evaluation_count;
+    result.evaluation = *evaluation;
+    result.found_contact = result.found_contact || evaluation->contact.has_contact();
     return true;
   }
 
-  /// Goes along the step, which moves the tool by `way`, to where the energy is lower and its slope small. No part of
-  /// the tool goes farther than what is free and half of its core's radius. False where bone is not to be had yet.
-  /// Stays where it is when it finds none.
-  [[nodiscard]] bool line_search(SearchResult& f, const Vec6d& step, const ToolMotion& way) noexcept {
-    const double most = f.at.contact.clearance.max_step_fraction(way, bounds_.core_radius / 2);
-    const Posed X = f.X;
-    const double before = f.at.energy(), slope = -f.at.force().dot(step);
+  /// Line search: moves along the step, by which the tool moves by `motion`, until the energy is lower and its slope
+  /// small. The trial fractions of the step are extended until a bracket is found, then follow the secant of the slope.
+  ///
+  /// Conservative advancement bounds it: no part of the tool moves farther than its clearance plus a fraction of the
+  /// core's radius. Stays at the start if the energy is lower nowhere. Returns false while the bone's surface is not
+  /// available.
+  [[nodiscard]] bool line_search(SearchResult& result, const Vec6d& step, const ToolMotion& motion) noexcept {
+    const double max_fraction =
+        result.evaluation.contact.clearance.max_step_fraction(motion, Constants::kCoreFraction * bounds_.core_radius);
+    const Posed X = result.X;
+    const double initial_energy = result.evaluation.energy(), initial_slope = -result.evaluation.wrench().dot(step);
     constexpr double kNone = std::numeric_limits<double>::infinity();
-    double low = 0, low_slope = slope, high = kNone, high_slope = 0;
-    double t = std::min(1.0, most);
-    for (int trials = 0; trials < kMostTrials; ++trials) {
-      f.X = moved(X, t * step);
-      if (!evaluate_at(f, {(1 - t) * way.shift, (1 - t) * way.turn})) {
-        f.X = X;
+    double low = 0, low_slope = initial_slope, high = kNone, high_slope = 0;
+    double t = std::min(1.0, max_fraction);
+    for (int trial = 0; trial < Constants::kMaxTrials; ++trial) {
+      result.X = moved(X, t * step);
+      if (!evaluate_at(result, {(1 - t) * motion.shift, (1 - t) * motion.turn})) {
+        result.X = X;
         return false;
       }
-      const double here = -f.at.force().dot(step);
-      // Friction has no energy: whether its forces point back decides.
-      const bool conserves = !friction_.holds();
-      if ((conserves && f.at.energy() > before + kRounding * std::abs(before)) || here > -kSteep * slope) {
+      const double energy = result.evaluation.energy(), slope = -result.evaluation.wrench().dot(step);
+      // Friction has no energy: then the slope alone decides, which is the force along the step.
+      const bool is_conservative = !friction_.has_friction();
+      if ((is_conservative && energy > initial_energy + Constants::kEnergyRounding * std::abs(initial_energy)) ||
+          slope > -Constants::kUphillSlope * initial_slope) {
         high = t;
-        high_slope = here;
-      } else if (conserves && here < kFlat * slope && t < most && t < high) {
+        high_slope = slope;
+      } else if (is_conservative && slope < Constants::kDownhillSlope * initial_slope && t < max_fraction && t < high) {
         low = t;
-        low_slope = here;
+        low_slope = slope;
       } else {
         return true;
       }
       if (high == kNone) {
-        t = std::min(2 * t, most);
+        t = std::min(Constants::kStepGrowth * t, max_fraction);
       } else {
         const double secant = high_slope > 0 ? low_slope / (low_slope - high_slope) : 0.5;
-        t = low + std::clamp(secant, 0.1, 0.9) * (high - low);
+        t = low + std::clamp(secant, Constants::kBracketMargin, 1 - Constants::kBracketMargin) * (high - low);
       }
     }
-    if (friction_.holds() || f.at.energy() <= before) return true;
-    f.X = X;
-    return evaluate_at(f, {});
+    if (friction_.has_friction() || result.evaluation.energy() <= initial_energy) return true;
+    result.X = X;
+    return evaluate_at(result, {});
   }
 
   const VirtualCoupling& coupling_;
   const Posed& X_device_;
   const ToolBounds& bounds_;
   Evaluate evaluate_;
-  const FrictionAt& friction_;
+  const FrictionModel& friction_;
 };
 
 }  // namespace trephine

@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/tool/tool_shape.hpp>
 #include <trephine/voxel/clearance_field.hpp>
 
 #include <algorithm>
 
+/// Tests for a tool's core in bone, and for a tool in the air.
 namespace trephine {
 
-/// Whether the tool's axis, as far as its core reaches, is in bone somewhere: looked at every shortest spacing.
+/// Returns true if bone holds a sample of the tool's core: of the axis, between points `core_radius` from its ends.
+/// Samples lie a shortest spacing apart at most, unless the tool has over 1000 of them.
 template <class View>
 [[nodiscard]] bool is_core_in_bone(const View& view, const ToolBounds& bounds, const Posed& X) noexcept {
-  constexpr int kMostSamples = 1000;
   const Vec3d u = X.linear().col(2);
   const double first = bounds.z_low + bounds.core_radius;
   const double length = std::max(0.0, bounds.z_high - bounds.core_radius - first);
-  const int n = std::min(kMostSamples, static_cast<int>(length / view.grid().spacing().minCoeff()) + 1);
+  const int n =
+      std::min(CoupledConstants::kMaxAxisSamples, static_cast<int>(length / view.grid().spacing().minCoeff()) + 1);
   for (int i = 0; i <= n; ++i)
     if (view.surface().is_bone(X.translation() + (first + length * i / n) * u)) return true;
   return false;
 }
 
-/// Whether the view knows, without a sample, that no bone is nearer than `motion` [m] to the tool. False may also mean
-/// that it does not know.
+/// Returns true if the view proves, without a density sample, that no bone is within `motion` [m] of the tool. False
+/// proves nothing.
 template <class View>
 [[nodiscard]] bool is_known_in_air(const View& view, const ToolBounds& bounds, const Posed& X, double motion) noexcept {
   if constexpr (ClearanceField<View> || BoundedField<View>) {
@@ -31,14 +34,13 @@ template <class View>
     const double radius = (bounds.z_high - bounds.z_low) / 2 + bounds.radius + motion + voxel;
     const double middle = (bounds.z_high + bounds.z_low) / 2;
     if (is_known_clear<View, double>(view, X.translation() + middle * u, radius)) return true;
-    // Balls of air about points of the axis, until they hold the tool.
+    // Clear spheres about points of the axis, until they cover the tool.
     if constexpr (ClearanceField<View>) {
-      constexpr int kMostBalls = 8;
       double z = bounds.z_low;
-      for (int i = 0; i < kMostBalls; ++i) {
-        const double air = view.template clearance_at<double>(X.translation() + z * u) - bounds.radius - motion;
-        if (!(air > voxel)) return false;
-        z += air;
+      for (int i = 0; i < CoupledConstants::kMaxAirSpheres; ++i) {
+        const double clearance = view.template clearance_at<double>(X.translation() + z * u) - bounds.radius - motion;
+        if (!(clearance > voxel)) return false;
+        z += clearance;
         if (z > bounds.z_high) return true;
       }
     }

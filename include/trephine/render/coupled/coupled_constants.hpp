@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+
+namespace trephine {
+
+/// Every number that decides how the coupled tool behaves, with its meaning, unit, reason and effect.
+///
+/// "Spacings" are the grid's shortest spacing. `bench/constants.py` changes each number by a fifth and reports the
+/// figures that pass their bound.
+struct CoupledConstants {
+  // --- Gains: the stiffness of contact (gains.hpp).
+
+  /// Radius of the contact on a plane at the largest force [spacings]. It holds some ten elements, a hundred points.
+  /// A smaller footprint makes contact stiffer and the force rougher; a larger one lets the tool sink in farther.
+  static constexpr double kFootprint = 1.8;
+  /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in.
+  static constexpr double kMaxYield = 1.0 / 3;
+  /// Largest yield as a fraction of the tip's radius: `BallOnPlane` is a law for depths well below the radius.
+  static constexpr double kMaxYieldOfRadius = 0.25;
+  /// Largest yield as a fraction of the coupling's extension at the largest force. A contact softer than the coupling
+  /// could not be compensated.
+  static constexpr double kMaxYieldOfExtension = 0.25;
+  /// Distance of neighbouring points in an element [spacings], which is the width of a point's cell.
+  static constexpr double kPointCell = 0.5;
+  /// Ratio of longest to shortest spacing from which elements lie askew. Their diagonals are longer by this factor, so
+  /// they get as many more points.
+  static constexpr double kSkewed = 1.5;
+  /// Rounding that does not add a point to an element's side.
+  static constexpr double kSideRounding = 1e-9;
+
+  // --- Coupling: the compensated spring (springs.hpp).
+
+  /// ε: fraction of the compliance 1/k that the spring keeps at small forces, so that it stays 1/ε times k at most.
+  /// A smaller ε reaches the stated stiffness at smaller forces, with a stiffer spring to solve for.
+  static constexpr double kMinCompliance = 0.25;
+  /// Bisections for δ_c at construction: 2⁻⁶⁰ of the yield is below the rounding of a double.
+  static constexpr int kBisections = 60;
+  /// Newton steps for the depth of an extension, at most. They converge quadratically in a few.
+  static constexpr int kMaxSpringSteps = 20;
+  /// A relative step below this ends them: its square, the remaining error, is the rounding of a double.
+  static constexpr double kSpringRoot = 1e-8;
+  /// Rotations below this [rad] use the limit 1 of (φ/2) cot (φ/2), which is exact to φ²/12 = 1e-9.
+  static constexpr double kSmallRotation = 1e-4;
+
+  // --- Pose search: Newton steps on the energy (pose_search.hpp).
+
+  /// Newton steps a tick, at most. The rest is carried on at the next tick (`Status::kWorkBound`).
+  static constexpr int kMaxSteps = 24;
+  /// No step starts after more evaluations than this in a tick.
+  static constexpr int kMaxEvaluations = 64;
+  /// Trials of one line search, at most.
+  static constexpr int kMaxTrials = 8;
+  /// Newton steps on the linear model with friction, at most, within one step of the search.
+  static constexpr int kMaxFrictionSteps = 6;
+  /// Step that ends a search at any device motion [spacings]: some 0.3 nm, 0.2 µN at 800 N/m.
+  static constexpr double kSmallestStep = 1e-6;
+  /// A search ends where its next step would be below this fraction of the device's motion in the tick. A larger
+  /// fraction makes ticks shorter and leaves a larger lag of force.
+  static constexpr double kMotionFraction = 0.02;
+  /// Device motion in a tick counts as at most this [spacings], so that fast motion does not loosen the tolerance.
+  static constexpr double kMaxCountedMotion = 0.5;
+  /// Largest uphill slope of the energy at the end of a line search, as a fraction of the slope at its start.
+  static constexpr double kUphillSlope = 0.5;
+  /// Steepest downhill slope there, likewise: the curvature condition of Wolfe. A steeper one extends the step.
+  static constexpr double kDownhillSlope = 0.9;
+  /// Factor by which a line search extends a step.
+  static constexpr double kStepGrowth = 2;
+  /// A trial inside a bracket keeps this fraction of the bracket from either end. Without it the secant may stall.
+  static constexpr double kBracketMargin = 0.1;
+  /// Relative increase of the energy that counts as rounding.
+  static constexpr double kEnergyRounding = 1e-9;
+  /// Fraction of the core's radius by which a step may move a part of the tool past its known clearance. Below 1, no
+  /// surface passes the tool's axis, where the contact normal changes sign.
+  static constexpr double kCoreFraction = 0.5;
+
+  // --- Start and jump (coupled_tool_renderer.hpp, tool_in_bone.hpp).
+
+  /// A device whose axis turned farther between two ticks jumped [rad]. Hands turn more slowly, even at 60 Hz.
+  static constexpr double kJumpAngle = 0.5;
+  /// A tool that appears with bone deeper in it than this [spacings] started in contact. Less is grazing.
+  static constexpr double kStartDepth = 0.1;
+  /// Samples along the tool's axis, at most: they bound the work for tools of a thousand voxels.
+  static constexpr int kMaxAxisSamples = 1000;
+  /// Clearance spheres along the tool's axis, at most, before the test for air gives up.
+  static constexpr int kMaxAirSpheres = 8;
+
+  // --- Broad phase (broad_phase.hpp).
+
+  /// Bounds of a list's reach beyond the tool [spacings]. A longer reach gathers less often and visits more blocks.
+  static constexpr double kMinReach = 3, kMaxReach = 8;
+  /// Likewise for rotations of the tool's axis [rad].
+  static constexpr double kMinReachAngle = 0.04, kMaxReachAngle = 0.1;
+  /// Additional reach for bricks [spacings], so that a list of bricks serves many lists of blocks.
+  static constexpr double kBrickReach = 16;
+  /// Blocks farther from the tool than this [spacings] are skipped whole. Their elements then count as this far only.
+  static constexpr double kSkippedDistance = 0.5;
+  /// Elements reach beyond the brick of their edges by less than this many longest spacings.
+  static constexpr int kElementReach = 2;
+  /// Room for bricks near the tool. With more, no list can be made (`Status::kWorkBound`).
+  static constexpr std::size_t kMaxBricks = 16384;
+
+  // --- Narrow phase and contacts (foundation.hpp, bristles.hpp).
+
+  /// Points nearer than this outside the tool [m] are evaluated in double precision: single precision errs by less.
+  static constexpr float kSinglePrecision = 1e-8F;
+  /// Nearer to the axis than this [m] a point has no radial direction, and gets the tool's x axis.
+  static constexpr double kOnAxis = 1e-9;
+  /// A slipping bristle within this fraction of its limit still slips: rounding puts it on either side.
+  static constexpr double kSlipMargin = 1e-6;
+  /// Room for contact points, and for elements in contact. Points beyond it have no friction, and off the tip's ball no
+  /// force. Elements beyond it have no friction and are not in `contacts()`.
+  static constexpr std::size_t kMaxPoints = 16384, kMaxContacts = 2048;
+};
+
+}  // namespace trephine

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/render/coupled/coupled_constants.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+/// Springs of the virtual coupling: bounded, and compensated for the contact's own yield.
+namespace trephine {
+
+/// Response of a spring at an extension.
+struct SpringResponse {
+  double magnitude = 0;  ///< of the force [N], or of the torque [N·m]
+  double tangent = 0;    ///< d magnitude / d extension
+  double energy = 0;     ///< ∫ magnitude d extension [J]
+};
+
+/// Spring of constant stiffness up to a limit, and of constant force beyond. Its force is bounded, and the gradient of
+/// an energy.
+struct BoundedSpring {
+  double stiffness = 1;  ///< [N/m] or [N·m/rad]
+  double limit = 0;      ///< largest magnitude [N] or [N·m]
+
+  [[nodiscard]] SpringResponse evaluate(double extension) const noexcept {
+    const double saturation = limit / stiffness;
+    if (extension <= saturation) return {stiffness * extension, stiffness, 0.5 * stiffness * extension * extension};
+    return {limit, 0, limit * (extension - 0.5 * saturation)};
+  }
+};
+
+/// Force of an elastic foundation on a ball that is pressed into a plane. The pressure is k times the mean of
+/// max(ψ − s, 0) over 0 <= s <= `ramp`, ψ the local depth (`FoundationLaw`), so at depth δ
+///
+///     P(δ) = π k (R − δ) (δ³ − v³) / (3 ramp),    v = max(δ − ramp, 0).
+struct BallOnPlane {
+  double gain;    ///< π k [N/m³]
+  double radius;  ///< R [m]
+  double ramp;    ///< [m], > 0
+
+  /// P [N] at a depth [m].
+  [[nodiscard]] double force(double depth) const noexcept {
+    const double d = depth, v = std::max(d - ramp, 0.0);
+    return gain * (radius - d) * (d * d * d - v * v * v) / (3 * ramp);
+  }
+  /// dP / dδ [N/m].
+  [[nodiscard]] double slope(double depth) const noexcept {
+    const double d = depth, v = std::max(d - ramp, 0.0);
+    return gain * ((radius - d) * (d * d - v * v) / ramp - (d * d * d - v * v * v) / (3 * ramp));
+  }
+  /// ∫ P dδ from 0 [J].
+  [[nodiscard]] double energy(double depth) const noexcept {
+    const double d = depth, v = std::max(d - ramp, 0.0);
+    const auto quartic = [](double r, double x) { return x * x * x * x * (r / 4 - x / 5); };
+    return gain * (quartic(radius, d) - quartic(radius - ramp, v)) / (3 * ramp);
+  }
+};
+
+/// Spring that is stiffer by as much as the contact yields, so that spring and contact in series have the stiffness k.
+/// Under the contact's force P(δ) the spring's extension is
+///
+///     x(δ) = ε P / k                                    for δ <= δ_c,
+///     x(δ) = ε P_c / k + (P − P_c) / k − (δ − δ_c)      beyond,
+///
+/// with δ_c the depth from which the contact is stiff enough: P'(δ_c) = k / (1 − ε). The hand feels k beyond P_c, some
+/// millinewtons, and less below.
+class CompensatedSpring {
+ public:
+  CompensatedSpring() = default;
+  /// `stiffness` is k [N/m]; `yield` is the contact's depth at the largest force [m], where it must be stiffer than k.
+  CompensatedSpring(double stiffness, const BallOnPlane& contact, double yield) noexcept
+      : stiffness_(stiffness), contact_(contact), yield_(yield), max_force_(contact.force(yield)) {
+    double low = 0, high = yield;
+    for (int i = 0; i < Constants::kBisections; ++i) {
+      const double middle = (low + high) / 2;
+      (contact.slope(middle) * (1 - kEpsilon) < stiffness ? low : high) = middle;
+    }
+    onset_depth_ = high;
+    onset_force_ = contact.force(onset_depth_);
+    max_extension_ = compensated_extension(yield_);
+  }
+
+  /// k [N/m].
+  [[nodiscard]] double stiffness() const noexcept { return stiffness_; }
+  /// Largest force [N].
+  [[nodiscard]] double max_force() const noexcept { return max_force_; }
+  /// Distance outside the surface [m] at which contact has to begin, so that the felt force is k times the depth below
+  /// the surface.
+  [[nodiscard]] double offset() const noexcept { return onset_depth_ - (1 - kEpsilon) * onset_force_ / stiffness_; }
+
+  /// Response at an extension [m].
+  [[nodiscard]] SpringResponse evaluate(double extension) const noexcept {
+    const double x = extension;
+    if (!(x > kEpsilon * onset_force_ / stiffness_))
+      return BoundedSpring{stiffness_ / kEpsilon, max_force_}.evaluate(x);
+    double d = yield_;
+    if (x < max_extension_) {
+      // x(δ) is convex, so Newton steps from above stay above. They start at the root of a lower bound of x(δ):
+      // P is at most k (x + δ), and at least gain (R − yield) (δ − ramp / 2)².
+      const double min_gain = contact_.gain * (contact_.radius - yield_);
+      d = std::min(yield_, contact_.ramp / 2 + std::sqrt(stiffness_ * (x + yield_) / min_gain));
+      for (int i = 0; i < Constants::kMaxSpringSteps; ++i) {
+        const double step = (compensated_extension(d) - x) / (contact_.slope(d) / stiffness_ - 1);
+        d = std::max(d - step, onset_depth_);
+        if (!(std::abs(step) > Constants::kSpringRoot * d)) break;
+      }
+    }
+    const double P = x < max_extension_ ? contact_.force(d) : max_force_;
+    const double stored = (P * P - (1 - kEpsilon) * onset_force_ * onset_force_) / (2 * stiffness_) -
+                          (contact_.energy(d) - contact_.energy(onset_depth_));
+    return {P, x < max_extension_ ? 1 / (1 / stiffness_ - 1 / contact_.slope(d)) : 0,
+            stored + max_force_ * std::max(0.0, x - max_extension_)};
+  }
+
+ private:
+  using Constants = CoupledConstants;
+  static constexpr double kEpsilon = Constants::kMinCompliance;
+
+  /// Extension [m] under the contact's force at a depth [m] from δ_c on.
+  [[nodiscard]] double compensated_extension(double depth) const noexcept {
+    return (contact_.force(depth) - (1 - kEpsilon) * onset_force_) / stiffness_ - (depth - onset_depth_);
+  }
+
+  double stiffness_ = 1;
+  BallOnPlane contact_{1, 1, 1};
+  double yield_ = 0;          // δ at the largest force [m]
+  double max_force_ = 0;      // [N]
+  double onset_depth_ = 0;    // δ_c [m]
+  double onset_force_ = 0;    // P_c [N]
+  double max_extension_ = 0;  // at the largest force [m]
+};
+
+}  // namespace trephine
