@@ -18,8 +18,11 @@ endif()
 add_library(trephine_compiled STATIC ${trephine_all} ${trephine_compiled_units})
 add_library(trephine::compiled ALIAS trephine_compiled)
 target_link_libraries(trephine_compiled PUBLIC trephine)
-# Shared libraries link it too.
-set_target_properties(trephine_compiled PROPERTIES EXPORT_NAME compiled POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF)
+# Shared libraries link it too, and export nothing of it.
+set_target_properties(
+  trephine_compiled PROPERTIES EXPORT_NAME compiled POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF
+                               CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+)
 if(MINGW)
   # Templates make more sections than an object file there has room for by default.
   target_compile_options(trephine_compiled PRIVATE -Wa,-mbig-obj)

@@ -10,7 +10,7 @@ int main() {
   using namespace trephine;
   std::vector<std::int16_t> hounsfield(64 * 64 * 24, 1200);  // bone below, x fastest
   hounsfield.resize(64 * 64 * 48, -1000);                    // air above
-  const compiled::Bone bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
+  compiled::Bone bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
 
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
   compiled::Scene scene(
