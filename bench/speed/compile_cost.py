@@ -24,6 +24,11 @@ trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephin
   return scene.tick(input, 1e-3);
 }
 """
+COMPILED = """trephine::TickResult tick(const trephine::compiled::Bone& bone, const trephine::TickInput& input);
+trephine::TickResult tick(const trephine::compiled::Bone& bone, const trephine::TickInput& input) {
+  return trephine::compiled::Scene(bone, 100, trephine::Burr{}).tick(input, 1e-3);
+}
+"""
 SCENES = {
     "line": ("render/line_approx_renderer.hpp", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
     "surface": ("render/surface_approx_renderer.hpp", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
@@ -43,6 +48,7 @@ def programs():
         body = PROGRAM.replace("@renderer@", renderer)
         yield f"{name} scene", "its own headers", includes(f"trephine/{header}", "trephine/stage/haptic_scene.hpp") + body
         yield f"{name} scene", "trephine.hpp", includes("trephine/trephine.hpp") + body
+    yield "compiled scene", "compiled/scene.hpp", includes("trephine/compiled/scene.hpp") + COMPILED
 
 
 def headers(quick):

@@ -1,72 +1,55 @@
 // SPDX-License-Identifier: MIT
 #include "trephine_c.h"
 
-#include "any_scene.hpp"
 #include "guard.hpp"
 
+#include <trephine/compiled/scene.hpp>
 #include <trephine/version.hpp>
-#include <trephine/voxel/grid_reader.hpp>
 
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
-#include <utility>
-#include <variant>
 #include <vector>
 
 using namespace trephine;
 using namespace trephine_c;
 
 struct trephine_grid {
-  AnyGrid grid;
+  compiled::Bone bone;
 };
 
 struct trephine_scene {
-  std::unique_ptr<Scene> scene;
+  compiled::Scene scene;
   double removed_mm3 = 0;
 };
 
 struct trephine_reader {
-  // Bricks that were named by a poll and not yet by a caller's list come out of `pending` from its end.
-  struct Of {
-    explicit Of(AnyGrid g) : grid(std::move(g)) {}
-    virtual ~Of() = default;
-    Of(const Of&) = delete;
-    Of& operator=(const Of&) = delete;
-    virtual void poll() = 0;
-    virtual void copy(std::size_t brick, void* to, std::size_t bytes) const = 0;
-    AnyGrid grid;  // kept alive
-    std::array<int, 3> bricks{};
-    std::vector<std::int32_t> pending;
-  };
-  std::unique_ptr<Of> of;
+  explicit trephine_reader(const compiled::Bone& of) : bone(of), reader(of) { pending.reserve(brick_count()); }
+  [[nodiscard]] std::size_t brick_count() const noexcept {
+    const auto& [x, y, z] = bone.bricks();
+    return static_cast<std::size_t>(x) * static_cast<std::size_t>(y) * static_cast<std::size_t>(z);
+  }
+
+  compiled::Bone bone;
+  compiled::BoneReader reader;
+  std::vector<std::int32_t> pending;  // named by a poll and not yet by a caller's list; taken from its end
 };
 
 namespace {
 
-template <VoxelDensity Density>
-struct ReaderOf final : trephine_reader::Of {
-  ReaderOf(const AnyGrid& any, const VoxelGrid<Density>& of) : trephine_reader::Of(any), reader(of) {
-    bricks = of.bricks();
-    pending.reserve(reader.brick_count());
-  }
-  void poll() override {
-    reader.poll([this](std::size_t b) { pending.push_back(static_cast<std::int32_t>(b)); });
-  }
-  void copy(std::size_t brick, void* to, std::size_t bytes) const override {
-    constexpr std::size_t kCount =
-        std::size_t{GridReader<Density>::kHaloed} * GridReader<Density>::kHaloed * GridReader<Density>::kHaloed;
-    require(bytes == kCount * sizeof(Density), "trephine_reader_copy: needs a buffer of ", kCount * sizeof(Density),
-            " bytes, got ", bytes);
-    static_cast<void>(reader.copy_brick(brick, std::span<Density, kCount>(static_cast<Density*>(to), kCount)));
-  }
-  GridReader<Density> reader;
-};
+/// Calls `body` with a number of the type of the bone's voxels.
+template <class Body>
+void with_density(const compiled::Bone& bone, Body&& body) {
+  if (bone.density_type() == compiled::DensityType::kFloat)
+    body(float{});
+  else
+    body(std::int16_t{});
+}
 
 template <VoxelDensity Density>
-std::shared_ptr<VoxelGrid<Density>> make_grid(const trephine_grid_options& o, const void* voxels, std::size_t bytes) {
+compiled::Bone make_bone(const trephine_grid_options& o, const void* voxels, std::size_t bytes) {
   std::size_t count = 1;
   for (const std::int32_t n : o.size) {
     require(n >= 1 && n <= 1 << 20, "trephine_grid_create: each size must be 1 to 2^20 voxels, got ", n);
@@ -78,17 +61,16 @@ std::shared_ptr<VoxelGrid<Density>> make_grid(const trephine_grid_options& o, co
                         .spacing = Vec3d(o.spacing[0], o.spacing[1], o.spacing[2]),
                         .X_WG = checked_pose(o.X_WG)};
   if (!std::isnan(o.outside)) geometry.outside = o.outside;
-  return std::make_shared<VoxelGrid<Density>>(geometry,
-                                              std::span<const Density>(static_cast<const Density*>(voxels), count),
-                                              GridOptions{.keep_original = o.keep_original != 0});
+  return compiled::Bone(geometry, std::span(static_cast<const Density*>(voxels), count),
+                        GridOptions{.keep_original = o.keep_original != 0});
 }
 
-AnyGrid make_any_grid(const trephine_grid_options& o, const void* voxels, std::size_t bytes) {
+compiled::Bone make_any_bone(const trephine_grid_options& o, const void* voxels, std::size_t bytes) {
   switch (o.density_type) {
     case TREPHINE_INT16:
-      return make_grid<std::int16_t>(o, voxels, bytes);
+      return make_bone<std::int16_t>(o, voxels, bytes);
     case TREPHINE_FLOAT32:
-      return make_grid<float>(o, voxels, bytes);
+      return make_bone<float>(o, voxels, bytes);
     default:
       fail("trephine_grid_create: no such density_type: ", o.density_type);
   }
@@ -103,6 +85,79 @@ trephine_grid_options default_grid_options() {
   o.X_WG = kIdentity;
   o.outside = std::numeric_limits<double>::quiet_NaN();
   return o;
+}
+
+trephine_scene_options default_scene_options() {
+  const Burr burr;
+  const compiled::RendererOptions renderer;
+  trephine_scene_options o{};
+  o.algorithm = TREPHINE_SURFACE;
+  o.isovalue = std::numeric_limits<double>::quiet_NaN();
+  o.tool = {burr.tip_radius, burr.shaft_radius, burr.shaft_length};
+  o.stiffness = renderer.surface.stiffness;
+  o.sphere_vertices = renderer.surface.sphere;
+  o.slices = renderer.surface.slices;
+  o.per_slice = renderer.surface.per_slice;
+  o.shaft_vertices = renderer.line.vertices;
+  o.milling = TREPHINE_MILL_GEOMETRIC;
+  o.milling_rate = compiled::Milling{}.rate;
+  o.force_limit = 3.3;
+  o.torque_limit = 0.1;
+  o.rotational_stiffness = renderer.coupled.rotational_stiffness;
+  return o;
+}
+
+compiled::RendererOptions renderer_of(const trephine_scene_options& o) {
+  compiled::RendererOptions r;
+  if (o.algorithm != TREPHINE_SURFACE && (o.static_friction != 0 || o.kinetic_friction != 0))
+    r.friction = Coulomb{o.static_friction, o.kinetic_friction};
+  switch (o.algorithm) {
+    case TREPHINE_LINE:
+      r.renderer = compiled::RendererKind::kLine;
+      r.line.stiffness = o.stiffness;
+      r.line.vertices = o.shaft_vertices;
+      return r;
+    case TREPHINE_SURFACE:
+      r.renderer = compiled::RendererKind::kSurface;
+      r.surface.stiffness = o.stiffness;
+      r.surface.sphere = o.sphere_vertices;
+      r.surface.slices = o.slices;
+      r.surface.per_slice = o.per_slice;
+      return r;
+    case TREPHINE_COUPLED:
+      r.renderer = compiled::RendererKind::kCoupled;
+      r.coupled.stiffness = o.stiffness;
+      r.coupled.rotational_stiffness = o.rotational_stiffness;
+      r.coupled.force = o.force_limit;
+      // Without motors for torque the tool turns as the device does.
+      if (o.torque_limit == 0)
+        r.coupled.rotational_stiffness = std::numeric_limits<double>::infinity();
+      else
+        r.coupled.torque = o.torque_limit;
+      return r;
+    default:
+      fail("trephine_scene_create: no such algorithm: ", o.algorithm);
+  }
+}
+
+compiled::StageOptions stages_of(const trephine_scene_options& o) {
+  compiled::StageOptions s;
+  switch (o.milling) {
+    case TREPHINE_MILL_NOTHING:
+      break;
+    case TREPHINE_MILL_GEOMETRIC:
+      s.milling = compiled::Milling{};
+      break;
+    case TREPHINE_MILL_RATE_LIMITED:
+      s.milling = compiled::Milling{
+          .cut = compiled::Cut::kRateLimited, .rate = o.milling_rate, .reference_force = o.milling_force};
+      break;
+    default:
+      fail("trephine_scene_create: no such milling: ", o.milling);
+  }
+  s.damping = compiled::Damping{.linear = o.damping, .angular = o.angular_damping, .only_in_contact = true};
+  s.limits = compiled::DeviceLimits{.force = o.force_limit, .torque = o.torque_limit};
+  return s;
 }
 
 trephine_tick_result default_tick_result() {
@@ -126,7 +181,7 @@ trephine_result trephine_grid_create(const trephine_grid_options* options, const
   return guarded([&] {
     require_pointers(options, voxels, grid);
     const auto o = read_struct(*options, default_grid_options());
-    *grid = std::make_unique<trephine_grid>(trephine_grid{make_any_grid(o, voxels, bytes)}).release();
+    *grid = std::make_unique<trephine_grid>(trephine_grid{make_any_bone(o, voxels, bytes)}).release();
   });
 }
 
@@ -135,15 +190,14 @@ void trephine_grid_destroy(trephine_grid* grid) noexcept { delete grid; }
 trephine_result trephine_grid_set_pose(trephine_grid* grid, const trephine_pose* X_WG) noexcept {
   return guarded([&] {
     require_pointers(grid, X_WG);
-    const Posed X = checked_pose(*X_WG);
-    std::visit([&](const auto& g) { g->set_X_WG(X); }, grid->grid);
+    grid->bone.set_X_WG(checked_pose(*X_WG));
   });
 }
 
 trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks, size_t* left) noexcept {
   return guarded([&] {
     require_pointers(grid);
-    const std::size_t more = std::visit([&](const auto& g) { return g->restore(most_bricks); }, grid->grid);
+    const std::size_t more = grid->bone.restore(most_bricks);
     if (left != nullptr) *left = more;
   });
 }
@@ -151,12 +205,10 @@ trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks, s
 trephine_result trephine_grid_copy(const trephine_grid* grid, void* voxels, size_t bytes) noexcept {
   return guarded([&] {
     require_pointers(grid, voxels);
-    std::visit(
-        [&]<class Density>(const std::shared_ptr<VoxelGrid<Density>>& g) {
-          require(bytes % sizeof(Density) == 0, "trephine_grid_copy: ", bytes, " bytes are no whole number of voxels");
-          g->copy_voxels({static_cast<Density*>(voxels), bytes / sizeof(Density)});
-        },
-        grid->grid);
+    with_density(grid->bone, [&]<class Density>(Density) {
+      require(bytes % sizeof(Density) == 0, "trephine_grid_copy: ", bytes, " bytes are no whole number of voxels");
+      grid->bone.copy_voxels(std::span(static_cast<Density*>(voxels), bytes / sizeof(Density)));
+    });
   });
 }
 
@@ -169,7 +221,10 @@ trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_
   return guarded([&] {
     require_pointers(grid, options, scene);
     const auto o = read_struct(*options, default_scene_options());
-    *scene = std::make_unique<trephine_scene>(trephine_scene{make_scene(grid->grid, o)}).release();
+    const Burr burr{o.tool.tip_radius, o.tool.shaft_radius, o.tool.shaft_length};
+    *scene = std::make_unique<trephine_scene>(
+                 trephine_scene{compiled::Scene(grid->bone, o.isovalue, burr, renderer_of(o), stages_of(o))})
+                 .release();
   });
 }
 
@@ -187,7 +242,7 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
     // What is no rotation becomes a pose that the scene refuses.
     Posed X = Posed::Identity();
     if (!to_pose(*X_WT, X)) X.translation().setConstant(std::numeric_limits<double>::quiet_NaN());
-    const TickResult r = scene->scene->tick({.X_WT = X, .spindle_on = spindle_on != 0}, dt);
+    const TickResult r = scene->scene.tick({.X_WT = X, .spindle_on = spindle_on != 0}, dt);
     scene->removed_mm3 += r.removed_mm3;
 
     trephine_tick_result out{};
@@ -199,7 +254,7 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
     out.depth = r.contact.depth;
     out.removed_mm3 = r.removed_mm3;
     out.removed_total_mm3 = scene->removed_mm3;
-    out.X_WV = from_pose(scene->scene->visual_pose());
+    out.X_WV = from_pose(scene->scene.visual_pose_W());
     out.contacts = r.contact.count;
     out.tip = r.contact.tip ? 1 : 0;
     out.shaft = r.contact.shaft ? 1 : 0;
@@ -210,19 +265,14 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
 trephine_result trephine_scene_reset(trephine_scene* scene) noexcept {
   return guarded([&] {
     require_pointers(scene);
-    scene->scene->reset();
+    scene->scene.reset();
   });
 }
 
 trephine_result trephine_reader_create(const trephine_grid* grid, trephine_reader** reader) noexcept {
   return guarded([&] {
     require_pointers(grid, reader);
-    auto of = std::visit(
-        [&]<class Density>(const std::shared_ptr<VoxelGrid<Density>>& g) -> std::unique_ptr<trephine_reader::Of> {
-          return std::make_unique<ReaderOf<Density>>(grid->grid, *g);
-        },
-        grid->grid);
-    *reader = std::make_unique<trephine_reader>(trephine_reader{std::move(of)}).release();
+    *reader = std::make_unique<trephine_reader>(grid->bone).release();
   });
 }
 
@@ -231,7 +281,7 @@ void trephine_reader_destroy(trephine_reader* reader) noexcept { delete reader; 
 trephine_result trephine_reader_bricks(const trephine_reader* reader, int32_t bricks[3]) noexcept {
   return guarded([&] {
     require_pointers(reader, bricks);
-    for (std::size_t a = 0; a < 3; ++a) bricks[a] = reader->of->bricks[a];
+    for (std::size_t a = 0; a < 3; ++a) bricks[a] = reader->bone.bricks()[a];
   });
 }
 
@@ -239,12 +289,13 @@ trephine_result trephine_reader_changed(trephine_reader* reader, int32_t* bricks
   return guarded([&] {
     require_pointers(reader, count);
     require(bricks != nullptr || room == 0, "trephine_reader_changed: room for ", room, " bricks at null");
-    auto& of = *reader->of;
-    if (of.pending.empty()) of.poll();
+    auto& pending = reader->pending;
+    if (pending.empty())
+      reader->reader.poll([&](std::size_t brick) { pending.push_back(static_cast<std::int32_t>(brick)); });
     std::size_t n = 0;
-    for (; n < room && !of.pending.empty(); ++n) {
-      bricks[n] = of.pending.back();
-      of.pending.pop_back();
+    for (; n < room && !pending.empty(); ++n) {
+      bricks[n] = pending.back();
+      pending.pop_back();
     }
     *count = n;
   });
@@ -254,8 +305,13 @@ trephine_result trephine_reader_copy(const trephine_reader* reader, int32_t bric
                                      size_t bytes) noexcept {
   return guarded([&] {
     require_pointers(reader, voxels);
-    const auto& n = reader->of->bricks;
-    require(brick >= 0 && brick < n[0] * n[1] * n[2], "trephine_reader_copy: there is no brick ", brick);
-    reader->of->copy(static_cast<std::size_t>(brick), voxels, bytes);
+    require(brick >= 0 && static_cast<std::size_t>(brick) < reader->brick_count(),
+            "trephine_reader_copy: there is no brick ", brick);
+    with_density(reader->bone, [&]<class Density>(Density) {
+      constexpr std::size_t kCount = std::size_t{TREPHINE_HALOED} * TREPHINE_HALOED * TREPHINE_HALOED;
+      require(bytes == kCount * sizeof(Density), "trephine_reader_copy: needs a buffer of ", kCount * sizeof(Density),
+              " bytes, got ", bytes);
+      reader->reader.copy_brick(static_cast<std::size_t>(brick), std::span(static_cast<Density*>(voxels), kCount));
+    });
   });
 }

@@ -11,7 +11,7 @@ import re
 import sys
 
 BEGIN, END = "<!-- map of headers: begin -->", "<!-- map of headers: end -->"
-LAYERS = ["core", "voxel", "tool", "contact", "render", "stage", "structure", "session", "device", "adapter"]
+LAYERS = ["core", "voxel", "tool", "contact", "render", "stage", "structure", "session", "device", "compiled", "adapter"]
 LONG = 110  # characters; a longer sentence is cut at its colon or semicolon
 SHORT = 12
 

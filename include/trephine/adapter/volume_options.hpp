@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/voxel/voxel_grid.hpp>
+#include <trephine/voxel/grid_geometry.hpp>
 
 #include <optional>
 #include <stdexcept>

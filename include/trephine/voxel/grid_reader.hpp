@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/relaxed.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 namespace trephine {

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/compiled/options.hpp>
+#include <trephine/core/tick.hpp>
+#include <trephine/tool/shape.hpp>
+#include <trephine/voxel/grid_geometry.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+/// The border between a program and the compiled library: interfaces whose bodies the library holds.
+namespace trephine::compiled {
+
+/// The type of a bone's voxels.
+enum class DensityType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kFloat };
+
+template <VoxelDensity Density>
+inline constexpr DensityType kDensityType = std::same_as<Density, std::uint8_t>    ? DensityType::kUint8
+                                            : std::same_as<Density, std::int8_t>   ? DensityType::kInt8
+                                            : std::same_as<Density, std::uint16_t> ? DensityType::kUint16
+                                            : std::same_as<Density, std::int16_t>  ? DensityType::kInt16
+                                                                                   : DensityType::kFloat;
+
+/// Voxels of a type that is known at run time.
+struct VoxelBuffer {
+  DensityType type;
+  void* voxels;
+  std::size_t count;
+};
+
+class Interface {
+ public:
+  Interface() = default;
+  virtual ~Interface() = default;
+  Interface(const Interface&) = delete;
+  Interface& operator=(const Interface&) = delete;
+};
+
+class AnyScene : public Interface {
+ public:
+  [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
+  virtual void reset() noexcept = 0;
+  virtual void set_stages(const StageOptions& stages) = 0;
+  [[nodiscard]] virtual double stiffness() const noexcept = 0;
+  [[nodiscard]] virtual double tangent_stiffness(double force) const = 0;
+  [[nodiscard]] virtual Posed proxy_pose_W() const noexcept = 0;
+  [[nodiscard]] virtual Posed visual_pose_W() const noexcept = 0;
+  [[nodiscard]] virtual Posed cutting_pose_W() const noexcept = 0;
+  virtual std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept = 0;
+};
+
+class AnyReader : public Interface {
+ public:
+  using Visit = void (*)(void* context, std::size_t brick);
+  virtual std::size_t poll(Visit visit, void* context) = 0;
+  virtual void copy_brick(std::size_t brick, const VoxelBuffer& out) const = 0;
+  [[nodiscard]] virtual std::array<double, 2> brick_range(std::size_t brick) const = 0;
+};
+
+class AnyBone : public Interface {
+ public:
+  [[nodiscard]] virtual DensityType density_type() const noexcept = 0;
+  [[nodiscard]] virtual const std::array<int, 3>& size() const noexcept = 0;
+  [[nodiscard]] virtual const std::array<int, 3>& bricks() const noexcept = 0;
+  [[nodiscard]] virtual const Vec3d& spacing() const noexcept = 0;
+  [[nodiscard]] virtual const Posed& X_WG() const noexcept = 0;
+  virtual void set_X_WG(const Posed& X_WG) = 0;
+  virtual std::size_t restore(std::size_t max_bricks) = 0;
+  virtual void copy_voxels(const VoxelBuffer& out) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<AnyReader> make_reader() const = 0;
+  [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr,
+                                                             const RendererOptions& renderer,
+                                                             const StageOptions& stages) = 0;
+};
+
+/// Makes a bone. The library defines `make` for each density; the alignment is part of its name, so that a program
+/// whose flags give Eigen another alignment than the library's does not link.
+template <VoxelDensity Density, int kAlignment = EIGEN_MAX_ALIGN_BYTES>
+struct BoneMaker {
+  [[nodiscard]] static std::shared_ptr<AnyBone> make(const GridGeometry& geometry, std::span<const Density> voxels,
+                                                     const GridOptions& options);
+};
+
+}  // namespace trephine::compiled

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/compiled/any_scene.hpp>
+#include <trephine/compiled/optional_stage.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/first_order_filter.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/wrench_rate_limit.hpp>
+#include <trephine/voxel/grid_reader.hpp>
+
+/// Bodies of the compiled library. CMake compiles them, a unit a density; without CMake a unit reads
+/// `#include <trephine/compiled/library.hpp>` and `template struct trephine::compiled::BoneMaker<std::int16_t>;`.
+namespace trephine::compiled {
+
+/// The stages of a header scene, of the options of a compiled scene.
+struct SceneParts {
+  OptionalMilling milling;
+  OptionalStage<trephine::HuntCrossley>::Options hunt_crossley{};
+  OptionalStage<trephine::MillingVibration>::Options vibration{};
+  OptionalStage<trephine::Damping>::Options damping{};
+  OptionalStage<trephine::FirstOrderFilter>::Options filter{};
+  OptionalStage<trephine::PassivityController>::Options passivity{};
+  OptionalStage<trephine::WrenchRateLimit>::Options rate_limit{};
+  trephine::DeviceLimits limits{};
+
+  /// Throws std::invalid_argument where an option is out of range.
+  explicit SceneParts(const StageOptions& o) : milling(o.milling) {
+    if (const auto& s = o.hunt_crossley)
+      hunt_crossley = {.lambda = s->lambda, .max_factor = s->max_factor, .lever = s->lever};
+    if (const auto& s = o.vibration)
+      vibration = {.frequency = s->frequency,
+                   .per_force = s->per_force,
+                   .per_removal = s->per_removal,
+                   .amplitude_limit = s->amplitude_limit};
+    if (const auto& s = o.damping)
+      damping = {.linear = s->linear, .angular = s->angular, .only_in_contact = s->only_in_contact};
+    if (const auto& s = o.filter) filter = {.cutoff = s->cutoff};
+    if (const auto& s = o.passivity)
+      passivity = {.stiffness = s->stiffness,
+                   .angular_stiffness = s->angular_stiffness,
+                   .delay = s->delay,
+                   .quantum = s->quantum,
+                   .angular_quantum = s->angular_quantum,
+                   .contact_stiffness = s->contact_stiffness,
+                   .contact_angular_stiffness = s->contact_angular_stiffness,
+                   .damping = s->damping,
+                   .angular_damping = s->angular_damping,
+                   .force = s->force,
+                   .torque = s->torque,
+                   .force_rate = s->force_rate,
+                   .torque_rate = s->torque_rate,
+                   .reserve = s->reserve,
+                   .memory = s->memory};
+    if (const auto& s = o.rate_limit) rate_limit = {.force = s->force, .torque = s->torque};
+    if (const auto& s = o.limits) limits = {.force = s->force, .torque = s->torque};
+    const auto check = [](const auto& options) {
+      if (options) options->validate();
+    };
+    check(hunt_crossley);
+    check(vibration);
+    check(damping);
+    check(filter);
+    check(passivity);
+    check(rate_limit);
+    limits.validate();
+  }
+};
+
+template <VoxelDensity Density, class ContactRenderer>
+class SceneOf final : public AnyScene {
+ public:
+  SceneOf(VoxelGrid<Density>& grid, double isovalue, ContactRenderer renderer, const SceneParts& p)
+      : scene_(grid, isovalue, std::move(renderer), p.milling, OptionalStage<trephine::HuntCrossley>(p.hunt_crossley),
+               OptionalStage<trephine::MillingVibration>(p.vibration), OptionalStage<trephine::Damping>(p.damping),
+               OptionalStage<trephine::FirstOrderFilter>(p.filter),
+               OptionalStage<trephine::PassivityController>(p.passivity),
+               OptionalStage<trephine::WrenchRateLimit>(p.rate_limit), p.limits) {}
+
+  TickResult tick(const TickInput& input, double dt) noexcept override { return scene_.tick(input, dt); }
+  void reset() noexcept override { scene_.reset(); }
+  void set_stages(const StageOptions& stages) override {
+    const SceneParts p(stages);
+    part<OptionalMilling>().adopt(p.milling);
+    part<OptionalStage<trephine::HuntCrossley>>().adopt(p.hunt_crossley);
+    part<OptionalStage<trephine::MillingVibration>>().adopt(p.vibration);
+    part<OptionalStage<trephine::Damping>>().adopt(p.damping);
+    part<OptionalStage<trephine::FirstOrderFilter>>().adopt(p.filter);
+    part<OptionalStage<trephine::PassivityController>>().adopt(p.passivity);
+    part<OptionalStage<trephine::WrenchRateLimit>>().adopt(p.rate_limit);
+    part<trephine::DeviceLimits>().adopt(p.limits);
+  }
+  double stiffness() const noexcept override { return scene_.stiffness(); }
+  double tangent_stiffness(double force) const override {
+    if constexpr (requires { scene_.tangent_stiffness(force); })
+      return scene_.tangent_stiffness(force);
+    else
+      return scene_.stiffness();
+  }
+  Posed proxy_pose_W() const noexcept override { return scene_.proxy_pose_W(); }
+  Posed visual_pose_W() const noexcept override { return scene_.visual_pose_W(); }
+  Posed cutting_pose_W() const noexcept override { return scene_.cutting_pose_W(); }
+  std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept override { return scene_.contacts_W(out); }
+
+ private:
+  template <class Part>
+  Part& part() noexcept {
+    return scene_.template part<Part>();
+  }
+
+  HapticScene<Density, ContactRenderer, OptionalMilling, OptionalStage<trephine::HuntCrossley>,
+              OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
+              OptionalStage<trephine::FirstOrderFilter>, OptionalStage<trephine::PassivityController>,
+              OptionalStage<trephine::WrenchRateLimit>, trephine::DeviceLimits>
+      scene_;
+};
+
+/// Throws std::invalid_argument for a brick that is none.
+inline void check_brick(std::size_t brick, std::size_t count) {
+  if (!(brick < count)) refuse("compiled::BoneReader", "there is no such brick", brick);
+}
+
+template <VoxelDensity Density>
+class ReaderOf final : public AnyReader {
+ public:
+  explicit ReaderOf(const VoxelGrid<Density>& grid) : reader_(grid) {}
+
+  std::size_t poll(Visit visit, void* context) override {
+    return reader_.poll([&](std::size_t brick) { visit(context, brick); });
+  }
+  void copy_brick(std::size_t brick, const VoxelBuffer& out) const override {
+    constexpr auto kSide = static_cast<std::size_t>(GridReader<Density>::kHaloed);
+    constexpr std::size_t kCount = kSide * kSide * kSide;
+    check_brick(brick, reader_.brick_count());
+    if (out.type != kDensityType<Density>)
+      refuse("compiled::BoneReader", "copy_brick needs the bone's own density", static_cast<int>(out.type));
+    if (out.count != kCount) refuse("compiled::BoneReader", "copy_brick needs room for 1000 voxels", out.count);
+    static_cast<void>(reader_.copy_brick(brick, std::span<Density, kCount>(static_cast<Density*>(out.voxels), kCount)));
+  }
+  std::array<double, 2> brick_range(std::size_t brick) const override {
+    check_brick(brick, reader_.brick_count());
+    const DensityRange<Density> range = reader_.brick_range(brick);
+    return {static_cast<double>(range.min), static_cast<double>(range.max)};
+  }
+
+ private:
+  GridReader<Density> reader_;
+};
+
+template <VoxelDensity Density>
+class BoneOf final : public AnyBone {
+ public:
+  BoneOf(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options)
+      : grid_(geometry, voxels, options) {}
+
+  DensityType density_type() const noexcept override { return kDensityType<Density>; }
+  const std::array<int, 3>& size() const noexcept override { return grid_.size(); }
+  const std::array<int, 3>& bricks() const noexcept override { return grid_.bricks(); }
+  const Vec3d& spacing() const noexcept override { return grid_.spacing(); }
+  const Posed& X_WG() const noexcept override { return grid_.X_WG(); }
+  void set_X_WG(const Posed& X_WG) override { grid_.set_X_WG(X_WG); }
+  std::size_t restore(std::size_t max_bricks) override { return grid_.restore(max_bricks); }
+  void copy_voxels(const VoxelBuffer& out) const override {
+    if (out.type != kDensityType<Density>)
+      refuse("compiled::Bone", "copy_voxels needs the bone's own density", static_cast<int>(out.type));
+    grid_.copy_voxels({static_cast<Density*>(out.voxels), out.count});
+  }
+  std::unique_ptr<AnyReader> make_reader() const override { return std::make_unique<ReaderOf<Density>>(grid_); }
+  std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr, const RendererOptions& o,
+                                       const StageOptions& stages) override {
+    const SceneParts parts(stages);
+    const auto scene = [&]<class R>(R renderer) -> std::unique_ptr<AnyScene> {
+      return std::make_unique<SceneOf<Density, R>>(grid_, isovalue, std::move(renderer), parts);
+    };
+    switch (o.renderer) {
+      case RendererKind::kCoupled:
+        burr.validate();
+        if (o.friction) return scene(CoupledToolRenderer{burr, o.coupled, *o.friction});
+        return scene(CoupledToolRenderer{burr, o.coupled});
+      case RendererKind::kLine: {
+        // Coulomb's law with coefficients of 0 slides as without friction, bit for bit.
+        trephine::LineOptions options{.stiffness = o.line.stiffness, .shaft_stiffness = o.line.shaft_stiffness};
+        options.budget = o.line.budget;
+        return scene(LineApproxRenderer{ToolDiscretization{burr, LineCounts{.shaft = o.line.vertices}}, options,
+                                        TranslateRotate{}, o.friction.value_or(Coulomb{0, 0})});
+      }
+      case RendererKind::kSurface: {
+        if (o.friction) refuse("compiled::RendererOptions", "Surface has no friction", "Coulomb");
+        trephine::SurfaceOptions options{.stiffness = o.surface.stiffness};
+        options.budget = o.surface.budget;
+        const SurfaceCounts counts{
+            .sphere = o.surface.sphere, .slices = o.surface.slices, .per_slice = o.surface.per_slice};
+        return scene(SurfaceApproxRenderer{ToolDiscretization{burr, counts}, options});
+      }
+    }
+    refuse("compiled::RendererOptions", "renderer must be one of RendererKind's", static_cast<int>(o.renderer));
+  }
+
+ private:
+  VoxelGrid<Density> grid_;
+};
+
+template <VoxelDensity Density, int kAlignment>
+std::shared_ptr<AnyBone> BoneMaker<Density, kAlignment>::make(const GridGeometry& geometry,
+                                                              std::span<const Density> voxels,
+                                                              const GridOptions& options) {
+  return std::make_shared<BoneOf<Density>>(geometry, voxels, options);
+}
+
+}  // namespace trephine::compiled

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+
+#include <trephine/compiled/scene.hpp>
+
+#include "integration/scenes.hpp"
+#include "support/malloc_hook.hpp"
+
+#include <array>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+using namespace trephine;
+using namespace trephine::test;
+
+namespace {
+
+static_assert(TickableScene<compiled::Scene>);
+
+constexpr double kDt = 1e-3;
+
+/// The block of `make_block`, as a compiled bone.
+template <class Density>
+compiled::Bone bone_like(const VoxelGrid<Density>& block, const GridOptions& options = {}) {
+  const auto& n = block.size();
+  std::vector<Density> voxels(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+  block.copy_voxels(voxels);
+  return compiled::Bone({.size = n, .spacing = block.spacing(), .X_WG = block.X_WG()}, voxels, options);
+}
+
+/// Every stage there is.
+compiled::StageOptions every_stage() {
+  return {.milling = compiled::Milling{.cut = compiled::Cut::kRateLimited, .rate = 2e4},
+          .hunt_crossley = compiled::HuntCrossley{},
+          .vibration = compiled::MillingVibration{},
+          .damping = compiled::Damping{.linear = 0.5, .angular = 1e-4},
+          .filter = compiled::FirstOrderFilter{},
+          .passivity = compiled::PassivityController{},
+          .rate_limit = compiled::WrenchRateLimit{},
+          .limits = compiled::DeviceLimits{.force = kForceLimit, .torque = kTorqueLimit}};
+}
+
+/// The header scene with the same stages in the same order.
+template <class Density, class R>
+auto scene_with_every_stage(VoxelGrid<Density>& bone, R renderer) {
+  return HapticScene{bone,
+                     kIsovalue,
+                     std::move(renderer),
+                     Milling{{.rate = 2e4}},
+                     HuntCrossley(HuntCrossley::Options{}),
+                     MillingVibration(MillingVibration::Options{}),
+                     Damping({.linear = 0.5, .angular = 1e-4}),
+                     FirstOrderFilter(FirstOrderFilter::Options{}),
+                     PassivityController(PassivityController::Options{}),
+                     WrenchRateLimit(WrenchRateLimit::Options{}),
+                     DeviceLimits{kForceLimit, kTorqueLimit}};
+}
+
+TickInput input_at(int tick) {
+  TickInput input{.X_WT = drilling_pose(kDt * tick), .spindle_on = tick > 300};
+  if (tick % 100 == 50) input.X_WT.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  return input;
+}
+
+bool equal(const TickResult& a, const TickResult& b) {
+  return a.wrench == b.wrench && a.removed_mm3 == b.removed_mm3 && a.status == b.status &&
+         a.contact.count == b.contact.count && a.contact.tip == b.contact.tip && a.contact.shaft == b.contact.shaft &&
+         a.contact.depth == b.contact.depth;
+}
+
+template <class HeaderScene>
+bool equal_contacts(const HeaderScene& header, const compiled::Scene& scene) {
+  std::vector<ContactPoint<double>> a(512), b(512);
+  const std::size_t count = header.contacts_W(a);
+  if (scene.contacts_W(b) != count) return false;
+  for (std::size_t i = 0; i < count; ++i)
+    if (a[i].position != b[i].position || a[i].normal != b[i].normal || a[i].force != b[i].force) return false;
+  return true;
+}
+
+/// Drills with both for a second: all that they tell must be equal, bit for bit, and the bone that is left.
+template <class Density, class HeaderScene>
+void drill_both(HeaderScene& header, compiled::Scene& scene) {
+  double removed = 0, most_force = 0;
+  int different = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    const TickInput input = input_at(tick);
+    const TickResult expected = header.tick(input, kDt), got = scene.tick(input, kDt);
+    const bool same = equal(expected, got) && equal_contacts(header, scene) &&
+                      header.proxy_pose_W().matrix() == scene.proxy_pose_W().matrix() &&
+                      header.visual_pose_W().matrix() == scene.visual_pose_W().matrix() &&
+                      header.cutting_pose_W().matrix() == scene.cutting_pose_W().matrix();
+    different += same ? 0 : 1;
+    removed += expected.removed_mm3;
+    most_force = std::max(most_force, expected.wrench.force.norm());
+  }
+  CHECK(different == 0);
+  CHECK(removed > 0.1);
+  CHECK(most_force > 0.05);
+  CHECK(header.stiffness() == scene.stiffness());
+  if constexpr (requires { header.tangent_stiffness(2.0); })
+    CHECK(header.tangent_stiffness(2.0) == scene.tangent_stiffness(2.0));
+  std::vector<Density> expected(static_cast<std::size_t>(kBlockSize * kBlockSize * kBlockSize)), left(expected.size());
+  header.bone().copy_voxels(expected);
+  scene.bone().copy_voxels(std::span(left));
+  CHECK(expected == left);
+}
+
+template <class R>
+void compare_with_every_stage(const char* name, R renderer, const compiled::RendererOptions& options) {
+  CAPTURE(name);
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, options, every_stage());
+  auto header = scene_with_every_stage(block, std::move(renderer));
+  drill_both<std::int16_t>(header, scene);
+}
+
+/// Without stages: those that are absent must change nothing.
+template <class Density>
+void compare_bare(const char* name) {
+  CAPTURE(name);
+  auto block = make_block<Density>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {.renderer = compiled::RendererKind::kLine},
+                        {.milling = compiled::Milling{.cut = compiled::Cut::kAdvancing, .speed = 5e-3}});
+  HapticScene header{block, kIsovalue, LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{}}},
+                     Milling{AdvancingCut{.speed = 5e-3}}};
+  drill_both<Density>(header, scene);
+}
+
+const Coulomb kFriction{0.3, 0.2};
+
+/// Throws std::invalid_argument, and names `word` in its message.
+template <class Body>
+void check_refused(const std::string& word, Body&& body) {
+  CAPTURE(word);
+  try {
+    body();
+    FAIL("nothing was thrown");
+  } catch (const std::invalid_argument& e) {
+    CHECK(std::string(e.what()).find(word) != std::string::npos);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a compiled scene equals the header scene of the same parts, bit for bit: every renderer, every stage") {
+  compare_with_every_stage("coupled", CoupledToolRenderer{kDrill}, {});
+  compare_with_every_stage("coupled with friction", CoupledToolRenderer{kDrill, CoupledOptions{}, kFriction},
+                           {.friction = kFriction});
+  const ToolDiscretization line{kDrill, LineCounts{}};
+  compare_with_every_stage("line", LineApproxRenderer{line}, {.renderer = compiled::RendererKind::kLine});
+  compare_with_every_stage(
+      "line with friction", LineApproxRenderer{line, LineOptions{.stiffness = 600}, TranslateRotate{}, kFriction},
+      {.renderer = compiled::RendererKind::kLine, .friction = kFriction, .line = {.stiffness = 600}});
+  compare_with_every_stage(
+      "surface",
+      SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts::thesis()}, SurfaceOptions{.stiffness = 600}},
+      {.renderer = compiled::RendererKind::kSurface,
+       .surface = {.stiffness = 600, .sphere = 26, .slices = 20, .per_slice = 8}});
+}
+
+TEST_CASE("absent stages change no bit, with every kind of density") {
+  compare_bare<std::uint8_t>("uint8");
+  compare_bare<std::uint16_t>("uint16");
+  compare_bare<std::int16_t>("int16");
+  compare_bare<float>("float");
+}
+
+TEST_CASE("8-bit signed densities: what is drilled is removed, and restored") {
+  std::vector<std::int8_t> voxels(40 * 40 * 20, 100);
+  voxels.resize(40 * 40 * 40, -100);
+  compiled::Bone bone({.size = {40, 40, 40}, .spacing = {kVoxel, kVoxel, kVoxel}}, voxels);
+  compiled::Scene scene(bone, 0, kDrill, {}, {.milling = compiled::Milling{}});
+  double removed = 0;
+  for (int tick = 0; tick < 400; ++tick) {
+    TickInput input{.X_WT = Posed::Identity(), .spindle_on = true};
+    input.X_WT.translation() = Vec3d(20 * kVoxel, 20 * kVoxel, 22 * kVoxel - 1e-5 * tick);
+    removed += scene.tick(input, kDt).removed_mm3;
+  }
+  CHECK(removed > 1);
+  std::vector<std::int8_t> now(voxels.size());
+  bone.copy_voxels(std::span(now));
+  CHECK(now != voxels);
+  CHECK(scene.bone().restore() == 0);  // the scene's bone is the same bone
+  bone.copy_voxels(std::span(now));
+  CHECK(now == voxels);
+}
+
+TEST_CASE("a tick and a change of stages take nothing from the heap, with every renderer") {
+  using compiled::RendererKind;
+  if (!AllocationGuard::available()) MESSAGE("the allocator cannot be watched here: results alone are checked");
+  for (const auto kind : {RendererKind::kCoupled, RendererKind::kLine, RendererKind::kSurface})
+    for (const bool rough : {false, true}) {
+      if (rough && kind == RendererKind::kSurface) continue;
+      CAPTURE(static_cast<int>(kind));
+      compiled::RendererOptions options{.renderer = kind};
+      if (rough) options.friction = kFriction;
+      compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, options, every_stage());
+      const compiled::StageOptions with = every_stage(), without{};
+      double removed = 0;
+      const auto calls = heap_calls([&] {
+        for (int tick = 0; tick < 1000; ++tick) {
+          if (tick % 97 == 0) scene.set_stages(tick % 2 == 0 ? with : without);
+          removed += scene.tick(input_at(tick), kDt).removed_mm3;
+        }
+      });
+      if (AllocationGuard::available()) CHECK(calls == 0);
+      CHECK(removed > 0.05);
+    }
+}
+
+TEST_CASE("stages change between ticks as a header scene's options do") {
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill,
+                        {.renderer = compiled::RendererKind::kSurface, .surface = {.sphere = 26, .slices = 20}},
+                        every_stage());
+  auto header =
+      scene_with_every_stage(block, SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts::thesis()}});
+  int different = 0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    if (tick == 400) {
+      compiled::StageOptions other = scene.stages();
+      other.milling->rate = 5e4;
+      other.damping->linear = 2;
+      other.filter->cutoff = 80;
+      other.limits->force = 1;
+      scene.set_stages(other);
+      header.part<Milling<RateLimitedCut<>>>().adopt({.rate = 5e4});
+      header.part<Damping>().adopt({.linear = 2, .angular = 1e-4});
+      header.part<FirstOrderFilter>().adopt({.cutoff = 80});
+      header.part<DeviceLimits>().adopt({.force = 1, .torque = kTorqueLimit});
+    }
+    different += equal(header.tick(input_at(tick), kDt), scene.tick(input_at(tick), kDt)) ? 0 : 1;
+  }
+  CHECK(different == 0);
+
+  // Stages that are refused leave those that were there, all of them.
+  compiled::StageOptions bad = scene.stages();
+  bad.damping->linear = 9;
+  bad.limits->force = -1;
+  check_refused("DeviceLimits", [&] { scene.set_stages(bad); });
+  CHECK(scene.stages().damping->linear == 2);
+  CHECK(equal(header.tick(input_at(700), kDt), scene.tick(input_at(700), kDt)));
+
+  // Without stages nothing is cut and nothing limited.
+  scene.set_stages({});
+  scene.reset();
+  CHECK(scene.tick(input_at(701), kDt).removed_mm3 == 0);
+}
+
+TEST_CASE("wrong arguments are refused at construction") {
+  auto block = make_block<std::int16_t>();
+  const compiled::Bone bone = bone_like(block);
+  const auto refuse_scene = [&](const std::string& word, const compiled::RendererOptions& renderer,
+                                const compiled::StageOptions& stages = {}, double isovalue = kIsovalue,
+                                const Burr& burr = kDrill) {
+    check_refused(word, [&] { compiled::Scene(bone, isovalue, burr, renderer, stages); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refuse_scene("isovalue", {}, {}, nan);
+  refuse_scene("tip_radius", {}, {}, kIsovalue, Burr{.tip_radius = -1});
+  refuse_scene("diagonal", {}, {}, kIsovalue, Burr{.tip_radius = 0.03, .shaft_length = 0.04});
+  refuse_scene("Surface has no friction", {.renderer = compiled::RendererKind::kSurface, .friction = kFriction});
+  refuse_scene("renderer", {.renderer = static_cast<compiled::RendererKind>(9)});
+  refuse_scene("CoupledOptions", {.coupled = {.stiffness = nan}});
+  refuse_scene("LineOptions", {.renderer = compiled::RendererKind::kLine, .line = {.stiffness = 0}});
+  refuse_scene("shaft vertices", {.renderer = compiled::RendererKind::kLine, .line = {.vertices = 0}});
+  refuse_scene("SurfaceOptions", {.renderer = compiled::RendererKind::kSurface, .surface = {.stiffness = -1}});
+  refuse_scene("StiffnessBudget", {.renderer = compiled::RendererKind::kSurface,
+                                   .surface = {.budget = StiffnessBudget{.linear = 0, .angular = 1}}});
+  refuse_scene("RateLimitedCut", {}, {.milling = compiled::Milling{.cut = compiled::Cut::kRateLimited, .rate = 0}});
+  refuse_scene("AdvancingCut", {}, {.milling = compiled::Milling{.cut = compiled::Cut::kAdvancing, .speed = nan}});
+  refuse_scene("cut must", {}, {.milling = compiled::Milling{.cut = static_cast<compiled::Cut>(7)}});
+  refuse_scene("slope", {}, {.milling = compiled::Milling{.slope = -1}});
+  refuse_scene("HuntCrossley", {}, {.hunt_crossley = compiled::HuntCrossley{.max_factor = 0}});
+  refuse_scene("MillingVibration", {}, {.vibration = compiled::MillingVibration{.frequency = 1000}});
+  refuse_scene("Damping", {}, {.damping = compiled::Damping{.linear = -1}});
+  refuse_scene("FirstOrderFilter", {}, {.filter = compiled::FirstOrderFilter{.cutoff = 0}});
+  refuse_scene("PassivityController", {}, {.passivity = compiled::PassivityController{.memory = 0}});
+  refuse_scene("WrenchRateLimit", {}, {.rate_limit = compiled::WrenchRateLimit{.force = 0}});
+  refuse_scene("DeviceLimits", {}, {.limits = compiled::DeviceLimits{.force = nan}});
+
+  const std::vector<float> voxels(7);
+  check_refused("VoxelGrid", [&] { compiled::Bone({.size = {2, 2, 2}, .spacing = {1e-3, 1e-3, 1e-3}}, voxels); });
+  std::vector<float> other(static_cast<std::size_t>(kBlockSize * kBlockSize * kBlockSize));
+  check_refused("own density", [&] { bone.copy_voxels(std::span(other)); });
+  const compiled::BoneReader reader(bone);
+  std::vector<std::int16_t> brick(1000);
+  check_refused("no such brick", [&] { reader.copy_brick(1000000, std::span(brick)); });
+  check_refused("no such brick", [&] { static_cast<void>(reader.brick_range(1000000)); });
+  check_refused("1000 voxels", [&] { reader.copy_brick(0, std::span(brick).first(999)); });
+  check_refused("own density", [&] { reader.copy_brick(0, std::span(other).first(1000)); });
+  Posed skewed = Posed::Identity();
+  skewed.linear() *= 2;
+  compiled::Bone moved = bone;
+  check_refused("VoxelGrid", [&] { moved.set_X_WG(skewed); });
+}
+
+TEST_CASE("a reader names the bricks that a scene changed and copies them as GridReader does") {
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, {.milling = compiled::Milling{}});
+  HapticScene header{block, kIsovalue, CoupledToolRenderer{kDrill}, Milling{}};
+  GridReader<std::int16_t> expected(block);
+  compiled::BoneReader reader(scene.bone());
+  CHECK(reader.poll([](std::size_t) {}) == block.brick_count());
+  CHECK(expected.poll([](std::size_t) {}) == block.brick_count());
+  for (int tick = 300; tick < 600; ++tick) {
+    CHECK(equal(header.tick(input_at(tick), kDt), scene.tick(input_at(tick), kDt)));
+  }
+  std::vector<std::size_t> named, named_by_header;
+  reader.poll([&](std::size_t brick) { named.push_back(brick); });
+  expected.poll([&](std::size_t brick) { named_by_header.push_back(brick); });
+  CHECK(!named.empty());
+  CHECK(named == named_by_header);
+  std::vector<std::int16_t> ours(1000), theirs(1000);
+  for (const std::size_t brick : named) {
+    reader.copy_brick(brick, std::span(ours));
+    const auto range = expected.copy_brick(brick, std::span<std::int16_t, 1000>(theirs));
+    CHECK(ours == theirs);
+    CHECK(reader.brick_range(brick) == std::array<double, 2>{double(range.min), double(range.max)});
+  }
+  CHECK(reader.poll([](std::size_t) {}) == 0);
+}
+
+TEST_CASE("a bone moves with its scene, and lives as long as one of them") {
+  Posed X_WG = Posed::Identity();
+  X_WG.translation() = Vec3d(0.1, -0.2, 0.3);
+  auto block = make_block<std::uint8_t>();
+  std::unique_ptr<compiled::BoneReader> reader;
+  const auto make = [&] {
+    compiled::Bone bone = bone_like(block);
+    reader = std::make_unique<compiled::BoneReader>(bone);
+    bone.set_X_WG(X_WG);
+    return compiled::Scene(bone, kIsovalue, kDrill);
+  };
+  compiled::Scene scene = make();
+  CHECK(scene.bone().X_WG().matrix() == X_WG.matrix());
+  CHECK(scene.bone().bricks() == block.bricks());
+  TickInput input{.X_WT = Posed(X_WG * drilling_pose(0.399))};
+  static_cast<void>(scene.tick({.X_WT = Posed(X_WG * drilling_pose(0))}, kDt));
+  for (int tick = 1; tick < 400; ++tick) {
+    input.X_WT = X_WG * drilling_pose(kDt * tick);
+    static_cast<void>(scene.tick(input, kDt));
+  }
+  CHECK(scene.tick(input, kDt).wrench.force.z() > 0.5);
+  CHECK(reader->poll([](std::size_t) {}) == block.brick_count());
+}
+
+TEST_CASE("options of a compiled scene have the headers' defaults") {
+  const compiled::RendererOptions renderer;
+  CHECK(renderer.line.stiffness == LineOptions{}.stiffness);
+  CHECK(renderer.line.vertices == LineCounts{}.shaft);
+  CHECK(renderer.surface.stiffness == SurfaceOptions{}.stiffness);
+  CHECK(renderer.surface.sphere == SurfaceCounts{}.sphere);
+  CHECK(renderer.surface.slices == SurfaceCounts{}.slices);
+  CHECK(renderer.surface.per_slice == SurfaceCounts{}.per_slice);
+  const compiled::Milling milling;
+  CHECK(milling.rate == RateLimitedCut<>{}.rate);
+  CHECK(milling.speed == AdvancingCut{}.speed);
+  CHECK(milling.reference_force == AdvancingCut{}.reference_force);
+  CHECK(milling.most_force_factor == AdvancingCut{}.most_force_factor);
+  CHECK(milling.slope == MillingOptions{}.slope);
+  CHECK(milling.follow_probe == MillingOptions{}.follow_probe);
+  const auto same = [](const auto& ours, const auto& theirs) {
+    static_assert(sizeof ours == sizeof theirs);
+    return std::memcmp(&ours, &theirs, sizeof ours) == 0;
+  };
+  CHECK(same(compiled::HuntCrossley{}, HuntCrossley::Options{}));
+  CHECK(same(compiled::MillingVibration{}, MillingVibration::Options{}));
+  CHECK(same(compiled::FirstOrderFilter{}, FirstOrderFilter::Options{}));
+  CHECK(same(compiled::PassivityController{}, PassivityController::Options{}));
+  CHECK(same(compiled::WrenchRateLimit{}, WrenchRateLimit::Options{}));
+  CHECK(same(compiled::DeviceLimits{}, DeviceLimits{}));
+  CHECK(compiled::Damping{}.linear == Damping::Options{}.linear);
+  CHECK(compiled::Damping{}.angular == Damping::Options{}.angular);
+  CHECK(compiled::Damping{}.only_in_contact == Damping::Options{}.only_in_contact);
+}
