@@ -52,6 +52,8 @@ TEST_CASE("What a scene may list is what the braces say") {
   static_assert(Carver<Milling<>, VoxelGrid<float>>);
   static_assert(Carver<Milling<RateLimitedCut<>>, Grid>);
   static_assert(Carver<Milling<GeometricCut, DrillBit>, VoxelGrid<std::int16_t>>);
+  static_assert(kCutsAtOnce<Milling<>> && kCutsAtOnce<Milling<GeometricCut, DrillBit>>);
+  static_assert(!kCutsAtOnce<Milling<RateLimitedCut<>>> && !kCutsAtOnce<Milling<AdvancingCut>>);
   CHECK_FALSE(follows_probe(geometric));
   CHECK(follows_probe(Milling{GeometricCut{}, {.follow_probe = true}}));
 }

@@ -42,6 +42,8 @@ struct TipCuts {
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
+  static constexpr bool kCutsAtOnce = std::is_same_v<Policy, GeometricCut>;
+
   explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})
       : policy_(policy), options_(options), shape_(shape) {
     validate();

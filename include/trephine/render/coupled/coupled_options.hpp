@@ -21,8 +21,11 @@ struct CoupledOptions {
   /// The virtual tool appears at the new pose where that is free of bone, and follows step by step where it is not.
   double jump = 0.005;
   /// A burr that only touches removes nothing. Carving follows the virtual tool pushed on toward the device's pose by
-  /// as much as that is ahead, at most by this many voxels: what the burr may take off in a tick.
+  /// as much as that is ahead, at most by this many voxels (shortest spacings). A cut at once (`GeometricCut`) takes
+  /// all of that off, so for it this is a speed, in voxels a millisecond: the same at any tick rate. A cut in time has
+  /// a rate of its own, and this is a length.
   double bite = 1;
+  static constexpr double kBiteTime = 1e-3;  ///< in which a cut at once takes off `bite` voxels [s]
 
   static constexpr double kMost = 1e12;  ///< of each gain: squares of what follows from it are single precision's
 

@@ -116,18 +116,24 @@ class CoupledToolRenderer {
   /// The virtual tool.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
-  /// The virtual tool and its bite.
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
-    const double most = options_.bite * gains_.voxel, left = way_.norm();
-    Posed X = X_;
-    X.translation() += left > most ? Vec3d(way_ * (most / left)) : way_;
-    return X.template cast<Scalar>();
+  /// The virtual tool and its bite: of a cut in time, and of a cut at once at the end of a tick of `dt` seconds.
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return ahead(options_.bite * gains_.voxel); }
+  [[nodiscard]] Pose<Scalar> cutting_pose(double dt) const noexcept {
+    return ahead(options_.bite * gains_.voxel * (dt / CoupledOptions::kBiteTime));
   }
 
  private:
   static constexpr std::size_t kMostPoints = 16384, kMostContacts = 2048;
   /// A tool that appears with bone deeper in it than this [shortest spacings] is in contact.
   static constexpr double kTouching = 0.1;
+
+  /// The virtual tool, pushed on toward the device's pose by `most` metres at most.
+  [[nodiscard]] Pose<Scalar> ahead(double most) const noexcept {
+    const double left = way_.norm();
+    Posed X = X_;
+    X.translation() += left > most ? Vec3d(way_ * (most / left)) : way_;
+    return X.template cast<Scalar>();
+  }
 
   /// What a tick begins with.
   struct TickStart {
