@@ -155,6 +155,25 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
   }
 }
 
+TEST_CASE("coupled milling: a cut at once bites by so many voxels a millisecond at most") {
+  const ImageOptions o;
+  for (const double bite : {0.0, 0.5, 2.0})
+    for (const double dt : {0.25e-3, 1e-3, 4e-3}) {
+      Bone bone = image(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
+      CoupledOptions gains = kGains;
+      gains.bite = bite;
+      auto scene = coupled_scene(bone, kBall, Frictionless{}, gains, Milling{});
+      for (int i = 0; i <= 50; ++i) {  // the spindle is off
+        const Posed X_WT = tool_at(o.middle() + (R + 2e-4 - 5e-5 * i) * Vec3d::UnitZ(), Vec3d::UnitZ());
+        static_cast<void>(scene.tick({.X_WT = X_WT}, dt));
+      }
+      const Vec3d p_WP = scene.proxy_pose_W().translation();
+      const double way = (scene.cutting_pose_W().translation() - p_WP).norm();
+      const double left = (o.middle() + (R + 2e-4 - 2.5e-3) * Vec3d::UnitZ() - p_WP).norm();
+      CHECK(way == doctest::Approx(std::min(bite * kH * dt / 1e-3, left)));
+    }
+}
+
 TEST_CASE("coupled milling: the bite goes toward the device by so many voxels at most") {
   const ImageOptions o;
   for (const double bite : {0.0, 0.5, 2.0}) {
@@ -172,6 +191,34 @@ TEST_CASE("coupled milling: the bite goes toward the device by so many voxels at
     CHECK(free.wrench.force == Vec3d::Zero());
     CHECK(scene.cutting_pose_W().translation() == pose(-2e-3).translation());
   }
+}
+
+TEST_CASE("coupled milling: a fast plunge at any tick rate removes the same") {
+  const ImageOptions o{.size = {30, 30, 40}};
+  const Vec3d up = Vec3d::UnitZ();
+  constexpr double kTime = 16e-3, kSpeed = 0.2;
+  const auto removed = [&](const auto& milling, double dt) {
+    Bone bone = image(HalfSpace{o.middle(), up}, o);
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, milling);
+    double sum = 0;
+    const int ticks = static_cast<int>(std::lround(kTime / dt));
+    for (int i = -static_cast<int>(std::lround(kTime / dt)); i <= ticks; ++i) {
+      const Posed X_WT = tool_at(o.middle() + (R - kSpeed * dt * i) * up, up);
+      sum += scene.tick({.X_WT = X_WT, .spindle_on = true}, dt).removed_mm3;
+    }
+    return sum;
+  };
+  const auto check = [&](const std::string& name, const auto& milling, double bound) {
+    const double truth = removed(milling, 1e-3 / 8);
+    REQUIRE(truth > 1);
+    for (const double dt : {0.25e-3, 1e-3, 4e-3}) {
+      const double off = removed(milling, dt) / truth - 1;
+      MESSAGE(name, ", ticks of ", 1e3 * dt, " ms: off by ", off);
+      CHECK(std::abs(off) <= bound);
+    }
+  };
+  // The way of a tick, 0.8 mm at 4 ms, is longer than a voxel.
+  check("at once", Milling{}, 0.01);
 }
 
 TEST_CASE("coupled milling: bone that restore() brings back round the tool is told") {

@@ -157,19 +157,31 @@ TEST_CASE_TEMPLATE("Fast cuts change the bits that plain ones change", Density, 
     const Vec3d far = spacing.cwiseProduct(Vec3d(size[0], size[1], size[2]));
     auto voxels = voxels_of(grid);
     Vec3d p = random_point(rng, -0.1 * far, 1.1 * far);
-    for (int tick = 0; tick < 8; ++tick) {
+    struct {
+      Vec3d from, to;
+      double radius;
+    } again{};
+    for (int tick = 0; tick < 12; ++tick) {
       const Vec3d q = tick % 4 == 3 ? random_point(rng, -0.1 * far, 1.1 * far)
                                     : Vec3d(p + uniform(0, tick % 2 == 0 ? 0.3 : 3) * kVoxel * random_direction(rng));
       const double radius = uniform(0.3, 9) * kVoxel;
       const auto before = voxels;
       double removed = 0;
       const double bone_before = bone_mm3(grid, iso);
-      if (tick % 3 == 0) {
+      if (tick < 8 && tick % 3 == 0) {
         const RateLimitedCut<> policy{.rate = 2e5};
         const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(tick)};
         const DrillBit bit{.radius = radius, .length = 5 * radius, .end = static_cast<DrillEnd>(tick / 3)};
         const DrillCutter cutter(bit, make_pose<double>(Mat3d::Identity(), p), make_pose<double>(Mat3d::Identity(), q),
                                  kVoxel);
+        removed = carve(grid, iso, cutter, policy, allowance, 10);
+        plain_cut(grid, voxels, iso, 10, cutter, policy.limit<Density>(allowance));
+      } else if (tick >= 8) {
+        // By a rate, twice at a place, so that some voxels are at their target, over short ways and long ones.
+        if (tick % 2 == 0) again = {p, q, radius};
+        const RateLimitedCut<> policy{.rate = 1e5};
+        const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(tick)};
+        const SphereCutter cutter(again.from, again.to, again.radius);
         removed = carve(grid, iso, cutter, policy, allowance, 10);
         plain_cut(grid, voxels, iso, 10, cutter, policy.limit<Density>(allowance));
       } else {

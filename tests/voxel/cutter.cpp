@@ -90,6 +90,54 @@ TEST_CASE("A swept ball is the union of balls along its way") {
   for (int a = 0; a < 3; ++a) check_contract(SphereCutter(Vec3d::Zero(), Vec3d::Unit(a) * 3_mm, 1_mm), rng);
 }
 
+TEST_CASE("A swept ball's share is the mean over its way") {
+  CAPTURE(kSeed);
+  std::mt19937 rng(kSeed);
+  constexpr double kReach = 0.45e-3, kRadius = 1.5e-3;
+  constexpr double kBound = 0.01;  // three Gauss points' and the middle's, where the share bends
+  for (const double way : {0.0, 0.01, 0.1, 0.12, 0.13, 0.5}) {
+    double worst = 0;
+    for (int n = 0; n < 400; ++n) {
+      const Vec3d a(0.02, -0.01, 0.03), b = a + way * kReach * random_direction(rng);
+      const Vec3d p = a + (kRadius + kReach * (static_cast<double>(n) / 133 - 1.5)) * random_direction(rng);
+      const Vec3d r = p - SphereCutter(a, b, kRadius).origin();
+      CutLanes lanes;
+      SphereCutter(a, b, kRadius)
+          .shares(static_cast<float>(r.x()), 1e-4F, static_cast<float>(r.y()), static_cast<float>(r.z()),
+                  static_cast<float>(kReach), lanes);
+      double mean = 0;
+      constexpr int kParts = 400;
+      for (int i = 0; i < kParts; ++i) {
+        const Vec3d c = a + (i + 0.5) / kParts * (b - a);
+        mean += std::clamp(0.5 - ((p - c).norm() - kRadius) / (2 * kReach), 0.0, 1.0) / kParts;
+      }
+      worst = std::max(worst, std::abs(static_cast<double>(lanes[0]) - mean));
+    }
+    CAPTURE(way);
+    CHECK(worst <= kBound);
+  }
+}
+
+TEST_CASE("Distances have the same bits in few lanes and in many") {
+  CAPTURE(kSeed);
+  std::mt19937 rng(kSeed + 1);
+  int differ = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3d r = 3e-3 * random_direction(rng);
+    const SphereCutter cutter(Vec3d::Zero(), 1e-4 * random_direction(rng), 1.5e-3);
+    const auto x = static_cast<float>(r.x()), y = static_cast<float>(r.y()), z = static_cast<float>(r.z());
+    CutLanes many, share_of_many;
+    HalfCutLanes few, share_of_few;
+    cutter.distances(x, 3e-4F, y, z, many);
+    cutter.distances(x, 3e-4F, y, z, few);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, share_of_many);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, share_of_few);
+    for (std::size_t l = 0; l < few.size(); ++l)
+      differ += few[l] != many[l] || share_of_few[l] != share_of_many[l] ? 1 : 0;
+  }
+  CHECK(differ == 0);
+}
+
 TEST_CASE("A drill bit has the shape and the distances it says") {
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 1);

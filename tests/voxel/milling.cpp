@@ -52,6 +52,8 @@ TEST_CASE("What a scene may list is what the braces say") {
   static_assert(Carver<Milling<>, VoxelGrid<float>>);
   static_assert(Carver<Milling<RateLimitedCut<>>, Grid>);
   static_assert(Carver<Milling<GeometricCut, DrillBit>, VoxelGrid<std::int16_t>>);
+  static_assert(kCutsAtOnce<Milling<>> && kCutsAtOnce<Milling<GeometricCut, DrillBit>>);
+  static_assert(!kCutsAtOnce<Milling<RateLimitedCut<>>> && !kCutsAtOnce<Milling<AdvancingCut>>);
   CHECK_FALSE(follows_probe(geometric));
   CHECK(follows_probe(Milling{GeometricCut{}, {.follow_probe = true}}));
 }
@@ -195,8 +197,76 @@ TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored 
   CHECK(other.at(15, 12, 12) > 127);
 }
 
+TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that of the whole sweep", Density,
+                   std::uint8_t, std::int16_t, float) {
+  const auto bone = [] {
+    return make_grid<Density>({.size = {28, 24, 24}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
+                              [](int, int, int) { return 220; });
+  };
+  constexpr double kIso = 127.5, kSlope = 16;
+  constexpr double kLeft = kSlope / 256 + (std::is_floating_point_v<Density> ? 1e-3 : 1);  // integers round
+  for (const double step : {1.0 / 2048, 1.0 / 700, 1.0 / 200}) {
+    auto creeping = bone(), whole = bone();
+    Milling milling{GeometricCut{}, {.slope = kSlope}};
+    const int ticks = static_cast<int>(2 / step);
+    double told = milling.carve(creeping, kIso, at(12), at(12), kBurr, kOn);
+    const auto edits = creeping.edit_count();
+    for (int t = 0; t < ticks; ++t)
+      told += milling.carve(creeping, kIso, at(12 + t * step), at(12 + (t + 1) * step), kBurr, kOn);
+    // A tick less than 1/256 voxel from the last cut changes nothing.
+    const auto most = static_cast<std::uint64_t>(std::min(2 * 256 + 1, ticks));
+    CHECK(creeping.edit_count() - edits <= most);
+    Milling at_once{GeometricCut{}, {.slope = kSlope}};
+    const double truth = at_once.carve(whole, kIso, at(12), at(12 + ticks * step), kBurr, kOn);
+    CHECK(told == doctest::Approx(truth).epsilon(2e-3));
+    const auto a = copy_of(creeping), b = copy_of(whole);
+    double worst = 0, least = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      worst = std::max(worst, double(a[i]) - double(b[i]));
+      least = std::min(least, double(a[i]) - double(b[i]));
+    }
+    CHECK(worst <= kLeft);
+    CHECK(least >= -(std::is_floating_point_v<Density> ? 1e-3 : 1));
+  }
+}
+
+TEST_CASE("A tip that waits cuts at once where bone came back, or itself, the isovalue or its place changed") {
+  constexpr double kStep = 1.0 / 2048;
+  const Burr wider{.tip_radius = 6 * kVoxel};
+  auto grid = block();
+  Milling milling;
+  const auto creep = [&](double from, const Burr& burr, double iso = 127.5) {
+    return milling.carve(grid, iso, at(from), at(from + kStep), burr, kOn);
+  };
+  REQUIRE(milling.carve(grid, 127.5, at(12), at(12), kBurr, kOn) > 1);
+  REQUIRE(creep(12, kBurr) == 0);
+  grid.restore();
+  CHECK(creep(12 + kStep, kBurr) > 1);
+  REQUIRE(creep(12 + 2 * kStep, kBurr) == 0);
+  CHECK(creep(12 + 3 * kStep, wider) > 1);
+  REQUIRE(creep(12 + 4 * kStep, wider) == 0);
+  CHECK(creep(12 + 5 * kStep, wider, 80) > 1);
+  const auto edits = grid.edit_count();
+  REQUIRE(creep(12 + 6 * kStep, wider, 80) == 0);
+  CHECK(grid.edit_count() == edits);
+  // A jump: the poses before and after are equal, and elsewhere.
+  CHECK(milling.carve(grid, 80, at(22), at(22), wider, kOn) > 1);
+  // Back where it was, a hair beside: what it cuts from there on is ahead of this place.
+  CHECK(milling.carve(grid, 80, at(12.5), at(12.5), wider, kOn) > 0.1);
+  CHECK(milling.carve(grid, 80, at(12.5), at(16), wider, kOn) > 0.01);
+  // A grid that moved carries its cuts along: poses are in G.
+  grid.restore();
+  REQUIRE(milling.carve(grid, 80, at(16), at(16), wider, kOn) > 1);
+  grid.set_X_WG(make_pose<double>(Mat3d::Identity(), {0.1, 0.2, 0.3}));
+  CHECK(milling.carve(grid, 80, at(16), at(16 + kStep), wider, kOn) == 0);
+  CHECK(milling.carve(grid, 80, at(16 + kStep), at(18), wider, kOn) > 0.1);
+  // In another grid nothing is cut yet.
+  auto other = block();
+  CHECK(milling.carve(other, 80, at(18), at(18), wider, kOn) > 1);
+}
+
 TEST_CASE("What is left out takes no bytes") {
-  // Options and tick counter; a geometric tip remembers its last cut, 48 bytes.
+  // Options and tick counter; a geometric tip remembers its last tick and its last cut, 72 bytes.
   static_assert(sizeof(Milling<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(MillingOptions) + 8);
-  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 8 + 48);
+  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 8 + 72);
 }

@@ -144,6 +144,47 @@ TEST_CASE_TEMPLATE("removed volume: cuts in time, from the first ticks on", Dens
   check("by a rate", RateLimitedCut<>{.rate = 3 * (kBone<Density> - kAir<Density>)});
 }
 
+TEST_CASE_TEMPLATE("removed volume: noisy faces, shallow cuts and cuts in time to and fro", Density, std::uint8_t,
+                   std::int16_t) {
+  CAPTURE(kSeed);
+  constexpr int kSize = 20;
+  Random random(kSeed + 4);
+  const double iso = isovalue<Density>(0.5);
+  const auto check = [&](const std::string& name, const auto& policy, double noise, int ticks) {
+    Figures off;
+    for (int trial = 0; trial < 6; ++trial)
+      for (const double depth : {0.3, 1.0, 2.5}) {
+        const Vec3d n = normal_of(trial, random), p = near_middle(kSize, random);
+        auto grid = make_grid<Density>(
+            {.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(kVoxel), .outside = kAir<Density>},
+            [&](int i, int j, int k) {
+              const double v = blurred(kAir<Density>, kBone<Density>, n.dot(Vec3d(i, j, k) - p) / 0.7);
+              return nearest_density<Density>(v + noise * (kBone<Density> - kAir<Density>)*random.normal());
+            });
+        const LostVolume<Density> lost(grid, iso);
+        const Vec3d way = 4 * n.unitOrthogonal(), from = p + (5 - depth) * n - way / 2;
+        Milling milling{policy};
+        const auto at = [&](int t) {
+          const double s = std::abs(std::fmod(t * 0.25, 2.0) - 1);
+          return make_pose<double>(Mat3d::Identity(), kVoxel * (from + s * way));
+        };
+        double told = 0;
+        for (int t = 0; t < ticks; ++t)
+          told += milling.carve(grid, iso, at(t), at(t + 1), Burr{.tip_radius = kRadius},
+                                {.spindle_on = true, .dt = 1e-3, .force_N = 2});
+        const double truth = lost.mm3();
+        if (truth > 0) off.add(std::abs(told / truth - 1));
+      }
+    CHECK(off.worst() <= kBound);
+    MESSAGE(name, ", noise ", noise, ": off by ", off.median(), ", worst ", off.worst());
+  };
+  for (const double noise : {0.02, 0.05}) {
+    check("at once", GeometricCut{}, noise, 8);
+    check("at a speed", AdvancingCut{.speed = 2e-3}, noise, 60);
+    check("by a rate", RateLimitedCut<>{.rate = 3 * (kBone<Density> - kAir<Density>)}, noise, 60);
+  }
+}
+
 TEST_CASE("removed volume: exact on planes, zero without bone, never negative") {
   // Half of a float grid's cells lie in a plane's half space, whatever its direction, up to the cells that the plane
   // leaves by their ends at the grid's sides.

@@ -149,7 +149,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     context.contact = found.contact;
     context.status = result.status;
     if constexpr (kUsesHistory) {
-      const Posed X_GC = kCarves ? Posed(renderer_.cutting_pose().template cast<double>()) : X_GT;
+      if constexpr (kBitesInTime) dt_ = context.dt;
+      const Posed X_GC = kCarves ? Posed(cutting_pose().template cast<double>()) : X_GT;
       if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, found.status >= Status::kJump);
       context.twist = step.twist;
@@ -215,7 +216,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Return the poses of the last good tick in W. They move with the grid if it moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
   [[nodiscard]] Posed visual_pose_W() const noexcept { return in_world(renderer_.visual_pose()); }
-  [[nodiscard]] Posed cutting_pose_W() const noexcept { return in_world(renderer_.cutting_pose()); }
+  [[nodiscard]] Posed cutting_pose_W() const noexcept { return in_world(cutting_pose()); }
 
   /// Writes the last good tick's contact points [m, N] in W, as many as `out` holds; returns their number.
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept {
@@ -235,6 +236,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kUsesTwist = (kStageUsesTwist<Parts> || ...);
   static constexpr bool kUsesHistory = kUsesTwist || kCarves;
   using History = PoseHistory<kUsesTwist, kCarves>;
+  /// Whether the renderer moves its cutting pose ahead at a speed, so that it needs the tick's duration.
+  static constexpr bool kBitesInTime = (kCutsAtOnce<Parts> || ...) && requires(const ContactRenderer& r, double dt) {
+    r.cutting_pose(dt);
+  };
+  struct NoTime {};
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
@@ -266,6 +272,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     } else {
       return renderer_.render(field, X_GT);
     }
+  }
+
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
+    if constexpr (kBitesInTime)
+      return renderer_.cutting_pose(dt_);
+    else
+      return renderer_.cutting_pose();
   }
 
   void begin_tick() noexcept {
@@ -311,6 +324,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
+  [[no_unique_address]] std::conditional_t<kBitesInTime, double, NoTime> dt_{};  // of the last good tick [s]
   std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 

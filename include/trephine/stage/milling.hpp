@@ -13,6 +13,10 @@ namespace trephine {
 /// at 0.3 mm and 1 kHz it is a burr at 10 m/s.
 inline constexpr double kLongestSweep = 32;
 
+/// A geometric tip that moved less than this [voxels of the finest spacing] since it last cut waits: its cut would
+/// displace the surface by no more.
+inline constexpr double kMinAdvance = 1.0 / 256;
+
 /// What is the same for every milling.
 struct MillingOptions {
   double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope
@@ -32,11 +36,14 @@ struct TipCuts {
 /// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
-/// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of that
-/// place; a still one costs nothing. The volume removed is the isosurface's loss. Haptic thread; no allocation.
+/// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of its
+/// last cut, and only when it is `kMinAdvance` away from it; a still one costs nothing. The volume removed is the
+/// isosurface's loss. Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
+  static constexpr bool kCutsAtOnce = std::is_same_v<Policy, GeometricCut>;
+
   explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})
       : policy_(policy), options_(options), shape_(shape) {
     validate();
@@ -72,11 +79,14 @@ class Milling {
       const Vec3d before = X_GT_previous.translation();
       const bool near = (p - before).norm() <= longest;
       if constexpr (kRemembers) {
-        const LastCut cut{grid.increase_stamp(), p, burr.tip_radius, isovalue};
+        LastCut cut{grid.increase_stamp(), p, p, burr.tip_radius, isovalue};
         const bool goes_on = near && last_.is_same_but_at(cut, before);
+        const Vec3d from = goes_on ? last_.p_GC : near ? before : p;
+        const bool waits = goes_on && (p - from).norm() < kMinAdvance * grid.spacing().minCoeff();
+        if (waits) cut.p_GC = from;
         last_ = cut;
-        if (goes_on && p == before) return 0;
-        const SphereCutter cutter(near ? before : p, p, burr.tip_radius, goes_on);
+        if (waits) return 0;
+        const SphereCutter cutter(from, p, burr.tip_radius, goes_on);
         return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       } else {
         const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
@@ -94,11 +104,12 @@ class Milling {
   static constexpr bool kRemembers = std::is_same_v<Policy, GeometricCut> && std::is_same_v<Shape, TipCuts>;
   struct LastCut {
     std::uint64_t stamp = 0;
-    Vec3d p_GC = Vec3d::Zero();
+    Vec3d p_GT = Vec3d::Zero();  // of the last tick
+    Vec3d p_GC = Vec3d::Zero();  // where it last cut
     double radius = 0;
     double isovalue = 0;
     [[nodiscard]] bool is_same_but_at(const LastCut& o, const Vec3d& p) const noexcept {
-      return stamp == o.stamp && p_GC == p && radius == o.radius && isovalue == o.isovalue;
+      return stamp == o.stamp && p_GT == p && radius == o.radius && isovalue == o.isovalue;
     }
   };
   struct Nothing {};

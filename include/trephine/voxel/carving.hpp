@@ -248,29 +248,46 @@ class Cut {
         j, k, first, last,
         [&](int i, int count, const auto& old, auto& value) {
           if (is_low(old)) return;
-          std::array<float, std::tuple_size_v<std::remove_cvref_t<decltype(old)>>> d;
+          constexpr std::size_t kLanes = std::tuple_size_v<std::remove_cvref_t<decltype(old)>>;
+          std::array<float, kLanes> d;
           const auto x = static_cast<float>(i * grid_.spacing().x() - origin_.x());
           cutter_.distances(x, step, y, z, d);
-          decltype(d) share;
-          if constexpr (!LimitAtOnce<Limit>) cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
-          lower_lanes(grid_.index(i, j, k), count, d, share, old, value);
+          std::array<Wide, kLanes> target;
+          find_targets(d, count, target);
+          if constexpr (LimitAtOnce<Limit>) {
+            // Needs no old density; that it adds no bone, VoxelGrid::lower_lanes sees to.
+            for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(target[l]);
+          } else {
+            std::array<Wide, kLanes> from;
+            for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
+            // Most blocks are cut already, and shares cost more than distances.
+            if (!any_lane<Wide, kLanes>([&](std::size_t l) { return target[l] < from[l]; })) return;
+            std::array<float, kLanes> share;
+            cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+            lower_in_time(grid_.index(i, j, k), share, target, from, value);
+          }
         },
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
 
-  /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower, and in the
-  /// lanes that belong to other voxels.
+  /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower.
   template <std::size_t kLanes>
-  void fall_toward_lower(std::size_t voxel, int count, std::array<float, kLanes>& steepness) const noexcept {
+  void fall_toward_lower(std::size_t voxel, std::array<float, kLanes>& steepness) const noexcept {
     const Density* const here = grid_.data() + voxel;
     const std::array<std::ptrdiff_t, 3> pitch{1, grid_.row_pitch(), grid_.plane_pitch()};
     steepness.fill(0);
     for (std::size_t a = 0; a < 3; ++a) {
       const auto per_metre = static_cast<float>(1 / grid_.spacing()[static_cast<Eigen::Index>(a)]);
-      for (std::ptrdiff_t l = 0; l < count; ++l) {
-        const Density lower = std::min(here[l - pitch[a]], here[l + pitch[a]]);
-        const float fall = (static_cast<float>(here[l]) - static_cast<float>(lower)) * per_metre;
-        steepness[static_cast<std::size_t>(l)] += fall > 0 ? fall * fall : 0.0F;
+      // All lanes: beyond the last row there is one of border, and 64 spare bytes.
+      std::array<Density, kLanes> own, before, after;
+      std::memcpy(own.data(), here, sizeof(own));
+      std::memcpy(before.data(), here - pitch[a], sizeof(before));
+      std::memcpy(after.data(), here + pitch[a], sizeof(after));
+      for (std::size_t l = 0; l < kLanes; ++l) before[l] = after[l] < before[l] ? after[l] : before[l];
+      for (std::size_t l = 0; l < kLanes; ++l) before[l] = before[l] < own[l] ? before[l] : own[l];
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const float fall = (static_cast<float>(own[l]) - static_cast<float>(before[l])) * per_metre;
+        steepness[l] += fall * fall;
       }
     }
     square_roots(steepness);
@@ -283,47 +300,40 @@ class Cut {
     return !any_lane<Density, kLanes>([&](std::size_t l) { return old[l] > lowest; });
   }
 
-  // Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
+  /// What the geometric cut makes of the first `count` lanes; in others, and beyond the reach, nothing is as high.
+  /// Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
   template <std::size_t kLanes>
-  void lower_lanes(std::size_t index, int count, const std::array<float, kLanes>& d,
-                   const std::array<float, kLanes>& share, const std::array<Density, kLanes>& old,
-                   std::array<Density, kLanes>& value) noexcept {
+  void find_targets(const std::array<float, kLanes>& d, int count, std::array<Wide, kLanes>& target) const noexcept {
     const float reach = static_cast<float>(reach_);
-    const float isovalue = isovalue_;
-    const float per_metre = per_metre_;
-    [[maybe_unused]] const Limit limit = limit_;
+    const float isovalue = isovalue_, per_metre = per_metre_;
     const NearestDensity<Density> nearest = nearest_;
-    [[maybe_unused]] const auto voxel = static_cast<std::uint32_t>(index);
+    const Wide none = none_;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const Wide exact = nearest(isovalue + d[l] * per_metre);
+      const Wide within = d[l] < reach ? exact : none;
+      target[l] = static_cast<int>(l) < count ? within : none;
+    }
+    if constexpr (kBySteepness)
+      for (std::size_t l = 0; l < kLanes; ++l) target[l] = d[l] < -reach && target[l] < none ? kLowest : target[l];
+  }
+
+  /// Lanes that lie above their target fall as the limit lets them.
+  template <std::size_t kLanes>
+  void lower_in_time(std::size_t index, const std::array<float, kLanes>& share, const std::array<Wide, kLanes>& target,
+                     const std::array<Wide, kLanes>& from, std::array<Density, kLanes>& value) const noexcept {
+    const Limit limit = limit_;
+    const auto voxel = static_cast<std::uint32_t>(index);
     std::array<float, kBySteepness ? kLanes : 1> steepness;
-    if constexpr (kBySteepness) fall_toward_lower(index, count, steepness);
-    [[maybe_unused]] const auto limited = [&](std::size_t l, Wide density, Wide target) {
+    if constexpr (kBySteepness) fall_toward_lower(index, steepness);
+    std::array<Wide, kLanes> to;
+    for (std::size_t l = 0; l < kLanes; ++l) {
       const std::uint32_t here = voxel + static_cast<std::uint32_t>(l);
       if constexpr (kBySteepness)
-        return limit(density, target, share[l], here, steepness[l]);
+        to[l] = limit(from[l], target[l], share[l], here, steepness[l]);
       else
-        return limit(density, target, share[l], here);
-    };
-    std::array<Wide, kLanes> to;
-    if constexpr (LimitAtOnce<Limit>) {
-      // Needs no old density; that it adds no bone, lower_lanes sees to.
-      const Wide none = none_;
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const Wide target = nearest(isovalue + d[l] * per_metre);
-        const Wide within = d[l] < reach ? target : none;
-        to[l] = static_cast<int>(l) < count ? within : none;
-      }
-    } else {
-      std::array<Wide, kLanes> from;
-      for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        Wide target = nearest(isovalue + d[l] * per_metre);
-        if constexpr (kBySteepness) target = d[l] < -reach ? kLowest : target;
-        const Wide cut = limited(l, from[l], target);
-        const Wide within = d[l] < reach ? cut : from[l];
-        const Wide mine = static_cast<int>(l) < count ? within : from[l];
-        to[l] = mine < from[l] ? mine : from[l];
-      }
+        to[l] = limit(from[l], target[l], share[l], here);
     }
+    for (std::size_t l = 0; l < kLanes; ++l) to[l] = target[l] < from[l] ? to[l] : from[l];
     for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(to[l]);
   }
 

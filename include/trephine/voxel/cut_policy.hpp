@@ -5,6 +5,7 @@
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -43,10 +44,13 @@ template <VoxelDensity Density>
     const float value = drop > 0 ? old - drop : old;
     return value > target ? value : target;
   } else {
-    // NaN falls by nothing. A whole range is enough for any fall.
-    constexpr float kRange = 65536.0F;
-    const float most = drop > 0 ? (drop < kRange ? drop : kRange) : 0.0F;
-    const int value = old - static_cast<int>(most + unit_of(dither));
+    // NaN falls by nothing. A whole range is enough for any fall. Of masks: clamps with known bounds become jumps.
+    constexpr std::uint32_t kRange = std::bit_cast<std::uint32_t>(65536.0F);
+    const std::uint32_t positive = drop > 0 ? ~0U : 0U;
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(drop) & positive;
+    // Positive floats are in the order of their bits.
+    const std::int32_t most = std::min(static_cast<std::int32_t>(bits), static_cast<std::int32_t>(kRange));
+    const int value = old - static_cast<int>(std::bit_cast<float>(most) + unit_of(dither));
     return value > target ? value : target;
   }
 }

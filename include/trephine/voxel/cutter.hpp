@@ -75,11 +75,13 @@ template <std::size_t kLanes>
 void add_shares(const std::array<float, kLanes>& distance, float reach, float weight,
                 std::array<float, kLanes>& out) noexcept {
   const float per_reach = -0.5F / reach;
-  const float none = 0, all = 1;  // in variables: known bounds make compilers turn the clamp into jumps
-  for (std::size_t l = 0; l < kLanes; ++l) {
-    float share = 0.5F + distance[l] * per_reach;
-    share = share > none ? share : none;
-    out[l] += weight * (share < all ? share : all);
+  // By Eigen: compilers make jumps of clamps with known bounds. 32 bytes at a time, as roots are taken.
+  constexpr std::size_t kPart = 8;
+  static_assert(kLanes % kPart == 0);
+  using Part = Eigen::Array<float, kPart, 1>;
+  for (std::size_t i = 0; i < kLanes; i += kPart) {
+    const Eigen::Map<const Part> d(distance.data() + i);
+    Eigen::Map<Part>(out.data() + i) += weight * (0.5F + d * per_reach).max(0.0F).min(1.0F);
   }
 }
 
@@ -227,16 +229,20 @@ class SphereCutter {
     for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
 
-  /// By three Gauss points of the way. Ticks that join make up a path's whole time, whatever their length.
+  /// By three Gauss points of the way; a short one by its middle, which is within .008 of the mean. Ticks that join
+  /// make up a path's whole time, whatever their length.
   template <std::size_t kLanes>
   void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
-    if (!(length_ > 0)) return add_shares_at(0, 1, x, step, y, z, reach, out);
+    if (!(length_ > kShortWay * reach)) return add_shares_at(length_ / 2, 1, x, step, y, z, reach, out);
     constexpr std::array<float, 3> kPlace{0.112701665F, 0.5F, 0.887298335F}, kWeight{5 / 18.0F, 8 / 18.0F, 5 / 18.0F};
     for (std::size_t i = 0; i < 3; ++i) add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, out);
   }
 
  private:
+  /// [reaches]
+  static constexpr float kShortWay = 0.125F;
+
   /// With the ball's centre this far along the way.
   template <std::size_t kLanes>
   void add_shares_at(float t, float weight, float x, float step, float y, float z, float reach,

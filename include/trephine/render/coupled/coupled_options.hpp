@@ -20,9 +20,12 @@ struct CoupledOptions {
   /// A device that moved farther than this between two ticks [m], or whose axis turned by half a radian, jumped.
   /// The virtual tool then starts at the new pose if its axis is free of bone there. Otherwise it follows step by step.
   double jump = 0.005;
-  /// A burr that only touches bone removes nothing, so the cutting pose lies ahead of the virtual tool. It lies as far
-  /// toward the device as the device is, and at most this many voxels. The burr removes up to that much in a tick.
+  /// A burr that only touches bone removes nothing, so the cutting pose lies ahead of the virtual tool, toward the
+  /// device, by at most this many voxels (shortest spacings). A cut at once (`GeometricCut`) removes all of that, so
+  /// for it this is a speed, in voxels a millisecond: the same at any tick rate. For a cut in time, which has a rate
+  /// of its own, it is a length.
   double bite = 1;
+  static constexpr double kBiteTime = 1e-3;  ///< in which a cut at once takes off `bite` voxels [s]
 
   /// Upper bound of each gain in its unit: squares of values derived from it are finite in single precision.
   static constexpr double kMaxGain = 1e12;

@@ -119,16 +119,23 @@ class CoupledToolRenderer {
   /// Pose of the virtual tool in G.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
-  /// Pose of the virtual tool, moved toward the device by at most `CoupledOptions::bite`.
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
-    const double max_bite = options_.bite * gains_.shortest_spacing, distance = to_device_.norm();
-    Posed X = X_;
-    X.translation() += distance > max_bite ? Vec3d(to_device_ * (max_bite / distance)) : to_device_;
-    return X.template cast<Scalar>();
+  /// Pose of the virtual tool in G, moved toward the device by at most `CoupledOptions::bite`: for a cut in time.
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return ahead(options_.bite * gains_.shortest_spacing); }
+  /// The same for a cut at once, at the end of a tick of `dt` seconds.
+  [[nodiscard]] Pose<Scalar> cutting_pose(double dt) const noexcept {
+    return ahead(options_.bite * gains_.shortest_spacing * (dt / CoupledOptions::kBiteTime));
   }
 
  private:
   using Constants = CoupledConstants;
+
+  /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
+  [[nodiscard]] Pose<Scalar> ahead(double max_distance) const noexcept {
+    const double distance = to_device_.norm();
+    Posed X = X_;
+    X.translation() += distance > max_distance ? Vec3d(to_device_ * (max_distance / distance)) : to_device_;
+    return X.template cast<Scalar>();
+  }
 
   /// State at the start of a tick.
   struct TickStart {
