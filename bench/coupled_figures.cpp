@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/coupled_helpers.hpp"
 #include "stability/own_surface.hpp"
-#include "studies/arguments.hpp"
+#include "common/command_line.hpp"
 
 #include <trephine/voxel/bone_surface.hpp>
 

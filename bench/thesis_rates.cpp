@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
-#include "studies/arguments.hpp"
-#include "studies/table.hpp"
-#include "sweep/row.hpp"
+#include "common/command_line.hpp"
+#include "common/table.hpp"
+#include "common/percentile.hpp"
 
 #include <trephine/trephine.hpp>
 

@@ -88,33 +88,14 @@ def error_against_time(folder, sweep, scenario, renderer):
             "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
             + ("" if "spline" in parts else ", " + parts[3] + " normals"))
         groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
-    points = [p for group in groups.values() for p in group]
     for (group, members), colour in zip(sorted(groups.items()), COLOURS * 2):
         plot.add(group, members, f"points pt 7 ps 0.45 lc rgb '{colour}'")
-    best = sorted(points[i] for i in tables.front(points))
-    plot.add("front", best, "steps lw 1.5 lc rgb '#444444'")
+    plot.add("front", tables.front([p for group in groups.values() for p in group]), "steps lw 1.5 lc rgb '#444444'")
     thesis = sweep.at_defaults(scenario, tables.LINE_THESIS if renderer == "line" else tables.SURFACE_THESIS)
     ours = sweep.at_defaults(scenario, {"line": tables.LINE_DEFAULT, "surface": tables.SURFACE_DEFAULT}.get(renderer, tables.COUPLED))
     for name, row, mark in (("thesis, its counts", thesis, 8), ("default law, same counts", ours, 4)):
         if row is not None and row[key] > 0:
             plot.add(name, [(row["tick_ns_median"] / 1000, 100 * row[key])], f"points pt {mark} ps 1.5 lw 2 lc rgb '#000000'")
-    return plot.draw()
-
-
-def convergence(folder, points, orders):
-    if not points:
-        return None
-    plot = Plot(folder, "convergence", "Errors against counts, on exact bones (fitted order in brackets)", "count",
-                "error, p95 (relative; places in voxels)", 980, 520)
-    logarithmic(plot)
-    fitted = {(row["what"], row["law"]): row["fitted_order"] for row in orders}
-    groups = {}
-    for row in points:
-        groups.setdefault((row["what"], row["law"]), []).append((row["count"], row["error_p95"]))
-    for i, (key, values) in enumerate(groups.items()):
-        dash = 1 if i < len(COLOURS) else 2
-        plot.add(f"{key[0]}, {key[1]} [{fitted.get(key, math.nan):.1f}]", values,
-                 f"linespoints pt {i % 7 + 4} ps 0.6 dt {dash} lc rgb '{COLOURS[i % len(COLOURS)]}'")
     return plot.draw()
 
 
@@ -144,72 +125,11 @@ def speed_by_voxel(folder, rows):
         for what in ("air", "light"):
             points = sorted((float(row["measure"].split()[1]), row["ns"]) for row in rows
                             if row["compiler"] == compiler and row["march"] == march and row["measure"].startswith("voxel")
-                            and row["measure"].endswith("mm: " + what) and "/" not in row["measure"])
+                            and row["measure"].endswith("mm; " + what) and "/" not in row["measure"])
             if points:
                 plot.add(f"{what}, {compiler} {march}", points, "linespoints")
     # Its voxel collision with one proxy, 256 x 256 x 176, slid 0.5 mm deep at 20 mm/s; on another machine: the growth counts.
     plot.add("CHAI3D, ball of 3 mm", [(0.1, 498664), (0.4, 15312)], "linespoints dt 2 lc rgb '#888888'")
-    return plot.draw()
-
-
-def feature_cost(folder, rows, spread):
-    """What each feature adds to a tick where it does nothing, and by how much the same scene differs from itself."""
-    rows = [row for row in rows if row["feature"] != "none (A/A)"]
-    if not rows:
-        return None
-    names = list(dict.fromkeys(row["feature"] for row in rows))
-    plot = Plot(folder, "feature_cost", "What a scene pays for a feature that it lists and that does nothing", "",
-                "time of a tick, with / without", 1180, 620)
-    ticks = ", ".join(f"{quoted(name)} {i}" for i, name in enumerate(names))
-    plot.line(f"set xtics ({ticks}) rotate by -50 noenhanced")
-    plot.line("set bmargin 10")
-    plot.line("set logscale y")
-    plot.line("set format y '%g'")
-    plot.line("set ytics (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.7, 2, 3, 5, 10, 20)")
-    plot.line(f"set yrange [{0.95 * min(row['ratio'] for row in rows)}:{1.1 * max(row['ratio'] for row in rows)}]")
-    plot.line(f"set xrange [-0.6:{len(names) - 0.4}]")
-    for i, (renderer, colour) in enumerate(zip(("line", "surface", "coupled"), COLOURS)):
-        mine = {row["feature"]: row["ratio"] for row in rows if row["renderer"] == renderer}
-        at = {k: k + 0.27 * (i - 1) for k in range(len(names))}
-        plot.add(renderer, [(at[k], mine[name], at[k] - 0.12, at[k] + 0.12, min(1, mine[name]), max(1, mine[name]))
-                            for k, name in enumerate(names) if name in mine],
-                 f"boxxyerror fs solid 0.8 noborder lc rgb '{colour}'")
-        for own in spread:
-            if own["renderer"] != renderer:
-                continue
-            for title, edge in ((f"{renderer}: the same scene twice", own["least_ratio"]), ("", own["greatest_ratio"])):
-                plot.add(title, [(-0.6, edge), (len(names) - 0.4, edge)], f"lines lw 1 dt 2 lc rgb '{colour}'")
-    return plot.draw()
-
-
-def force_depth(folder, rows):
-    if not rows:
-        return None
-    plot = Plot(folder, "force_depth", "Force of each law pressed into a plane (stated stiffness 800 N/m, 1.5 mm ball)",
-                "depth / R", "force [N], mean over directions")
-    groups = {}
-    for row in rows:
-        groups.setdefault(row["law"], []).append((row["depth_over_R"], row["force_N_mean"]))
-    for (law, values), colour in zip(groups.items(), COLOURS):
-        plot.add(law, values, f"lines lw 2 lc rgb '{colour}'")
-    plot.add("stated: K x depth at R/2", [(0.5, 0.6)], "points pt 2 ps 1.5 lw 2 lc rgb '#000000'")
-    return plot.draw()
-
-
-def ridge_spacing(folder, rows, radius):
-    rows = [row for row in rows if row["ridge_radius_mm"] == radius]
-    if not rows:
-        return None
-    plot = Plot(folder, f"ridge_spacing_{radius:g}", f"A ridge of {radius:g} mm radius under the shaft: torque error against spacing",
-                "spacing of vertices or slices [mm]", "torque error, p95 [%]")
-    logarithmic(plot)
-    names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-spline": "line, vertices only",
-             tables.SURFACE_AREA: "surface, area", tables.SURFACE_DEFAULT: "surface, patch"}
-    for (variant, name), colour in zip(names.items(), COLOURS):
-        mine = [row for row in rows if row["variant"] == variant]
-        plot.add(name, [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine], f"linespoints pt 7 ps 0.6 lc rgb '{colour}'")
-        missed = [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine if r["misses"] > 0]
-        plot.add(f"{name}: some unseen" if missed else "", missed, f"points pt 6 ps 1.6 lw 2 lc rgb '{colour}'")
     return plot.draw()
 
 
@@ -297,3 +217,14 @@ def thin_walls(folder, rows, stiffness):
         plot.add(f"{renderer}, {options}", held, f"points pt 7 ps 0.7 lc rgb '{colour}'")
         plot.add("" if held else f"{renderer}, {options}", [at(r) for r in mine if r["through"] != 0], f"points pt 2 ps 0.9 lw 1.5 lc rgb '{colour}'")
     return plot.draw()
+
+
+def all_plots(folder, sweep, t):
+    """Paths by section; None where a table has nothing to draw."""
+    each = ("line", "surface", "coupled")
+    loops = [stability_plane(folder, t["stability_plane"], r) for r in each]
+    loops += [stability_sweep(folder, t["stability_sweep"], *who) for who in tables.unique(t["stability_sweep"], "renderer", "options")]
+    loops += [stability_energy(folder, t["stability_energy"], r) for r in each]
+    loops += [thin_walls(folder, t["stability_thin_walls"], k) for k in tables.unique(t["stability_thin_walls"], "stiffness")]
+    return {"error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
+            "stability": loops, "speed": [thesis_rates(folder, t["thesis_rates"]), speed_by_voxel(folder, t["speed"])]}

@@ -74,7 +74,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    with open(os.path.join(arguments.build, "bench", "features", "include_dirs.txt"), encoding="utf-8") as file:
+    with open(os.path.join(arguments.build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         folders = [line.strip() for line in file if line.strip() and os.path.isdir(os.path.join(line.strip(), "Eigen"))]
     common = ["-std=c++20", "-I", INCLUDE] + [f for folder in folders for f in ("-isystem", folder)]
 

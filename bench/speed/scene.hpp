@@ -2,8 +2,8 @@
 #pragma once
 
 #include "../examples/drill/phantom.hpp"
-#include "studies/table.hpp"
-#include "sweep/row.hpp"
+#include "common/table.hpp"
+#include "common/percentile.hpp"
 
 #include <trephine/trephine.hpp>
 

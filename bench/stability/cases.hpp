@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "stability/loop.hpp"
+#include "stability/closed_loop.hpp"
 #include "stability/places.hpp"
 
 #include <string>

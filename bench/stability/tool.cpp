@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "stability/places.hpp"
+#include "stability/tool_scene.hpp"
 
 #include <cmath>
 #include <sstream>
@@ -19,6 +20,16 @@ std::vector<double> press(const Setup& setup, const Vec3d& n) {
     force.push_back(renderer.thesis_stiffness() *
                     plane_law<Weights>(tool, 0, setup.burr.tip_radius * i / kSteps, n).dot(n));
   return force;
+}
+
+std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, double isovalue) {
+  if (setup.options != "default")
+    throw std::invalid_argument("make_tool: coupled has no options '" + setup.options + "'");
+  CoupledOptions options = setup.coupled;
+  options.stiffness = setup.stiffness;
+  const Coulomb friction(setup.friction, setup.friction);
+  if (setup.friction > 0) return wrapped(CoupledToolRenderer{setup.burr, options, friction}, setup, bone, isovalue);
+  return wrapped(CoupledToolRenderer{setup.burr, options}, setup, bone, isovalue);
 }
 
 }  // namespace

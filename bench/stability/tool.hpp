@@ -54,7 +54,6 @@ class AnyTool {
 [[nodiscard]] std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double isovalue);
 [[nodiscard]] std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue);
-[[nodiscard]] std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, double isovalue);
 
 /// The options of a setup in words: "default + friction 0.3".
 [[nodiscard]] std::string label(const Setup& setup);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Scenario 17: a plate of few voxels, pushed until the hand gives all that the device bears. Who falls through?
-#include "stability/loop.hpp"
+#include "stability/closed_loop.hpp"
+#include "stability/measured.hpp"
 #include "stability/places.hpp"
-#include "stability/rows.hpp"
 
 #include <cmath>
 #include <limits>
@@ -16,7 +16,6 @@ constexpr double kMostForce = 3.3;  // [N]
 struct Push {
   bool through = false;
   double held = 0;  ///< greatest force before it fell through, or at all [N]
-  double beyond = 0;
 };
 
 /// The device is driven along its path whatever the wall does, as a hand much stronger than the device would: down at
@@ -64,17 +63,15 @@ void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
       for (const double stiffness : {800.0, 3000.0})
         plan.push_back({tool.renderer + ", thin walls", [=] {
                           Measured m;
+                          Setup s = tool;
+                          s.stiffness = stiffness;
                           for (const double speed : speeds) {
-                            Setup s = tool;
-                            s.stiffness = stiffness;
                             const Push p = push(s, *bone, thickness, speed);
-                            std::ostringstream name, line;
+                            std::ostringstream name;
                             name << voxels << " voxels, " << speed << " m/s, " << stiffness << " N/m";
-                            m.rows.push_back(at_most("17 falls through a thin wall (1: yes)", name.str(), s.renderer,
-                                                     label(s), p.through ? 1 : 0, 0, "", p.held));
-                            line << s.renderer << ',' << label(s) << ',' << stiffness << ',' << voxels << ',' << speed
-                                 << ',' << (p.through ? 1 : 0) << ',' << p.held;
-                            m.lines.emplace_back("stability_thin_walls", line.str());
+                            m.judge("17 falls through a thin wall (1: yes)", name.str(), s, p.through, 0, "", p.held);
+                            m.line("stability_thin_walls", s.renderer, label(s), stiffness, voxels, speed, p.through,
+                                   p.held);
                           }
                           return m;
                         }});

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <iosfwd>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -52,7 +52,45 @@ struct Row {
 void write_header(std::ostream& out);
 void write(std::ostream& out, const Row& row);
 
-/// Value below which a share q of the finite ones lie (nearest rank, upwards); NaN if there are none.
-[[nodiscard]] double percentile(std::vector<double> values, double q);
+/// One setting in one image of one scenario.
+struct Job {
+  std::string scenario;
+  Image image;
+  Setting setting;
+  [[nodiscard]] std::string name() const;
+};
+
+/// Every factor one at a time round the default, every image at the defaults, and seeded random combinations. Jobs in
+/// the same image follow each other. `quick`: the factors' ends and middle.
+[[nodiscard]] std::vector<Job> make_plan(bool quick);
+
+struct Scenario;
+
+/// A scenario's bones in one image. Opaque here, so that a file of variants compiles alone.
+class Bones {
+ public:
+  Bones(const Scenario& scenario, const Image& image);
+  ~Bones();
+  struct Data;
+  [[nodiscard]] const Data& data() const { return *data_; }
+
+ private:
+  std::unique_ptr<Data> data_;
+};
+
+/// Variants of a renderer that `run` has: policies in the order of the template's parameters, then options that differ
+/// from the default. 16-bit images and `double` have fewer.
+[[nodiscard]] std::vector<std::string> variants(const std::string& renderer, const std::string& scalar, int bits);
+/// The thesis' own and this library's default.
+inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
+inline constexpr const char* kSurfaceArea = "area-extend-full-analytic";
+inline constexpr const char* kSurfaceDefault = "patch-extend-full-analytic";
+inline constexpr const char* kCoupledDefault = "coupled";
+inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";
+inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-spline-refined";
+
+/// Both rows (discretisation, model) of a setting, none where the scenario does not concern the renderer. Throws
+/// std::invalid_argument for an unknown variant.
+[[nodiscard]] std::vector<Row> run(const Setting& setting, const Bones& bones);
 
 }  // namespace trephine::bench

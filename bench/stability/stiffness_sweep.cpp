@@ -2,7 +2,7 @@
 // Stiffness from 10² to 10⁶ N/m at every place, over the device's damping, friction, encoders, delay and hand: the
 // greatest that comes to rest, what it gives the hand, how it steps, and the cycle beyond it.
 #include "stability/cases.hpp"
-#include "stability/rows.hpp"
+#include "stability/measured.hpp"
 
 #include <limits>
 #include <mutex>
@@ -11,7 +11,6 @@
 namespace trephine::bench {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kSoftest = 1e2, kStiffest = 1e6;  // [N/m]
 constexpr double kRuleE = 1e-3;                    // [mJ] as on the shapes: rounding and the image's ripple
 constexpr double kMilled = 15e-3;                  // [m] bone that a run on the skull has to each side
@@ -99,31 +98,12 @@ Measured measure(Ground& ground, const Setup& tool, const Case& c, bool drawn) {
     amplitude = ground.milled() ? r.tremble : r.amplitude;
     frequency = r.escaped ? kNaN : ground.milled() ? r.tremble_frequency : r.frequency;
   }
-  const std::string name = ground.place().name + ", " + c.text(), o = label(tool);
+  const std::string place = ground.place().name;
   Measured m;
-  m.rows.push_back(told("sweep: greatest stable K", name, tool.renderer, o, K, "N/m", c.theory()));
-  m.rows.push_back(at_most("sweep: energy beyond Rule E there", name, tool.renderer, o, 1e3 * at.beyond, kRuleE, "mJ",
-                           1e3 * at.energy));
-  m.rows.push_back(told("sweep: greatest force step a tick there", name, tool.renderer, o, at.force_step, "N", kNaN));
-  m.rows.push_back(
-      told("sweep: greatest torque step a tick there", name, tool.renderer, o, 1e3 * at.torque_step, "mN·m", kNaN));
-  m.rows.push_back(
-      told("sweep: limit cycle at twice that, amplitude", name, tool.renderer, o, 1e3 * amplitude, "mm", kNaN));
-  m.rows.push_back(told("sweep: limit cycle at twice that, frequency", name, tool.renderer, o, frequency, "Hz", kNaN));
-  std::ostringstream line;
-  const auto put = [&](double v) {
-    line << ',';
-    if (std::isfinite(v)) line << v;
-  };
-  std::string place = ground.place().name;
-  std::replace(place.begin(), place.end(), ',', ';');
-  line << place << ',' << c.damping << ',' << c.delay << ',' << c.hand << ',' << c.friction << ',' << 1e3 * c.quantum
-       << ',' << tool.renderer << ',' << o;
-  for (const double v :
-       {K, c.theory(), 1e3 * at.beyond, 1e3 * amplitude, frequency, at.force_step, 1e3 * at.torque_step})
-    put(v);
-  line << ',' << (drawn ? 1 : 0);
-  m.lines.emplace_back("stability_sweep", line.str());
+  m.judge("sweep: energy beyond Rule E at the greatest stable K", place + ", " + c.text(), tool, 1e3 * at.beyond,
+          kRuleE, "mJ", 1e3 * at.energy);
+  m.line("stability_sweep", place, c.damping, c.delay, c.hand, c.friction, 1e3 * c.quantum, tool.renderer, label(tool),
+         K, c.theory(), 1e3 * at.beyond, 1e3 * amplitude, frequency, at.force_step, 1e3 * at.torque_step, drawn);
   return m;
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/plan.hpp"
-
 #include "support/raster.hpp"
-#include "sweep/runs.hpp"
+#include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
 #include <trephine/tool/discretization.hpp>
@@ -51,51 +49,42 @@ template <class T>
 }
 
 // Every factor round the default of one renderer.
-[[nodiscard]] std::vector<Setting> factors(bool is_surface, bool quick) {
+[[nodiscard]] std::vector<Setting> factors(const Setting& usual, bool quick) {
   std::vector<Setting> all;
-  const std::vector<double> lengths = thinned<double>({1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625}, quick);
-  if (is_surface) {
-    for (const auto& v : surface_variants("float", 8)) all.push_back(surface(v));
-    for (const auto& v : surface_variants("double", 8)) {
-      all.push_back(surface(v));
-      all.back().scalar = "double";
+  const auto of = [&](const char* variant) {
+    Setting s = usual;
+    s.variant = variant;
+    return s;
+  };
+  const auto vary = [&](const char* variant, auto member, const auto& values) {
+    for (const auto value : thinned(values, quick)) {
+      all.push_back(of(variant));
+      all.back().*member = value;
     }
+  };
+  const std::string& renderer = usual.renderer;
+  for (const char* scalar : {"float", "double"})
+    for (const auto& v : variants(renderer, scalar, 8)) {
+      all.push_back(of(v.c_str()));
+      all.back().scalar = scalar;
+    }
+  using Ints = std::vector<int>;
+  const std::vector<double> lengths{1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
+  if (renderer == "surface") {
     // The counts of ball and shaft for the laws that are compared.
     for (const auto* v : {kSurfaceThesis, kSurfaceArea, kSurfaceDefault}) {
-      const auto with = [&](auto member, int n) {
-        all.push_back(surface(v));
-        all.back().*member = n;
-      };
-      for (const int n : thinned<int>({14, 20, 26, 38, 50, 74, 98, 146, 200, 260, 300, 400, 600, 800, 1000}, quick))
-        with(&Setting::sphere, n);
-      for (const int n : thinned<int>({5, 10, 20, 30, 50, 100, 200}, quick)) with(&Setting::slices, n);
-      for (const int n : thinned<int>({4, 6, 8, 12, 16, 24, 32}, quick)) with(&Setting::per_slice, n);
+      vary(v, &Setting::sphere, Ints{14, 20, 26, 38, 50, 74, 98, 146, 200, 260, 300, 400, 600, 800, 1000});
+      vary(v, &Setting::slices, Ints{5, 10, 20, 30, 50, 100, 200});
+      vary(v, &Setting::per_slice, Ints{4, 6, 8, 12, 16, 24, 32});
     }
-    for (const double h : lengths) {
-      all.push_back(surface());
-      all.back().step = h;
-    }
+    vary(kSurfaceDefault, &Setting::step, lengths);
     return all;
   }
-  for (const auto& v : line_variants("float", 8)) all.push_back(line(v));
-  for (const auto& v : line_variants("double", 8)) {
-    all.push_back(line(v));
-    all.back().scalar = "double";
-  }
   for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
-    for (const int n : thinned<int>({10, 20, 50, 100, 200, 500, 1000, 2000}, quick)) {
-      all.push_back(line(v));
-      all.back().vertices = n;
-    }
+    vary(v, &Setting::vertices, Ints{10, 20, 50, 100, 200, 500, 1000, 2000});
   for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) {
-    for (const double h : lengths) {
-      all.push_back(line(v));
-      all.back().step = h;
-    }
-    for (const int n : thinned<int>({1, 2, 5, 10, 20, 50, 100}, quick)) {
-      all.push_back(line(v));
-      all.back().steps = n;
-    }
+    vary(v, &Setting::step, lengths);
+    vary(v, &Setting::steps, Ints{1, 2, 5, 10, 20, 50, 100});
   }
   return all;
 }
@@ -115,8 +104,8 @@ template <class T>
   const bool is_surface = random.uniform() < 0.5;
   Setting s = is_surface ? surface() : line();
   s.scalar = bits == 8 && random.uniform() < 0.2 ? "double" : "float";
-  const auto variants = is_surface ? surface_variants(s.scalar, bits) : line_variants(s.scalar, bits);
-  s.variant = variants[static_cast<std::size_t>(random.below(static_cast<int>(variants.size())))];
+  const auto names = variants(s.renderer, s.scalar, bits);
+  s.variant = names[static_cast<std::size_t>(random.below(static_cast<int>(names.size())))];
   const auto between = [&](double lo, double hi) {
     return static_cast<int>(std::lround(lo * std::pow(hi / lo, random.uniform())));
   };
@@ -153,8 +142,8 @@ std::vector<Job> make_plan(bool quick) {
   for (const auto& scenario : scenario_names()) {
     const bool representative = scenario == "plane" || scenario == "sphere" || scenario == "shaft_cylinder";
     if (quick && !representative && scenario != "shaft_ridge") continue;
-    for (const bool is_surface : {true, false})
-      for (const auto& s : factors(is_surface, quick)) jobs.push_back({scenario, Image(), s});
+    for (const Setting& usual : {surface(), line()})
+      for (const auto& s : factors(usual, quick)) jobs.push_back({scenario, Image(), s});
     jobs.push_back({scenario, Image(), coupled()});
     jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {

@@ -25,7 +25,7 @@ struct LoopOptions {
   double escape = 0.05;          ///< farther from the start than this is unstable [m]
   double stiffness = 0;          ///< for Rule E: the largest tangent stiffness [N/m]; 0: as found
   double angular_stiffness = 0;  ///< [N·m/rad]; 0: as found
-  std::function<void(double time, const Posed& X, const Wrenchd& sent, double energy, double allowed)> trace{};
+  std::function<void(double time, const Wrenchd& sent, double energy, double allowed)> trace{};
 };
 
 struct LoopReport {

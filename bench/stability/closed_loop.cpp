@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stability/loop.hpp"
+#include "stability/closed_loop.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -153,7 +153,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     forces.push_back(wrench.force);
     turns.push_back(turn_between(start, now));
     if (o.trace)
-      o.trace(static_cast<double>(i) * o.dt, now, wrench, sum.energy,
+      o.trace(static_cast<double>(i) * o.dt, wrench, sum.energy,
               o.stiffness * sum.linear + o.angular_stiffness * sum.angular + sum.entries);
     if (!now.translation().allFinite() || (now.translation() - start.translation()).norm() > o.escape) {
       r.escaped = true;

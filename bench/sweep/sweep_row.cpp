@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/row.hpp"
+#include "sweep/sweep.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <ostream>
 
 namespace trephine::bench {
@@ -24,41 +22,24 @@ void write_header(std::ostream& out) {
 }
 
 void write(std::ostream& out, const Row& r) {
-  const auto number = [&out](double v) {
-    if (std::isfinite(v)) out << v;
-    out << ',';
-  };
   const Setting& s = r.setting;
-  const bool surface = s.renderer != "line";
+  const bool line = s.renderer == "line";
   out << r.scenario << ',' << r.image.name() << ',' << r.image.voxel_mm << ',' << s.renderer << ',' << s.variant << ','
-      << s.scalar << ',' << (surface ? s.sphere : s.vertices) << ',' << (surface ? s.slices : 0) << ','
-      << (surface ? s.per_slice : 0) << ',';
+      << s.scalar << ',' << (line ? s.vertices : s.sphere) << ',' << (line ? 0 : s.slices) << ','
+      << (line ? 0 : s.per_slice) << ',';
   // A fixed count as it is, a step length as 1/steps of a voxel.
   if (s.steps > 0)
     out << s.steps << ',';
   else
     out << "1/" << 1 / s.step << "vx,";
-  number(r.samples_per_tick);
-  number(r.tick_ns_median);
-  number(r.tick_ns_p999);
-  number(r.force_error_rel_p50);
-  number(r.force_error_rel_p95);
-  number(r.force_error_N_p95);
-  number(r.direction_error_deg_p99);
-  number(r.torque_error_rel_p95);
-  number(r.torque_error_Nm_p95);
-  number(r.point_error_voxel_p95);
+  const auto number = [&out](double v) { (std::isfinite(v) ? out << v : out) << ','; };
+  for (const double v : {r.samples_per_tick, r.tick_ns_median, r.tick_ns_p999, r.force_error_rel_p50,
+                         r.force_error_rel_p95, r.force_error_N_p95, r.direction_error_deg_p99, r.torque_error_rel_p95,
+                         r.torque_error_Nm_p95, r.point_error_voxel_p95})
+    number(v);
   out << r.misses << ',';
   number(r.excluded_share);
   out << r.error_kind << '\n';
-}
-
-double percentile(std::vector<double> values, double q) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(values.size())));
-  return values[std::min(values.size() - 1, rank == 0 ? 0 : rank - 1)];
 }
 
 }  // namespace trephine::bench
