@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "front.hpp"
+#include "pick_study.hpp"
 #include "pick_options.hpp"
-#include "random.hpp"
+#include "pick_places.hpp"
 
 #include <doctest/doctest.h>
 

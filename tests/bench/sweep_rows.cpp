@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/row.hpp"
+#include "common/percentile.hpp"
+#include "sweep/sweep.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The whole way on a bone that is not the phantom: what is recommended holds on a second run and in a full sweep.
-#include "study.hpp"
+#include "pick_study.hpp"
 #include "volumes.hpp"
 
 #include <doctest/doctest.h>

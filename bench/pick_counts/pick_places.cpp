@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "case_maker.hpp"
+#include "pick_places.hpp"
 
 #include <trephine/voxel/carving.hpp>
 

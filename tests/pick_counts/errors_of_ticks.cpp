@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "error_statistics.hpp"
+#include "pick_study.hpp"
 
-#include "random.hpp"
+#include "pick_places.hpp"
 
 #include <doctest/doctest.h>
 

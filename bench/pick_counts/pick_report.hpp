@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "study.hpp"
+#include "pick_study.hpp"
 
 #include <string>
 
@@ -19,11 +19,9 @@ struct Subject {
 
 /// Tables, the recommendation and its code, for people.
 [[nodiscard]] std::string as_text(const Subject& subject, const Study& study);
-/// One object, for programs.
-[[nodiscard]] std::string as_json(const Subject& subject, const Study& study);
 /// A row a setting, with a header line.
 [[nodiscard]] std::string as_csv(const Study& study);
-/// A gnuplot script that draws <name>.png (or .svg where gnuplot has no cairo) from its own data: error against time.
+/// A gnuplot script that draws error against time from the table settings.csv beside it, to `name`.svg.
 [[nodiscard]] std::string as_gnuplot(const Subject& subject, const Study& study, const std::string& name);
 
 }  // namespace pick
