@@ -8,7 +8,6 @@
 #include "support/fields.hpp"
 
 #include <array>
-#include <filesystem>
 #include <memory>
 
 /// What the library costs, each figure beside its reference in one interleaved run.
@@ -50,16 +49,16 @@ struct Flat {
       voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
     return Grid({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
   }
-  [[nodiscard]] static Surface drill(int slices = 20) { return surface(slices, 8, 26, 0.02); }
+  [[nodiscard]] static Surface drill() { return surface(0.02); }
   /// A pose at which at least `hits` of its vertices are in bone.
-  [[nodiscard]] Pose<float> pose_of_hits(int hits, int slices = 20) const {
+  [[nodiscard]] Pose<float> pose_of_hits(int hits) const {
     const Field field(bone, 127);
     for (double tilt = 0.1; tilt >= 0; tilt -= 0.002)
       for (double height = 7.5e-4; height > 2e-5; height -= 1e-5) {
         const Mat3d R = rotation_from_vector(Vec3d(-1.5708 + tilt, 0, 0)) * rotation_from_vector(Vec3d(0, 0, 0.3));
         const Vec3d p = 1e-4 * Vec3d(128, 30, kLevel) + Vec3d(0, 0, height);
         const Pose<float> X = make_pose<double>(R, p).cast<float>();
-        Surface s = drill(slices);
+        Surface s = drill();
         if (s.render(field, X).contact.count < hits) continue;
         if (std::ranges::none_of(s.groups(), [](const auto& g) { return g.deep; })) return X;
       }
@@ -168,7 +167,7 @@ class Report {
 class SamplingRows {
  public:
   SamplingRows(SpeedRun& run, const Scene& scene)
-      : tool_(surface(20, 8, 26, 0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
+      : tool_(surface(0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
     const Vec3d middle = 0.5e-4 * Vec3d(255, 255, 0) + Vec3d(0, -0.002, 0.01);
     X_ = make_pose<double>(rotation_from_vector(Vec3d(-1.2, 0.1, 0)), middle).cast<float>();
     const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
@@ -284,12 +283,10 @@ void measure_speed(const Options& options, const Scene& scene) {
   const SamplingRows sampling(run, scene);
 
   // Ticks of both renderers, beside as many samples.
-  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
-                                        double per = 1) {
+  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X) {
     const Taken taken = taken_by(field, renderer, X);
     auto r = std::make_shared<Renderer>(std::move(renderer));
-    run.add(
-        name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
+    run.add(name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); });
     run.add(name + ", bare", Samples(field, thesis, light, taken.samples));
     if (taken.ones > 0) run.add(name + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
   };
@@ -337,30 +334,6 @@ void measure_speed(const Options& options, const Scene& scene) {
   run.add("scene, near air",
           [grid, whole, X = near_air.cast<double>()] { benchmark::DoNotOptimize(whole->tick({.X_WT = X}, 1e-3)); });
 
-  // N scaling: all of a tool in air and in contact.
-  for (const auto& [name, slices] : {std::pair("207", 20), std::pair("1008", 109)}) {
-    const Surface many = surface(slices);
-    const double count = many.tool().count();
-    tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
-    const Pose<float> X = flat.pose_of_hits(many.tool().periphery() * 2 / 5, slices);
-    auto r = std::make_shared<Surface>(Flat::drill(slices));
-    run.add(
-        "N " + std::string(name) + ", contact", [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); },
-        count);
-  }
-
-  // The same tool in metres on finer voxels.
-  std::vector<std::shared_ptr<Grid>> grids;
-  for (const double voxel : {4e-4, 2e-4, 1e-4}) {
-    grids.push_back(std::make_shared<Grid>(tooth_of(voxel)));
-    const std::string name = std::to_string(static_cast<int>(voxel * 1e4 + 0.5));
-    for (const auto& [what, X] : {std::pair("air", near_air), std::pair("light", light)}) {
-      auto r = std::make_shared<Surface>(surface());
-      run.add("voxel 0." + name + " mm, " + what,
-              [g = grids.back(), r, X = X] { benchmark::DoNotOptimize(r->render(Field(*g, kIsovalue), X)); });
-    }
-  }
-
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
 
@@ -391,19 +364,7 @@ void measure_speed(const Options& options, const Scene& scene) {
     report.at_most(std::string("samples as taken, ") + (name + 9) + " / bare samples", std::string(name) + ", as taken",
                    std::string(name) + ", bare", 0);
   }
-  for (const char* what : {"air", "contact"}) {
-    const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
-    report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
-  }
-  for (const char* what : {"air", "light"})
-    report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
-                   "voxel 0.4 mm, " + std::string(what), 1.3);
   report.at_most("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone", 0);
-  for (const char* what : {"air", "light"})
-    for (const char* voxel : {"0.4", "0.2", "0.1"}) {
-      const std::string name = std::string("voxel ") + voxel + " mm, " + what;
-      report.figure(name, name);
-    }
   for (const std::string where : {"near air", "far air"})
     report.at_most("Line moving in " + where + ": a map of air / all sampled", "line, " + where + ", map of air",
                    "line, " + where + ", all sampled", 0);
@@ -422,10 +383,10 @@ int main(int argc, char** argv) {
   using namespace trephine::bench::speed;
   Options options;
   std::string only;  // "kernels", "spread", "servo" or "memory"
-  if (!bench::read_arguments(argc, argv, "bench_speed", {{"--quick", &options.quick}, {"--append", &options.append}},
-                             {{"--out", &options.folder}, {"--march", &options.march}, {"--only", &only}}))
-    return 2;
-  std::filesystem::create_directories(options.folder);
+  const bench::CommandLine line(argc, argv, {{"--march", &options.march}, {"--only", &only}},
+                                {{"--append", &options.append}});
+  options.folder = line.folder;
+  options.quick = line.quick;
   const Scene scene;
   const auto wanted = [&](const char* name) { return only.empty() || only == name; };
   if (wanted("kernels")) measure_speed(options, scene);

@@ -17,11 +17,9 @@ namespace {
 using namespace trephine::bench;
 
 const std::map<std::string, std::string> kHeaders = {
-    {"stability_plane", "renderer,damping,stiffness,outcome"},
     {"stability_sweep",
      "place,damping,delay,hand,friction,quantum_mm,renderer,options,stable_N_per_m,theory_N_per_m,beyond_mJ,"
-     "amplitude_mm,frequency_Hz,force_step_N,torque_step_mNm,drawn"},
-    {"stability_thin_walls", "renderer,options,stiffness,voxels,speed,through,held_N"},
+     "force_step_N,torque_step_mNm"},
     {"stability_energy", "renderer,options,time,energy_mJ,allowed_mJ,force_N"},
 };
 

@@ -5,8 +5,8 @@ import math
 
 from tables import finite, first, unique, where, worst
 
-STAGES = ["greatest stable K", "amplitude left at 1500 N/m", "amplitude left at 5000 N/m", "stiffness felt at 1 Hz of 800 N/m",
-          "stiffness felt at 20 Hz of 800 N/m", "force error", "greatest force step", "ripple held with a quantum of .055 mm"]
+STAGES = ["greatest stable K", "amplitude left at 5000 N/m", "force error", "greatest force step",
+          "ripple held with a quantum of .055 mm"]
 USUAL = dict(damping=0.5, delay=0, hand="light", friction=0, quantum_mm=0)
 
 

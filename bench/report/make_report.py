@@ -86,14 +86,14 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in
-         ["stability", "stability_plane", "stability_energy", "stability_sweep", "stability_thin_walls", "coupled_figures", "constants"]
+         ["stability", "stability_energy", "stability_sweep", "coupled_figures", "constants"]
          + [name for name, _, _ in RATES]}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
     found = goals.goals(sweep)
-    drawn = {"error": [], "stability": [], "speed": []}
+    drawn = {"error": [], "stability": []}
     if plots.available():
-        drawn = plots.all_plots(folder, sweep, t)
+        drawn = plots.all_plots(folder, sweep, t["stability_energy"])
     else:
         print("make_report: no gnuplot, so no plots", file=sys.stderr)
     sections = {
@@ -103,7 +103,7 @@ def main():
         "Stability": [*map(figure, drawn["stability"])] + [table(*part) for part in loops.all_tables(t["stability"], t["stability_sweep"])],
         "Coupled tool": [table(*part) for part in (loops.figures(t["coupled_figures"]), loops.constants(t["constants"]))],
         "Error against time": [*map(figure, drawn["error"])] + [beside_the_thesis(sweep, kind) for kind in ("discretisation", "model")] + [images(sweep)],
-        "Speed, memory, compiling": [*map(figure, drawn["speed"])] + [plain(t[name], title, without) for name, title, without in RATES],
+        "Speed, memory, compiling": [plain(t[name], title, without) for name, title, without in RATES],
     }
     body = "".join(f"<h2>{title}</h2>" + "".join(parts) for title, parts in sections.items() if any(parts))
     path = os.path.join(folder, "report.html")

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""compile_cost.py --build FOLDER --out FOLDER [--jobs N] [--quick]: what compiling costs, by header and by program.
+"""compile_cost.py --build FOLDER --out FOLDER [--jobs N]: what compiling costs.
 
 Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
-and against trephine.hpp, and of each header alone (-fsyntax-only), by g++ and clang++. --quick: of the headers
-trephine.hpp alone."""
+and against trephine.hpp, by g++ and clang++."""
 
 import argparse
 import csv
@@ -45,15 +44,6 @@ def programs():
         yield f"{name} scene", "trephine.hpp", includes("trephine/trephine.hpp") + body
 
 
-def headers(quick):
-    """Those that need nothing but Eigen."""
-    every = []
-    for folder, _, files in os.walk(os.path.join(INCLUDE, "trephine")):
-        every += [os.path.relpath(os.path.join(folder, f), INCLUDE) for f in files if f.endswith(".hpp")]
-    every = sorted(h for h in every if "/adapter/" not in h)
-    return ["trephine/trephine.hpp"] if quick else every
-
-
 def cost(command):
     """Processor seconds and peak memory [MB] of a command, of which the compiler proper is a child."""
     script = ("import resource, subprocess, sys\n"
@@ -72,7 +62,6 @@ def main():
     parser.add_argument("--build", required=True)
     parser.add_argument("--out", required=True)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
     with open(os.path.join(arguments.build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         folders = [line.strip() for line in file if line.strip() and os.path.isdir(os.path.join(line.strip(), "Eigen"))]
@@ -86,8 +75,6 @@ def main():
                 continue
             for what, header, text in programs():
                 jobs.append((compiler, what, header, text, ["-O2", "-c", "-o", os.path.join(scratch, f"{len(jobs)}.o")]))
-            for header in headers(arguments.quick):
-                jobs.append((compiler, "header alone", header, includes(header), ["-fsyntax-only"]))
 
         def measure(job):
             number, (compiler, what, header, text, options) = job

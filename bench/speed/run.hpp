@@ -16,9 +16,7 @@ namespace trephine::bench {
 
 class SpeedRun {
  public:
-  /// A piece of work, done `per` times by one call of `work`.
-  void add(const std::string& name, std::function<void()> work, double per = 1) {
-    per_[name] = per;
+  void add(const std::string& name, std::function<void()> work) {
     benchmark::RegisterBenchmark(name.c_str(), [work = std::move(work)](benchmark::State& state) {
       for (auto _ : state) work();
     })->Unit(benchmark::kNanosecond);
@@ -40,11 +38,7 @@ class SpeedRun {
   [[nodiscard]] double ns(const std::string& name) const {
     auto t = times_.at(name);
     std::sort(t.begin(), t.end());
-    return t[t.size() / 2] / per_.at(name);
-  }
-  /// Median over the repetitions of the ratio of two pieces of work.
-  [[nodiscard]] double ratio(const std::string& name, const std::string& reference) const {
-    return ns(name) / ns(reference);
+    return t[t.size() / 2];
   }
 
  private:
@@ -61,7 +55,6 @@ class SpeedRun {
     std::map<std::string, std::vector<double>>& times_;
   };
 
-  std::map<std::string, double> per_;
   std::map<std::string, std::vector<double>> times_;
 };
 

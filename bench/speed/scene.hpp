@@ -2,8 +2,8 @@
 #pragma once
 
 #include "../examples/drill/phantom.hpp"
-#include "common/table.hpp"
 #include "common/percentile.hpp"
+#include "common/table.hpp"
 
 #include <trephine/trephine.hpp>
 
@@ -61,9 +61,9 @@ struct Scene {
   }
 };
 
-[[nodiscard]] inline Surface surface(int slices = 20, int per_slice = 8, int sphere = 26, double length = 0.04) {
+[[nodiscard]] inline Surface surface(double length = 0.04) {
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
-  return Surface(ToolDiscretization{burr, SurfaceCounts{.sphere = sphere, .slices = slices, .per_slice = per_slice}});
+  return Surface(ToolDiscretization{burr, SurfaceCounts::thesis()});
 }
 
 [[nodiscard]] inline Line line() {
@@ -127,12 +127,6 @@ class Carving {
   Vec3d p_;
   int tick_ = 0;
 };
-
-/// A name as a table may hold it.
-[[nodiscard]] inline std::string without_commas(std::string name) {
-  std::replace(name.begin(), name.end(), ',', ':');
-  return name;
-}
 
 /// Worst cases; a servo loop; memory.
 void measure_spread(const Options& options, const Scene& scene);

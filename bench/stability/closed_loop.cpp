@@ -38,14 +38,10 @@ double found(std::vector<double>& ratios) {
   return *at;
 }
 
-/// Motion about a straight way, whatever drift there is: in windows of an eighth of a second, their median.
-struct Tremble {
-  double height = 0;     // peak to peak [m]
-  double frequency = 0;  // [Hz]
-};
-Tremble tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
+/// Peak to peak about a straight way, whatever drift there is [m]: the median over windows of an eighth of a second.
+double tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
   const auto window = std::max<std::size_t>(8, static_cast<std::size_t>(0.125 / dt));
-  std::vector<std::pair<double, double>> found;
+  std::vector<double> found;
   for (std::size_t at = from; at + window <= x.size(); at += window) {
     const double middle = 0.5 * static_cast<double>(window - 1);
     double mean = 0, slope = 0, squares = 0;
@@ -55,21 +51,18 @@ Tremble tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
       slope += t * (x[at + i] - mean);
       squares += t * t;
     }
-    slope /= squares;
-    const auto about = [&](std::size_t i) { return x[at + i] - mean - slope * (static_cast<double>(i) - middle); };
-    double low = about(0), high = low;
-    int crossings = 0;
-    for (std::size_t i = 1; i < window; ++i) {
-      low = std::min(low, about(i));
-      high = std::max(high, about(i));
-      crossings += (about(i) > 0) != (about(i - 1) > 0);
+    double low = 0, high = 0;
+    for (std::size_t i = 0; i < window; ++i) {
+      const double about = x[at + i] - mean - slope / squares * (static_cast<double>(i) - middle);
+      low = std::min(low, about);
+      high = std::max(high, about);
     }
-    found.emplace_back(high - low, 0.5 * crossings / (static_cast<double>(window) * dt));
+    found.push_back(high - low);
   }
-  if (found.empty()) return {};
+  if (found.empty()) return 0;
   const auto median = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
   std::nth_element(found.begin(), median, found.end());
-  return {median->first, median->second};
+  return *median;
 }
 
 }  // namespace
@@ -92,7 +85,6 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   std::deque<Vec3d> biases(static_cast<std::size_t>(o.device.delay_ticks) + 1, Vec3d::Zero());
   Posed before = device.X_DH();
   Wrenchd last;
-  Vec3d last_read = start.translation();
   Leak sum{0, 0, 0, 0};
   Twist velocity = device.velocity();
   bool touched = false;
@@ -107,13 +99,10 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     const Posed& X = state.X_DH;
     const Wrenchd wrench = law(X, o.dt);
     const Vec3d df = wrench.force - last.force, dt = wrench.torque - last.torque;
-    const double read_move = (X.translation() - last_read).norm();
-    last_read = X.translation();
     r.most_force = std::max(r.most_force, wrench.force.norm());
     if (i > 0) {
       r.force_step = std::max(r.force_step, df.norm());
       r.torque_step = std::max(r.torque_step, dt.norm());
-      if (o.stiffness > 0) r.step_beyond = std::max(r.step_beyond, df.norm() - 1.5 * o.stiffness * read_move);
     }
     last = wrench;
     if (device.write({wrench.force + o.bias, wrench.torque}) != DeviceStatus::kOk) {
@@ -175,13 +164,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   const std::size_t from = height.size() > tail ? height.size() - tail : 0;
   const auto ends = std::minmax_element(height.begin() + static_cast<std::ptrdiff_t>(from), height.end());
   r.amplitude = *ends.second - *ends.first;
-  const Tremble tremble = tremble_of(height, from, o.dt);
-  r.tremble = tremble.height;
-  r.tremble_frequency = tremble.frequency;
-  const double middle = 0.5 * (*ends.second + *ends.first);
-  int crossings = 0;
-  for (std::size_t i = from + 1; i < height.size(); ++i) crossings += (height[i] > middle) != (height[i - 1] > middle);
-  r.frequency = 0.5 * crossings / (static_cast<double>(height.size() - from) * o.dt);
+  r.tremble = tremble_of(height, from, o.dt);
   r.early = rms(height, height.size() / 20, height.size() / 20 + height.size() / 8);
   r.late = rms(height, height.size() - height.size() / 8, height.size());
   Vec3d mean = Vec3d::Zero(), low = turns[from], high = turns[from];

@@ -30,20 +30,17 @@ struct LoopOptions {
 
 struct LoopReport {
   bool escaped = false;
-  double amplitude = 0;          ///< peak to peak at the end [m]
-  double turn = 0;               ///< the same of the rotation, of its largest component [rad]
-  double frequency = 0;          ///< of that [Hz]
-  double tremble = 0;            ///< peak to peak about a straight way, in the median eighth of a second at the end [m]
-  double tremble_frequency = 0;  ///< [Hz]
-  double early = 0, late = 0;    ///< rms about the mean in a window near the start and at the end [m]
-  double energy = 0;             ///< most that was given to the hand in all [J]
-  double beyond = 0;             ///< most beyond Rule E [J]
-  double force_step = 0;         ///< greatest change a tick [N]
-  double torque_step = 0;        ///< [N·m]
-  double step_beyond = 0;        ///< most by which a force step exceeds 1.5 K |Δx| [N]
-  double most_force = 0;         ///< [N]
-  double ripple = 0;             ///< rms of the force about its mean at the end [N]
-  int flips = 0;                 ///< sign changes of the force square to `along` at the end, of more than .05 N
+  double amplitude = 0;        ///< peak to peak at the end [m]
+  double turn = 0;             ///< the same of the rotation, of its largest component [rad]
+  double tremble = 0;          ///< peak to peak about a straight way, in the median eighth of a second at the end [m]
+  double early = 0, late = 0;  ///< rms about the mean in a window near the start and at the end [m]
+  double energy = 0;           ///< most that was given to the hand in all [J]
+  double beyond = 0;           ///< most beyond Rule E [J]
+  double force_step = 0;       ///< greatest change a tick [N]
+  double torque_step = 0;      ///< [N·m]
+  double most_force = 0;       ///< [N]
+  double ripple = 0;           ///< rms of the force about its mean at the end [N]
+  int flips = 0;               ///< sign changes of the force square to `along` at the end, of more than .05 N
   Vec3d mean_force = Vec3d::Zero();
   Posed last = Posed::Identity();
 };

@@ -90,13 +90,7 @@ double voxel_critical(const Setup& setup, const Case& c, const Place& place, dou
 
 constexpr double kMove = 5e-6;  // [m]
 
-/// dF/dδ of a tool at rest [N/m], led anew to either side.
-double felt_at(Rest& rest) {
-  const double in = rest.lead(rest.depth + kMove);
-  return (in - rest.lead(rest.depth - kMove)) / (2 * kMove);
-}
-
-/// The same of a tool that stays where it is pressed, as `rest` leaves it, and moves to and fro there.
+/// dF/dδ [N/m] of a tool that stays where it is pressed, as `rest` leaves it, and moves to and fro there.
 double felt_staying(Rest& rest) {
   const auto held = [&](double down) {
     return lead_tool(*rest.tool, rest.at(down), rest.at(down), 50).force.dot(rest.n);
@@ -128,10 +122,8 @@ Measured coupled_critical(const Setup& setup, const Case& c, const Place& place)
   return m;
 }
 
-enum class Outcome { kStable, kCycles, kUnstable };
-
-/// From a hit at .1 m/s, pressed: comes to rest, trembles on, or goes off.
-Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, LoopReport* out = nullptr) {
+/// From a hit at .1 m/s, pressed.
+bool rests_from_a_hit(const Setup& s, const Case& c, const Place& place, double K) {
   const Vec3d n = place.outward;
   auto tool = make_tool(s, *place.bone, place.isovalue);
   LoopOptions o = pressed(c, n, K);
@@ -145,15 +137,12 @@ Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, Loo
   }
   o.seconds = 4;
   const LoopReport r = run_loop(along(law_of(*tool), n), o);
-  if (out) *out = r;
-  if (r.escaped) return Outcome::kUnstable;
-  const bool rests = comes_to_rest(r, 1e-4 + 2 * c.quantum);
-  return rests ? Outcome::kStable : Outcome::kCycles;
+  return comes_to_rest(r, 1e-4 + 2 * c.quantum);
 }
 
 double practical_critical(const Setup& setup, const Case& c, const Place& place, double within) {
   return largest_stable(1e2, 1e6, within, [&](double K) {
-    return outcome(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K) == Outcome::kStable;
+    return rests_from_a_hit(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K);
   });
 }
 
@@ -163,9 +152,6 @@ Measured small_signal(const Setup& s, const Case& c, const Place& place) {
   const std::string name = place.name + ", " + c.text();
   Measured m;
   m.tell("13 K_crit", name, s, found, "N/m", c.theory());
-  // What an image's ripple makes of the stated stiffness, which is judged beside it.
-  Rest rest(with_tangent(s, place.outward, found, bias_for(found)), place, bias_for(found), kOffWall);
-  m.tell("13 stiffness felt at K_crit", name, s, felt_at(rest), "N/m", analytic);
   m.judge("13 K_crit off the analytic wall's", name, s, 100 * std::abs(found / analytic - 1), 2, "%", analytic);
   return m;
 }
@@ -174,24 +160,6 @@ Measured from_a_hit(const Setup& s, const Case& c, const Place& place, double wi
   const double K = practical_critical(s, c, place, within);
   Measured m;
   m.tell("13 greatest stable K from a hit", c.text(), s, K, "N/m", c.theory());
-  if (K < 4e5 && c.quantum == 0 && c.hand != "light") {
-    LoopReport r;
-    outcome(with_tangent(s, place.outward, 2 * K, bias_for(2 * K)), c, place, 2 * K, &r);
-    m.tell("13 limit cycle at twice that: amplitude", c.text(), s, 1e3 * r.amplitude, "mm");
-    m.tell("13 limit cycle at twice that: frequency", c.text(), s, r.frequency, "Hz");
-  }
-  return m;
-}
-
-/// The plane of damping and stiffness: stable, trembling, unstable.
-Measured stability_plane(const std::string& renderer, const Case& c, int stiffnesses, const Place& place) {
-  constexpr const char* kNames[] = {"stable", "limit cycle", "unstable"};
-  Measured m;
-  for (int j = 0; j < stiffnesses; ++j) {
-    const double K = 1e2 * std::pow(1e4, static_cast<double>(j) / (stiffnesses - 1));
-    const Setup s = with_tangent({.renderer = renderer}, place.outward, K, bias_for(K));
-    m.line("stability_plane", renderer, c.damping, K, kNames[static_cast<int>(outcome(s, c, place, K))]);
-  }
   return m;
 }
 
@@ -254,14 +222,6 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
               plan.push_back({s.renderer + ", flat wall, from a hit",
                               [=] { return from_a_hit(s, c, *flat, quick ? 1.2 : 1.06); }});
             }
-
-  const int dampings = quick ? 7 : 16, stiffnesses = quick ? 9 : 25;
-  for (const std::string renderer : {"line", "surface", "coupled"})
-    for (int i = 0; i < dampings; ++i) {
-      const Case c{.damping = 0.005 * std::pow(1000.0, static_cast<double>(i) / (dampings - 1))};
-      plan.push_back(
-          {renderer + ", stability plane", [=] { return stability_plane(renderer, c, stiffnesses, *flat); }});
-    }
 }
 
 }  // namespace trephine::bench

@@ -70,8 +70,6 @@ void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
                             std::ostringstream name;
                             name << voxels << " voxels, " << speed << " m/s, " << stiffness << " N/m";
                             m.judge("17 falls through a thin wall (1: yes)", name.str(), s, p.through, 0, "", p.held);
-                            m.line("stability_thin_walls", s.renderer, label(s), stiffness, voxels, speed, p.through,
-                                   p.held);
                           }
                           return m;
                         }});

@@ -11,8 +11,6 @@
 namespace trephine::bench {
 namespace {
 
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 constexpr StiffnessBudget kPremium{.linear = 800, .angular = 0.3};
 // A search ends within a thousandth of a voxel of the surface, so that stiffness by differences is off by so much. The
 // coupled tool touches some hundred points at most, fewer the less it is pressed: its stiffness is asked for to 2 %.
@@ -75,44 +73,6 @@ Felt felt(const Setup& s, const Place& place, double depth) {
   return {largest(K), largest(T)};
 }
 
-/// The stiffness that decides whether a loop may rest [N/m], as if the tool did not turn: where a device of much more
-/// damping comes to rest from where this one ended. A direction of stiffness λ times its damping rests while
-/// λ (T/2 + dT) < 1; so the largest λ of all, of moves and turns, times the damping of moves.
-double deciding_stiffness(const Setup& s, const Place& place, LoopOptions o, const Posed& ended) {
-  constexpr double kMove = 5e-6, kTurn = 5e-4;
-  constexpr double kStill = 20;  // [N s/m]
-  Vec6 damping;
-  damping << Vec3d::Constant(o.device.linear.damping + o.device.hand_linear.damping),
-      Vec3d::Constant(o.device.angular.damping + o.device.hand_angular.damping);
-  o.device.linear = {.inertia = o.device.linear.inertia, .damping = kStill};
-  o.device.angular = {.inertia = o.device.angular.inertia,
-                      .damping = kStill * o.device.angular.inertia / o.device.linear.inertia};
-  o.device.delay_ticks = 0;
-  const Posed start = o.device.X_DH;
-  auto tool = make_tool(s, *place.bone, place.isovalue);
-  static_cast<void>(lead_tool(*tool, start, ended, 200));
-  o.device.X_DH = ended;
-  o.hand = [pressing = o.hand, seconds = o.seconds](double) { return pressing(seconds); };
-  const Posed rest = run_loop(law_of(*tool), o).last;
-  const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
-    tool->reset();
-    Posed to = rest;
-    to.translation() += dx;
-    to.linear() = rotation_from_vector<double>(dr) * rest.linear();
-    const Wrenchd w = lead_tool(*tool, start, to, 200);
-    return (Vec6() << w.force, w.torque).finished();
-  };
-  Mat6 K;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3d e = Vec3d::Unit(a), none = Vec3d::Zero();
-    K.col(a) = -(at(kMove * e, none) - at(-kMove * e, none)) / (2 * kMove);
-    K.col(3 + a) = -(at(none, kTurn * e) - at(none, -kTurn * e)) / (2 * kTurn);
-  }
-  const Vec6 scale = damping.cwiseSqrt().cwiseInverse();
-  K = scale.asDiagonal() * Mat6(0.5 * (K + K.transpose())) * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<Mat6>(K).eigenvalues().maxCoeff() * damping[0];
-}
-
 /// Scenario 15: open loop, 30 mm/s over the place at a depth.
 double slide_step(const Setup& s, const Place& place, double depth, double& most) {
   auto tool = make_tool(s, *place.bone, place.isovalue);
@@ -148,15 +108,6 @@ Measured in_the_hand(const Setup& tool, const Place& place, const std::string& h
   Measured m;
   m.judge(group + "energy beyond Rule E at 800 N/m", c, tool, 1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy);
   m.judge(group + "amplitude left at 800 N/m", c, tool, 1e3 * r.amplitude, real ? 0.21 : 0.1, "mm");
-  if (r.amplitude > 1e-4 && !r.escaped) {
-    m.tell(group + "its frequency", c, tool, r.frequency, "Hz");
-    // Beside what theory says this hand bears: beyond it no law rests.
-    m.tell(group + "stiffness where it would rest", c, tool,
-           deciding_stiffness(s, place, in_hand(place, s, hand, delay, false), r.last), "N/m",
-           Case{.delay = delay, .hand = hand}.theory());
-  }
-  m.tell(group + "greatest force step a tick", c, tool, r.force_step, "N");
-  m.tell(group + "greatest torque step a tick", c, tool, 1e3 * r.torque_step, "mN·m");
   if (name == "slot" || name == "shaft in a hole") {
     m.judge("16 ripple at rest", c, tool, r.ripple, 0.02, "N");
     m.judge("16 side flips at rest", c, tool, r.flips, 0, "");

@@ -82,7 +82,7 @@ Run run(Ground& ground, const Setup& tool, const Case& c, double K) {
   return r;
 }
 
-Measured measure(Ground& ground, const Setup& tool, const Case& c, bool drawn) {
+Measured measure(Ground& ground, const Setup& tool, const Case& c) {
   constexpr double kWithin = 1.1;
   double rested = 0;  // the stiffest that did; soft springs that let the tool fall through are passed over
   const double found = largest_stable(kSoftest, kStiffest, kWithin, [&](double K) {
@@ -92,18 +92,12 @@ Measured measure(Ground& ground, const Setup& tool, const Case& c, bool drawn) {
   });
   const double K = std::min(found, kWithin * rested);
   const LoopReport at = run(ground, tool, c, std::max(kSoftest, rested)).report;
-  double amplitude = kNaN, frequency = kNaN;
-  if (K < kStiffest / 2) {
-    const LoopReport r = run(ground, tool, c, std::max(kSoftest, 2 * K)).report;
-    amplitude = ground.milled() ? r.tremble : r.amplitude;
-    frequency = r.escaped ? kNaN : ground.milled() ? r.tremble_frequency : r.frequency;
-  }
   const std::string place = ground.place().name;
   Measured m;
   m.judge("sweep: energy beyond Rule E at the greatest stable K", place + ", " + c.text(), tool, 1e3 * at.beyond,
           kRuleE, "mJ", 1e3 * at.energy);
   m.line("stability_sweep", place, c.damping, c.delay, c.hand, c.friction, 1e3 * c.quantum, tool.renderer, label(tool),
-         K, c.theory(), 1e3 * at.beyond, 1e3 * amplitude, frequency, at.force_step, 1e3 * at.torque_step, drawn);
+         K, c.theory(), 1e3 * at.beyond, at.force_step, 1e3 * at.torque_step);
   return m;
 }
 
@@ -124,13 +118,11 @@ void plan_sweep(const StabilityOptions& options, Plan& plan) {
     grounds.push_back(std::make_shared<Ground>(name));
   if (!options.quick || !options.skull.empty()) grounds.push_back(std::make_shared<Ground>(options));
   const std::vector<Case> all = swept_cases(12);
-  constexpr std::size_t kByFactor = 10;  // the usual, and one factor at a time
   for (const auto& ground : grounds)
     for (const Setup& tool : kTools)
       for (std::size_t i = 0; i < all.size(); ++i) {
         if (options.quick && i % 8 != 0) continue;
-        plan.push_back(
-            {tool.renderer + ", sweep", [=, c = all[i]] { return measure(*ground, tool, c, i >= kByFactor); }});
+        plan.push_back({tool.renderer + ", sweep", [=, c = all[i]] { return measure(*ground, tool, c); }});
       }
 }
 
