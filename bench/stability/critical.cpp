@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenario 13: the greatest stable stiffness on a flat wall, against an analytic wall of the same law and against
 // theory.
-#include "stability/cases.hpp"
+#include "stability/closed_loop.hpp"
 #include "stability/measured.hpp"
 
 #include <cmath>

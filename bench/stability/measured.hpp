@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/table.hpp"
-#include "stability/tool.hpp"
+#include "stability/places.hpp"
 
 #include <cmath>
 #include <functional>

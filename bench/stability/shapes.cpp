@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scenarios 14 to 16: edges, corners, slots, holes, from one contact to the whole shaft, in the loop and sliding.
-#include "stability/cases.hpp"
+#include "stability/closed_loop.hpp"
 #include "stability/measured.hpp"
 
 #include <Eigen/Eigenvalues>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What each stage does to the greatest stable stiffness, and what it costs in felt stiffness and force error.
-#include "stability/cases.hpp"
+#include "stability/closed_loop.hpp"
 #include "stability/measured.hpp"
 
 #include <trephine/device/presets.hpp>

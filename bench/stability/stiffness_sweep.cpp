@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Stiffness from 10² to 10⁶ N/m at every place, over the device's damping, friction, encoders, delay and hand: the
 // greatest that comes to rest, what it gives the hand, how it steps, and the cycle beyond it.
-#include "stability/cases.hpp"
+#include "stability/closed_loop.hpp"
 #include "stability/measured.hpp"
 
 #include <limits>

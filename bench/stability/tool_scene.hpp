@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/any_milling.hpp"
-#include "stability/tool.hpp"
+#include "stability/places.hpp"
 
 #include <utility>
 
