@@ -9,8 +9,6 @@
 namespace pick {
 namespace {
 
-using trephine::Vec3d;
-
 constexpr int kTicks = 12;           // of a press
 constexpr int kSlideTicks = 16;      // of a slide
 constexpr int kTriesPerCase = 1000;  // most of them end at a look at one voxel
@@ -26,8 +24,7 @@ struct CaseMaker::Draw {
   double gap;  // of the first pose before the touch [m]
 };
 
-CaseMaker::CaseMaker(const Grid& whole, Grid& milled, double isovalue, const trephine::Burr& burr,
-                     const CaseOptions& options)
+CaseMaker::CaseMaker(const Grid& whole, Grid& milled, double isovalue, const Burr& burr, const CaseOptions& options)
     : whole_(whole, isovalue), milled_(milled, isovalue), burr_(burr), options_(options) {
   if (burr.has_shaft()) mill_holes(milled, isovalue);
 }

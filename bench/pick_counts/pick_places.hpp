@@ -16,7 +16,15 @@
 #include <random>
 #include <vector>
 
+#include <trephine/core/wrench.hpp>
+
 namespace pick {
+
+using trephine::Burr;
+using trephine::Mat3d;
+using trephine::Posed;
+using trephine::Vec3d;
+using trephine::Wrenchd;
 
 /// The same numbers from the same seed with every standard library: its distributions are each library's own.
 class Random {
@@ -31,17 +39,17 @@ class Random {
     return std::min(n - 1, static_cast<std::size_t>(unit() * static_cast<double>(n)));
   }
   /// Evenly over the unit sphere.
-  [[nodiscard]] trephine::Vec3d direction() { return direction_near(trephine::Vec3d::UnitZ(), -1); }
+  [[nodiscard]] Vec3d direction() { return direction_near(Vec3d::UnitZ(), -1); }
   /// Evenly over the part of the unit sphere whose angle to the unit vector `axis` has a cosine of `least` or more.
-  [[nodiscard]] trephine::Vec3d direction_near(const trephine::Vec3d& axis, double least) {
+  [[nodiscard]] Vec3d direction_near(const Vec3d& axis, double least) {
     const double c = between(least, 1);
     const double s = std::sqrt(std::max(0.0, 1 - c * c));
     return c * axis + s * square_to(axis);
   }
   /// A unit vector square to the unit vector `axis`.
-  [[nodiscard]] trephine::Vec3d square_to(const trephine::Vec3d& axis) {
+  [[nodiscard]] Vec3d square_to(const Vec3d& axis) {
     const double a = between(0, 2 * std::numbers::pi);
-    const trephine::Vec3d u = axis.unitOrthogonal();
+    const Vec3d u = axis.unitOrthogonal();
     return std::cos(a) * u + std::sin(a) * axis.cross(u);
   }
   template <class T>
@@ -66,8 +74,8 @@ inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaf
 /// single pose says nothing about it.
 struct Case {
   Kind kind = Kind::kTipPress;
-  bool milled = false;                  ///< it happens in the bone with holes
-  std::vector<trephine::Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
+  bool milled = false;        ///< it happens in the bone with holes
+  std::vector<Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
 };
 
 /// The bone as it is and with holes milled into it, and what the tool does there.
@@ -107,7 +115,7 @@ inline constexpr std::array kAlgorithms{Algorithm::kLine, Algorithm::kSurface, A
 class Feeler {
  public:
   /// Points lie about `spacing` [m] apart.
-  Feeler(Algorithm algorithm, const trephine::Burr& burr, double spacing) : algorithm_(algorithm), burr_(burr) {
+  Feeler(Algorithm algorithm, const Burr& burr, double spacing) : algorithm_(algorithm), burr_(burr) {
     const double length = burr.has_shaft() ? burr.shaft_length : 0;
     points_.push_back({0, 0, 0});
     if (algorithm == Algorithm::kLine) {
@@ -126,13 +134,13 @@ class Feeler {
     values_.resize(static_cast<std::size_t>(points_.size()));
   }
 
-  [[nodiscard]] bool touches(const Field& field, const trephine::Posed& X_GT) {
+  [[nodiscard]] bool touches(const Field& field, const Posed& X_GT) {
     field.values(X_GT, points_.x.data(), points_.y.data(), points_.z.data(), values_.data(), points_.size());
     return *std::max_element(values_.begin(), values_.end()) >= 0;
   }
 
   [[nodiscard]] Algorithm algorithm() const noexcept { return algorithm_; }
-  [[nodiscard]] const trephine::Burr& burr() const noexcept { return burr_; }
+  [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
   /// From the ball's centre and from the shaft's axis to what feels [m].
   [[nodiscard]] double tip_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.tip_radius; }
   [[nodiscard]] double shaft_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.shaft_radius; }
@@ -145,26 +153,26 @@ class Feeler {
   }
 
   Algorithm algorithm_;
-  trephine::Burr burr_;
+  Burr burr_;
   trephine::PointArrays<double> points_;
   std::vector<double> values_;
 };
 
 /// A tool on its way, by the distance s [m] it has gone: T's origin moves on a straight line, the tool turns about it.
 struct Motion {
-  trephine::Posed start = trephine::Posed::Identity();  ///< X_GT at s = 0
-  trephine::Vec3d velocity = trephine::Vec3d::Zero();   ///< of T's origin, in G, per metre of s
-  trephine::Vec3d turn = trephine::Vec3d::Zero();       ///< rotation vector in G [rad per metre of s]
+  Posed start = Posed::Identity();  ///< X_GT at s = 0
+  Vec3d velocity = Vec3d::Zero();   ///< of T's origin, in G, per metre of s
+  Vec3d turn = Vec3d::Zero();       ///< rotation vector in G [rad per metre of s]
 
-  [[nodiscard]] trephine::Posed at(double s) const {
+  [[nodiscard]] Posed at(double s) const {
     return trephine::make_pose<double>(trephine::rotation_from_vector<double>(s * turn) * start.linear(),
                                        start.translation() + s * velocity);
   }
 };
 
 /// A tool whose shaft (+z) points along the unit vector `shaft`, T's origin at p_GT.
-[[nodiscard]] inline trephine::Posed tool_pose(const trephine::Vec3d& p_GT, const trephine::Vec3d& shaft) {
-  trephine::Mat3d R;
+[[nodiscard]] inline Posed tool_pose(const Vec3d& p_GT, const Vec3d& shaft) {
+  Mat3d R;
   R.col(2) = shaft;
   R.col(0) = shaft.unitOrthogonal();
   R.col(1) = shaft.cross(R.col(0));
@@ -173,8 +181,7 @@ struct Motion {
 
 /// The turn about T's origin that moves the shaft's point at `height` [m] along the unit vector `way`, square to
 /// `shaft`, by a metre per metre of s.
-[[nodiscard]] inline trephine::Vec3d turn_toward(const trephine::Vec3d& shaft, const trephine::Vec3d& way,
-                                                 double height) {
+[[nodiscard]] inline Vec3d turn_toward(const Vec3d& shaft, const Vec3d& way, double height) {
   return shaft.cross(way) / height;
 }
 
@@ -199,8 +206,7 @@ struct Motion {
 }
 
 /// Poses of `ticks` ticks that go evenly from `gap` before the touch to `depth` after it, and stay there for two more.
-inline void press(const Motion& motion, double touch, double gap, double depth, int ticks,
-                  std::vector<trephine::Posed>& out) {
+inline void press(const Motion& motion, double touch, double gap, double depth, int ticks, std::vector<Posed>& out) {
   for (int i = 0; i < ticks; ++i) {
     const double share = static_cast<double>(i) / (ticks - 1);
     out.push_back(motion.at(std::max(0.0, touch - gap) + share * (depth + std::min(gap, touch))));
@@ -209,9 +215,9 @@ inline void press(const Motion& motion, double touch, double gap, double depth, 
 }
 
 /// Poses of `ticks` ticks of the last pose moved on by `step` [m, in G] a tick.
-inline void slide(const trephine::Vec3d& step, int ticks, std::vector<trephine::Posed>& out) {
+inline void slide(const Vec3d& step, int ticks, std::vector<Posed>& out) {
   for (int i = 0; i < ticks; ++i) {
-    trephine::Posed X = out.back();
+    Posed X = out.back();
     X.translation() += step;
     out.push_back(X);
   }
@@ -219,19 +225,19 @@ inline void slide(const trephine::Vec3d& step, int ticks, std::vector<trephine::
 
 /// A place on the bone, in G.
 struct Spot {
-  trephine::Vec3d p;
-  trephine::Vec3d n;  ///< outward
+  Vec3d p;
+  Vec3d n;  ///< outward
 };
 
 /// Where a random ray that starts outside the bone meets it; none where it misses. Rays start anywhere in the grid's
 /// box, so cavities are met too; whether a tool fits there is for the caller to try.
 [[nodiscard]] inline std::optional<Spot> random_spot(const Field& field, Random& random) {
   const auto& n = field.grid().size();
-  const trephine::Vec3d box = field.grid().spacing().cwiseProduct(trephine::Vec3d(n[0] - 1, n[1] - 1, n[2] - 1));
-  trephine::Vec3d from;
+  const Vec3d box = field.grid().spacing().cwiseProduct(Vec3d(n[0] - 1, n[1] - 1, n[2] - 1));
+  Vec3d from;
   for (int a = 0; a < 3; ++a) from[a] = random.between(0, box[a]);
   if (field.value(from) >= 0) return std::nullopt;
-  const trephine::Vec3d to = from + 0.5 * box.norm() * random.direction();
+  const Vec3d to = from + 0.5 * box.norm() * random.direction();
   const auto c = trephine::first_crossing(field, from, to, 0.5 * field.voxel(), 4000);
   if (!c.found) return std::nullopt;
   Spot spot{from + c.before * (to - from), {}};
@@ -241,8 +247,8 @@ struct Spot {
 
 /// Whether the surface falls away from its tangent plane to both sides along the unit tangent `along`: by 0.3 of
 /// `width` [m] at that distance. Ridges, edges and crests do across them.
-[[nodiscard]] inline bool is_crest(const Field& field, const Spot& spot, const trephine::Vec3d& along, double width) {
-  const trephine::Vec3d below = spot.p - 0.3 * width * spot.n;
+[[nodiscard]] inline bool is_crest(const Field& field, const Spot& spot, const Vec3d& along, double width) {
+  const Vec3d below = spot.p - 0.3 * width * spot.n;
   return field.value(below + width * along) < 0 && field.value(below - width * along) < 0 &&
          field.value(spot.p - 0.15 * width * spot.n) >= 0;
 }
@@ -258,7 +264,7 @@ struct CaseOptions {
 class CaseMaker {
  public:
   /// Mills the holes into `milled`, a copy of `whole`. Both must outlive the maker and stay where they are.
-  CaseMaker(const Grid& whole, Grid& milled, double isovalue, const trephine::Burr& burr, const CaseOptions& options);
+  CaseMaker(const Grid& whole, Grid& milled, double isovalue, const Burr& burr, const CaseOptions& options);
 
   /// Cases for one algorithm; fewer where the bone offers no more: every kind ends after a bounded number of tries.
   /// `progress` hears how many are made.
@@ -268,8 +274,8 @@ class CaseMaker {
 
  private:
   struct Hole {
-    trephine::Vec3d mouth;  ///< on the surface, in G
-    trephine::Vec3d out;    ///< unit vector along its axis
+    Vec3d mouth;  ///< on the surface, in G
+    Vec3d out;    ///< unit vector along its axis
   };
   struct Draw;  // what one try draws from
 
@@ -282,7 +288,7 @@ class CaseMaker {
 
   Field whole_;
   Field milled_;
-  trephine::Burr burr_;
+  Burr burr_;
   CaseOptions options_;
   std::vector<Hole> holes_;
 };

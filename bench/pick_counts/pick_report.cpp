@@ -13,8 +13,8 @@ std::string figures(const Measured& m) {
 }
 
 std::string introduction(const Subject& s) {
-  const trephine::Vec3d mm = 1e3 * s.spacing;
-  const trephine::Burr& b = s.scene.burr;
+  const Vec3d mm = 1e3 * s.spacing;
+  const Burr& b = s.scene.burr;
   const Limits& l = s.options.sweep.limits;
   std::string out = text("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm, isovalue %g\n", s.bone.c_str(),
                          s.size[0], s.size[1], s.size[2], mm.x(), mm.y(), mm.z(), s.scene.isovalue);

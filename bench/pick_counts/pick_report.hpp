@@ -12,7 +12,7 @@ struct Subject {
   std::string bone;                ///< its name
   std::vector<std::string> notes;  ///< about how it was read
   Scene scene;
-  trephine::Vec3d spacing;  ///< of its voxels [m]
+  Vec3d spacing;  ///< of its voxels [m]
   std::array<int, 3> size;
   StudyOptions options;
 };

@@ -18,7 +18,7 @@ namespace {
 constexpr int kDefaultIterations = 16;
 constexpr double kReach = 8;  // voxels that the default 16 moves of half a voxel cover
 
-std::string burr_code(const trephine::Burr& b) {
+std::string burr_code(const Burr& b) {
   return text("const trephine::Burr burr{.tip_radius = %.6g, .shaft_radius = %.6g, .shaft_length = %.6g};  // metres\n",
               b.tip_radius, b.shaft_radius, b.shaft_length);
 }

@@ -139,44 +139,25 @@ Choice choose(const std::vector<Measured>& measured, double budget_us) {
 }
 
 Verdict decide(const std::vector<Choice>& choices, double budget_us) {
-  // In the order of preference.
-  constexpr std::array kOrder{Algorithm::kCoupled, Algorithm::kLine, Algorithm::kSurface};
-  constexpr std::array kWhy{
-      "the coupled tool stays on the surface, what it feels is bounded by the coupling whatever touches, and it can "
-      "have friction",
-      "Line holds the tool on the surface, can have friction, and its springs do not add up where the shaft lies flush "
-      "on bone; take Surface where a smooth torque, or a ball that feels the bone it mills, matters more",
-      ""};
+  // In the order of preference: the coupled tool and Line stay on the surface and can have friction.
   std::vector<std::size_t> fit;
-  std::size_t why = 0;
-  for (std::size_t k = 0; k < kOrder.size(); ++k)
-    for (std::size_t i = 0; i < choices.size(); ++i) {
-      if (!choices[i].recommended || algorithm_of(choices[i].recommended->setting) != kOrder[k]) continue;
-      if (fit.empty()) why = k;
-      fit.push_back(i);
-    }
-  const auto title = [&](std::size_t i) { return title_of(algorithm_of(choices[i].recommended->setting)); };
-  if (fit.size() == 1)
-    return {fit[0], choices.size() > 1 ? text("only %s keeps to the limits within %.4g us", title(fit[0]), budget_us)
-                                       : text("only %s was asked for", title(fit[0]))};
-  if (fit.size() > 1) {
-    std::string times;
-    for (std::size_t n = 1; n < fit.size(); ++n)
-      times += text("%s%s takes %.2g times its time", n == 1 ? "" : ", ", title(fit[n]),
-                    choices[fit[n]].recommended->p999_us / choices[fit[0]].recommended->p999_us);
-    return {fit[0], text("%s keep to limits and budget (%s). ", fit.size() == 2 ? "two" : "all three", times.c_str()) +
-                        kWhy[why]};
+  for (const Algorithm a : {Algorithm::kCoupled, Algorithm::kLine, Algorithm::kSurface})
+    for (std::size_t i = 0; i < choices.size(); ++i)
+      if (choices[i].recommended && algorithm_of(choices[i].recommended->setting) == a) fit.push_back(i);
+  std::string reason;
+  for (const std::size_t i : fit) {
+    const Measured& m = *choices[i].recommended;
+    reason += text("%s%s %.3g us", reason.empty() ? "keep to limits and budget, the preferred first: " : ", ",
+                   title_of(algorithm_of(m.setting)), m.p999_us);
   }
+  if (!fit.empty()) return {fit[0], reason};
   const Measured* best = nullptr;
   for (const Choice& c : choices)
     if (c.within_limits && (!best || c.within_limits->p999_us < best->p999_us)) best = &*c.within_limits;
-  std::string reason = text("nothing keeps to the limits within %.4g us, a tenth to spare; ", budget_us);
-  if (best)
-    return {std::nullopt, reason +
-                              text("the quickest that keeps to the limits takes %.3g us: %s, ", best->p999_us,
-                                   title_of(algorithm_of(best->setting))) +
-                              describe(best->setting)};
-  return {std::nullopt, reason + "nothing that was tried keeps to the limits at any cost"};
+  reason = text("nothing keeps to the limits within %.4g us, a tenth to spare; ", budget_us);
+  if (!best) return {std::nullopt, reason + "nothing that was tried keeps to the limits at any cost"};
+  return {std::nullopt, reason + text("the quickest that keeps to the limits takes %.3g us: %s, %s", best->p999_us,
+                                      title_of(algorithm_of(best->setting)), describe(best->setting).c_str())};
 }
 
 Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const StudyOptions& options,

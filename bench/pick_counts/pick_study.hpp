@@ -20,9 +20,6 @@
 
 namespace pick {
 
-using trephine::Vec3d;
-using trephine::Wrenchd;
-
 inline constexpr double kLeastForce = 0.05;    ///< [N]: denominators are no smaller, directions not asked for below
 inline constexpr double kLeastTorque = 0.001;  ///< [N·m]: denominators are no smaller
 
@@ -163,7 +160,7 @@ using Setting = std::variant<LineSetting, SurfaceSetting, CoupledSetting>;
 
 /// The tool and what the scene is made with, to be printed as code.
 struct Scene {
-  trephine::Burr burr;
+  Burr burr;
   double stiffness = 800;   ///< [N/m]
   double isovalue = 0;      ///< of the bone
   double max_force = 3.3;   ///< [N]
@@ -188,7 +185,7 @@ class Player {
   /// the tool about T's origin) to `wrenches` where that is given. `ns` has room for every tick's time and keeps the
   /// shorter of what it holds and what it took now: what the tick itself needs, without what else the machine does.
   virtual void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
-                    std::vector<trephine::Wrenchd>* wrenches) = 0;
+                    std::vector<Wrenchd>* wrenches) = 0;
 };
 
 /// Throws std::invalid_argument for settings or a tool that the library refuses. `bones` are those that it is led

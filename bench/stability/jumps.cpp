@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenarios 18 and 19: jumps, turns, and grids and isovalues at their ends.
+// Scenario 18: jumps and turns.
 #include "stability/measured.hpp"
 #include "stability/places.hpp"
 
@@ -63,44 +63,6 @@ Measured jumps(const Who& who) {
   return m;
 }
 
-Bone small_grid(const std::array<int, 3>& size, int fill) {
-  std::vector<std::int16_t> voxels;
-  for (int k = 0; k < size[2]; ++k)
-    for (int j = 0; j < size[1]; ++j)
-      for (int i = 0; i < size[0]; ++i) {
-        const int density = fill == 0 ? 0 : fill == 1 ? 200 : (i + j + k) % 2 * 200;
-        voxels.push_back(static_cast<std::int16_t>(density));
-      }
-  return Bone({.size = size, .spacing = Vec3d::Constant(2e-3), .outside = 0.0}, voxels, {.stored_gradients = true});
-}
-
-Measured ends_of_grids(const Who& who) {
-  Worst w;
-  int cases = 0;
-  for (const auto& size : {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{16, 16, 1}, std::array{8, 8, 8}})
-    for (const int fill : {0, 1, 2})  // empty, full, checkerboard
-      for (const double isovalue : {-1.0, 0.0, 100.0, 200.0, 200.5}) {
-        Bone bone = small_grid(size, fill);
-        Setup s{.renderer = who.renderer, .options = who.options, .mill_rate = 1e4, .stack = limited()};
-        s.burr.shaft_length = 10e-3;
-        auto tool = make_tool(s, bone, isovalue);
-        ++cases;
-        for (int i = 0; i < 400; ++i) {
-          const Vec3d p(1e-4 * (i % 40), 0, 4e-3 - 3e-5 * i);
-          const Posed X = make_pose<double>(rotation_from_vector<double>(Vec3d(0.01 * i, 0, 0)), p);
-          w.take(tool->tick({X, i > 200}, 1e-3));
-        }
-        // Where nothing is bone, or all is, there is still an answer; far away it is a clean one.
-        const Posed away = tool_pose(Vec3d(0.5, 0, 0), Vec3d::UnitZ());
-        if (isovalue > 0) w.recovery = std::max(w.recovery, recovery(*tool, away));
-      }
-  const std::string name = std::to_string(cases) + " grids and isovalues at their ends";
-  Measured m;
-  m.judge("19 answers that are not finite or above the limits", name, who, w.bad, 0, "");
-  m.judge("19 ticks until a good pose is answered well", name, who, w.recovery, 2, "ticks");
-  return m;
-}
-
 }  // namespace
 
 void plan_jumps(const StabilityOptions&, Plan& plan) {
@@ -109,7 +71,6 @@ void plan_jumps(const StabilityOptions&, Plan& plan) {
       if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
       const Who who(renderer, choice);
       plan.push_back({renderer + ", jumps", [=] { return jumps(who); }});
-      plan.push_back({renderer + ", ends of grids", [=] { return ends_of_grids(who); }});
     }
 }
 

@@ -71,9 +71,10 @@ TEST_CASE("one of the two, and why") {
   const Choice coupled = choose({point(45, 0.5, CoupledSetting{})}, 50);
   const Verdict three = decide({line, surface, coupled}, 50);
   CHECK(three.winner == 2U);
-  CHECK(three.reason.find("all three keep to limits and budget (Line takes") == 0);
-  CHECK(decide({line, slow, coupled}, 50).reason.find("two keep") == 0);
-  CHECK(decide({choose({point(80, 2)}, 50), slow, coupled}, 50).reason.find("only Coupled keeps") == 0);
+  const std::string keep = "keep to limits and budget, the preferred first: Coupled 45 us";
+  CHECK(three.reason == keep + ", Line 30 us, Surface 15 us");
+  CHECK(decide({line, slow, coupled}, 50).reason == keep + ", Line 30 us");
+  CHECK(decide({choose({point(80, 2)}, 50), slow, coupled}, 50).reason == keep);
   const Verdict none = decide({choose({point(80, 2)}, 50), slow}, 50);
   CHECK_FALSE(none.winner);
   CHECK(none.reason.find("takes 80 us: Surface") != std::string::npos);
