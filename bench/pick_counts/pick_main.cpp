@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -14,8 +13,6 @@ namespace pick {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kPlot = "error_vs_time";
 
 drill::Bone load(const Options& o) {
   drill::Options options;
@@ -92,14 +89,8 @@ int perform(const Options& options, const drill::Bone& bone, Grid& milled, int& 
   }
   code = 1;
   write(folder / "settings.csv", as_csv(study));
-  write(folder / (std::string(kPlot) + ".gp"), as_gnuplot(subject, study, kPlot));
-  // In the folder itself, so that no name needs quoting.
-  const fs::path here = fs::current_path();
-  fs::current_path(folder);
-  const bool drawn = std::system((std::string("gnuplot ") + kPlot + ".gp").c_str()) == 0;
-  fs::current_path(here);
   std::fputs(as_text(subject, study).c_str(), stdout);
-  std::printf("\nleft in %s: settings.csv, %s.%s\n", options.out.c_str(), kPlot, drawn ? "svg" : "gp");
+  std::printf("\nevery setting: %s/settings.csv\n", options.out.c_str());
   return study.verdict.winner ? 0 : 3;
 }
 

@@ -73,7 +73,7 @@ constexpr std::array kEntries{
           [](Options& o, const std::string& v) { o.seed = static_cast<std::uint64_t>(number(v, 0, 1e9, "")); }},
     Entry{"--quick", "", "fewer places and settings: a first look",
           [](Options& o, const std::string&) { o.quick = true; }},
-    Entry{"--out", "DIR", "where plot and table go (build/report/pick_counts)",
+    Entry{"--out", "DIR", "where settings.csv goes (build/report/pick_counts)",
           [](Options& o, const std::string& v) { o.out = v; }},
     Entry{"--help", "", "this text", [](Options& o, const std::string&) { o.help = true; }},
 };

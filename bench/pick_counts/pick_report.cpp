@@ -68,7 +68,6 @@ std::string about_choice(Algorithm a, const Choice& c, const Subject& s) {
   std::string out = text("\n%s: nothing keeps to limits and budget (with a tenth to spare).\n", title_of(a));
 
   if (!c.within_limits) out += "  The nearest to the truth of all that was tried: " + costs(c.nearest) + "\n";
-  if (c.within_budget) out += "  The best within the budget: " + costs(*c.within_budget) + "\n";
   if (c.within_limits)
     out += "\n// over the budget: " + costs(*c.within_limits) + "\n" + as_code(c.within_limits->setting, s.scene);
   return out;
@@ -117,37 +116,6 @@ std::string as_csv(const Study& study) {
                   m.errors.excluded(), study.trials[i].truth.ticks.undecided_share(), m.worst_share, m.front ? 1 : 0,
                   chosen && chosen->setting == m.setting ? 1 : 0);
     }
-  return out;
-}
-
-std::string as_gnuplot(const Subject& subject, const Study& study, const std::string& name) {
-  const double budget = subject.options.budget_us;
-  const std::size_t panels = study.algorithms.size();
-  std::string out =
-      text("set terminal svg size %zu,560 font 'sans,12' background 'white'\nset output '%s.svg'\n", 500 * panels,
-           name.c_str()) +
-      "set datafile separator ','\nset datafile columnheaders\nset logscale xy\nset format xy '%g'\nset grid\n"
-      "set key top right opaque\nset xlabel 'time of a tick, 99.9th percentile [µs]'\n"
-      "set ylabel 'worst error as a share of its limit'\n" +
-      text("set arrow 1 from %.6g, graph 0 to %.6g, graph 1 nohead dashtype 2\n", budget, budget) +
-      "set arrow 2 from graph 0, first 1 to graph 1, first 1 nohead dashtype 2\n" +
-      text("set multiplot layout 1,%zu\n", panels);
-  for (std::size_t i = 0; i < panels; ++i) {
-    const char* renderer = name_of(study.algorithms[i]);
-    // Errors below a thousandth of the limit are drawn there: a logarithm has no zero.
-    const auto points = [&](const char* where) {
-      return text("'settings.csv' using (stringcolumn('renderer') eq '%s'%s ? column('tick_us_p999') : NaN):", renderer,
-                  where) +
-             "(column('worst_share_of_limit') > 1e-3 ? column('worst_share_of_limit') : 1e-3) ";
-    };
-    const auto& chosen = study.choices[i].recommended;
-    out += text("set title '%s: %s'\nplot ", title_of(study.algorithms[i]),
-                chosen ? describe(chosen->setting).c_str() : "nothing keeps to limits and budget") +
-           points("") + "with points pt 7 ps 0.5 lc rgb '#b9c1cc' title 'settings tried', " +
-           points(" && column('front') == 1") + "with points pt 7 lc rgb '#0b6fb8' title 'front', " +
-           points(" && column('recommended') == 1") +
-           "with points pt 6 ps 2.5 lw 2 lc rgb 'black' title 'recommended'\n";
-  }
   return out;
 }
 

@@ -21,7 +21,5 @@ struct Subject {
 [[nodiscard]] std::string as_text(const Subject& subject, const Study& study);
 /// A row a setting, with a header line.
 [[nodiscard]] std::string as_csv(const Study& study);
-/// A gnuplot script that draws error against time from the table settings.csv beside it, to `name`.svg.
-[[nodiscard]] std::string as_gnuplot(const Subject& subject, const Study& study, const std::string& name);
 
 }  // namespace pick

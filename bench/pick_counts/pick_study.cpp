@@ -119,7 +119,7 @@ void mark_front(std::vector<Measured>& measured) {
 
 Choice choose(const std::vector<Measured>& measured, double budget_us) {
   if (measured.empty()) throw std::invalid_argument("choose: there are no measurements");
-  Choice c{.recommended = {}, .within_limits = {}, .nearest = measured.front(), .within_budget = {}};
+  Choice c{.recommended = {}, .within_limits = {}, .nearest = measured.front()};
   for (const Measured& m : measured) {
     const bool limits = m.worst_share <= kMargin;
     const bool budget = m.p999_us <= kMargin * budget_us;
@@ -132,7 +132,6 @@ Choice choose(const std::vector<Measured>& measured, double budget_us) {
     const auto nearer = [&](const Measured& than) {
       return m.worst_share != than.worst_share ? m.worst_share < than.worst_share : m.p999_us < than.p999_us;
     };
-    if (budget && (!c.within_budget || nearer(*c.within_budget))) c.within_budget = m;
     if (nearer(c.nearest)) c.nearest = m;
   }
   return c;

@@ -254,8 +254,6 @@ struct Choice {
   /// Without one: the quickest that keeps to the limits, whatever it costs; and the nearest to the truth.
   std::optional<Measured> within_limits;
   Measured nearest;
-  /// The nearest to the truth that keeps to the budget.
-  std::optional<Measured> within_budget;
 };
 
 /// `budget_us`: of a tick's p99.9. Throws std::invalid_argument for no measurements.
