@@ -8,7 +8,9 @@
 #include "support/fields.hpp"
 
 #include <array>
+#include <cmath>
 #include <memory>
+#include <sstream>
 
 /// What the library costs, each figure beside its reference in one interleaved run.
 ///   bench_speed --out DIR [--march NAME] [--append] [--quick]
@@ -116,16 +118,21 @@ template <class Renderer>
   return {counting.samples + counting.normals, counting.ones + counting.normals};
 }
 
+template <class Known, class Renderer>
+[[nodiscard]] std::function<void()> rendering(const Known& field, Renderer renderer, const Pose<float>& X) {
+  return [field, X, r = std::move(renderer)]() mutable { benchmark::DoNotOptimize(r.render(field, X)); };
+}
 /// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
 template <class Known>
 [[nodiscard]] std::function<void()> moving_line(const Known& field, const Pose<float>& X) {
-  return [field, X, l = std::make_shared<Line>(line()), away = false]() mutable {
+  return [field, X, l = line(), away = false]() mutable {
     Pose<float> at = X;
     if ((away = !away)) at.translation() += Vec3<float>(2e-5F, 0, 0);
-    benchmark::DoNotOptimize(l->render(field, at));
+    benchmark::DoNotOptimize(l.render(field, at));
   };
 }
 
+/// Rows of speed.csv: a time beside its reference's.
 class Report {
  public:
   Report(const SpeedRun& run, const Options& options)
@@ -134,29 +141,19 @@ class Report {
         table_(options.folder + "/speed.csv", "measure,compiler,march,ns,reference_ns,ratio,target,met",
                options.append) {}
 
-  /// ns / reference at most `target`; no target where it is 0.
-  void at_most(const std::string& measure, const std::string& name, const std::string& reference, double target) {
-    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r <= t; });
+  /// The ratio is to be at most `target`, or at least its negative; no target where it is 0.
+  void row(const std::string& measure, const std::string& name, const std::string& reference, double target = 0) {
+    const double ns = run_.ns(name), beside = run_.ns(reference), ratio = ns / beside;
+    std::ostringstream goal;
+    if (target != 0) goal << std::abs(target) << ',' << (target > 0 == (ratio <= std::abs(target)) ? "yes" : "no");
+    table_.row(without_commas(measure), kCompiler, march_, ns, beside, ratio, target != 0 ? goal.str() : ",");
+    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
   }
-  void at_least(const std::string& measure, const std::string& name, const std::string& reference, double target) {
-    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r >= t; });
-  }
-  void figure(const std::string& measure, const std::string& name) {
-    table_.row(without_commas(measure), kCompiler, march_, run_.ns(name), "", "", "", "");
+  void figure(const std::string& name) {
+    table_.row(without_commas(name), kCompiler, march_, run_.ns(name), "", "", "", "");
   }
 
  private:
-  template <class Met>
-  void row(const std::string& measure, double ns, double reference, double target, Met&& met) {
-    const double ratio = ns / reference;
-    if (target > 0)
-      table_.row(without_commas(measure), kCompiler, march_, ns, reference, ratio, target,
-                 met(ratio, target) ? "yes" : "no");
-    else
-      table_.row(without_commas(measure), kCompiler, march_, ns, reference, ratio, "", "");
-    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
-  }
-
   const SpeedRun& run_;
   std::string march_;
   bench::Table table_;
@@ -183,17 +180,14 @@ class SamplingRows {
   SamplingRows(const SamplingRows&) = delete;
   SamplingRows& operator=(const SamplingRows&) = delete;
 
-  void report(Report& report, const std::string& march) const {
-    const bool v2 = march == "x86-64-v2";
-    report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
-    report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
-    const std::map<std::string, double> targets{{"OpenVDB GridSampler", 18}, {"NanoVDB", 12}, {kItk, 6}};
+  void report(Report& report, bool v2) const {
+    report.row("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+    report.row("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? -5 : -8);
+    const std::map<std::string, double> targets{{"OpenVDB GridSampler", -18}, {"NanoVDB", -12}, {kItk, -6}};
     for (const auto& other : bench::other_libraries()) {
       const auto target = targets.find(other.name);
-      report.at_least(other.name + " / ours", other.name, "sampling",
-                      v2 || target == targets.end() ? 0 : target->second);
-      // What no sampler of this grid can exceed.
-      report.at_least(other.name + " / bare loads", other.name, "bare loads", 0);
+      report.row(other.name + " / ours", other.name, "sampling", v2 || target == targets.end() ? 0 : target->second);
+      report.row(other.name + " / bare loads", other.name, "bare loads");  // no sampler of this grid exceeds it
     }
   }
 
@@ -282,45 +276,35 @@ void measure_speed(const Options& options, const Scene& scene) {
 
   const SamplingRows sampling(run, scene);
 
-  // Ticks of both renderers, beside as many samples.
-  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X) {
-    const Taken taken = taken_by(field, renderer, X);
-    auto r = std::make_shared<Renderer>(std::move(renderer));
-    run.add(name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); });
-    run.add(name + ", bare", Samples(field, thesis, light, taken.samples));
-    if (taken.ones > 0) run.add(name + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
-  };
-  tick("surface, near air", surface(), near_air);
-  tick("surface, far air", surface(), far_air);
-  tick("surface, outside", surface(), outside);
-  tick("surface, 1 centre in bone", surface(), light);
-  tick("surface, 6 centres in bone", surface(), deep);
+  // Ticks beside as many samples.
+  for (const auto& [name, X] :
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("outside", outside),
+        std::pair("1 centre in bone", light), std::pair("6 centres in bone", deep)}) {
+    const Taken taken = taken_by(field, thesis, X);
+    const std::string tick = std::string("surface, ") + name;
+    run.add(tick, rendering(field, thesis, X));
+    run.add(tick + ", bare", Samples(field, thesis, light, taken.samples));
+    run.add(tick + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
+  }
   const Flat flat;
   const Field on_flat(flat.bone, 127);
-  const Surface flat_drill = Flat::drill();
+  const Surface lying = Flat::drill();
   for (const int hits : {20, 84}) {
     const Pose<float> X = flat.pose_of_hits(hits);
-    const std::string name = "surface, " + std::to_string(hits) + " hits";
-    auto r = std::make_shared<Surface>(Flat::drill());
-    run.add(name, [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); });
-    run.add(name + ", bare", Samples(on_flat, flat_drill, X, taken_by(on_flat, Flat::drill(), X).samples));
-    auto thesis_way = std::make_shared<Thesis>(flat_drill.tool());
-    auto patches = std::make_shared<Patches>(flat_drill.tool());
     const std::string count = ", " + std::to_string(hits) + " hits";
-    run.add("thesis" + count, [&on_flat, thesis_way, X] { benchmark::DoNotOptimize(thesis_way->render(on_flat, X)); });
-    run.add("patches" + count, [&on_flat, patches, X] { benchmark::DoNotOptimize(patches->render(on_flat, X)); });
-    run.add("thesis with gradients" + count, WithGradients{Thesis(flat_drill.tool()), on_flat, X, hits});
+    run.add("surface" + count, rendering(on_flat, lying, X));
+    run.add("surface" + count + ", bare", Samples(on_flat, lying, X, taken_by(on_flat, lying, X).samples));
+    run.add("thesis" + count, rendering(on_flat, Thesis(lying.tool()), X));
+    run.add("patches" + count, rendering(on_flat, Patches(lying.tool()), X));
+    run.add("thesis with gradients" + count, WithGradients{Thesis(lying.tool()), on_flat, X, hits});
   }
   // The same with a map of air; bare samples are those of a tick that looks at all.
-  auto air = std::make_shared<ClearanceMap<std::uint8_t>>(scene.tooth, kIsovalue);
-  const FieldWithClearance<Field, std::uint8_t> known(field, *air);
+  ClearanceMap<std::uint8_t> air(scene.tooth, kIsovalue);
+  const FieldWithClearance<Field, std::uint8_t> known(field, air);
   for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)}) {
-    auto r = std::make_shared<Surface>(surface());
-    run.add("surface, culled, " + std::string(name),
-            [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
-  }
-  // Without and with what the field knows of air; the plain one knows nothing, not even where the grid ends.
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)})
+    run.add(std::string("surface, culled, ") + name, rendering(known, thesis, X));
+  // Without and with the field's knowledge of air; the plain one knows nothing, not even where the grid ends.
   const test::CountingField<Field> plain(field);
   for (const auto& [name, X] :
        {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
@@ -328,51 +312,45 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("line, " + std::string(name), moving_line(field, X));
     run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
   }
-  // The whole tick of a scene, what is not the renderer's included.
-  auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
-  auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
-  run.add("scene, near air",
-          [grid, whole, X = near_air.cast<double>()] { benchmark::DoNotOptimize(whole->tick({.X_WT = X}, 1e-3)); });
-
+  // The whole tick of a scene.
+  Grid grid = drill::tooth_phantom<std::uint8_t>();
+  HapticScene<std::uint8_t, Surface> whole(grid, kIsovalue, surface());
+  run.add("scene, near air", [&] { benchmark::DoNotOptimize(whole.tick({.X_WT = near_air.cast<double>()}, 1e-3)); });
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
-
-  run.add("carving", [c = std::make_shared<Carving>()] { c->prepare(), (*c)(); });
+  Carving carving;
+  run.add("carving", [&] { carving.prepare(), carving(); });
 
   run.run(options.quick ? 9 : 41, 0.002);
 
   Report report(run, options);
-  sampling.report(report, options.march);
-  report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
-  report.at_most("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
-  report.at_most("culled near air / bare samples, Surface", "surface, culled, near air", "surface, near air, bare",
-                 0.65);
-  report.at_most("outside the grid's box / bare samples, Surface", "surface, outside", "surface, near air, bare", 0.1);
+  sampling.report(report, options.march == "x86-64-v2");
+  const std::string near = "surface, near air, bare", sampled = ", all sampled", mapped = ", map of air";
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
-  report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
-  report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
-  for (const std::string hits : {", 20 hits", ", 84 hits"}) {
-    report.at_most("patches / the thesis' way" + hits, "patches" + hits, "thesis" + hits, 1);
-    report.at_most("the thesis' way and a gradient a hit / without" + hits, "thesis with gradients" + hits,
-                   "thesis" + hits, 0);
+  report.row("no-contact tick / bare samples, Surface", "surface, near air", near, 1.15);
+  report.row("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
+  report.row("culled near air / bare samples, Surface", "surface, culled, near air", near, 0.65);
+  report.row("outside the grid's box / bare samples, Surface", "surface, outside", near, 0.1);
+  for (const std::string hits : {"20 hits", "84 hits"}) {
+    report.row("contact tick of " + hits + " / bare samples", "surface, " + hits, "surface, " + hits + ", bare",
+               contact);
+    report.row("patches / the thesis' way, " + hits, "patches, " + hits, "thesis, " + hits, 1);
+    report.row("the thesis' way and a gradient a hit / without, " + hits, "thesis with gradients, " + hits,
+               "thesis, " + hits);
   }
-  for (const char* name : {"surface, 1 centre in bone", "surface, 6 centres in bone"}) {
-    const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
-    report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
-    report.at_most(what + "its samples, single ones as such", name, std::string(name) + ", as taken", 0);
-    // What no tick that takes these samples can be below.
-    report.at_most(std::string("samples as taken, ") + (name + 9) + " / bare samples", std::string(name) + ", as taken",
-                   std::string(name) + ", bare", 0);
+  for (const std::string what : {"1 centre in bone", "6 centres in bone"}) {
+    const std::string tick = "surface, " + what, bare = tick + ", bare", taken = tick + ", as taken";
+    report.row("contact tick, " + what + " / bare samples", tick, bare, contact);
+    report.row("contact tick, " + what + " / its samples, single ones as such", tick, taken);
+    report.row("samples as taken, " + what + " / bare samples", taken, bare);  // no tick can be below
   }
-  report.at_most("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone", 0);
-  for (const std::string where : {"near air", "far air"})
-    report.at_most("Line moving in " + where + ": a map of air / all sampled", "line, " + where + ", map of air",
-                   "line, " + where + ", all sampled", 0);
-  report.at_most("Line moving beyond the grid / all sampled", "line, beyond the grid",
-                 "line, beyond the grid, all sampled", 0);
+  report.row("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone");
+  for (const std::string where : {"line, near air", "line, far air"})
+    report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
+  report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
-    report.at_most("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
-  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name, name);
+    report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
+  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name);
 }
 
 }  // namespace
