@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "common/command_line.hpp"
+#include "speed/interleaved.hpp"
 #include "speed/kernels.hpp"
 #include "speed/levels.hpp"
 #include "speed/others.hpp"
-#include "speed/run.hpp"
-#include "speed/scene.hpp"
+#include "speed/speed_scene.hpp"
 #include "support/fields.hpp"
 
 #include <array>

@@ -3,6 +3,7 @@
 
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/math.hpp>
+#include <trephine/core/wrench.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
@@ -15,8 +16,6 @@
 #include <optional>
 #include <random>
 #include <vector>
-
-#include <trephine/core/wrench.hpp>
 
 namespace pick {
 
