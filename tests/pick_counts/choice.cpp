@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include "pick_study.hpp"
 #include "pick_options.hpp"
 #include "pick_places.hpp"
+#include "pick_study.hpp"
 
 #include <doctest/doctest.h>
 
