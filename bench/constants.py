@@ -75,7 +75,7 @@ def compiler(build):
             name, sign, value = line.strip().partition("=")
             if sign:
                 cache[name.partition(":")[0]] = value
-    with open(os.path.join(build, "bench", "features", "include_dirs.txt"), encoding="utf-8") as file:
+    with open(os.path.join(build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         eigen = [line.strip() for line in file if os.path.isdir(os.path.join(line.strip(), "Eigen"))]
     return ([cache["CMAKE_CXX_COMPILER"], "-std=c++20", "-pthread"] + cache["CMAKE_CXX_FLAGS_RELEASE"].split()
             + cache["TREPHINE_BENCH_FLAGS"].split() + [os.path.join(ROOT, "bench", "coupled_figures.cpp")]

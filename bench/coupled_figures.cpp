@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: MIT
+#include "common/any_milling.hpp"
+#include "common/command_line.hpp"
+#include "common/on_all_cores.hpp"
+#include "common/table.hpp"
 #include "render/coupled_helpers.hpp"
 #include "stability/own_surface.hpp"
-#include "studies/arguments.hpp"
 
 #include <trephine/voxel/bone_surface.hpp>
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <mutex>
-#include <thread>
+#include <sstream>
 #include <tuple>
 
 /// The coupled tool's figures on shapes whose truth is known, wherever they lie between the voxels and whichever way
@@ -34,7 +31,7 @@ constexpr double kWide = 2 * R;      // radius of sockets and grooves
 constexpr double kTold = std::numeric_limits<double>::quiet_NaN();  // a figure without a bound
 
 /// Values of all cases by figure, blur and kind of image.
-class Table {
+class Gathered {
  public:
   /// `bound`: of the greatest, or, where `share` is less than 1, of that quantile.
   struct Figure {
@@ -47,7 +44,7 @@ class Table {
     figures_.try_emplace(name, Figure{bound, unit, share, {}})
         .first->second.values.add(std::isnan(value) ? 1e9 : value);
   }
-  void add(const Table& other) {
+  void add(const Gathered& other) {
     for (const auto& [name, f] : other.figures_) {
       Figure& mine = figures_.try_emplace(name, Figure{f.bound, f.unit, f.share, {}}).first->second;
       for (const double v : f.values.all()) mine.values.add(v);
@@ -88,36 +85,13 @@ Imaged<Density> take(const Bone& bone) {
   return {VoxelGrid<Density>({.size = n, .spacing = bone.spacing()}, voxels), kEight ? 127.5 : kIso};
 }
 
-enum class Cut { kGeometric, kRate, kAdvancing };
-/// One type for all ways to cut.
-class AnyMilling {
- public:
-  explicit AnyMilling(Cut cut, double rate) : cut_(cut), rate_(RateLimitedCut<>{.rate = rate}) {}
-  void reset() noexcept {
-    at_once_.reset();
-    rate_.reset();
-    advancing_.reset();
-  }
-  template <class Grid>
-  double carve(Grid& grid, double isovalue, const Posed& from, const Posed& to, const Burr& burr,
-               const CarveContext& context) noexcept {
-    return cut_ == Cut::kGeometric ? at_once_.carve(grid, isovalue, from, to, burr, context)
-           : cut_ == Cut::kRate    ? rate_.carve(grid, isovalue, from, to, burr, context)
-                                   : advancing_.carve(grid, isovalue, from, to, burr, context);
-  }
-
- private:
-  Cut cut_;
-  Milling<> at_once_;
-  Milling<RateLimitedCut<>> rate_;
-  Milling<AdvancingCut> advancing_{AdvancingCut{.speed = 0.05}};
-};
+using bench::Cut;
 
 template <class Density, class Law = Frictionless>
-auto scene_of(Imaged<Density>& imaged, const Burr& burr, const Law& law = {}, Cut cut = Cut::kGeometric,
+auto scene_of(Imaged<Density>& imaged, const Burr& burr, const Law& law = {}, Cut cut = Cut::kAtOnce,
               const CoupledOptions& gains = kGains) {
   return HapticScene{imaged.bone, imaged.isovalue, CoupledToolRenderer<double, BallAndShaft, Law>{burr, gains, law},
-                     AnyMilling(cut, sizeof(Density) == 1 ? 2.5e4 : 2e5)};
+                     bench::AnyMilling(cut, sizeof(Density) == 1 ? 2.5e4 : 2e5, 0.05)};
 }
 
 /// A wedge of `degrees` about a crest along y, below z = 0.
@@ -150,7 +124,7 @@ double slide_over(Imaged<D>& imaged, const Spot& spot, double deep, double yaw, 
   return worst / (kK * kStep);
 }
 template <class D>
-void edges(const Spot& spot, Table& out) {
+void edges(const Spot& spot, Gathered& out) {
   const auto one = [&](const std::string& name, const auto& shape) {
     auto imaged = take<D>(blurred(Moved{shape, spot.X}, spot.image()));
     const double yaw = spot.random.uniform(0, 0.6), aside = spot.random.uniform(-0.5, 0.5) * kH;
@@ -170,7 +144,7 @@ void edges(const Spot& spot, Table& out) {
 
 // --- Hollows that the ball milled: turned in them
 template <class D>
-void hollows(const Spot& spot, Table& out) {
+void hollows(const Spot& spot, Gathered& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0), side = n.unitOrthogonal();
   const auto one = [&](const std::string& name, double above, double from, double to, double aside, const Burr& burr) {
     auto imaged = take<D>(image(HalfSpace{at + above * n, n}, spot.image(40)));
@@ -205,7 +179,7 @@ void hollows(const Spot& spot, Table& out) {
 
 // --- Plunged straight in, with every cut
 template <class D, class Law>
-void plunge(const Spot& spot, const Law& law, const std::string& with, double bound, Table& out) {
+void plunge(const Spot& spot, const Law& law, const std::string& with, double bound, Gathered& out) {
   constexpr int kLead = 40, kRest = 500;
   const double depths[] = {R, 2e-3, 3e-3, 5e-3, 8e-3}, speeds[] = {5e-3, 1e-2, 2e-2};
   const double depth = depths[spot.random.below(5)], speed = speeds[spot.random.below(3)];
@@ -235,7 +209,7 @@ void plunge(const Spot& spot, const Law& law, const std::string& with, double bo
   out.add(name + ": behind, beyond force / stiffness", 0.5, "voxel", behind / kH);
 }
 template <class D>
-void plunges(const Spot& spot, Table& out) {
+void plunges(const Spot& spot, Gathered& out) {
   plunge<D>(spot, Frictionless{}, "", 0.01, out);
   plunge<D>(spot, Coulomb(0.3, 0.3), ", friction .3", 0.05, out);
 }
@@ -253,7 +227,7 @@ double first_bone(const Surface& surface, const Vec3d& from, const Vec3d& way, d
   return x < most ? high : most;
 }
 template <class D>
-void plates(const Spot& spot, Table& out) {
+void plates(const Spot& spot, Gathered& out) {
   CoupledOptions stiff = kGains;
   stiff.rotational_stiffness = 1e3;
   stiff.torque = 100;
@@ -265,7 +239,7 @@ void plates(const Spot& spot, Table& out) {
     for (double z = -kH; z <= kH; z += 0.1 * kH)
       rim = std::min(rim, first_bone(surface, at - 2 * kH * in + z * u, in, 8 * kH, 0.05 * kH) - 2 * kH);
     if (!(rim < 4 * kH)) continue;  // blurred away
-    auto scene = scene_of(imaged, kDrill, Frictionless{}, Cut::kGeometric, stiff);
+    auto scene = scene_of(imaged, kDrill, Frictionless{}, Cut::kAtOnce, stiff);
     const double below = spot.random.uniform(4e-3, 14e-3);
     const auto pose = [&](double x) { return tool_at(at + (rim + x - r) * in - below * u, u); };
     const std::string name = voxels > 1 ? "plate of 2 voxels" : "plate of 1 voxel";
@@ -301,7 +275,7 @@ void plates(const Spot& spot, Table& out) {
 
 // --- Noise
 template <class D>
-void noise(const Spot& spot, Table& out) {
+void noise(const Spot& spot, Gathered& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0), along = n.unitOrthogonal();
   ImageOptions o = spot.image();
   o.seed = static_cast<unsigned>(spot.random.below(1 << 30));
@@ -350,7 +324,7 @@ void noise(const Spot& spot, Table& out) {
 
 // --- Contacts against the wrench, closed paths
 template <class D>
-void balance(const Spot& spot, Table& out) {
+void balance(const Spot& spot, Gathered& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0), along = n.unitOrthogonal();
   const bool noisy = spot.random.uniform() < 0.5;
   ImageOptions o = spot.image();
@@ -381,7 +355,7 @@ void balance(const Spot& spot, Table& out) {
 constexpr double kForces[] = {0.1, 0.3, 1, 3};
 
 template <class D>
-void directions(const Spot& spot, Table& out) {
+void directions(const Spot& spot, Gathered& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0), along = n.unitOrthogonal(), across = n.cross(along);
   /// The device's centre at `deep` beyond touching, `aside` along; the way out there.
   struct Place {
@@ -422,7 +396,7 @@ void directions(const Spot& spot, Table& out) {
 }
 
 template <class D>
-void rigid_directions(const Spot& spot, Table& out) {
+void rigid_directions(const Spot& spot, Gathered& out) {
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0);
   auto imaged = take<D>(image(HalfSpace{at, n}, spot.image()));
   const bench::OwnSurface<D> own(imaged.bone, imaged.isovalue, at, n, R);
@@ -445,7 +419,7 @@ void rigid_directions(const Spot& spot, Table& out) {
 
 // --- Stiffness felt
 template <class D>
-void felt(const Spot& spot, Table& out) {
+void felt(const Spot& spot, Gathered& out) {
   constexpr double kMove = 1e-5;
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0);
   const auto one = [&](const std::string& name, const auto& shape) {
@@ -469,7 +443,7 @@ void felt(const Spot& spot, Table& out) {
 
 // --- Closed paths
 template <class D>
-void paths(const Spot& spot, Table& out) {
+void paths(const Spot& spot, Gathered& out) {
   constexpr int kSteps = 800;
   const Vec3d n = spot.n(), at = spot.at(0, 0, 0), along = n.unitOrthogonal();
   const auto one = [&](const std::string& name, Imaged<D> imaged, const Burr& burr) {
@@ -501,7 +475,7 @@ void paths(const Spot& spot, Table& out) {
 
 // --- Walls that the image shows, and how deep the virtual tool sinks in
 template <class D>
-void walls(const Spot& spot, Table& out) {
+void walls(const Spot& spot, Gathered& out) {
   constexpr double kThick = 1.5 * kH;
   const Vec3d at = spot.at(0, 0, 0), n = spot.n();
   auto imaged = take<D>(blurred(Plate{at, n, kThick}, spot.image(), 4));
@@ -525,7 +499,7 @@ void walls(const Spot& spot, Table& out) {
       }
 }
 template <class D>
-void depths(const Spot& spot, Table& out) {
+void depths(const Spot& spot, Gathered& out) {
   const auto one = [&](const std::string& name, const Bone& bone) {
     auto imaged = take<D>(bone);
     const BoneSurface<D> surface(imaged.bone, imaged.isovalue);
@@ -548,7 +522,7 @@ void depths(const Spot& spot, Table& out) {
 }
 
 // --- Planes in long voxels, exact in the image
-void long_voxels(const Spot& spot, Table& out) {
+void long_voxels(const Spot& spot, Gathered& out) {
   struct Case {
     std::string name;
     Vec3d h;
@@ -579,8 +553,8 @@ void long_voxels(const Spot& spot, Table& out) {
 
 struct Measure {
   std::string name;
-  void (*in_16_bit)(const Spot&, Table&);
-  void (*in_8_bit)(const Spot&, Table&);
+  void (*in_16_bit)(const Spot&, Gathered&);
+  void (*in_8_bit)(const Spot&, Gathered&);
   bool blurred = true;  // depends on the image's blur
   int every = 1;        // so many places share one
 };
@@ -603,11 +577,9 @@ const std::vector<Measure> kMeasures = {{"edges", BOTH(edges)},
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string folder = "build/report", only;
-  bool quick = false;
-  if (!bench::read_arguments(argc, argv, "bench_coupled_figures", {{"--quick", &quick}},
-                             {{"--out", &folder}, {"--only", &only}}))
-    return 2;
+  std::string only;
+  const bench::CommandLine options(argc, argv, {{"--only", &only}});
+  const bool quick = options.quick;
   struct Job {
     const Measure* measure;
     double sigma;
@@ -626,53 +598,42 @@ int main(int argc, char** argv) {
             if ((!m.blurred && sigma < 1) || p % m.every != 0) continue;
             jobs.push_back({&m, sigma, eight_bit, o, p});
           }
-  using Key = std::tuple<std::size_t, double, bool>;
-  std::map<Key, Table> tables;
-  std::map<std::string, double> seconds;
+  std::map<std::tuple<std::size_t, double, bool>, Gathered> tables;
   std::mutex mutex;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < jobs.size(); i = next++) {
-      const Job& job = jobs[i];
-      Random turned(kSeed + static_cast<unsigned>(job.orientation));
-      const auto number = static_cast<unsigned>(100 * job.orientation + job.place);
-      Spot spot{.sigma = job.sigma, .eight_bit = job.eight_bit, .random = Random(kSeed + 1000 + number)};
-      const Mat3d turn = job.orientation == 0 ? Mat3d(Mat3d::Identity()) : turned.rotation();
-      spot.X = make_pose<double>(turn, spot.image().near_middle(spot.random));
-      Table one;
-      const auto began = std::chrono::steady_clock::now();
-      (job.eight_bit ? job.measure->in_8_bit : job.measure->in_16_bit)(spot, one);
-      const std::lock_guard lock(mutex);
-      seconds[job.measure->name] += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-      tables[{static_cast<std::size_t>(job.measure - kMeasures.data()), job.sigma, job.eight_bit}].add(one);
-    }
+  const auto work = [&](std::size_t i) {
+    const Job& job = jobs[i];
+    Random turned(kSeed + static_cast<unsigned>(job.orientation));
+    const auto number = static_cast<unsigned>(100 * job.orientation + job.place);
+    Spot spot{.sigma = job.sigma, .eight_bit = job.eight_bit, .random = Random(kSeed + 1000 + number)};
+    const Mat3d turn = job.orientation == 0 ? Mat3d(Mat3d::Identity()) : turned.rotation();
+    spot.X = make_pose<double>(turn, spot.image().near_middle(spot.random));
+    Gathered one;
+    (job.eight_bit ? job.measure->in_8_bit : job.measure->in_16_bit)(spot, one);
+    const std::lock_guard lock(mutex);
+    tables[{static_cast<std::size_t>(job.measure - kMeasures.data()), job.sigma, job.eight_bit}].add(one);
   };
-  std::vector<std::thread> threads;
-  for (unsigned t = 1; t < std::max(1U, std::thread::hardware_concurrency()); ++t) threads.emplace_back(work);
-  work();
-  for (auto& t : threads) t.join();
-  for (const auto& [name, s] : seconds)
-    std::fprintf(stderr, "coupled figures: %s: %.1f s of processor\n", name.c_str(), s);
+  bench::on_all_cores(jobs.size(), "coupled figures", work, [&](std::size_t i) { return jobs[i].measure->name; });
 
-  std::filesystem::create_directories(folder);
-  std::ofstream table(folder + "/coupled_figures.csv");
-  table << "figure,blur_voxels,image,cases,median,worst,judged,bound,unit,pass\n";
+  bench::Table table(options.folder + "/coupled_figures.csv",
+                     "figure,blur_voxels,image,cases,median,worst,judged,bound,unit,pass");
+  const auto number = [](double v, bool known) {
+    std::ostringstream text;
+    if (known) text << v;
+    return text.str();
+  };
   int judged = 0, met = 0;
   for (const auto& [key, figures] : tables) {
     const auto& [measure, sigma, eight_bit] = key;
     for (const auto& [name, f] : figures.figures()) {
-      std::string plain = name;
-      std::replace(plain.begin(), plain.end(), ',', ';');
       const double value = f.values.share(f.share);
       const bool pass = value <= f.bound, told = std::isnan(f.bound);
       judged += !told;
       met += pass;
-      table << plain << ',';
-      if (kMeasures[measure].blurred) table << sigma;
-      table << ',' << (eight_bit ? "8 bit" : "16 bit") << ',' << f.values.count() << ',' << f.values.median() << ','
-            << f.values.worst() << ',' << value << ',';
-      if (!told) table << f.bound;
-      table << ',' << f.unit << ',' << (told ? "" : pass ? "pass" : "fail") << '\n';
+      table.row(bench::without_commas(name), number(sigma, kMeasures[measure].blurred), eight_bit ? "8 bit" : "16 bit",
+                f.values.count(), f.values.median(), f.values.worst(), value, number(f.bound, !told), f.unit,
+                told   ? ""
+                : pass ? "pass"
+                       : "fail");
     }
   }
   std::printf("coupled figures: %d limits, %d met, %d not met\n", judged, met, judged - met);

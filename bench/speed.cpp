@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
+#include "common/command_line.hpp"
+#include "speed/interleaved.hpp"
 #include "speed/kernels.hpp"
 #include "speed/levels.hpp"
 #include "speed/others.hpp"
-#include "speed/run.hpp"
-#include "speed/scene.hpp"
-#include "studies/arguments.hpp"
+#include "speed/speed_scene.hpp"
 #include "support/fields.hpp"
 
 #include <array>
-#include <filesystem>
+#include <cmath>
 #include <memory>
+#include <sstream>
 
 /// What the library costs, each figure beside its reference in one interleaved run.
 ///   bench_speed --out DIR [--march NAME] [--append] [--quick]
@@ -50,16 +51,16 @@ struct Flat {
       voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
     return Grid({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
   }
-  [[nodiscard]] static Surface drill(int slices = 20) { return surface(slices, 8, 26, 0.02); }
+  [[nodiscard]] static Surface drill() { return surface(0.02); }
   /// A pose at which at least `hits` of its vertices are in bone.
-  [[nodiscard]] Pose<float> pose_of_hits(int hits, int slices = 20) const {
+  [[nodiscard]] Pose<float> pose_of_hits(int hits) const {
     const Field field(bone, 127);
     for (double tilt = 0.1; tilt >= 0; tilt -= 0.002)
       for (double height = 7.5e-4; height > 2e-5; height -= 1e-5) {
         const Mat3d R = rotation_from_vector(Vec3d(-1.5708 + tilt, 0, 0)) * rotation_from_vector(Vec3d(0, 0, 0.3));
         const Vec3d p = 1e-4 * Vec3d(128, 30, kLevel) + Vec3d(0, 0, height);
         const Pose<float> X = make_pose<double>(R, p).cast<float>();
-        Surface s = drill(slices);
+        Surface s = drill();
         if (s.render(field, X).contact.count < hits) continue;
         if (std::ranges::none_of(s.groups(), [](const auto& g) { return g.deep; })) return X;
       }
@@ -117,16 +118,21 @@ template <class Renderer>
   return {counting.samples + counting.normals, counting.ones + counting.normals};
 }
 
+template <class Known, class Renderer>
+[[nodiscard]] std::function<void()> rendering(const Known& field, Renderer renderer, const Pose<float>& X) {
+  return [field, X, r = std::move(renderer)]() mutable { benchmark::DoNotOptimize(r.render(field, X)); };
+}
 /// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
 template <class Known>
 [[nodiscard]] std::function<void()> moving_line(const Known& field, const Pose<float>& X) {
-  return [field, X, l = std::make_shared<Line>(line()), away = false]() mutable {
+  return [field, X, l = line(), away = false]() mutable {
     Pose<float> at = X;
     if ((away = !away)) at.translation() += Vec3<float>(2e-5F, 0, 0);
-    benchmark::DoNotOptimize(l->render(field, at));
+    benchmark::DoNotOptimize(l.render(field, at));
   };
 }
 
+/// Rows of speed.csv: a time beside its reference's.
 class Report {
  public:
   Report(const SpeedRun& run, const Options& options)
@@ -135,29 +141,19 @@ class Report {
         table_(options.folder + "/speed.csv", "measure,compiler,march,ns,reference_ns,ratio,target,met",
                options.append) {}
 
-  /// ns / reference at most `target`; no target where it is 0.
-  void at_most(const std::string& measure, const std::string& name, const std::string& reference, double target) {
-    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r <= t; });
+  /// The ratio is to be at most `target`, or at least its negative; no target where it is 0.
+  void row(const std::string& measure, const std::string& name, const std::string& reference, double target = 0) {
+    const double ns = run_.ns(name), beside = run_.ns(reference), ratio = ns / beside;
+    std::ostringstream goal;
+    if (target != 0) goal << std::abs(target) << ',' << (target > 0 == (ratio <= std::abs(target)) ? "yes" : "no");
+    table_.row(without_commas(measure), kCompiler, march_, ns, beside, ratio, target != 0 ? goal.str() : ",");
+    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
   }
-  void at_least(const std::string& measure, const std::string& name, const std::string& reference, double target) {
-    row(measure, run_.ns(name), run_.ns(reference), target, [](double r, double t) { return r >= t; });
-  }
-  void figure(const std::string& measure, const std::string& name) {
-    table_.row(without_commas(measure), kCompiler, march_, run_.ns(name), "", "", "", "");
+  void figure(const std::string& name) {
+    table_.row(without_commas(name), kCompiler, march_, run_.ns(name), "", "", "", "");
   }
 
  private:
-  template <class Met>
-  void row(const std::string& measure, double ns, double reference, double target, Met&& met) {
-    const double ratio = ns / reference;
-    if (target > 0)
-      table_.row(without_commas(measure), kCompiler, march_, ns, reference, ratio, target,
-                 met(ratio, target) ? "yes" : "no");
-    else
-      table_.row(without_commas(measure), kCompiler, march_, ns, reference, ratio, "", "");
-    std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
-  }
-
   const SpeedRun& run_;
   std::string march_;
   bench::Table table_;
@@ -168,7 +164,7 @@ class Report {
 class SamplingRows {
  public:
   SamplingRows(SpeedRun& run, const Scene& scene)
-      : tool_(surface(20, 8, 26, 0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
+      : tool_(surface(0.012).tool()), view_(scene.tooth), checked_(scene.tooth) {
     const Vec3d middle = 0.5e-4 * Vec3d(255, 255, 0) + Vec3d(0, -0.002, 0.01);
     X_ = make_pose<double>(rotation_from_vector(Vec3d(-1.2, 0.1, 0)), middle).cast<float>();
     const Vec3<float> per_metre = scene.tooth.spacing().cwiseInverse().cast<float>();
@@ -184,17 +180,14 @@ class SamplingRows {
   SamplingRows(const SamplingRows&) = delete;
   SamplingRows& operator=(const SamplingRows&) = delete;
 
-  void report(Report& report, const std::string& march) const {
-    const bool v2 = march == "x86-64-v2";
-    report.at_most("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
-    report.at_least("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? 5 : 8);
-    const std::map<std::string, double> targets{{"OpenVDB GridSampler", 18}, {"NanoVDB", 12}, {kItk, 6}};
+  void report(Report& report, bool v2) const {
+    report.row("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
+    report.row("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? -5 : -8);
+    const std::map<std::string, double> targets{{"OpenVDB GridSampler", -18}, {"NanoVDB", -12}, {kItk, -6}};
     for (const auto& other : bench::other_libraries()) {
       const auto target = targets.find(other.name);
-      report.at_least(other.name + " / ours", other.name, "sampling",
-                      v2 || target == targets.end() ? 0 : target->second);
-      // What no sampler of this grid can exceed.
-      report.at_least(other.name + " / bare loads", other.name, "bare loads", 0);
+      report.row(other.name + " / ours", other.name, "sampling", v2 || target == targets.end() ? 0 : target->second);
+      report.row(other.name + " / bare loads", other.name, "bare loads");  // no sampler of this grid exceeds it
     }
   }
 
@@ -283,47 +276,35 @@ void measure_speed(const Options& options, const Scene& scene) {
 
   const SamplingRows sampling(run, scene);
 
-  // Ticks of both renderers, beside as many samples.
-  const auto tick = [&]<class Renderer>(const std::string& name, Renderer renderer, const Pose<float>& X,
-                                        double per = 1) {
-    const Taken taken = taken_by(field, renderer, X);
-    auto r = std::make_shared<Renderer>(std::move(renderer));
-    run.add(
-        name, [&field, r, X] { benchmark::DoNotOptimize(r->render(field, X)); }, per);
-    run.add(name + ", bare", Samples(field, thesis, light, taken.samples));
-    if (taken.ones > 0) run.add(name + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
-  };
-  tick("surface, near air", surface(), near_air);
-  tick("surface, far air", surface(), far_air);
-  tick("surface, outside", surface(), outside);
-  tick("surface, 1 centre in bone", surface(), light);
-  tick("surface, 6 centres in bone", surface(), deep);
+  // Ticks beside as many samples.
+  for (const auto& [name, X] :
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("outside", outside),
+        std::pair("1 centre in bone", light), std::pair("6 centres in bone", deep)}) {
+    const Taken taken = taken_by(field, thesis, X);
+    const std::string tick = std::string("surface, ") + name;
+    run.add(tick, rendering(field, thesis, X));
+    run.add(tick + ", bare", Samples(field, thesis, light, taken.samples));
+    run.add(tick + ", as taken", Samples(field, thesis, light, taken.samples, taken.ones));
+  }
   const Flat flat;
   const Field on_flat(flat.bone, 127);
-  const Surface flat_drill = Flat::drill();
+  const Surface lying = Flat::drill();
   for (const int hits : {20, 84}) {
     const Pose<float> X = flat.pose_of_hits(hits);
-    const std::string name = "surface, " + std::to_string(hits) + " hits";
-    auto r = std::make_shared<Surface>(Flat::drill());
-    run.add(name, [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); });
-    run.add(name + ", bare", Samples(on_flat, flat_drill, X, taken_by(on_flat, Flat::drill(), X).samples));
-    auto thesis_way = std::make_shared<Thesis>(flat_drill.tool());
-    auto patches = std::make_shared<Patches>(flat_drill.tool());
     const std::string count = ", " + std::to_string(hits) + " hits";
-    run.add("thesis" + count, [&on_flat, thesis_way, X] { benchmark::DoNotOptimize(thesis_way->render(on_flat, X)); });
-    run.add("patches" + count, [&on_flat, patches, X] { benchmark::DoNotOptimize(patches->render(on_flat, X)); });
-    run.add("thesis with gradients" + count, WithGradients{Thesis(flat_drill.tool()), on_flat, X, hits});
+    run.add("surface" + count, rendering(on_flat, lying, X));
+    run.add("surface" + count + ", bare", Samples(on_flat, lying, X, taken_by(on_flat, lying, X).samples));
+    run.add("thesis" + count, rendering(on_flat, Thesis(lying.tool()), X));
+    run.add("patches" + count, rendering(on_flat, Patches(lying.tool()), X));
+    run.add("thesis with gradients" + count, WithGradients{Thesis(lying.tool()), on_flat, X, hits});
   }
   // The same with a map of air; bare samples are those of a tick that looks at all.
-  auto air = std::make_shared<ClearanceMap<std::uint8_t>>(scene.tooth, kIsovalue);
-  const FieldWithClearance<Field, std::uint8_t> known(field, *air);
+  ClearanceMap<std::uint8_t> air(scene.tooth, kIsovalue);
+  const FieldWithClearance<Field, std::uint8_t> known(field, air);
   for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)}) {
-    auto r = std::make_shared<Surface>(surface());
-    run.add("surface, culled, " + std::string(name),
-            [known, air, r, X = X] { benchmark::DoNotOptimize(r->render(known, X)); });
-  }
-  // Without and with what the field knows of air; the plain one knows nothing, not even where the grid ends.
+       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)})
+    run.add(std::string("surface, culled, ") + name, rendering(known, thesis, X));
+  // Without and with the field's knowledge of air; the plain one knows nothing, not even where the grid ends.
   const test::CountingField<Field> plain(field);
   for (const auto& [name, X] :
        {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
@@ -331,87 +312,45 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("line, " + std::string(name), moving_line(field, X));
     run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
   }
-  // The whole tick of a scene, what is not the renderer's included.
-  auto grid = std::make_shared<Grid>(drill::tooth_phantom<std::uint8_t>());
-  auto whole = std::make_shared<HapticScene<std::uint8_t, Surface>>(*grid, kIsovalue, surface());
-  run.add("scene, near air",
-          [grid, whole, X = near_air.cast<double>()] { benchmark::DoNotOptimize(whole->tick({.X_WT = X}, 1e-3)); });
-
-  // N scaling: all of a tool in air and in contact.
-  for (const auto& [name, slices] : {std::pair("207", 20), std::pair("1008", 109)}) {
-    const Surface many = surface(slices);
-    const double count = many.tool().count();
-    tick("N " + std::string(name) + ", air", surface(slices), near_air, count);
-    const Pose<float> X = flat.pose_of_hits(many.tool().periphery() * 2 / 5, slices);
-    auto r = std::make_shared<Surface>(Flat::drill(slices));
-    run.add(
-        "N " + std::string(name) + ", contact", [&on_flat, r, X] { benchmark::DoNotOptimize(r->render(on_flat, X)); },
-        count);
-  }
-
-  // The same tool in metres on finer voxels.
-  std::vector<std::shared_ptr<Grid>> grids;
-  for (const double voxel : {4e-4, 2e-4, 1e-4}) {
-    grids.push_back(std::make_shared<Grid>(tooth_of(voxel)));
-    const std::string name = std::to_string(static_cast<int>(voxel * 1e4 + 0.5));
-    for (const auto& [what, X] : {std::pair("air", near_air), std::pair("light", light)}) {
-      auto r = std::make_shared<Surface>(surface());
-      run.add("voxel 0." + name + " mm, " + what,
-              [g = grids.back(), r, X = X] { benchmark::DoNotOptimize(r->render(Field(*g, kIsovalue), X)); });
-    }
-  }
-
+  // The whole tick of a scene.
+  Grid grid = drill::tooth_phantom<std::uint8_t>();
+  HapticScene<std::uint8_t, Surface> whole(grid, kIsovalue, surface());
+  run.add("scene, near air", [&] { benchmark::DoNotOptimize(whole.tick({.X_WT = near_air.cast<double>()}, 1e-3)); });
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
-
-  run.add("carving", [c = std::make_shared<Carving>()] { c->prepare(), (*c)(); });
+  Carving carving;
+  run.add("carving", [&] { carving.prepare(), carving(); });
 
   run.run(options.quick ? 9 : 41, 0.002);
 
   Report report(run, options);
-  sampling.report(report, options.march);
-  report.at_most("no-contact tick / bare samples, Surface", "surface, near air", "surface, near air, bare", 1.15);
-  report.at_most("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
-  report.at_most("culled near air / bare samples, Surface", "surface, culled, near air", "surface, near air, bare",
-                 0.65);
-  report.at_most("outside the grid's box / bare samples, Surface", "surface, outside", "surface, near air, bare", 0.1);
+  sampling.report(report, options.march == "x86-64-v2");
+  const std::string near = "surface, near air, bare", sampled = ", all sampled", mapped = ", map of air";
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
-  report.at_most("contact tick of 20 hits / bare samples", "surface, 20 hits", "surface, 20 hits, bare", contact);
-  report.at_most("contact tick of 84 hits / bare samples", "surface, 84 hits", "surface, 84 hits, bare", contact);
-  for (const std::string hits : {", 20 hits", ", 84 hits"}) {
-    report.at_most("patches / the thesis' way" + hits, "patches" + hits, "thesis" + hits, 1);
-    report.at_most("the thesis' way and a gradient a hit / without" + hits, "thesis with gradients" + hits,
-                   "thesis" + hits, 0);
+  report.row("no-contact tick / bare samples, Surface", "surface, near air", near, 1.15);
+  report.row("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
+  report.row("culled near air / bare samples, Surface", "surface, culled, near air", near, 0.65);
+  report.row("outside the grid's box / bare samples, Surface", "surface, outside", near, 0.1);
+  for (const std::string hits : {"20 hits", "84 hits"}) {
+    report.row("contact tick of " + hits + " / bare samples", "surface, " + hits, "surface, " + hits + ", bare",
+               contact);
+    report.row("patches / the thesis' way, " + hits, "patches, " + hits, "thesis, " + hits, 1);
+    report.row("the thesis' way and a gradient a hit / without, " + hits, "thesis with gradients, " + hits,
+               "thesis, " + hits);
   }
-  for (const char* name : {"surface, 1 centre in bone", "surface, 6 centres in bone"}) {
-    const std::string what = std::string("contact tick, ") + (name + 9) + " / ";
-    report.at_most(what + "bare samples", name, std::string(name) + ", bare", contact);
-    report.at_most(what + "its samples, single ones as such", name, std::string(name) + ", as taken", 0);
-    // What no tick that takes these samples can be below.
-    report.at_most(std::string("samples as taken, ") + (name + 9) + " / bare samples", std::string(name) + ", as taken",
-                   std::string(name) + ", bare", 0);
+  for (const std::string what : {"1 centre in bone", "6 centres in bone"}) {
+    const std::string tick = "surface, " + what, bare = tick + ", bare", taken = tick + ", as taken";
+    report.row("contact tick, " + what + " / bare samples", tick, bare, contact);
+    report.row("contact tick, " + what + " / its samples, single ones as such", tick, taken);
+    report.row("samples as taken, " + what + " / bare samples", taken, bare);  // no tick can be below
   }
-  for (const char* what : {"air", "contact"}) {
-    const std::string few = std::string("N 207, ") + what, many = std::string("N 1008, ") + what;
-    report.at_most("ns a vertex at N = 1008 / N = 207, " + std::string(what), many, few, 1.1);
-  }
-  for (const char* what : {"air", "light"})
-    report.at_most("voxel 0.1 mm / 0.4 mm, " + std::string(what), "voxel 0.1 mm, " + std::string(what),
-                   "voxel 0.4 mm, " + std::string(what), 1.3);
-  report.at_most("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone", 0);
-  for (const char* what : {"air", "light"})
-    for (const char* voxel : {"0.4", "0.2", "0.1"}) {
-      const std::string name = std::string("voxel ") + voxel + " mm, " + what;
-      report.figure(name, name);
-    }
-  for (const std::string where : {"near air", "far air"})
-    report.at_most("Line moving in " + where + ": a map of air / all sampled", "line, " + where + ", map of air",
-                   "line, " + where + ", all sampled", 0);
-  report.at_most("Line moving beyond the grid / all sampled", "line, beyond the grid",
-                 "line, beyond the grid, all sampled", 0);
+  report.row("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone");
+  for (const std::string where : {"line, near air", "line, far air"})
+    report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
+  report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
-    report.at_most("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
-  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name, name);
+    report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
+  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name);
 }
 
 }  // namespace
@@ -422,10 +361,10 @@ int main(int argc, char** argv) {
   using namespace trephine::bench::speed;
   Options options;
   std::string only;  // "kernels", "spread", "servo" or "memory"
-  if (!bench::read_arguments(argc, argv, "bench_speed", {{"--quick", &options.quick}, {"--append", &options.append}},
-                             {{"--out", &options.folder}, {"--march", &options.march}, {"--only", &only}}))
-    return 2;
-  std::filesystem::create_directories(options.folder);
+  const bench::CommandLine line(argc, argv, {{"--march", &options.march}, {"--only", &only}},
+                                {{"--append", &options.append}});
+  options.folder = line.folder;
+  options.quick = line.quick;
   const Scene scene;
   const auto wanted = [&](const char* name) { return only.empty() || only == name; };
   if (wanted("kernels")) measure_speed(options, scene);

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "../examples/drill/phantom.hpp"
-#include "studies/arguments.hpp"
-#include "studies/table.hpp"
-#include "sweep/row.hpp"
+#include "common/command_line.hpp"
+#include "common/percentile.hpp"
+#include "common/table.hpp"
 
 #include <trephine/trephine.hpp>
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 
 /// Figures 26, 27 and 29 of the thesis again: rate against vertices and slices, on a tooth of 256 x 256 x 176 voxels.
 ///   bench_thesis_rates --out DIR [--quick]
@@ -58,11 +57,7 @@ Rates measure(Grid& tooth, Renderer renderer, const Strokes& strokes, double sec
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string folder = "build/report";
-  bool quick = false;
-  if (!trephine::bench::read_arguments(argc, argv, "bench_thesis_rates", {{"--quick", &quick}}, {{"--out", &folder}}))
-    return 2;
-  std::filesystem::create_directories(folder);
+  const bench::CommandLine options(argc, argv);
   Grid tooth = drill::tooth_phantom<std::uint8_t>();
   const Burr burr{};
   // Above the crown's middle: the first bone below.
@@ -72,9 +67,9 @@ int main(int argc, char** argv) {
   top.z() = 0.0175;
   while (top.z() > 0 && field.value(top) < 0) top.z() -= 5e-5;
   const Strokes strokes{top + Vec3d(0, 0, 0.0008), rotation_from_vector(Vec3d(0.3, 0, 0))};
-  bench::Table table(folder + "/thesis_rates.csv",
+  bench::Table table(options.folder + "/thesis_rates.csv",
                      "renderer,stepping,vertices,slices,tick_ns_median,rate_kHz,servo_rate_Hz,thesis_rate_Hz");
-  const double seconds = quick ? 0.3 : 2;
+  const double seconds = options.quick ? 0.3 : 2;
   const auto row = [&](const char* renderer, const char* stepping, int vertices, int slices, const Rates& r,
                        int thesis) {
     table.row(renderer, stepping, vertices, slices, r.tick_ns, 1e6 / r.tick_ns, r.servo_Hz, thesis);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pick_options.hpp"
 
-#include "text.hpp"
+#include "pick_text.hpp"
 
 #include <array>
 #include <charconv>
@@ -73,9 +73,7 @@ constexpr std::array kEntries{
           [](Options& o, const std::string& v) { o.seed = static_cast<std::uint64_t>(number(v, 0, 1e9, "")); }},
     Entry{"--quick", "", "fewer places and settings: a first look",
           [](Options& o, const std::string&) { o.quick = true; }},
-    Entry{"--json", "", "one JSON object on standard output, for programs",
-          [](Options& o, const std::string&) { o.json = true; }},
-    Entry{"--out", "DIR", "where plot and table go (build/report/pick_counts)",
+    Entry{"--out", "DIR", "where settings.csv goes (build/report/pick_counts)",
           [](Options& o, const std::string& v) { o.out = v; }},
     Entry{"--help", "", "this text", [](Options& o, const std::string&) { o.help = true; }},
 };

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "error_statistics.hpp"
-#include "feeler.hpp"
+#include "pick_study.hpp"
 
 #include <optional>
 #include <stdexcept>
@@ -31,7 +30,6 @@ struct Options {
   Limits limits{};
   std::vector<Algorithm> algorithms{kAlgorithms.begin(), kAlgorithms.end()};
   bool quick = false;
-  bool json = false;
   std::uint64_t seed = 1;
   std::string out = "build/report/pick_counts";
 

@@ -22,10 +22,10 @@ def quoted(text):
 class Plot:
     """One SVG: series of points with a style each, then `draw`."""
 
-    def __init__(self, folder, name, title, xlabel, ylabel, width=980, height=460):
+    def __init__(self, folder, name, title, xlabel, ylabel):
         self.path = os.path.join(folder, name + ".svg")
         self.setup = [
-            f"set terminal svg size {width},{height} enhanced font 'Helvetica,12' background '#ffffff'",
+            f"set terminal svg size 980,460 enhanced font 'Helvetica,12' background '#ffffff'",
             f"set output {quoted(self.path)}",
             f"set title {quoted(title)} noenhanced",
             f"set xlabel {quoted(xlabel)} noenhanced",
@@ -36,9 +36,6 @@ class Plot:
             "set tics nomirror",
         ]
         self.series = []
-
-    def line(self, text):
-        self.setup.append(text)
 
     def add(self, title, points, style):
         points = [p for p in points if all(isinstance(v, str) or math.isfinite(v) for v in p)]
@@ -61,12 +58,6 @@ class Plot:
         return self.path
 
 
-def logarithmic(plot, both=True):
-    plot.line("set logscale xy" if both else "set logscale y")
-    plot.line("set format x '%g'")
-    plot.line("set format y '%g'")
-
-
 def error_against_time(folder, sweep, scenario, renderer):
     """Every setting of a scenario as a point, by law, and the front of those no other beats."""
     torque = scenario.startswith("shaft") or scenario == "hole"
@@ -80,7 +71,7 @@ def error_against_time(folder, sweep, scenario, renderer):
     plot = Plot(folder, f"error_vs_time_{scenario}_{renderer}",
                 f"{renderer} on {scenario}: error of the {what} against time", "median tick [µs]",
                 f"{what} error, p95 [% of the continuum's]")
-    logarithmic(plot)
+    plot.setup += ["set logscale xy", "set format xy '%g'"]
     groups = {}
     for row in rows:
         parts = row["variant"].split("-")
@@ -88,181 +79,14 @@ def error_against_time(folder, sweep, scenario, renderer):
             "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
             + ("" if "spline" in parts else ", " + parts[3] + " normals"))
         groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
-    points = [p for group in groups.values() for p in group]
     for (group, members), colour in zip(sorted(groups.items()), COLOURS * 2):
         plot.add(group, members, f"points pt 7 ps 0.45 lc rgb '{colour}'")
-    best = sorted(points[i] for i in tables.front(points))
-    plot.add("front", best, "steps lw 1.5 lc rgb '#444444'")
+    plot.add("front", tables.front([p for group in groups.values() for p in group]), "steps lw 1.5 lc rgb '#444444'")
     thesis = sweep.at_defaults(scenario, tables.LINE_THESIS if renderer == "line" else tables.SURFACE_THESIS)
     ours = sweep.at_defaults(scenario, {"line": tables.LINE_DEFAULT, "surface": tables.SURFACE_DEFAULT}.get(renderer, tables.COUPLED))
     for name, row, mark in (("thesis, its counts", thesis, 8), ("default law, same counts", ours, 4)):
         if row is not None and row[key] > 0:
             plot.add(name, [(row["tick_ns_median"] / 1000, 100 * row[key])], f"points pt {mark} ps 1.5 lw 2 lc rgb '#000000'")
-    return plot.draw()
-
-
-def convergence(folder, points, orders):
-    if not points:
-        return None
-    plot = Plot(folder, "convergence", "Errors against counts, on exact bones (fitted order in brackets)", "count",
-                "error, p95 (relative; places in voxels)", 980, 520)
-    logarithmic(plot)
-    fitted = {(row["what"], row["law"]): row["fitted_order"] for row in orders}
-    groups = {}
-    for row in points:
-        groups.setdefault((row["what"], row["law"]), []).append((row["count"], row["error_p95"]))
-    for i, (key, values) in enumerate(groups.items()):
-        dash = 1 if i < len(COLOURS) else 2
-        plot.add(f"{key[0]}, {key[1]} [{fitted.get(key, math.nan):.1f}]", values,
-                 f"linespoints pt {i % 7 + 4} ps 0.6 dt {dash} lc rgb '{COLOURS[i % len(COLOURS)]}'")
-    return plot.draw()
-
-
-def thesis_rates(folder, rows):
-    if not rows:
-        return None
-    plot = Plot(folder, "thesis_rates", "Figures 26 and 29 again: rate against vertices, tooth of 256 x 256 x 176",
-                "vertices", "rate [kHz]")
-    logarithmic(plot)
-    for renderer, colour in (("line", COLOURS[0]), ("surface", COLOURS[1])):
-        mine = [row for row in rows if row["renderer"] == renderer and row["stepping"] != "ray_cast"]
-        plot.add(f"{renderer}: 1 / median tick", [(r["vertices"], r["rate_kHz"]) for r in mine], f"linespoints pt 7 ps 0.7 lc rgb '{colour}'")
-        plot.add(f"{renderer}: servo loop at 1 kHz", [(r["vertices"], r["servo_rate_Hz"] / 1000) for r in mine],
-                 f"linespoints pt 6 ps 0.7 dt 2 lc rgb '{colour}'")
-        plot.add(f"{renderer}: thesis (Pentium 4, 2007)", [(r["vertices"], r["thesis_rate_Hz"] / 1000) for r in mine],
-                 f"linespoints pt 4 ps 0.9 dt 3 lc rgb '{colour}'")
-    return plot.draw()
-
-
-def speed_by_voxel(folder, rows):
-    """Ticks on 0.4, 0.2 and 0.1 mm voxels; flat is what one wants."""
-    plot = Plot(folder, "speed_by_voxel", "The same tool on finer voxels", "voxel [mm]", "tick [ns]")
-    plot.line("set logscale y")
-    plot.line("set key top right")
-    kinds = dict.fromkeys((row["compiler"], row["march"]) for row in rows)
-    for compiler, march in kinds:
-        for what in ("air", "light"):
-            points = sorted((float(row["measure"].split()[1]), row["ns"]) for row in rows
-                            if row["compiler"] == compiler and row["march"] == march and row["measure"].startswith("voxel")
-                            and row["measure"].endswith("mm: " + what) and "/" not in row["measure"])
-            if points:
-                plot.add(f"{what}, {compiler} {march}", points, "linespoints")
-    # Its voxel collision with one proxy, 256 x 256 x 176, slid 0.5 mm deep at 20 mm/s; on another machine: the growth counts.
-    plot.add("CHAI3D, ball of 3 mm", [(0.1, 498664), (0.4, 15312)], "linespoints dt 2 lc rgb '#888888'")
-    return plot.draw()
-
-
-def feature_cost(folder, rows, spread):
-    """What each feature adds to a tick where it does nothing, and by how much the same scene differs from itself."""
-    rows = [row for row in rows if row["feature"] != "none (A/A)"]
-    if not rows:
-        return None
-    names = list(dict.fromkeys(row["feature"] for row in rows))
-    plot = Plot(folder, "feature_cost", "What a scene pays for a feature that it lists and that does nothing", "",
-                "time of a tick, with / without", 1180, 620)
-    ticks = ", ".join(f"{quoted(name)} {i}" for i, name in enumerate(names))
-    plot.line(f"set xtics ({ticks}) rotate by -50 noenhanced")
-    plot.line("set bmargin 10")
-    plot.line("set logscale y")
-    plot.line("set format y '%g'")
-    plot.line("set ytics (0.5, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.7, 2, 3, 5, 10, 20)")
-    plot.line(f"set yrange [{0.95 * min(row['ratio'] for row in rows)}:{1.1 * max(row['ratio'] for row in rows)}]")
-    plot.line(f"set xrange [-0.6:{len(names) - 0.4}]")
-    for i, (renderer, colour) in enumerate(zip(("line", "surface", "coupled"), COLOURS)):
-        mine = {row["feature"]: row["ratio"] for row in rows if row["renderer"] == renderer}
-        at = {k: k + 0.27 * (i - 1) for k in range(len(names))}
-        plot.add(renderer, [(at[k], mine[name], at[k] - 0.12, at[k] + 0.12, min(1, mine[name]), max(1, mine[name]))
-                            for k, name in enumerate(names) if name in mine],
-                 f"boxxyerror fs solid 0.8 noborder lc rgb '{colour}'")
-        for own in spread:
-            if own["renderer"] != renderer:
-                continue
-            for title, edge in ((f"{renderer}: the same scene twice", own["least_ratio"]), ("", own["greatest_ratio"])):
-                plot.add(title, [(-0.6, edge), (len(names) - 0.4, edge)], f"lines lw 1 dt 2 lc rgb '{colour}'")
-    return plot.draw()
-
-
-def force_depth(folder, rows):
-    if not rows:
-        return None
-    plot = Plot(folder, "force_depth", "Force of each law pressed into a plane (stated stiffness 800 N/m, 1.5 mm ball)",
-                "depth / R", "force [N], mean over directions")
-    groups = {}
-    for row in rows:
-        groups.setdefault(row["law"], []).append((row["depth_over_R"], row["force_N_mean"]))
-    for (law, values), colour in zip(groups.items(), COLOURS):
-        plot.add(law, values, f"lines lw 2 lc rgb '{colour}'")
-    plot.add("stated: K x depth at R/2", [(0.5, 0.6)], "points pt 2 ps 1.5 lw 2 lc rgb '#000000'")
-    return plot.draw()
-
-
-def ridge_spacing(folder, rows, radius):
-    rows = [row for row in rows if row["ridge_radius_mm"] == radius]
-    if not rows:
-        return None
-    plot = Plot(folder, f"ridge_spacing_{radius:g}", f"A ridge of {radius:g} mm radius under the shaft: torque error against spacing",
-                "spacing of vertices or slices [mm]", "torque error, p95 [%]")
-    logarithmic(plot)
-    names = {tables.LINE_DEFAULT: "line, refined", "translate_rotate-constrained-full-spline": "line, vertices only",
-             tables.SURFACE_AREA: "surface, area", tables.SURFACE_DEFAULT: "surface, patch"}
-    for (variant, name), colour in zip(names.items(), COLOURS):
-        mine = [row for row in rows if row["variant"] == variant]
-        plot.add(name, [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine], f"linespoints pt 7 ps 0.6 lc rgb '{colour}'")
-        missed = [(r["spacing_mm"], 100 * r["torque_error_rel_p95"]) for r in mine if r["misses"] > 0]
-        plot.add(f"{name}: some unseen" if missed else "", missed, f"points pt 6 ps 1.6 lw 2 lc rgb '{colour}'")
-    return plot.draw()
-
-
-def stability_plane(folder, rows, renderer):
-    """Damping against stiffness, by what a hit of .1 m/s comes to."""
-    rows = [row for row in rows if row["renderer"] == renderer]
-    if not rows:
-        return None
-    plot = Plot(folder, f"stability_plane_{renderer}", f"{renderer} on a flat wall, hit at 0.1 m/s and pressed: 45 g, no delay, no friction, nobody holds it",
-                "damping of the device [N s/m]", "tangent stiffness where it is pressed [N/m]")
-    logarithmic(plot)
-    for outcome, style in (("stable", f"points pt 7 ps 0.8 lc rgb '{COLOURS[2]}'"), ("limit cycle", f"points pt 6 ps 0.9 lw 1.5 lc rgb '{COLOURS[4]}'"),
-                           ("unstable", f"points pt 2 ps 0.8 lc rgb '{COLOURS[1]}'")):
-        plot.add(outcome, [(r["damping"], r["stiffness"]) for r in rows if r["outcome"] == outcome], style)
-    dampings = sorted({r["damping"] for r in rows})
-    for delay, dash in ((0, 1), (1, 2), (2, 3)):
-        line = [(b, b / (1e-3 * (0.5 + delay))) for b in dampings]
-        plot.add(f"theory, {delay} ticks of delay", [p for p in line if p[1] >= 1], f"lines lw 1.5 dt {dash} lc rgb '#000000'")
-    return plot.draw()
-
-
-def sweep_factor(row):
-    """The one factor in which a case of the sweep differs from the usual one."""
-    usual = {"damping": 0.5, "delay": 0, "hand": "light", "friction": 0, "quantum_mm": 0}
-    names = {"damping": "b {:g}", "delay": "delay {:g}", "hand": "{} hand", "friction": "friction", "quantum_mm": "encoders"}
-    changed = [names[key].format({"none": "no"}.get(row[key], row[key])) for key in usual if row[key] != usual[key]]
-    return changed[0] if len(changed) == 1 else "usual" if not changed else None
-
-
-def stability_sweep(folder, rows, renderer, options):
-    """Greatest stable stiffness by place, one factor at a time, against theory."""
-    rows = [row for row in rows if (row["renderer"], row["options"]) == (renderer, options) and row["drawn"] == 0]
-    if not rows:
-        return None
-    factors = list(dict.fromkeys(sweep_factor(row) for row in rows))
-    places = list(dict.fromkeys(row["place"] for row in rows))
-    name = "".join(c if c.isalnum() else "_" for c in f"stability_sweep_{renderer}_{options}")
-    plot = Plot(folder, name, f"{renderer}, {options}: greatest stable stiffness by place (usual: 45 g, 0.5 N s/m, light hand); at the bottom: none rests", "",
-                "stiffness, as the option means it [N/m]", 980, 480)
-    plot.line("set logscale y")
-    plot.line("set format y '%g'")
-    plot.line("set yrange [60:1500000]")
-    plot.line(f"set xrange [-0.6:{len(factors) - 0.4}]")
-    plot.line("set xtics (" + ", ".join(f"{quoted(f)} {i}" for i, f in enumerate(factors)) + ") noenhanced")
-    for i, place in enumerate(places):
-        at = 0.07 * (i - 0.5 * (len(places) - 1))
-        plot.add(place, [(factors.index(sweep_factor(r)) + at, max(r["stable_N_per_m"], 80)) for r in rows if r["place"] == place],
-                 f"points pt {(7, 5, 9, 11, 13, 4, 6, 8, 10, 12)[i % 10]} ps 0.8 lc rgb '{(COLOURS + ['#882255'])[i % 10]}'")
-    theory = []
-    for i, factor in enumerate(factors):
-        K = next(r["theory_N_per_m"] for r in rows if sweep_factor(r) == factor)
-        theory.append((i, K, i - 0.42, i + 0.42))
-    plot.add("theory: (b + b_h) / (T/2 + dT)", theory, "xerrorbars pt 0 lw 1.5 lc rgb '#000000'")
     return plot.draw()
 
 
@@ -278,22 +102,8 @@ def stability_energy(folder, rows, renderer):
     return plot.draw()
 
 
-def thin_walls(folder, rows, stiffness):
-    """Who falls through which wall at which speed; renderers stand beside each other."""
-    rows = [row for row in rows if row["stiffness"] == stiffness]
-    if not rows:
-        return None
-    plot = Plot(folder, f"stability_thin_walls_{stiffness:g}", f"Walls pushed until 3.3 N at {stiffness:g} N/m: held (disc) or fallen through (cross)",
-                "speed [m/s]", "thickness [voxels]")
-    plot.line("set logscale x")
-    plot.line("set format x '%g'")
-    plot.line("set xrange [0.008:1.3]")
-    plot.line("set yrange [0.5:4.8]")
-    kinds = list(dict.fromkeys((r["renderer"], r["options"]) for r in rows))
-    for i, ((renderer, options), colour) in enumerate(zip(kinds, COLOURS)):
-        mine = [r for r in rows if (r["renderer"], r["options"]) == (renderer, options)]
-        at = lambda r: (r["speed"], r["voxels"] + 0.8 / len(kinds) * (i - 0.5 * (len(kinds) - 1)))
-        held = [at(r) for r in mine if r["through"] == 0]
-        plot.add(f"{renderer}, {options}", held, f"points pt 7 ps 0.7 lc rgb '{colour}'")
-        plot.add("" if held else f"{renderer}, {options}", [at(r) for r in mine if r["through"] != 0], f"points pt 2 ps 0.9 lw 1.5 lc rgb '{colour}'")
-    return plot.draw()
+def all_plots(folder, sweep, energy):
+    """Paths by section; None where a table has nothing to draw."""
+    each = ("line", "surface", "coupled")
+    return {"error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
+            "stability": [stability_energy(folder, energy, r) for r in each]}

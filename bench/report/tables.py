@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads the benchmark's tables and answers questions about them."""
+"""Reads the benchmarks' tables and answers questions about them."""
 
 import csv
 import math
@@ -11,35 +11,48 @@ SURFACE_DEFAULT = "patch-extend-full-analytic"
 LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-spline-refined"
 SURFACE_COUNTS = dict(vertices=260.0, slices=70.0, per_slice=8.0)  # SurfaceCounts{}
-DENSEST = dict(vertices=1000.0, slices=200.0, per_slice=16.0)
+THESIS_COUNTS = dict(surface=dict(vertices=26.0, slices=20.0, per_slice=8.0), line=dict(vertices=50.0), coupled=dict(scalar="double"))
 COUPLED = "coupled"
 DEFAULT_FIELD = "ct_blur_8bit"
 SMOOTH_TIPS = ["plane", "sphere", "socket", "cylinder", "ridge", "plate"]
 SMOOTH_SHAFTS = ["shaft_ridge", "shaft_cylinder"]
 
 
-def number(text):
-    try:
-        return float(text)
-    except (TypeError, ValueError):
-        return math.nan
-
-
 def read(folder, name):
-    """Rows of folder/name.csv as dictionaries, numbers as floats; empty if there is no such table."""
+    """Rows of folder/name.csv as dictionaries, numbers as floats, empty fields NaN; no rows if there is no such table."""
     path = os.path.join(folder, name + ".csv")
     if not os.path.exists(path):
         return []
+
+    def value(text):
+        try:
+            return float(text or "nan")
+        except ValueError:
+            return text
+
     with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        for key, value in row.items():
-            value_number = number(value)
-            if not math.isnan(value_number):
-                row[key] = value_number
-            elif value in ("", "nan", "-nan"):
-                row[key] = math.nan
-    return rows
+        return [{key: value(text) for key, text in row.items()} for row in csv.DictReader(file)]
+
+
+def where(rows, **wanted):
+    def fits(row, key, value):
+        return row[key] in value if isinstance(value, (list, tuple)) else row[key] == value
+
+    return [row for row in rows if all(fits(row, key, value) for key, value in wanted.items())]
+
+
+def unique(rows, *keys):
+    """The different values of some columns, in order."""
+    return list(dict.fromkeys(tuple(row[k] for k in keys) if len(keys) > 1 else row[keys[0]] for row in rows))
+
+
+def counts(row):
+    return row["vertices"], row["slices"], row["per_slice"]
+
+
+def renderer_of(variant):
+    law = variant.split("-")[0]
+    return "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law == COUPLED else "line"
 
 
 class Sweep:
@@ -49,40 +62,34 @@ class Sweep:
         self.rows = rows
 
     def where(self, **wanted):
-        def fits(row):
-            for key, value in wanted.items():
-                if isinstance(value, (list, tuple, set)):
-                    if row[key] not in value:
-                        return False
-                elif row[key] != value:
-                    return False
-            return True
-
-        return [row for row in self.rows if fits(row)]
+        return where(self.rows, **wanted)
 
     def at_defaults(self, scenario, variant, kind="discretisation", **more):
-        """The row of a variant at the thesis' counts, half-voxel steps, single precision, the default image. Coupled has no counts, and double precision."""
-        law = variant.split("-")[0]
-        renderer = "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law == "coupled" else "line"
+        """The row of a variant at the thesis' counts, half-voxel steps, single precision (Coupled: double), the default image."""
+        renderer = renderer_of(variant)
         wanted = dict(scenario=scenario, variant=variant, error_kind=kind, field=DEFAULT_FIELD, voxel_mm=0.3,
                       scalar="float", steps="1/2vx", renderer=renderer)
-        wanted.update({"surface": dict(vertices=26.0, slices=20.0, per_slice=8.0), "line": dict(vertices=50.0), "coupled": dict(scalar="double")}[renderer])
-        wanted.update(more)
-        rows = self.where(**wanted)
+        rows = self.where(**{**wanted, **THESIS_COUNTS[renderer], **more})
         return rows[0] if rows else None
 
 
+def finite(rows, key):
+    return [row[key] for row in rows if row and not isinstance(row[key], str) and not math.isnan(row[key])]
+
+
 def worst(rows, key):
-    values = [row[key] for row in rows if row is not None and not isinstance(row[key], str) and not math.isnan(row[key])]
-    return max(values) if values else math.nan
+    return max(finite(rows, key), default=math.nan)
+
+
+def first(rows, key):
+    return rows[0][key] if rows else math.nan
 
 
 def front(points):
-    """Indices of the points (time, error) that no other beats in both."""
-    order = sorted(range(len(points)), key=lambda i: points[i])
+    """The points (time, error) that no other beats in both."""
     best, chosen = math.inf, []
-    for i in order:
-        if points[i][1] < best:
-            best = points[i][1]
-            chosen.append(i)
+    for point in sorted(points):
+        if point[1] < best:
+            best = point[1]
+            chosen.append(point)
     return chosen

@@ -1,18 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""compile_cost.py --build FOLDER --out FOLDER [--jobs N] [--quick]: what compiling costs, by header and by program.
+"""compile_cost.py --build FOLDER --out FOLDER: what compiling costs.
 
 Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
-and against trephine.hpp, and of each header alone (-fsyntax-only), by g++ and clang++. --quick: of the headers
-trephine.hpp alone."""
+and against trephine.hpp, by g++ and clang++."""
 
 import argparse
-import csv
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 INCLUDE = os.path.join(ROOT, "include")
@@ -51,15 +48,6 @@ def programs():
     yield "compiled scene", "compiled/scene.hpp", includes("trephine/compiled/scene.hpp") + COMPILED
 
 
-def headers(quick):
-    """Those that need nothing but Eigen."""
-    every = []
-    for folder, _, files in os.walk(os.path.join(INCLUDE, "trephine")):
-        every += [os.path.relpath(os.path.join(folder, f), INCLUDE) for f in files if f.endswith(".hpp")]
-    every = sorted(h for h in every if "/adapter/" not in h)
-    return ["trephine/trephine.hpp"] if quick else every
-
-
 def cost(command):
     """Processor seconds and peak memory [MB] of a command, of which the compiler proper is a child."""
     script = ("import resource, subprocess, sys\n"
@@ -77,39 +65,21 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--build", required=True)
     parser.add_argument("--out", required=True)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    with open(os.path.join(arguments.build, "bench", "features", "include_dirs.txt"), encoding="utf-8") as file:
+    with open(os.path.join(arguments.build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         folders = [line.strip() for line in file if line.strip() and os.path.isdir(os.path.join(line.strip(), "Eigen"))]
     common = ["-std=c++20", "-I", INCLUDE] + [f for folder in folders for f in ("-isystem", folder)]
 
-    with tempfile.TemporaryDirectory() as scratch:
-        jobs = []
-        for compiler in ("g++", "clang++"):
-            if shutil.which(compiler) is None:
-                print(f"compile_cost: no {compiler}: left out", file=sys.stderr)
-                continue
+    with tempfile.TemporaryDirectory() as scratch, open(os.path.join(arguments.out, "compile_cost.csv"), "w", encoding="utf-8") as out:
+        print("compiler,what,header,cpu_s,peak_MB", file=out)
+        source = os.path.join(scratch, "program.cpp")
+        for compiler in filter(shutil.which, ("g++", "clang++")):
             for what, header, text in programs():
-                jobs.append((compiler, what, header, text, ["-O2", "-c", "-o", os.path.join(scratch, f"{len(jobs)}.o")]))
-            for header in headers(arguments.quick):
-                jobs.append((compiler, "header alone", header, includes(header), ["-fsyntax-only"]))
-
-        def measure(job):
-            number, (compiler, what, header, text, options) = job
-            source = os.path.join(scratch, f"{number}.cpp")
-            with open(source, "w", encoding="utf-8") as out:
-                out.write(text)
-            seconds, memory = cost([compiler] + common + options + [source])
-            print(f"compile_cost: {compiler:8} {what:14} {header:45} {seconds:5.1f} s {memory:5.0f} MB", file=sys.stderr)
-            return [compiler, what, header, f"{seconds:.2f}", f"{memory:.0f}"]
-
-        with ThreadPoolExecutor(arguments.jobs) as pool:
-            rows = list(pool.map(measure, enumerate(jobs)))
-    with open(os.path.join(arguments.out, "compile_cost.csv"), "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["compiler", "what", "header", "cpu_s", "peak_MB"])
-        table.writerows(rows)
+                with open(source, "w", encoding="utf-8") as file:
+                    file.write(text)
+                seconds, memory = cost([compiler] + common + ["-O2", "-c", "-o", source + ".o", source])
+                print(f"compile_cost: {compiler:8} {what:14} {header:25} {seconds:5.1f} s {memory:5.0f} MB", file=sys.stderr)
+                print(f"{compiler},{what},{header},{seconds:.2f},{memory:.0f}", file=out)
     return 0
 
 

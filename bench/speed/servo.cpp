@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "speed/scene.hpp"
+#include "speed/speed_scene.hpp"
 
 #include <cmath>
 #include <utility>

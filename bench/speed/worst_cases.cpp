@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "speed/scene.hpp"
+#include "speed/speed_scene.hpp"
 #include "support/fields.hpp"
 #include "support/raster.hpp"
 
-#include <array>
-#include <atomic>
 #include <cmath>
-#include <memory>
-#include <thread>
 
 namespace trephine::bench::speed {
 namespace {
@@ -107,12 +103,6 @@ void measure_spread(const Options& options, const Scene& scene) {
   const int ticks = options.quick ? 2000 : 20000;
   const Field field(scene.tooth, kIsovalue);
   const auto nothing = [](int) {};
-  // What the machine adds by itself.
-  spread.measure("a thousand divisions in a chain: the machine's own", ticks, 0, nothing, [](int i) {
-    float x = static_cast<float>(i);
-    for (int k = 0; k < 1000; ++k) x = 1.0F / (1.0F + x);
-    benchmark::DoNotOptimize(x);
-  });
   const auto wiggled = [](Pose<float> X, int i) {
     X.translation() +=
         5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
@@ -155,20 +145,6 @@ void measure_spread(const Options& options, const Scene& scene) {
         [&](int) { benchmark::DoNotOptimize(l.render(field, X)); });
   }
   {
-    // What else runs on the machine between ticks leaves nothing in the caches.
-    std::vector<char> other(std::size_t{48} << 20);
-    Surface s = surface();
-    const Pose<float> X = pose_of_hits(scene, thesis, 20);
-    spread.measure(
-        "Surface, light contact, cold caches", options.quick ? 50 : 300, bound,
-        [&](int i) {
-          for (std::size_t at = 0; at < other.size(); at += 64) other[at] = static_cast<char>(i);
-          benchmark::DoNotOptimize(other.data());
-          benchmark::ClobberMemory();
-        },
-        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
-  }
-  {
     Carving carving;
     spread.measure(
         "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
@@ -191,24 +167,6 @@ void measure_spread(const Options& options, const Scene& scene) {
     };
     in_time("carving a burr of 5 voxels by a rate", RateLimitedCut<>{.rate = 300});
     in_time("carving a burr of 5 voxels at a speed", AdvancingCut{});
-  }
-  {
-    // A host reads every changed brick, as fast as it can, while the drill goes on.
-    Carving carving;
-    std::atomic<bool> stop{false};
-    GridReader<std::uint8_t> reader(carving.block());
-    std::thread host([&] {
-      std::array<std::uint8_t, 1000> copy;
-      while (!stop) {
-        reader.poll([&](std::size_t b) { reader.copy_brick(b, copy); });
-        std::this_thread::yield();
-      }
-    });
-    spread.measure(
-        "carving beside a host that reads changed bricks", ticks, 0, [&](int) { carving.prepare(); },
-        [&](int) { carving(); });
-    stop = true;
-    host.join();
   }
   {
     ClearanceMap<std::uint8_t> map(scene.tooth, kIsovalue);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenario 21: net work on random closed paths, which start and end out of contact.
+#include "stability/measured.hpp"
 #include "stability/places.hpp"
-#include "stability/rows.hpp"
 #include "support/path_work.hpp"
 
 #include <cmath>
@@ -96,56 +96,47 @@ Total all(const Setup& s, int count, bool rough) {
   return total;
 }
 
+Measured measured(const Setup& s, bool main, bool quick) {
+  const Total t = all(s, quick ? 30 : main ? 1000 : 200, !main || quick);
+  const std::string c = std::to_string(t.paths) + " paths, " + std::to_string(t.converged) + " converged";
+  Measured m;
+  if (s.friction > 0) {
+    m.judge("21 closed paths: most net work gained", c, s, 100 * t.gained, 0.01, "%", 100 * t.gain);
+  } else {
+    m.judge("21 closed paths: worst net work", c, s, 100 * t.worst, 0.01, "%");
+    m.tell("21 closed paths: mean net work", c, s, 100 * t.mean, "%", 100 * t.gain);
+  }
+  m.tell("21 closed paths: most net work gained, tip first", c, s, 100 * t.gained_by_tip, "%");
+  m.tell("21 closed paths: most net work gained, shaft first", c, s, 100 * t.gained_by_shaft, "%");
+  m.tell("21 closed paths: the last halving changed it by", c, s, 100 * t.halving, "%");
+  m.tell("21 closed paths: greatest force step", c, s, t.jump, "N");
+  return m;
+}
+
 }  // namespace
 
 void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
-  struct Kind {
-    Setup setup;
-    bool main = true;
-  };
   constexpr StiffnessBudget kBudget{800, 0.3};
-  std::vector<Kind> kinds = {{{.renderer = "line"}},
-                             {{.renderer = "line", .options = "thesis"}},
-                             {{.renderer = "line", .friction = 0.3}},
-                             {{.renderer = "line", .options = "thesis", .friction = 0.3}},
-                             {{.renderer = "surface"}},
-                             {{.renderer = "surface", .options = "thesis"}},
-                             {{.renderer = "surface", .budget = kBudget}},
-                             {{.renderer = "line", .budget = kBudget}},
-                             {{.renderer = "surface", .options = "area weights"}},
-                             {{.renderer = "coupled"}},
-                             {{.renderer = "coupled", .friction = 0.3}}};
+  std::vector<Setup> setups = {{.renderer = "line"},
+                               {.renderer = "line", .options = "thesis"},
+                               {.renderer = "line", .friction = 0.3},
+                               {.renderer = "line", .options = "thesis", .friction = 0.3},
+                               {.renderer = "surface"},
+                               {.renderer = "surface", .options = "thesis"},
+                               {.renderer = "surface", .budget = kBudget},
+                               {.renderer = "line", .budget = kBudget},
+                               {.renderer = "surface", .options = "area weights"},
+                               {.renderer = "coupled"},
+                               {.renderer = "coupled", .friction = 0.3}};
+  const std::size_t main = setups.size();  // the others: fewer paths
   for (const std::string renderer : {"line", "surface"})
-    for (const auto& choice : thesis_choices(renderer))
-      kinds.push_back({{.renderer = renderer, .options = choice}, false});
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const Kind& kind : kinds)
-    plan.push_back(
-        {kind.setup.renderer + ", closed paths", [=] {
-           Setup s = kind.setup;
-           s.burr.shaft_length = 12e-3;
-           const int count = options.quick ? 30 : kind.main ? 1000 : 200;
-           const Total t = all(s, count, !kind.main || options.quick);
-           const std::string o = label(s);
-           const std::string c = std::to_string(t.paths) + " paths, " + std::to_string(t.converged) + " converged";
-           Measured m;
-           if (s.friction > 0) {
-             m.rows.push_back(at_most("21 closed paths: most net work gained", c, s.renderer, o, 100 * t.gained, 0.01,
-                                      "%", 100 * t.gain));
-           } else {
-             m.rows.push_back(
-                 at_most("21 closed paths: worst net work", c, s.renderer, o, 100 * t.worst, 0.01, "%", nan));
-             m.rows.push_back(
-                 told("21 closed paths: mean net work", c, s.renderer, o, 100 * t.mean, "%", 100 * t.gain));
-           }
-           for (const auto& [what, gained] : {std::pair("tip", t.gained_by_tip), std::pair("shaft", t.gained_by_shaft)})
-             m.rows.push_back(told("21 closed paths: most net work gained, " + std::string(what) + " first", c,
-                                   s.renderer, o, 100 * gained, "%", nan));
-           m.rows.push_back(
-               told("21 closed paths: the last halving changed it by", c, s.renderer, o, 100 * t.halving, "%", nan));
-           m.rows.push_back(told("21 closed paths: greatest force step", c, s.renderer, o, t.jump, "N", nan));
-           return m;
-         }});
+    for (const auto& choice : thesis_choices(renderer)) setups.push_back({.renderer = renderer, .options = choice});
+  for (std::size_t i = 0; i < setups.size(); ++i) {
+    setups[i].burr.shaft_length = 12e-3;
+    plan.push_back({setups[i].renderer + ", closed paths", [s = setups[i], is_main = i < main, quick = options.quick] {
+                      return measured(s, is_main, quick);
+                    }});
+  }
 }
 
 }  // namespace trephine::bench

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Scenario 13: the greatest stable stiffness on a flat wall, against an analytic wall of the same law and against
 // theory.
-#include "stability/cases.hpp"
-#include "stability/rows.hpp"
+#include "stability/closed_loop.hpp"
+#include "stability/measured.hpp"
 
 #include <cmath>
 #include <limits>
@@ -10,8 +10,6 @@
 
 namespace trephine::bench {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 LoopOptions pressed(const Case& c, const Vec3d& n, double K) {
   LoopOptions o;
@@ -92,13 +90,7 @@ double voxel_critical(const Setup& setup, const Case& c, const Place& place, dou
 
 constexpr double kMove = 5e-6;  // [m]
 
-/// dF/dδ of a tool at rest [N/m], led anew to either side.
-double felt_at(Rest& rest) {
-  const double in = rest.lead(rest.depth + kMove);
-  return (in - rest.lead(rest.depth - kMove)) / (2 * kMove);
-}
-
-/// The same of a tool that stays where it is pressed, as `rest` leaves it, and moves to and fro there.
+/// dF/dδ [N/m] of a tool that stays where it is pressed, as `rest` leaves it, and moves to and fro there.
 double felt_staying(Rest& rest) {
   const auto held = [&](double down) {
     return lead_tool(*rest.tool, rest.at(down), rest.at(down), 50).force.dot(rest.n);
@@ -122,21 +114,16 @@ Measured coupled_critical(const Setup& setup, const Case& c, const Place& place)
   const double felt = felt_staying(rest);  // a search ends within a share of the device's motion
   const auto off = [&](double K) { return 100 * std::abs(K / analytic - 1); };
   Measured m;
-  m.rows.push_back(told("13 K_crit by place", name, s.renderer, label(s), found, "N/m", c.theory()));
+  m.tell("13 K_crit by place", name, s, found, "N/m", c.theory());
   if (!place.by_shaft && (!place.rolls || setup.friction > 0))
-    m.rows.push_back(
-        at_most("13 K_crit by place off theory's", name, s.renderer, label(s), off(found), 2, "%", analytic));
-  m.rows.push_back(at_most("13 stiffness felt by place at K_crit off theory's", name, s.renderer, label(s), off(felt),
-                           2, "%", analytic));
-  m.rows.push_back(told("13 farther in than the shape lets it", name, s.renderer, label(s),
-                        1e3 * (rest.depth - rest.guess), "mm", kNaN));
+    m.judge("13 K_crit by place off theory's", name, s, off(found), 2, "%", analytic);
+  m.judge("13 stiffness felt by place at K_crit off theory's", name, s, off(felt), 2, "%", analytic);
+  m.tell("13 farther in than the shape lets it", name, s, 1e3 * (rest.depth - rest.guess), "mm");
   return m;
 }
 
-enum class Outcome { kStable, kCycles, kUnstable };
-
-/// From a hit at .1 m/s, pressed: comes to rest, trembles on, or goes off.
-Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, LoopReport* out = nullptr) {
+/// From a hit at .1 m/s, pressed.
+bool rests_from_a_hit(const Setup& s, const Case& c, const Place& place, double K) {
   const Vec3d n = place.outward;
   auto tool = make_tool(s, *place.bone, place.isovalue);
   LoopOptions o = pressed(c, n, K);
@@ -150,133 +137,91 @@ Outcome outcome(const Setup& s, const Case& c, const Place& place, double K, Loo
   }
   o.seconds = 4;
   const LoopReport r = run_loop(along(law_of(*tool), n), o);
-  if (out) *out = r;
-  if (r.escaped) return Outcome::kUnstable;
-  const bool rests = comes_to_rest(r, 1e-4 + 2 * c.quantum);
-  return rests ? Outcome::kStable : Outcome::kCycles;
+  return comes_to_rest(r, 1e-4 + 2 * c.quantum);
 }
 
 double practical_critical(const Setup& setup, const Case& c, const Place& place, double within) {
   return largest_stable(1e2, 1e6, within, [&](double K) {
-    return outcome(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K) == Outcome::kStable;
+    return rests_from_a_hit(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K);
   });
 }
 
+Measured small_signal(const Setup& s, const Case& c, const Place& place) {
+  const double analytic = analytic_critical(s, c, place.outward);
+  const double found = voxel_critical(s, c, place, kOffWall);
+  const std::string name = place.name + ", " + c.text();
+  Measured m;
+  m.tell("13 K_crit", name, s, found, "N/m", c.theory());
+  m.judge("13 K_crit off the analytic wall's", name, s, 100 * std::abs(found / analytic - 1), 2, "%", analytic);
+  return m;
+}
+
+Measured from_a_hit(const Setup& s, const Case& c, const Place& place, double within) {
+  const double K = practical_critical(s, c, place, within);
+  Measured m;
+  m.tell("13 greatest stable K from a hit", c.text(), s, K, "N/m", c.theory());
+  return m;
+}
+
+const std::vector<Setup> kCoupled = {{.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
 const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "line", .options = "thesis"},
                                    {.renderer = "surface"},
                                    {.renderer = "surface", .options = "thesis"},
                                    {.renderer = "surface", .options = "thesis' counts"},
-                                   {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3}};
+                                   kCoupled[0],
+                                   kCoupled[1]};
 
 }  // namespace
 
 void plan_critical(const StabilityOptions& options, Plan& plan) {
+  const bool quick = options.quick;
   const auto flat = std::make_shared<Place>(make_place("flat wall"));
   const auto tilted = std::make_shared<Place>(make_place("tilted wall"));
   std::vector<Case> cases;
-  for (const double b : options.quick ? std::vector{0.5} : std::vector{0.05, 0.5, 5.0})
+  for (const double b : quick ? std::vector{0.5} : std::vector{0.05, 0.5, 5.0})
     for (const int d : {0, 1, 2}) cases.push_back({.damping = b, .delay = d});
   cases.push_back({.delay = 0, .hand = "firm"});
-  if (!options.quick) cases.push_back({.delay = 1, .hand = "firm"});
+  if (!quick) cases.push_back({.delay = 1, .hand = "firm"});
   for (const Setup& s : kTools)
     for (const Case& c : cases)
-      for (const auto& place : {flat, tilted}) {
-        if (options.quick && place == tilted) continue;
-        plan.push_back({s.renderer + ", flat wall, small signal", [s, c, place] {
-                          const double analytic = analytic_critical(s, c, place->outward);
-                          const double found = voxel_critical(s, c, *place, kOffWall);
-                          Measured m;
-                          const std::string name = place->name + ", " + c.text();
-                          m.rows.push_back(told("13 K_crit", name, s.renderer, label(s), found, "N/m", c.theory()));
-                          // What an image's ripple makes of the stated stiffness, which is what is judged beside it.
-                          Rest rest(with_tangent(s, place->outward, found, bias_for(found)), *place, bias_for(found),
-                                    kOffWall);
-                          m.rows.push_back(told("13 stiffness felt at K_crit", name, s.renderer, label(s),
-                                                felt_at(rest), "N/m", analytic));
-                          m.rows.push_back(at_most("13 K_crit off the analytic wall's", name, s.renderer, label(s),
-                                                   100 * std::abs(found / analytic - 1), 2, "%", analytic));
-                          return m;
-                        }});
-      }
+      for (const auto& place : {flat, tilted})
+        if (!quick || place == flat)
+          plan.push_back({s.renderer + ", flat wall, small signal", [=] { return small_signal(s, c, *place); }});
 
-  const std::vector<Setup> coupled = {{.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
   std::vector<Case> pressed_cases{{.damping = 0.5, .delay = 0}, {.damping = 0.5, .delay = 1}};
-  if (!options.quick) {
-    pressed_cases.push_back({.damping = 5, .delay = 0});
-    pressed_cases.push_back({.damping = 5, .delay = 2});
-    pressed_cases.push_back({.delay = 0, .hand = "firm"});
-  }
-  for (const std::string& name : pressed_place_names()) {
-    const auto place = std::make_shared<Place>(make_place(name));
-    for (const Setup& s : coupled)
-      for (const Case& c : pressed_cases)
-        plan.push_back({s.renderer + ", by place, small signal", [s, c, place] {
-                          Setup here = s;
-                          here.burr = place->burr;
-                          return coupled_critical(here, c, *place);
-                        }});
-  }
-  for (const bool milled : {false, true}) {
-    if (options.quick && options.skull.empty()) continue;
-    plan.push_back({"coupled, scanned bone, small signal", [=] {
-                      const Place place = scanned_place(options.skull, milled);
-                      Measured m;
-                      for (Setup s : coupled) {
-                        s.burr = place.burr;
-                        for (const Case& c : pressed_cases) {
-                          Measured one = coupled_critical(s, c, place);
-                          m.rows.insert(m.rows.end(), one.rows.begin(), one.rows.end());
-                        }
-                      }
-                      return m;
-                    }});
-  }
+  if (!quick)
+    pressed_cases.insert(pressed_cases.end(),
+                         {{.damping = 5, .delay = 0}, {.damping = 5, .delay = 2}, {.delay = 0, .hand = "firm"}});
+  const auto by_place = [pressed_cases](const Place& place) {
+    Measured m;
+    for (Setup s : kCoupled) {
+      s.burr = place.burr;
+      for (const Case& c : pressed_cases) {
+        const Measured one = coupled_critical(s, c, place);
+        m.rows.insert(m.rows.end(), one.rows.begin(), one.rows.end());
+      }
+    }
+    return m;
+  };
+  for (const std::string& name : pressed_place_names())
+    plan.push_back({"coupled, by place, small signal", [=] { return by_place(make_place(name)); }});
+  for (const bool milled : {false, true})
+    if (!quick || !options.skull.empty())
+      plan.push_back({"coupled, scanned bone, small signal",
+                      [=, skull = options.skull] { return by_place(scanned_place(skull, milled)); }});
 
   for (const Setup& s : kTools)
-    for (const double b : options.quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
+    for (const double b : quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
       for (const std::string hand : {"none", "light", "firm"})
-        for (const int delay : options.quick ? std::vector{0, 1} : std::vector{0, 1, 2})
+        for (const int delay : quick ? std::vector{0, 1} : std::vector{0, 1, 2})
           for (const double friction : {0.0, 0.05})
             for (const double quantum : {0.0, 0.055e-3}) {
-              if (options.quick && (friction > 0) != (quantum > 0)) continue;
+              if (quick && (friction > 0) != (quantum > 0)) continue;
               const Case c{b, delay, hand, friction, quantum};
-              plan.push_back({s.renderer + ", flat wall, from a hit", [s, c, flat, options] {
-                                const double K = practical_critical(s, c, *flat, options.quick ? 1.2 : 1.06);
-                                Measured m;
-                                m.rows.push_back(told("13 greatest stable K from a hit", c.text(), s.renderer, label(s),
-                                                      K, "N/m", c.theory()));
-                                if (K < 4e5 && c.quantum == 0 && c.hand != "light") {
-                                  LoopReport r;
-                                  outcome(with_tangent(s, flat->outward, 2 * K, bias_for(2 * K)), c, *flat, 2 * K, &r);
-                                  m.rows.push_back(told("13 limit cycle at twice that: amplitude", c.text(), s.renderer,
-                                                        label(s), 1e3 * r.amplitude, "mm", kNaN));
-                                  m.rows.push_back(told("13 limit cycle at twice that: frequency", c.text(), s.renderer,
-                                                        label(s), r.frequency, "Hz", kNaN));
-                                }
-                                return m;
-                              }});
+              plan.push_back({s.renderer + ", flat wall, from a hit",
+                              [=] { return from_a_hit(s, c, *flat, quick ? 1.2 : 1.06); }});
             }
-
-  // The plane of damping and stiffness: stable, trembling, unstable.
-  const int dampings = options.quick ? 7 : 16, stiffnesses = options.quick ? 9 : 25;
-  for (const std::string renderer : {"line", "surface", "coupled"})
-    for (int i = 0; i < dampings; ++i)
-      plan.push_back({renderer + ", stability plane", [renderer, i, dampings, stiffnesses, flat] {
-                        Measured m;
-                        const Case c{.damping = 0.005 * std::pow(1000.0, static_cast<double>(i) / (dampings - 1))};
-                        for (int j = 0; j < stiffnesses; ++j) {
-                          const double K = 1e2 * std::pow(1e4, static_cast<double>(j) / (stiffnesses - 1));
-                          const Setup s = with_tangent({.renderer = renderer}, flat->outward, K, bias_for(K));
-                          const char* names[] = {"stable", "limit cycle", "unstable"};
-                          std::ostringstream line;
-                          line << renderer << ',' << c.damping << ',' << K << ','
-                               << names[static_cast<int>(outcome(s, c, *flat, K))];
-                          m.lines.emplace_back("stability_plane", line.str());
-                        }
-                        return m;
-                      }});
 }
 
 }  // namespace trephine::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "stability/scene.hpp"
+#include "stability/tool_scene.hpp"
 
 #include <stdexcept>
 
@@ -7,7 +7,8 @@ namespace trephine::bench {
 namespace {
 
 /// kRough: may have friction too.
-template <class Track, class Shaft, class Gradient, bool kRough = false>
+template <class Track = ConstrainedTracking, class Shaft = FullWrench, class Gradient = SplineGradient,
+          bool kRough = false>
 std::unique_ptr<AnyTool> line(const Setup& setup, const LineOptions& options, Bone& bone, double isovalue) {
   const ToolDiscretization<LineCounts, float> tool(setup.burr, LineCounts{});
   if constexpr (kRough) {
@@ -23,30 +24,22 @@ std::unique_ptr<AnyTool> line(const Setup& setup, const LineOptions& options, Bo
 }  // namespace
 
 std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double isovalue) {
+  const std::string& name = setup.options;
+  const bool thesis = name == "thesis";
   LineOptions options{.stiffness = setup.stiffness};
   options.budget = setup.budget;
-  const std::string& name = setup.options;
-  if (name == "default")
-    return line<ConstrainedTracking, FullWrench, SplineGradient, true>(setup, options, bone, isovalue);
-  if (name == "torque without force")
-    return line<ConstrainedTracking, TorqueOnly, SplineGradient>(setup, options, bone, isovalue);
-  if (name == "stored gradient")
-    return line<ConstrainedTracking, FullWrench, StoredGradient>(setup, options, bone, isovalue);
-  if (name == "projected tracking")
-    return line<ProjectedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
-  if (name == "thesis' trigger") {
-    options.proxy.trigger = Trigger::kThesis;
-    return line<ConstrainedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
-  }
-  if (name == "most active vertex") {
-    options.refine = false;  // no look between vertices
-    return line<ConstrainedTracking, FullWrench, SplineGradient>(setup, options, bone, isovalue);
-  }
-  if (name != "thesis") throw std::invalid_argument("make_tool: line has no options '" + name + "'");
-  options.proxy.trigger = Trigger::kThesis;
-  options.recheck_at_rest = false;
-  options.refine = false;
-  return line<ProjectedTracking, TorqueOnly, StoredGradient, true>(setup, options, bone, isovalue);
+  options.refine = !thesis && name != "most active vertex";
+  options.recheck_at_rest = !thesis;
+  if (thesis || name == "thesis' trigger") options.proxy.trigger = Trigger::kThesis;
+  const auto make = name == "default"                ? line<ConstrainedTracking, FullWrench, SplineGradient, true>
+                    : name == "torque without force" ? line<ConstrainedTracking, TorqueOnly>
+                    : name == "stored gradient"      ? line<ConstrainedTracking, FullWrench, StoredGradient>
+                    : name == "projected tracking"   ? line<ProjectedTracking>
+                    : name == "thesis' trigger" || name == "most active vertex" ? line<>
+                    : thesis ? line<ProjectedTracking, TorqueOnly, StoredGradient, true>
+                             : nullptr;
+  if (!make) throw std::invalid_argument("make_tool: line has no options '" + name + "'");
+  return make(setup, options, bone, isovalue);
 }
 
 }  // namespace trephine::bench

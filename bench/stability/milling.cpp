@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Scenario 20: voxels vanish in contact, under 1 to 10 N, for a minute; on the phantom's block and on a real skull.
-#include "stability/loop.hpp"
+#include "stability/closed_loop.hpp"
+#include "stability/measured.hpp"
 #include "stability/places.hpp"
-#include "stability/rows.hpp"
 
 #include "bone.hpp"
 #include "spot.hpp"
@@ -13,8 +13,6 @@
 
 namespace trephine::bench {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Site {
   std::string name;
@@ -118,33 +116,29 @@ Place scanned_place(const std::string& skull, bool milled) {
 }
 
 void plan_milling(const StabilityOptions& options, Plan& plan) {
-  const double seconds = options.quick ? 3 : 60;
+  const auto measured = [=](bool skull, Setup s, double newton, bool spindle) {
+    Site site = skull ? scanned(options.skull) : block();
+    if (s.options == "thesis" && s.renderer == "line") site.bone = with_gradients(*site.bone);
+    s.burr = site.burr;
+    if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
+    const double seconds = (options.quick ? 3.0 : 60.0) / (skull ? 3 : 1);
+    const LoopReport r = mill(site, s, newton, seconds, spindle);
+    std::ostringstream name;
+    name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", " << seconds << " s";
+    Measured m;
+    m.judge("20 greatest force step a tick", name.str(), s, r.force_step, s.renderer == "coupled" ? 0.1 : 0.2, "N",
+            r.most_force);
+    m.judge("20 energy beyond Rule E", name.str(), s, 1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy);
+    m.tell("20 ripple at the end", name.str(), s, r.ripple, "N");
+    return m;
+  };
   for (const bool skull : {false, true}) {
     if (skull && options.quick && options.skull.empty()) continue;
     for (const Setup& tool : tools())
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
           if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
-          plan.push_back(
-              {tool.renderer + ", milling", [=] {
-                 Site site = block();
-                 if (skull) site = scanned(options.skull);
-                 if (tool.options == "thesis" && tool.renderer == "line") site.bone = with_gradients(*site.bone);
-                 Setup s = tool;
-                 s.burr = site.burr;
-                 if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
-                 const LoopReport r = mill(site, s, newton, skull ? seconds / 3 : seconds, spindle);
-                 std::ostringstream name;
-                 name << site.name << ", " << newton << " N, " << (spindle ? "milling" : "sliding") << ", "
-                      << (skull ? seconds / 3 : seconds) << " s";
-                 Measured m;
-                 m.rows.push_back(at_most("20 greatest force step a tick", name.str(), s.renderer, label(s),
-                                          r.force_step, s.renderer == "coupled" ? 0.1 : 0.2, "N", r.most_force));
-                 m.rows.push_back(at_most("20 energy beyond Rule E", name.str(), s.renderer, label(s), 1e3 * r.beyond,
-                                          1e-3, "mJ", 1e3 * r.energy));
-                 m.rows.push_back(told("20 ripple at the end", name.str(), s.renderer, label(s), r.ripple, "N", kNaN));
-                 return m;
-               }});
+          plan.push_back({tool.renderer + ", milling", [=] { return measured(skull, tool, newton, spindle); }});
         }
   }
 }

@@ -1,16 +1,91 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "stability/tool.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/trephine.hpp>
+
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-/// Bones of known shape, and how a tool comes to touch them.
+/// Tools by name, so that one measurement serves every renderer, choice and stack of stages; bones of known shape, and
+/// how a tool comes to touch them.
 namespace trephine::bench {
+
+using Bone = VoxelGrid<std::int16_t>;
+
+/// Stages that are on.
+struct Stack {
+  std::optional<HuntCrossley::Options> hunt_crossley{};
+  std::optional<Damping::Options> damping{};
+  std::optional<FirstOrderFilter::Options> filter{};
+  std::optional<PassivityController::Options> passivity{};
+  std::optional<WrenchRateLimit::Options> rate{};
+  DeviceLimits limits{1e3, 1e2};
+};
+
+struct Setup {
+  std::string renderer = "line";    ///< "line", "surface", "coupled"
+  std::string options = "default";  ///< "default", "thesis", or the one choice in which it differs from the default
+  Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0};
+  double stiffness = 800;  ///< as the renderers mean it [N/m]
+  double friction = 0;     ///< Line, Coupled: μ
+  std::optional<StiffnessBudget> budget{};
+  double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
+  double mill_speed = 0;     ///< of an AdvancingCut instead [m/s]
+  CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
+  Stack stack{};
+};
+
+/// Those of a Surface scene that names none, or the thesis'.
+[[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
+  const bool few = setup.options == "thesis" || setup.options == "thesis' counts";
+  return few ? SurfaceCounts::thesis() : SurfaceCounts{};
+}
+
+class AnyTool {
+ public:
+  virtual ~AnyTool() = default;
+  [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
+  virtual void reset() noexcept = 0;
+};
+
+/// The bone must outlive it and, without milling, is only read. Throws std::invalid_argument for a name it has not.
+[[nodiscard]] std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isovalue);
+[[nodiscard]] std::unique_ptr<AnyTool> make_line_tool(const Setup& setup, Bone& bone, double isovalue);
+[[nodiscard]] std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue);
+
+/// The options of a setup in words: "default + friction 0.3".
+[[nodiscard]] std::string label(const Setup& setup);
+
+/// The choices in which a renderer's options can differ, one at a time, from its default.
+[[nodiscard]] std::vector<std::string> thesis_choices(const std::string& renderer);
+
+/// The law of a ball pressed `depth` [m] into a plane with outward normal n, in closed form over its vertices [N], for
+/// the scene that `setup` makes of voxels as the places have them. Coupled: its coupling.
+class PlaneLaw {
+ public:
+  PlaneLaw(const Setup& setup, const Vec3d& n);
+  [[nodiscard]] double force(double depth) const;
+  /// dF/dδ where the force is `newton` [N/m].
+  [[nodiscard]] double tangent_at(double newton) const;
+  [[nodiscard]] double depth_at(double newton) const;
+
+ private:
+  double k_ = 0;  // Line, Coupled
+  double edge_ = 0, radius_ = 0;
+  std::vector<double> table_;  // Surface: force at even steps of depth up to the radius
+};
+
+/// `setup` with its stiffness chosen so that the tangent stiffness at `newton` on that plane is K.
+[[nodiscard]] Setup with_tangent(Setup setup, const Vec3d& n, double K, double newton = 1);
+
+/// Takes the tool from one pose to another in 1/`ticks` steps, so that it arrives in contact as it would in use.
+Wrenchd lead_tool(AnyTool& tool, const Posed& from, const Posed& to, int ticks = 40);
 
 inline constexpr double kPlaceVoxel = 3e-4;
 

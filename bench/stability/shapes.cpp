@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenarios 14 to 16: edges, corners, slots, holes, from one contact to the whole shaft, in the loop and sliding.
-#include "stability/cases.hpp"
-#include "stability/rows.hpp"
+#include "stability/closed_loop.hpp"
+#include "stability/measured.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -11,9 +11,6 @@
 namespace trephine::bench {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 constexpr StiffnessBudget kPremium{.linear = 800, .angular = 0.3};
 // A search ends within a thousandth of a voxel of the surface, so that stiffness by differences is off by so much. The
 // coupled tool touches some hundred points at most, fewer the less it is pressed: its stiffness is asked for to 2 %.
@@ -30,6 +27,8 @@ const std::vector<Setup> kTools = {{.renderer = "line"},
                                    {.renderer = "surface", .options = "area weights"},
                                    {.renderer = "coupled"},
                                    {.renderer = "coupled", .friction = 0.3}};
+
+bool has_shaft(const Place& place) { return place.burr.shaft_length > 0; }
 
 Setup setup_for(Setup tool, const Place& place, double K) {
   tool.burr = place.burr;
@@ -74,53 +73,15 @@ Felt felt(const Setup& s, const Place& place, double depth) {
   return {largest(K), largest(T)};
 }
 
-/// The stiffness that decides whether a loop may rest [N/m], as if the tool did not turn: where a device of much more
-/// damping comes to rest from where this one ended. A direction of stiffness λ times its damping rests while
-/// λ (T/2 + dT) < 1; so the largest λ of all, of moves and turns, times the damping of moves.
-double deciding_stiffness(const Setup& s, const Place& place, LoopOptions o, const Posed& ended) {
-  constexpr double kMove = 5e-6, kTurn = 5e-4;
-  constexpr double kStill = 20;  // [N s/m]
-  Vec6 damping;
-  damping << Vec3d::Constant(o.device.linear.damping + o.device.hand_linear.damping),
-      Vec3d::Constant(o.device.angular.damping + o.device.hand_angular.damping);
-  o.device.linear = {.inertia = o.device.linear.inertia, .damping = kStill};
-  o.device.angular = {.inertia = o.device.angular.inertia,
-                      .damping = kStill * o.device.angular.inertia / o.device.linear.inertia};
-  o.device.delay_ticks = 0;
-  const Posed start = o.device.X_DH;
-  auto tool = make_tool(s, *place.bone, place.isovalue);
-  static_cast<void>(lead_tool(*tool, start, ended, 200));
-  o.device.X_DH = ended;
-  o.hand = [pressing = o.hand, seconds = o.seconds](double) { return pressing(seconds); };
-  const Posed rest = run_loop(law_of(*tool), o).last;
-  const auto at = [&](const Vec3d& dx, const Vec3d& dr) {
-    tool->reset();
-    Posed to = rest;
-    to.translation() += dx;
-    to.linear() = rotation_from_vector<double>(dr) * rest.linear();
-    const Wrenchd w = lead_tool(*tool, start, to, 200);
-    return (Vec6() << w.force, w.torque).finished();
-  };
-  Mat6 K;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3d e = Vec3d::Unit(a), none = Vec3d::Zero();
-    K.col(a) = -(at(kMove * e, none) - at(-kMove * e, none)) / (2 * kMove);
-    K.col(3 + a) = -(at(none, kTurn * e) - at(none, -kTurn * e)) / (2 * kTurn);
-  }
-  const Vec6 scale = damping.cwiseSqrt().cwiseInverse();
-  K = scale.asDiagonal() * Mat6(0.5 * (K + K.transpose())) * scale.asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<Mat6>(K).eigenvalues().maxCoeff() * damping[0];
-}
-
 /// Scenario 15: open loop, 30 mm/s over the place at a depth.
-double slide_step(const Setup& s, const Place& place, double depth, double* most = nullptr) {
+double slide_step(const Setup& s, const Place& place, double depth, double& most) {
   auto tool = make_tool(s, *place.bone, place.isovalue);
   const Posed touch = place.start(s);
   const Vec3d n = place.outward;
   const double K =
       s.renderer == "line" || s.renderer == "coupled" ? s.stiffness : PlaneLaw(s, Vec3d::UnitZ()).tangent_at(2);
   Wrenchd last;
-  double beyond = -1, steps = 0;
+  double beyond = -1;
   for (int i = -20; i < 200; ++i) {
     Posed X = touch;
     const double along = 3e-5 * (std::max(i, 0) - 100);
@@ -128,12 +89,56 @@ double slide_step(const Setup& s, const Place& place, double depth, double* most
     const Wrenchd w = tool->tick({X, false}, 1e-3).wrench;
     if (i > 0) {
       beyond = std::max(beyond, (w.force - last.force).norm() - 1.5 * K * 3e-5);
-      steps = std::max(steps, (w.force - last.force).norm());
+      most = std::max(most, (w.force - last.force).norm());
     }
     last = w;
   }
-  if (most) *most = steps;
   return beyond;
+}
+
+/// At the nominal stiffness.
+Measured in_the_hand(const Setup& tool, const Place& place, const std::string& hand, int delay, bool real) {
+  const std::string& name = place.name;
+  const Setup s = setup_for(tool, place, 800);
+  auto any = make_tool(s, *place.bone, place.isovalue);
+  const LoopReport r = run_loop(law_of(*any), in_hand(place, s, hand, delay, real));
+  const std::string c =
+      name + ", hand " + hand + ", delay " + std::to_string(delay) + (real ? ", friction and quantum" : "");
+  const std::string group = has_shaft(place) ? "14 " : name == "slot" ? "16 " : "15 ";
+  Measured m;
+  m.judge(group + "energy beyond Rule E at 800 N/m", c, tool, 1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy);
+  m.judge(group + "amplitude left at 800 N/m", c, tool, 1e3 * r.amplitude, real ? 0.21 : 0.1, "mm");
+  if (name == "slot" || name == "shaft in a hole") {
+    m.judge("16 ripple at rest", c, tool, r.ripple, 0.02, "N");
+    m.judge("16 side flips at rest", c, tool, r.flips, 0, "");
+  }
+  return m;
+}
+
+/// The device's side.
+Measured stiffness_felt(const Setup& tool, const Place& place) {
+  Felt most;
+  for (const double depth : {1e-4, 3e-4, 6e-4}) {
+    if (place.name == "shaft in a hole" && depth < 3e-4) continue;
+    const Felt f = felt(setup_for(tool, place, 800), place, depth);
+    most = {std::max(most.linear, f.linear), std::max(most.angular, f.angular)};
+  }
+  const double more = tool.renderer == "coupled" ? kByPoints : kByDifferences;
+  Measured m;
+  m.judge("14 stiffness felt", place.name, tool, most.linear, more * kPremium.linear, "N/m", kPremium.linear);
+  m.judge("14 rotational stiffness felt", place.name, tool, most.angular, more * kPremium.angular, "N·m/rad",
+          kPremium.angular);
+  return m;
+}
+
+Measured slid(const Setup& tool, const Place& place) {
+  Measured m;
+  for (const auto& [depth, name] : {std::pair(3e-4, ", depth 0.3 mm"), std::pair(8e-4, ", depth 0.8 mm")}) {
+    double most = 0;
+    const double beyond = slide_step(setup_for(tool, place, 800), place, depth, most);
+    m.judge("15 force step beyond 1.5 K |Δx|, slid at 30 mm/s", place.name + name, tool, beyond, 0.02, "N", most);
+  }
+  return m;
 }
 
 }  // namespace
@@ -141,80 +146,20 @@ double slide_step(const Setup& s, const Place& place, double depth, double* most
 void plan_places(const StabilityOptions& options, Plan& plan) {
   for (const std::string& name : place_names()) {
     const auto place = std::make_shared<Place>(make_place(name));
-    const bool shaft = place->burr.shaft_length > 0;
+    const bool shaft = has_shaft(*place);
     for (const Setup& tool : kTools) {
       if (tool.budget && !shaft) continue;
       if (options.quick && (tool.options == "area weights" || tool.options == "thesis' counts")) continue;
-      // In the hand at the nominal stiffness.
       for (const std::string hand : {"light", "firm"})
         for (const int delay : {0, 1})
-          for (const bool real : {false, true}) {
-            if (options.quick && (hand == "light" || delay == 1)) continue;
-            plan.push_back(
-                {tool.renderer + ", " + name + " in the hand", [=] {
-                   const Setup s = setup_for(tool, *place, 800);
-                   auto any = make_tool(s, *place->bone, place->isovalue);
-                   const LoopReport r = run_loop(law_of(*any), in_hand(*place, s, hand, delay, real));
-                   const std::string c = name + ", hand " + hand + ", delay " + std::to_string(delay) +
-                                         (real ? ", friction and quantum" : "");
-                   const std::string o = label(tool);
-                   const std::string group = shaft ? "14 " : name == "slot" ? "16 " : "15 ";
-                   Measured m;
-                   m.rows.push_back(at_most(group + "energy beyond Rule E at 800 N/m", c, tool.renderer, o,
-                                            1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy));
-                   m.rows.push_back(at_most(group + "amplitude left at 800 N/m", c, tool.renderer, o, 1e3 * r.amplitude,
-                                            real ? 0.21 : 0.1, "mm", kNaN));
-                   if (r.amplitude > 1e-4 && !r.escaped) {
-                     m.rows.push_back(told(group + "its frequency", c, tool.renderer, o, r.frequency, "Hz", kNaN));
-                     // Beside what theory says this hand bears: beyond it no law rests.
-                     m.rows.push_back(
-                         told(group + "stiffness where it would rest", c, tool.renderer, o,
-                              deciding_stiffness(s, *place, in_hand(*place, s, hand, delay, false), r.last), "N/m",
-                              Case{.delay = delay, .hand = hand}.theory()));
-                   }
-                   m.rows.push_back(
-                       told(group + "greatest force step a tick", c, tool.renderer, o, r.force_step, "N", kNaN));
-                   m.rows.push_back(told(group + "greatest torque step a tick", c, tool.renderer, o,
-                                         1e3 * r.torque_step, "mN·m", kNaN));
-                   if (name == "slot" || name == "shaft in a hole") {
-                     m.rows.push_back(at_most("16 ripple at rest", c, tool.renderer, o, r.ripple, 0.02, "N", kNaN));
-                     m.rows.push_back(at_most("16 side flips at rest", c, tool.renderer, o, r.flips, 0, "", kNaN));
-                   }
-                   return m;
-                 }});
-          }
-      // What a device feels of it.
+          for (const bool real : {false, true})
+            if (!options.quick || (hand == "firm" && delay == 0))
+              plan.push_back({tool.renderer + ", " + name + " in the hand",
+                              [=] { return in_the_hand(tool, *place, hand, delay, real); }});
       if (shaft || name == "flat wall")
-        plan.push_back({tool.renderer + ", " + name + " felt", [=] {
-                          Measured m;
-                          double linear = 0, angular = 0;
-                          for (const double depth : {1e-4, 3e-4, 6e-4}) {
-                            if (name == "shaft in a hole" && depth < 3e-4) continue;
-                            const Felt f = felt(setup_for(tool, *place, 800), *place, depth);
-                            linear = std::max(linear, f.linear);
-                            angular = std::max(angular, f.angular);
-                          }
-                          const double more = tool.renderer == "coupled" ? kByPoints : kByDifferences;
-                          m.rows.push_back(at_most("14 stiffness felt", name, tool.renderer, label(tool), linear,
-                                                   more * kPremium.linear, "N/m", kPremium.linear));
-                          m.rows.push_back(at_most("14 rotational stiffness felt", name, tool.renderer, label(tool),
-                                                   angular, more * kPremium.angular, "N·m/rad", kPremium.angular));
-                          return m;
-                        }});
+        plan.push_back({tool.renderer + ", " + name + " felt", [=] { return stiffness_felt(tool, *place); }});
       if (!shaft && name != "slot")
-        plan.push_back({tool.renderer + ", " + name + ", slide", [=] {
-                          Measured m;
-                          const Setup s = setup_for(tool, *place, 800);
-                          for (const double depth : {3e-4, 8e-4}) {
-                            double most = 0;
-                            const double beyond = slide_step(s, *place, depth, &most);
-                            m.rows.push_back(
-                                at_most("15 force step beyond 1.5 K |Δx|, slid at 30 mm/s",
-                                        name + ", depth " + std::to_string(1e3 * depth).substr(0, 3) + " mm",
-                                        tool.renderer, label(tool), beyond, 0.02, "N", most));
-                          }
-                          return m;
-                        }});
+        plan.push_back({tool.renderer + ", " + name + ", slide", [=] { return slid(tool, *place); }});
     }
   }
 }

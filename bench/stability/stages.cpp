@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What each stage does to the greatest stable stiffness, and what it costs in felt stiffness and force error.
-#include "stability/loop.hpp"
-#include "stability/places.hpp"
-#include "stability/rows.hpp"
+#include "stability/closed_loop.hpp"
+#include "stability/measured.hpp"
 
 #include <trephine/device/presets.hpp>
 
@@ -12,8 +11,6 @@
 
 namespace trephine::bench {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Named {
   std::string name;
@@ -50,30 +47,6 @@ std::vector<Named> stacks() {
   return s;
 }
 
-/// The amplitude of force over that of motion, in phase, when pressed 1 ± .3 mm (Line, 800 N/m) at some hertz.
-double felt(const Setup& s, const Place& place, double hertz, double depth, double amplitude) {
-  auto tool = make_tool(s, *place.bone, place.isovalue);
-  const Posed touch = place.start(s);
-  const Vec3d n = place.outward;
-  Posed X = touch;
-  X.translation() += 1e-3 * n;
-  Posed in = touch;
-  in.translation() -= depth * n;
-  static_cast<void>(lead_tool(*tool, X, in, 100));
-  double force = 0, motion = 0;
-  const int ticks = static_cast<int>(2000 / hertz) * static_cast<int>(hertz);
-  for (int i = 0; i < 2 * ticks; ++i) {
-    const double phase = std::sin(2 * std::numbers::pi * hertz * i * 1e-3);
-    Posed P = in;
-    P.translation() -= amplitude * phase * n;
-    const double f = tool->tick({P, false}, 1e-3).wrench.force.dot(n);
-    if (i < ticks) continue;
-    force += f * phase;
-    motion += amplitude * phase * phase;
-  }
-  return force / motion;
-}
-
 /// rms of the force's difference from the one without stages, over the rms of that: pressed, slid, let go.
 double force_error(const Setup& s, const Place& place) {
   Setup plain = s;
@@ -104,11 +77,11 @@ LoopOptions off_bone(const Place& place, const Setup& s, const SimulatedDeviceOp
   return o;
 }
 
-/// A hand that goes in by `way` [m] at 5 cm/s.
-std::function<HandTarget(double)> led_in(const Posed& from, const Vec3d& outward, double way) {
+/// A hand that goes in by `way` [m] at `speed` [m/s].
+std::function<HandTarget(double)> led_in(const Posed& from, const Vec3d& outward, double way, double speed = 0.05) {
   return [=](double t) {
     Posed X = from;
-    X.translation() -= std::min(way, 0.05 * t) * outward;
+    X.translation() -= std::min(way, speed * t) * outward;
     return HandTarget(X);
   };
 }
@@ -125,32 +98,19 @@ LoopOptions pressed_by_hand(const Place& place, const Setup& s, const SimulatedD
 LoopReport hit(const Setup& s, const Place& place, const SimulatedDeviceOptions& device, double newton, double speed) {
   auto tool = make_tool(s, *place.bone, place.isovalue);
   LoopOptions o = off_bone(place, s, device);
-  const Vec3d n = place.outward;
   const double k = device.hand_linear.stiffness;
-  if (k > 0) {
-    const Posed from = o.device.X_DH;
-    const double way = 1e-3 + newton / k;
-    o.hand = [=](double t) {
-      Posed X = from;
-      X.translation() -= std::min(way, speed * t) * n;
-      return HandTarget(X);
-    };
-  } else {
-    o.bias = -newton * n;
-  }
-  const Law law = law_of(*tool);
+  if (k > 0)
+    o.hand = led_in(o.device.X_DH, place.outward, 1e-3 + newton / k, speed);
+  else
+    o.bias = -newton * place.outward;
   o.seconds = 4;
-  return run_loop(
-      [law, n](const Posed& X, double dt) {
-        return Wrenchd{law(X, dt).force.dot(n) * n, Vec3d::Zero()};
-      },
-      o);
+  return run_loop(along(law_of(*tool), place.outward), o);
 }
 
 double critical(Setup s, const Place& place, const SimulatedDeviceOptions& device, double within) {
   return largest_stable(1e2, 1e6, within, [&](double K) {
     s.stiffness = K;
-    const LoopReport r = hit(s, place, device, std::min(1.0, 0.7e-3 * K), 0.1);
+    const LoopReport r = hit(s, place, device, bias_for(K), 0.1);
     return comes_to_rest(r, 1e-4);
   });
 }
@@ -179,18 +139,96 @@ Measured preset_rows(std::string_view name, const std::string& renderer, const s
   const std::string stack = staged ? "preset" : "renderer alone", who = std::string(name);
   Measured m;
   const LoopReport r = hit(s, make_place("flat wall"), device(hand), std::min(3.0, 0.5 * p.limits.force), 0.2);
-  m.rows.push_back(at_most("presets: amplitude left at the stated stiffness", who + ", hand " + hand, renderer, stack,
-                           1e3 * r.amplitude, rest, "mm", kNaN));
-  m.rows.push_back(
-      told("presets: greatest force step", who + ", hand " + hand, renderer, stack, r.force_step, "N", kNaN));
+  m.judge("presets: amplitude left at the stated stiffness", who + ", hand " + hand, {renderer, stack},
+          1e3 * r.amplitude, rest, "mm");
+  m.tell("presets: greatest force step", who + ", hand " + hand, {renderer, stack}, r.force_step, "N");
   // The shaft laid flush needs a hand that keeps it there.
   const Place flush = make_place("shaft flush");
   const std::string held = hand == "none" ? "light" : hand;
   s.burr = flush.burr;
   auto tool = make_tool(s, *flush.bone, flush.isovalue);
   const LoopOptions o = pressed_by_hand(flush, s, device(held));
-  m.rows.push_back(at_most("presets: amplitude left with the shaft laid flush", who + ", hand " + held, renderer, stack,
-                           1e3 * run_loop(law_of(*tool), o).amplitude, rest, "mm", kNaN));
+  m.judge("presets: amplitude left with the shaft laid flush", who + ", hand " + held, {renderer, stack},
+          1e3 * run_loop(law_of(*tool), o).amplitude, rest, "mm");
+  return m;
+}
+
+/// What a stack does to the stable stiffness, and what it costs.
+Measured stage_rows(const Named& named, const Place& flat, double within) {
+  const Who who("line", named.name);
+  Setup s{.renderer = "line", .stack = named.stack};
+  Measured m;
+  for (const auto& [hand, delay] : {std::pair<std::string, int>{"none", 0}, {"none", 1}, {"firm", 0}}) {
+    SimulatedDeviceOptions d = device_of(kDeviceMass, 0.5, hand);
+    d.delay_ticks = delay;
+    Setup delayed = s;  // the controller's options say what the device bears then
+    if (delay > 0 && delayed.stack.passivity) {
+      delayed.stack.passivity->delay = 1e-3 * delay;
+      delayed.stack.passivity->stiffness /= 1 + 2 * delay;
+    }
+    m.tell("stages: greatest stable K", "b .5, hand " + hand + ", delay " + std::to_string(delay), who,
+           critical(delayed, flat, d, within), "N/m", (0.5 + d.hand_linear.damping) / (1e-3 * (0.5 + delay)));
+  }
+  const SimulatedDeviceOptions free = device_of(kDeviceMass, 0.5, "none"), firm = device_of(kDeviceMass, 0.5, "firm");
+  s.stiffness = 5000;
+  m.tell("stages: amplitude left at 5000 N/m", "b .5, hand none, delay 0", who,
+         1e3 * hit(s, flat, free, 1, 0.1).amplitude, "mm");
+  s.stiffness = 800;
+  m.tell("stages: force error", "pressed, slid, let go at 1 to 3 Hz", who, 100 * force_error(s, flat), "%");
+  SimulatedDeviceOptions coarse = firm;
+  coarse.linear.quantum = 0.055e-3;
+  m.tell("stages: ripple held with a quantum of .055 mm", "1 N, firm hand, 800 N/m", who,
+         hit(s, flat, coarse, 1, 0.1).ripple, "N");
+  m.tell("stages: greatest force step", "hit at .1 m/s, firm hand, 800 N/m", who, hit(s, flat, firm, 1, 0.1).force_step,
+         "N");
+  return m;
+}
+
+/// What a choice of the thesis costs at a place.
+Measured choice_rows(const Who& who, const std::string& name, double within) {
+  const Place p = make_place(name);
+  const SimulatedDeviceOptions light = device_of(kDeviceMass, 0.5, "light");
+  Setup s{.renderer = who.renderer, .options = who.options, .burr = p.burr};
+  const double K = largest_stable(1e2, 1e6, within, [&](double k) {
+    s.stiffness = k;
+    auto tool = make_tool(s, *p.bone, p.isovalue);
+    LoopOptions o = pressed_by_hand(p, s, light);
+    o.seconds = 1.5;
+    o.escape = 0.03;
+    const LoopReport r = run_loop(law_of(*tool), o);
+    return !r.escaped && r.amplitude <= 1e-4 && r.turn < 0.02;
+  });
+  Measured m;
+  m.tell("choices: greatest stable stiffness (as the option means it)", name + ", light hand", who, K, "N/m");
+  // Pressed so that the tip's centre is in bone, where a held force is held.
+  s.stiffness = 800;
+  auto tool = make_tool(s, *p.bone, p.isovalue);
+  LoopOptions o = off_bone(p, s, light);
+  o.hand = led_in(o.device.X_DH, p.outward, 1e-3 + 3 / light.hand_linear.stiffness);
+  o.seconds = 1.5;
+  const LoopReport r = run_loop(law_of(*tool), o);
+  m.tell("choices: energy beyond Rule E at 800 N/m, pressed with 3 N", name + ", light hand", who, 1e3 * r.beyond, "mJ",
+         1e3 * r.energy);
+  return m;
+}
+
+/// Energy over time of a shaft pressed flush, and what Rule E grants.
+Measured energy_lines(const Who& who) {
+  const Place p = make_place("shaft flush");
+  const Setup s{.renderer = who.renderer, .options = who.options, .burr = p.burr};
+  auto tool = make_tool(s, *p.bone, p.isovalue);
+  Measured m;
+  LoopOptions o = off_bone(p, s, device_of(kDeviceMass, 0.5, "light"));
+  o.hand = led_in(o.device.X_DH, p.outward, 0.01);
+  o.seconds = 1;
+  o.stiffness = 1600;
+  o.angular_stiffness = 0.3;
+  int i = 0;
+  o.trace = [&](double t, const Wrenchd& w, double energy, double allowed) {
+    if (i++ % 4 == 0)
+      m.line("stability_energy", who.renderer, who.options, t, 1e3 * energy, 1e3 * allowed, w.force.norm());
+  };
+  static_cast<void>(run_loop(law_of(*tool), o));
   return m;
 }
 
@@ -199,120 +237,27 @@ Measured preset_rows(std::string_view name, const std::string& renderer, const s
 void plan_stages(const StabilityOptions& options, Plan& plan) {
   const auto flat = std::make_shared<Place>(make_place("flat wall"));
   const double within = options.quick ? 1.2 : 1.06;
-  for (const Named& named : stacks()) {
-    plan.push_back(
-        {"line, stages", [=] {
-           Setup s{.renderer = "line", .stack = named.stack};
-           Measured m;
-           for (const auto& [hand, delay] : {std::pair<std::string, int>{"none", 0}, {"none", 1}, {"firm", 0}}) {
-             SimulatedDeviceOptions d = device_of(0.045, 0.5, hand);
-             d.delay_ticks = delay;
-             Setup told_of_delay = s;  // the controller is told what the device bears then
-             if (delay > 0 && told_of_delay.stack.passivity) {
-               told_of_delay.stack.passivity->delay = 1e-3 * delay;
-               told_of_delay.stack.passivity->stiffness /= 1 + 2 * delay;
-             }
-             m.rows.push_back(told("stages: greatest stable K",
-                                   "b .5, hand " + hand + ", delay " + std::to_string(delay), "line", named.name,
-                                   critical(told_of_delay, *flat, d, within), "N/m",
-                                   (0.5 + d.hand_linear.damping) / (1e-3 * (0.5 + delay))));
-           }
-           s.stiffness = 800;
-           SimulatedDeviceOptions d = device_of(0.045, 0.5, "none");
-           for (const double K : {1500.0, 5000.0}) {
-             Setup stiff = s;
-             stiff.stiffness = K;
-             const LoopReport r = hit(stiff, *flat, d, 1, 0.1);
-             m.rows.push_back(told("stages: amplitude left at " + std::to_string(static_cast<int>(K)) + " N/m",
-                                   "b .5, hand none, delay 0", "line", named.name, 1e3 * r.amplitude, "mm", kNaN));
-           }
-           m.rows.push_back(told("stages: stiffness felt at 1 Hz of 800 N/m", "pressed 1 ± .3 mm", "line", named.name,
-                                 felt(s, *flat, 1, 1e-3, 3e-4), "N/m", 800));
-           m.rows.push_back(told("stages: stiffness felt at 20 Hz of 800 N/m", "pressed 1 ± .3 mm", "line", named.name,
-                                 felt(s, *flat, 20, 1e-3, 3e-4), "N/m", 800));
-           m.rows.push_back(told("stages: force error", "pressed, slid, let go at 1 to 3 Hz", "line", named.name,
-                                 100 * force_error(s, *flat), "%", kNaN));
-           // Encoders of .055 mm: what they make of a hold.
-           SimulatedDeviceOptions coarse = device_of(0.045, 0.5, "firm");
-           coarse.linear.quantum = 0.055e-3;
-           m.rows.push_back(told("stages: ripple held with a quantum of .055 mm", "1 N, firm hand, 800 N/m", "line",
-                                 named.name, hit(s, *flat, coarse, 1, 0.1).ripple, "N", kNaN));
-           m.rows.push_back(told("stages: greatest force step", "hit at .1 m/s, firm hand, 800 N/m", "line", named.name,
-                                 hit(s, *flat, device_of(0.045, 0.5, "firm"), 1, 0.1).force_step, "N", kNaN));
-           return m;
-         }});
-  }
-
-  // Presets: a device whose own damping bears just what is stated of it, with its quantum.
-  for (const std::string_view name : device_preset_names())
-    for (const std::string renderer : {"line", "surface", "coupled"})
+  for (const Named& named : stacks())
+    plan.push_back({"line, stages", [=] { return stage_rows(named, *flat, within); }});
+  for (const std::string renderer : {"line", "surface", "coupled"}) {
+    // A device whose own damping bears just its preset's stiffness, with its quantum.
+    for (const std::string_view name : device_preset_names())
       for (const std::string hand : {"none", "firm"})
         for (const bool staged : {false, true})
           plan.push_back({renderer + ", presets", [=] { return preset_rows(name, renderer, hand, staged); }});
-
-  // What the thesis' choices cost, one at a time; what does without them beside.
-  for (const std::string renderer : {"line", "surface", "coupled"}) {
-    std::vector<std::string> choices{"default"};
-    if (!thesis_choices(renderer).empty()) choices.emplace_back("thesis");
-    for (const auto& c : thesis_choices(renderer)) choices.push_back(c);
-    for (const auto& choice : choices)
+    // The thesis' choices, all and one at a time.
+    std::vector<std::string> choices = thesis_choices(renderer);
+    if (!choices.empty()) choices.insert(choices.begin(), "thesis");
+    choices.insert(choices.begin(), "default");
+    for (const auto& choice : choices) {
+      const Who who(renderer, choice);
       for (const std::string place :
            {"flat wall", "edge 90", "concave corner", "one bar under the shaft", "shaft flush"})
-        plan.push_back({renderer + ", choices", [=] {
-                          const Place p = make_place(place);
-                          Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
-                          const double K = largest_stable(1e2, 1e6, within, [&](double k) {
-                            s.stiffness = k;
-                            auto tool = make_tool(s, *p.bone, p.isovalue);
-                            LoopOptions o = pressed_by_hand(p, s, device_of(0.045, 0.5, "light"));
-                            o.seconds = 1.5;
-                            o.escape = 0.03;
-                            const LoopReport r = run_loop(law_of(*tool), o);
-                            return !r.escaped && r.amplitude <= 1e-4 && r.turn < 0.02;
-                          });
-                          Measured m;
-                          m.rows.push_back(told("choices: greatest stable stiffness (as the option means it)",
-                                                place + ", light hand", renderer, choice, K, "N/m", kNaN));
-                          // Pressed so that the tip's centre is in bone, where a held force is held.
-                          s.stiffness = 800;
-                          auto tool = make_tool(s, *p.bone, p.isovalue);
-                          LoopOptions o = off_bone(p, s, device_of(0.045, 0.5, "light"));
-                          o.hand = led_in(o.device.X_DH, p.outward, 1e-3 + 3 / o.device.hand_linear.stiffness);
-                          o.seconds = 1.5;
-                          const LoopReport r = run_loop(law_of(*tool), o);
-                          m.rows.push_back(told("choices: energy beyond Rule E at 800 N/m, pressed with 3 N",
-                                                place + ", light hand", renderer, choice, 1e3 * r.beyond, "mJ",
-                                                1e3 * r.energy));
-                          return m;
-                        }});
-  }
-
-  // Energy over time: the thesis' choices and ours pressed into an edge, and what Rule E grants.
-  for (const std::string renderer : {"line", "surface", "coupled"})
-    for (const std::string choice : {"default", "thesis"}) {
-      if (choice == "thesis" && thesis_choices(renderer).empty()) continue;
-      plan.push_back({renderer + ", energy over time", [=] {
-                        const Place p = make_place("shaft flush");
-                        const Setup s{.renderer = renderer, .options = choice, .burr = p.burr};
-                        auto tool = make_tool(s, *p.bone, p.isovalue);
-                        Measured m;
-                        LoopOptions o = off_bone(p, s, device_of(0.045, 0.5, "light"));
-                        o.hand = led_in(o.device.X_DH, p.outward, 0.01);
-                        o.seconds = 1;
-                        o.stiffness = 1600;
-                        o.angular_stiffness = 0.3;
-                        int i = 0;
-                        o.trace = [&](double t, const Posed&, const Wrenchd& w, double energy, double allowed) {
-                          if (i++ % 4 != 0) return;
-                          m.lines.emplace_back("stability_energy", renderer + "," + choice + "," + std::to_string(t) +
-                                                                       "," + std::to_string(1e3 * energy) + "," +
-                                                                       std::to_string(1e3 * allowed) + "," +
-                                                                       std::to_string(w.force.norm()));
-                        };
-                        static_cast<void>(run_loop(law_of(*tool), o));
-                        return m;
-                      }});
+        plan.push_back({renderer + ", choices", [=] { return choice_rows(who, place, within); }});
+      if (choice == "default" || choice == "thesis")
+        plan.push_back({renderer + ", energy over time", [=] { return energy_lines(who); }});
     }
+  }
 }
 
 }  // namespace trephine::bench

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "stability/scene.hpp"
+#include "stability/tool_scene.hpp"
 
 #include <stdexcept>
 
 namespace trephine::bench {
 namespace {
 
-template <class Weights, class Deep, class Shaft>
+template <class Weights, class Deep = ExtendAlongSurface, class Shaft = FullWrench>
 std::unique_ptr<AnyTool> surface(const Setup& setup, Bone& bone, double isovalue) {
   SurfaceOptions options{.stiffness = setup.stiffness};
   options.budget = setup.budget;
@@ -18,15 +18,15 @@ std::unique_ptr<AnyTool> surface(const Setup& setup, Bone& bone, double isovalue
 
 std::unique_ptr<AnyTool> make_surface_tool(const Setup& setup, Bone& bone, double isovalue) {
   const std::string& name = setup.options;
-  if (name == "default" || name == "thesis' counts")
-    return surface<PatchWeights, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
-  if (name == "Eq. 16") return surface<CollisionRatio, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
-  if (name == "held force") return surface<PatchWeights, HoldForce, FullWrench>(setup, bone, isovalue);
-  if (name == "torque without force")
-    return surface<PatchWeights, ExtendAlongSurface, TorqueOnly>(setup, bone, isovalue);
-  if (name == "area weights") return surface<AreaWeights, ExtendAlongSurface, FullWrench>(setup, bone, isovalue);
-  if (name == "thesis") return surface<CollisionRatio, HoldForce, TorqueOnly>(setup, bone, isovalue);
-  throw std::invalid_argument("make_tool: surface has no options '" + name + "'");
+  const auto make = name == "default" || name == "thesis' counts" ? surface<PatchWeights>
+                    : name == "Eq. 16"                            ? surface<CollisionRatio>
+                    : name == "held force"                        ? surface<PatchWeights, HoldForce>
+                    : name == "torque without force" ? surface<PatchWeights, ExtendAlongSurface, TorqueOnly>
+                    : name == "area weights"         ? surface<AreaWeights>
+                    : name == "thesis"               ? surface<CollisionRatio, HoldForce, TorqueOnly>
+                                                     : nullptr;
+  if (!make) throw std::invalid_argument("make_tool: surface has no options '" + name + "'");
+  return make(setup, bone, isovalue);
 }
 
 }  // namespace trephine::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/bones.hpp"
+#include "sweep/measure.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 
@@ -33,14 +33,9 @@ std::vector<Row> run_coupled(const Imaged<Density>& imaged, const Setting& s) {
 
 }  // namespace
 
-const Runs<std::uint8_t>& coupled_runs_8() {
-  static const Runs<std::uint8_t> runs{{{kCoupledDefault, "double"}, run_coupled<std::uint8_t>}};
-  return runs;
-}
-
-const Runs<std::int16_t>& coupled_runs_16() {
-  static const Runs<std::int16_t> runs{{{kCoupledDefault, "double"}, run_coupled<std::int16_t>}};
-  return runs;
+void add_coupled_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit) {
+  in_8_bit.add<double>("coupled", kCoupledDefault, run_coupled<std::uint8_t>);
+  in_16_bit.add<double>("coupled", kCoupledDefault, run_coupled<std::int16_t>);
 }
 
 }  // namespace trephine::bench

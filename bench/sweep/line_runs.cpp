@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/bones.hpp"
+#include "sweep/measure.hpp"
 
 namespace trephine::bench {
 namespace {
@@ -38,53 +38,35 @@ std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
   });
 }
 
-template <class Density>
-struct Table {
-  Runs<Density> runs;
-  template <class Scalar, class Step, class Track, class Shaft, class Gradient>
-  void add(const std::string& name) {
-    runs[{name, std::is_same_v<Scalar, float> ? "float" : "double"}] =
-        run_one<Scalar, Step, Track, Shaft, Gradient, Density>;
-  }
-};
+template <class Scalar, class Step, class Track, class Shaft, class Gradient, class Density>
+void add(Runs<Density>& runs, const char* variant) {
+  runs.template add<Scalar>("line", variant, run_one<Scalar, Step, Track, Shaft, Gradient, Density>);
+}
 
 }  // namespace
 
-const Runs<std::uint8_t>& line_runs_8() {
-  static const auto table = [] {
-    using TR = TranslateRotate;
-    using Constrained = ConstrainedTracking;
-    Table<std::uint8_t> t;
-    using Spline = SplineGradient;
-    t.add<float, TR, ProjectedTracking, TorqueOnly, StoredGradient>(kLineThesis);
-    t.add<float, TR, Constrained, FullWrench, Spline>(kLineDefault);
-    // The default but for one choice.
-    t.add<float, TR, ProjectedTracking, FullWrench, Spline>("translate_rotate-projected-full-spline-refined");
-    t.add<float, TR, CentrelineTracking, FullWrench, Spline>("translate_rotate-centreline-full-spline-refined");
-    t.add<float, TR, Constrained, FullWrench, Spline>("translate_rotate-constrained-full-spline");
-    t.add<float, TR, Constrained, FullWrench, Spline>(
-        "translate_rotate-constrained-full-spline-refined-thesis_trigger");
-    t.add<float, TR, Constrained, FullWrench, Spline>("translate_rotate-constrained-full-spline-refined-probe_origin");
-    t.add<float, TR, Constrained, TorqueOnly, Spline>("translate_rotate-constrained-torque-spline-refined");
-    t.add<float, TR, Constrained, FullWrench, AnalyticGradient>("translate_rotate-constrained-full-analytic-refined");
-    t.add<float, TR, Constrained, FullWrench, CentralGradient>("translate_rotate-constrained-full-central-refined");
-    t.add<float, TR, Constrained, FullWrench, StoredGradient>("translate_rotate-constrained-full-stored-refined");
-    t.add<float, RayCast, Constrained, FullWrench, Spline>("ray_cast-constrained-full-spline-refined");
-    t.add<double, TR, Constrained, FullWrench, Spline>(kLineDefault);
-    return t.runs;
-  }();
-  return table;
-}
-
-const Runs<std::int16_t>& line_runs_16() {
-  static const auto table = [] {
-    Table<std::int16_t> t;
-    t.add<float, TranslateRotate, ConstrainedTracking, FullWrench, AnalyticGradient>(
-        "translate_rotate-constrained-full-analytic-refined");
-    t.add<float, TranslateRotate, ConstrainedTracking, FullWrench, SplineGradient>(kLineDefault);
-    return t.runs;
-  }();
-  return table;
+void add_line_runs(Runs<std::uint8_t>& r, Runs<std::int16_t>& in_16_bit) {
+  using TR = TranslateRotate;
+  using Constrained = ConstrainedTracking;
+  using Spline = SplineGradient;
+  add<float, TR, ProjectedTracking, TorqueOnly, StoredGradient>(r, kLineThesis);
+  add<float, TR, Constrained, FullWrench, Spline>(r, kLineDefault);
+  add<double, TR, Constrained, FullWrench, Spline>(r, kLineDefault);
+  // The default but for one choice.
+  add<float, TR, ProjectedTracking, FullWrench, Spline>(r, "translate_rotate-projected-full-spline-refined");
+  add<float, TR, CentrelineTracking, FullWrench, Spline>(r, "translate_rotate-centreline-full-spline-refined");
+  for (const char* variant :
+       {"translate_rotate-constrained-full-spline", "translate_rotate-constrained-full-spline-refined-thesis_trigger",
+        "translate_rotate-constrained-full-spline-refined-probe_origin"})
+    add<float, TR, Constrained, FullWrench, Spline>(r, variant);
+  add<float, TR, Constrained, TorqueOnly, Spline>(r, "translate_rotate-constrained-torque-spline-refined");
+  constexpr const char* kAnalytic = "translate_rotate-constrained-full-analytic-refined";
+  add<float, TR, Constrained, FullWrench, AnalyticGradient>(r, kAnalytic);
+  add<float, TR, Constrained, FullWrench, CentralGradient>(r, "translate_rotate-constrained-full-central-refined");
+  add<float, TR, Constrained, FullWrench, StoredGradient>(r, "translate_rotate-constrained-full-stored-refined");
+  add<float, RayCast, Constrained, FullWrench, Spline>(r, "ray_cast-constrained-full-spline-refined");
+  add<float, TR, Constrained, FullWrench, AnalyticGradient>(in_16_bit, kAnalytic);
+  add<float, TR, Constrained, FullWrench, Spline>(in_16_bit, kLineDefault);
 }
 
 }  // namespace trephine::bench

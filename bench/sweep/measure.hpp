@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "common/percentile.hpp"
 #include "support/fields.hpp"
-#include "sweep/row.hpp"
+#include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
 #include <trephine/render/line/line_approx_renderer.hpp>
@@ -11,7 +12,10 @@
 
 #include <chrono>
 #include <limits>
+#include <map>
 #include <memory>
+#include <tuple>
+#include <variant>
 
 /// Leads a renderer along a scenario's paths and compares what it gives at their ends with the truth.
 namespace trephine::bench {
@@ -214,5 +218,29 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
   const auto field_of = [&](std::size_t bone) { return Field(imaged.grids[bone], imaged.isovalue); };
   return measure(renderer, imaged, setting, linear, field_of, truth);
 }
+
+struct Bones::Data {
+  std::variant<Imaged<std::uint8_t>, Imaged<std::int16_t>> imaged;
+};
+
+/// Runs by renderer, variant and scalar.
+template <VoxelDensity Density>
+class Runs {
+ public:
+  using Run = std::vector<Row> (*)(const Imaged<Density>&, const Setting&);
+  template <class Scalar>
+  void add(const char* renderer, const std::string& variant, Run run) {
+    runs_[{renderer, variant, std::is_same_v<Scalar, float> ? "float" : "double"}] = run;
+  }
+  /// By renderer, variant and scalar.
+  [[nodiscard]] const auto& all() const { return runs_; }
+
+ private:
+  std::map<std::tuple<std::string, std::string, std::string>, Run> runs_;
+};
+
+void add_line_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
+void add_surface_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
+void add_coupled_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
 
 }  // namespace trephine::bench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "sweep/bones.hpp"
+#include "sweep/measure.hpp"
 
 #include <numbers>
 
@@ -64,49 +64,30 @@ std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
                  [&](const Case& c, const Renderer& r) { return continuum<Weights, Shaft>(scenario, c, r); });
 }
 
-template <class Density>
-struct Table {
-  Runs<Density> runs;
-  template <class Scalar, class Weights, class Deep, class Shaft, class Gradient>
-  Table& add(const std::string& name) {
-    runs[{name, std::is_same_v<Scalar, float> ? "float" : "double"}] =
-        run_one<Scalar, Weights, Deep, Shaft, Gradient, Density>;
-    return *this;
-  }
-};
+template <class Scalar, class Weights, class Deep, class Shaft, class Gradient = AnalyticGradient, class Density>
+void add(Runs<Density>& runs, const char* variant) {
+  runs.template add<Scalar>("surface", variant, run_one<Scalar, Weights, Deep, Shaft, Gradient, Density>);
+}
 
 }  // namespace
 
-const Runs<std::uint8_t>& surface_runs_8() {
+void add_surface_runs(Runs<std::uint8_t>& r, Runs<std::int16_t>& in_16_bit) {
   using Extend = ExtendAlongSurface;
-  static const auto table = [] {
-    Table<std::uint8_t> t;
-    t.add<float, CollisionRatio, HoldForce, TorqueOnly, AnalyticGradient>(kSurfaceThesis);
-    t.add<float, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
-    t.add<float, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceArea);
-    t.add<float, AreaWeights, Extend, TorqueOnly, AnalyticGradient>("area-extend-torque-analytic");
-    t.add<float, AreaWeights, HoldForce, FullWrench, AnalyticGradient>("area-hold-full-analytic");
-    t.add<float, MeanWeights, Extend, FullWrench, AnalyticGradient>("mean-extend-full-analytic");
-    t.add<float, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
-    t.add<float, PatchWeights, Extend, FullWrench, CentralGradient>("patch-extend-full-central");
-    t.add<float, PatchWeights, Extend, FullWrench, StoredGradient>("patch-extend-full-stored");
-    t.add<float, PatchWeights, Extend, FullWrench, SplineGradient>("patch-extend-full-spline");
-    t.add<double, CollisionRatio, Extend, FullWrench, AnalyticGradient>("ratio-extend-full-analytic");
-    t.add<double, AreaWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceArea);
-    t.add<double, PatchWeights, Extend, FullWrench, AnalyticGradient>(kSurfaceDefault);
-    return t.runs;
-  }();
-  return table;
-}
-
-const Runs<std::int16_t>& surface_runs_16() {
-  static const auto table = [] {
-    Table<std::int16_t> t;
-    t.add<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceArea);
-    t.add<float, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient>(kSurfaceDefault);
-    return t.runs;
-  }();
-  return table;
+  add<float, CollisionRatio, HoldForce, TorqueOnly>(r, kSurfaceThesis);
+  add<float, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
+  add<float, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
+  add<float, AreaWeights, Extend, TorqueOnly>(r, "area-extend-torque-analytic");
+  add<float, AreaWeights, HoldForce, FullWrench>(r, "area-hold-full-analytic");
+  add<float, MeanWeights, Extend, FullWrench>(r, "mean-extend-full-analytic");
+  add<float, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
+  add<float, PatchWeights, Extend, FullWrench, CentralGradient>(r, "patch-extend-full-central");
+  add<float, PatchWeights, Extend, FullWrench, StoredGradient>(r, "patch-extend-full-stored");
+  add<float, PatchWeights, Extend, FullWrench, SplineGradient>(r, "patch-extend-full-spline");
+  add<double, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
+  add<double, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
+  add<double, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
+  add<float, AreaWeights, Extend, FullWrench>(in_16_bit, kSurfaceArea);
+  add<float, PatchWeights, Extend, FullWrench>(in_16_bit, kSurfaceDefault);
 }
 
 }  // namespace trephine::bench

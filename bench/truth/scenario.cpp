@@ -269,8 +269,7 @@ void make_shafts(Scenario& s, int bones, int per_bone, Random& random) {
       continue;
     }
     const bool edge = s.name == "shaft_edge";
-    double radius = s.name == "shaft_ridge" ? 0.0012 : s.name == "shaft_cylinder" ? 0.003 : 0;
-    if (s.name.rfind("shaft_ridge:", 0) == 0) radius = 1e-3 * std::stod(s.name.substr(12));
+    const double radius = s.name == "shaft_ridge" ? 0.0012 : s.name == "shaft_cylinder" ? 0.003 : 0;
     if (!edge && radius == 0) throw std::invalid_argument("no scenario is called " + s.name);
     if (edge)
       s.bones.emplace_back(Both{HalfSpace{f.p(0, 0, 0), f.d(0, 0, 1)}, HalfSpace{f.p(0, 0, 0), f.d(-1, 0, 0)}});

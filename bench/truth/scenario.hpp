@@ -43,8 +43,7 @@ struct Scenario {
 inline constexpr double kSide = 0.0192;
 
 /// All of them. `per_bone` cases in each of `bones` placements; seeded by name, so that the same case is the same case
-/// whatever else is asked for. Beside those that `scenario_names` lists: "shaft_ridge:R", a ridge of R millimetres
-/// radius.
+/// whatever else is asked for.
 [[nodiscard]] std::vector<std::string> scenario_names();
 [[nodiscard]] Scenario make_scenario(const std::string& name, int bones, int per_bone);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The code that is printed for pasting: what is compiled here is, letter for letter, what the program prints.
-#include "settings.hpp"
+#include "pick_study.hpp"
 #include "volumes.hpp"
 
 #include <trephine/trephine.hpp>

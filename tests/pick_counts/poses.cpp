@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "case_maker.hpp"
+#include "pick_places.hpp"
 #include "volumes.hpp"
 
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "contact_cases.hpp"
+#include "pick_places.hpp"
 
 #include <algorithm>
 #include <cmath>

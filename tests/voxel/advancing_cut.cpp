@@ -3,7 +3,7 @@
 #include "support/malloc_hook.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/stage/milling.hpp>
 #include <trephine/voxel/density_field.hpp>

@@ -2,7 +2,7 @@
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/raster.hpp"
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/voxel/bone_surface.hpp>
 #include <trephine/voxel/carving.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/malloc_hook.hpp"
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/clearance_map.hpp>

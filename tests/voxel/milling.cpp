@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/malloc_hook.hpp"
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/units.hpp>
 #include <trephine/stage/milling.hpp>

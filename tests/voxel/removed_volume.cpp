@@ -3,7 +3,7 @@
 #include "support/figures.hpp"
 #include "support/isosurface_volume.hpp"
 #include "support/raster.hpp"
-#include "voxel/fields.hpp"
+#include "voxel/sampled_fields.hpp"
 
 #include <trephine/stage/milling.hpp>
 

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/surface_search.hpp>
+#include <trephine/core/math.hpp>
+#include <trephine/core/wrench.hpp>
+#include <trephine/tool/discretization.hpp>
+#include <trephine/voxel/density_field.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <vector>
+
+namespace pick {
+
+using trephine::Burr;
+using trephine::Mat3d;
+using trephine::Posed;
+using trephine::Vec3d;
+using trephine::Wrenchd;
+
+/// The same numbers from the same seed with every standard library: its distributions are each library's own.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+
+  /// In [0, 1).
+  [[nodiscard]] double unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  [[nodiscard]] double between(double a, double b) { return a + (b - a) * unit(); }
+  /// Of n things, 0 to n - 1.
+  [[nodiscard]] std::size_t index(std::size_t n) {
+    return std::min(n - 1, static_cast<std::size_t>(unit() * static_cast<double>(n)));
+  }
+  /// Evenly over the unit sphere.
+  [[nodiscard]] Vec3d direction() { return direction_near(Vec3d::UnitZ(), -1); }
+  /// Evenly over the part of the unit sphere whose angle to the unit vector `axis` has a cosine of `least` or more.
+  [[nodiscard]] Vec3d direction_near(const Vec3d& axis, double least) {
+    const double c = between(least, 1);
+    const double s = std::sqrt(std::max(0.0, 1 - c * c));
+    return c * axis + s * square_to(axis);
+  }
+  /// A unit vector square to the unit vector `axis`.
+  [[nodiscard]] Vec3d square_to(const Vec3d& axis) {
+    const double a = between(0, 2 * std::numbers::pi);
+    const Vec3d u = axis.unitOrthogonal();
+    return std::cos(a) * u + std::sin(a) * axis.cross(u);
+  }
+  template <class T>
+  void shuffle(std::vector<T>& v) {
+    for (std::size_t i = v.size(); i > 1; --i) std::swap(v[i - 1], v[index(i)]);
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+using Grid = trephine::VoxelGrid<std::int16_t>;
+using Field = trephine::DensityField<std::int16_t, double>;
+
+/// What a short run of the tool was aimed at.
+enum class Kind { kTipPress, kShaftLean, kRim, kSlide };
+inline constexpr int kKinds = 4;
+inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaft on ridges and edges",
+                                                            "shaft on a hole's rim", "sliding"};
+
+/// A run of the tool, a pose a tick: from just free of the bone into it. The Line approximation has a history, so a
+/// single pose says nothing about it.
+struct Case {
+  Kind kind = Kind::kTipPress;
+  bool milled = false;        ///< it happens in the bone with holes
+  std::vector<Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
+};
+
+/// The bone as it is and with holes milled into it, and what the tool does there.
+struct Bones {
+  const Grid* whole = nullptr;
+  const Grid* milled = nullptr;
+  double isovalue = 0;
+};
+
+[[nodiscard]] inline std::size_t tick_count(const std::vector<Case>& cases) {
+  std::size_t n = 0;
+  for (const Case& c : cases) n += c.X_GT.size();
+  return n;
+}
+
+/// How many there are of each kind.
+[[nodiscard]] inline std::array<int, kKinds> count_kinds(const std::vector<Case>& cases) {
+  std::array<int, kKinds> counts{};
+  for (const Case& c : cases) ++counts[static_cast<std::size_t>(c.kind)];
+  return counts;
+}
+
+/// Where an algorithm feels: Line with the ball's centre and the shaft's centreline, Surface and Coupled with the skins
+/// of both. The same hand pose is a different contact for each, so each is tried at contacts of its own.
+enum class Algorithm { kLine, kSurface, kCoupled };
+inline constexpr std::array kAlgorithms{Algorithm::kLine, Algorithm::kSurface, Algorithm::kCoupled};
+
+[[nodiscard]] inline const char* name_of(Algorithm a) {
+  return std::array{"line", "surface", "coupled"}[static_cast<std::size_t>(a)];
+}
+
+[[nodiscard]] inline const char* title_of(Algorithm a) {
+  return std::array{"Line", "Surface", "Coupled"}[static_cast<std::size_t>(a)];
+}
+
+/// Points that stand closely over what an algorithm feels with: says whether it touches the bone.
+class Feeler {
+ public:
+  /// Points lie about `spacing` [m] apart.
+  Feeler(Algorithm algorithm, const Burr& burr, double spacing) : algorithm_(algorithm), burr_(burr) {
+    const double length = burr.has_shaft() ? burr.shaft_length : 0;
+    points_.push_back({0, 0, 0});
+    if (algorithm == Algorithm::kLine) {
+      if (length > 0) add_column(burr.tip_radius, length, 0, spacing);
+    } else {
+      const double R = burr.tip_radius;
+      const double per_area = spacing * spacing;
+      const int on_ball = std::clamp(static_cast<int>(4 * std::numbers::pi * R * R / per_area), 200, 4000);
+      for (const auto& d : trephine::spread_over_sphere(on_ball).directions) points_.push_back(R * d);
+      const double r = burr.shaft_radius;
+      const int columns = std::clamp(static_cast<int>(2 * std::numbers::pi * r / spacing), 12, 64);
+      for (int i = 0; i < columns && length > 0; ++i)
+        add_column(burr.shaft_emerges(), length, 2 * std::numbers::pi * i / columns, spacing, r);
+    }
+    points_.pad();
+    values_.resize(static_cast<std::size_t>(points_.size()));
+  }
+
+  [[nodiscard]] bool touches(const Field& field, const Posed& X_GT) {
+    field.values(X_GT, points_.x.data(), points_.y.data(), points_.z.data(), values_.data(), points_.size());
+    return *std::max_element(values_.begin(), values_.end()) >= 0;
+  }
+
+  [[nodiscard]] Algorithm algorithm() const noexcept { return algorithm_; }
+  [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
+  /// From the ball's centre and from the shaft's axis to what feels [m].
+  [[nodiscard]] double tip_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.tip_radius; }
+  [[nodiscard]] double shaft_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.shaft_radius; }
+
+ private:
+  void add_column(double from, double to, double angle, double spacing, double radius = 0) {
+    const int n = std::clamp(static_cast<int>(std::ceil((to - from) / spacing)), 1, 2000);
+    for (int i = 0; i <= n; ++i)
+      points_.push_back({radius * std::cos(angle), radius * std::sin(angle), from + (to - from) * i / n});
+  }
+
+  Algorithm algorithm_;
+  Burr burr_;
+  trephine::PointArrays<double> points_;
+  std::vector<double> values_;
+};
+
+/// A tool on its way, by the distance s [m] it has gone: T's origin moves on a straight line, the tool turns about it.
+struct Motion {
+  Posed start = Posed::Identity();  ///< X_GT at s = 0
+  Vec3d velocity = Vec3d::Zero();   ///< of T's origin, in G, per metre of s
+  Vec3d turn = Vec3d::Zero();       ///< rotation vector in G [rad per metre of s]
+
+  [[nodiscard]] Posed at(double s) const {
+    return trephine::make_pose<double>(trephine::rotation_from_vector<double>(s * turn) * start.linear(),
+                                       start.translation() + s * velocity);
+  }
+};
+
+/// A tool whose shaft (+z) points along the unit vector `shaft`, T's origin at p_GT.
+[[nodiscard]] inline Posed tool_pose(const Vec3d& p_GT, const Vec3d& shaft) {
+  Mat3d R;
+  R.col(2) = shaft;
+  R.col(0) = shaft.unitOrthogonal();
+  R.col(1) = shaft.cross(R.col(0));
+  return trephine::make_pose<double>(R, p_GT);
+}
+
+/// The turn about T's origin that moves the shaft's point at `height` [m] along the unit vector `way`, square to
+/// `shaft`, by a metre per metre of s.
+[[nodiscard]] inline Vec3d turn_toward(const Vec3d& shaft, const Vec3d& way, double height) {
+  return shaft.cross(way) / height;
+}
+
+/// The distance at which the tool first touches, to a hundredth of a step; none where it touches from the start or not
+/// within `reach` [m]. A bone thinner than `step` [m] may be passed over.
+[[nodiscard]] inline std::optional<double> find_touch(Feeler& feeler, const Field& field, const Motion& motion,
+                                                      double reach, double step) {
+  if (feeler.touches(field, motion.at(0))) return std::nullopt;
+  double free = 0;
+  for (double s = step; s <= reach; s += step) {
+    if (!feeler.touches(field, motion.at(s))) {
+      free = s;
+      continue;
+    }
+    for (double held = s; held - free > 0.01 * step;) {
+      const double middle = 0.5 * (free + held);
+      (feeler.touches(field, motion.at(middle)) ? held : free) = middle;
+    }
+    return free;
+  }
+  return std::nullopt;
+}
+
+/// Poses of `ticks` ticks that go evenly from `gap` before the touch to `depth` after it, and stay there for two more.
+inline void press(const Motion& motion, double touch, double gap, double depth, int ticks, std::vector<Posed>& out) {
+  for (int i = 0; i < ticks; ++i) {
+    const double share = static_cast<double>(i) / (ticks - 1);
+    out.push_back(motion.at(std::max(0.0, touch - gap) + share * (depth + std::min(gap, touch))));
+  }
+  for (int i = 0; i < 2; ++i) out.push_back(out.back());
+}
+
+/// Poses of `ticks` ticks of the last pose moved on by `step` [m, in G] a tick.
+inline void slide(const Vec3d& step, int ticks, std::vector<Posed>& out) {
+  for (int i = 0; i < ticks; ++i) {
+    Posed X = out.back();
+    X.translation() += step;
+    out.push_back(X);
+  }
+}
+
+/// A place on the bone, in G.
+struct Spot {
+  Vec3d p;
+  Vec3d n;  ///< outward
+};
+
+/// Where a random ray that starts outside the bone meets it; none where it misses. Rays start anywhere in the grid's
+/// box, so cavities are met too; whether a tool fits there is for the caller to try.
+[[nodiscard]] inline std::optional<Spot> random_spot(const Field& field, Random& random) {
+  const auto& n = field.grid().size();
+  const Vec3d box = field.grid().spacing().cwiseProduct(Vec3d(n[0] - 1, n[1] - 1, n[2] - 1));
+  Vec3d from;
+  for (int a = 0; a < 3; ++a) from[a] = random.between(0, box[a]);
+  if (field.value(from) >= 0) return std::nullopt;
+  const Vec3d to = from + 0.5 * box.norm() * random.direction();
+  const auto c = trephine::first_crossing(field, from, to, 0.5 * field.voxel(), 4000);
+  if (!c.found) return std::nullopt;
+  Spot spot{from + c.before * (to - from), {}};
+  if (!field.normal(spot.p, spot.n)) return std::nullopt;
+  return spot;
+}
+
+/// Whether the surface falls away from its tangent plane to both sides along the unit tangent `along`: by 0.3 of
+/// `width` [m] at that distance. Ridges, edges and crests do across them.
+[[nodiscard]] inline bool is_crest(const Field& field, const Spot& spot, const Vec3d& along, double width) {
+  const Vec3d below = spot.p - 0.3 * width * spot.n;
+  return field.value(below + width * along) < 0 && field.value(below - width * along) < 0 &&
+         field.value(spot.p - 0.15 * width * spot.n) >= 0;
+}
+
+struct CaseOptions {
+  int per_kind = 60;       ///< cases of each kind, for each algorithm
+  int holes = 12;          ///< milled for the rim cases
+  double deepest = 0.004;  ///< farthest [m] a press goes beyond the touch: what the device's force allows
+  std::uint64_t seed = 1;
+};
+
+/// Places a tool on a bone in as many ways as asked for, at places drawn from the seed.
+class CaseMaker {
+ public:
+  /// Mills the holes into `milled`, a copy of `whole`. Both must outlive the maker and stay where they are.
+  CaseMaker(const Grid& whole, Grid& milled, double isovalue, const Burr& burr, const CaseOptions& options);
+
+  /// Cases for one algorithm; fewer where the bone offers no more: every kind ends after a bounded number of tries.
+  /// `progress` hears how many are made.
+  [[nodiscard]] std::vector<Case> make(Algorithm algorithm, const std::function<void(int)>& progress = {}) const;
+
+  [[nodiscard]] int holes() const noexcept { return static_cast<int>(holes_.size()); }
+
+ private:
+  struct Hole {
+    Vec3d mouth;  ///< on the surface, in G
+    Vec3d out;    ///< unit vector along its axis
+  };
+  struct Draw;  // what one try draws from
+
+  void mill_holes(Grid& milled, double isovalue);
+  [[nodiscard]] double draw_depth(Random& random, double most) const;
+  [[nodiscard]] bool tip_press(Draw& draw, Case& c) const;
+  [[nodiscard]] bool shaft_lean(Draw& draw, bool crest, Case& c) const;
+  [[nodiscard]] bool rim(Draw& draw, Case& c) const;
+  [[nodiscard]] bool sliding(Draw& draw, Case& c) const;
+
+  Field whole_;
+  Field milled_;
+  Burr burr_;
+  CaseOptions options_;
+  std::vector<Hole> holes_;
+};
+
+}  // namespace pick

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: MIT
+#include "pick_study.hpp"
+#include "pick_text.hpp"
+
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace pick {
+namespace {
+
+constexpr int kDefaultIterations = 16;
+constexpr double kReach = 8;  // voxels that the default 16 moves of half a voxel cover
+
+std::string burr_code(const Burr& b) {
+  return text("const trephine::Burr burr{.tip_radius = %.6g, .shaft_radius = %.6g, .shaft_length = %.6g};  // metres\n",
+              b.tip_radius, b.shaft_radius, b.shaft_length);
+}
+
+std::string renderer_code(const LineSetting& s, const Scene& scene) {
+  const char* stepping = s.ray_cast ? "RayCast" : "TranslateRotate";
+  return text("const trephine::ToolDiscretization tool{burr, trephine::LineCounts{.shaft = %d}};\n", s.vertices) +
+         text("const trephine::LineOptions options{.stiffness = %.6g, .proxy = {.step = %.6g, .iterations = %d}};\n",
+              scene.stiffness, s.step, s.iterations()) +
+         text("const trephine::%s stepping{.stepping = {.step = %.6g}};\n", stepping, s.step) +
+         "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
+}
+
+std::string renderer_code(const SurfaceSetting& s, const Scene& scene) {
+  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", s.sphere,
+              s.slices, s.per_slice) +
+         "const trephine::ToolDiscretization tool{burr, counts};\n" +
+         text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", scene.stiffness,
+              s.search_step) +
+         (s.patches ? "trephine::SurfaceApproxRenderer renderer{tool, options};\n"
+                    : "trephine::SurfaceApproxRenderer<float, trephine::AreaWeights> renderer{tool, options};\n");
+}
+
+std::string renderer_code(const CoupledSetting&, const Scene& scene) {
+  return text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
+              scene.stiffness, scene.max_force, scene.max_torque) +
+         "trephine::CoupledToolRenderer renderer{burr, options};\n";
+}
+
+using namespace trephine;
+
+/// What a renderer reads of the bones: of densities a view of the grid a tick, as a scene makes it …
+template <class Renderer>
+class Fields {
+ public:
+  Fields(Renderer&, const Bones&) {}
+  [[nodiscard]] auto of(const Bones& bones, bool milled) const {
+    return DensityField<std::int16_t, typename Renderer::Scalar, typename Renderer::Gradient>(
+        milled ? *bones.milled : *bones.whole, bones.isovalue);
+  }
+};
+
+/// … or their surfaces.
+template <UsesBoneSurface Renderer>
+class Fields<Renderer> {
+ public:
+  Fields(Renderer& renderer, const Bones& bones)
+      : whole_(shared_bone_surface(*bones.whole, bones.isovalue)),
+        milled_(shared_bone_surface(*bones.milled, bones.isovalue)) {
+    renderer.prepare(whole_->view());
+  }
+  [[nodiscard]] auto of(const Bones&, bool milled) const { return (milled ? milled_ : whole_)->view(); }
+
+ private:
+  std::shared_ptr<BoneSurface<std::int16_t>> whole_, milled_;
+};
+
+template <class Renderer>
+class RendererPlayer final : public Player {
+ public:
+  RendererPlayer(Renderer renderer, const Bones& bones) : renderer_(std::move(renderer)), fields_(renderer_, bones) {}
+
+  void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
+            std::vector<Wrenchd>* wrenches) override {
+    using Clock = std::chrono::steady_clock;
+    std::size_t tick = 0;
+    for (const Case& c : cases) {
+      renderer_.reset();
+      for (const Posed& X_GT : c.X_GT) {
+        const auto start = Clock::now();
+        const auto found = renderer_.render(fields_.of(bones, c.milled), X_GT.template cast<Scalar>());
+        const std::chrono::duration<float, std::nano> took = Clock::now() - start;
+        ns[tick] = std::min(ns[tick], took.count());
+        ++tick;
+        if (wrenches) wrenches->push_back(found.wrench.template cast<double>());
+      }
+    }
+  }
+
+ private:
+  using Scalar = typename Renderer::Scalar;
+  Renderer renderer_;
+  Fields<Renderer> fields_;
+};
+
+template <class Renderer>
+std::unique_ptr<Player> player_of(Renderer renderer, const Bones& bones) {
+  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bones);
+}
+
+std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Bones& bones) {
+  const ToolDiscretization tool{scene.burr, LineCounts{.shaft = s.vertices}};
+  const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
+  if (s.ray_cast) return player_of(LineApproxRenderer{tool, options, RayCast{.stepping = {.step = s.step}}}, bones);
+  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, bones);
+}
+
+std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Bones& bones) {
+  const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
+  const ToolDiscretization tool{scene.burr, counts};
+  const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step};
+  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options}, bones);
+  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options}, bones);
+}
+
+std::unique_ptr<Player> make(const CoupledSetting&, const Scene& scene, const Bones& bones) {
+  const CoupledOptions options{.stiffness = scene.stiffness, .force = scene.max_force, .torque = scene.max_torque};
+  return player_of(CoupledToolRenderer{scene.burr, options}, bones);
+}
+
+}  // namespace
+
+int LineSetting::iterations() const {
+  return std::clamp(static_cast<int>(std::ceil(kReach / step)), kDefaultIterations, 1000);
+}
+
+Algorithm algorithm_of(const Setting& setting) { return kAlgorithms[setting.index()]; }
+
+std::string describe(const Setting& setting) {
+  if (const auto* l = std::get_if<LineSetting>(&setting))
+    return text("%d vertices, %s in steps of %.4g voxel", l->vertices, l->ray_cast ? "ray cast" : "translate-rotate",
+                l->step);
+  if (std::holds_alternative<CoupledSetting>(setting)) return "nothing to choose";
+  const auto& s = std::get<SurfaceSetting>(setting);
+  return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
+              s.patches ? ", patches" : "", s.search_step);
+}
+
+std::string as_code(const Setting& setting, const Scene& scene) {
+  return burr_code(scene.burr) + std::visit([&](const auto& s) { return renderer_code(s, scene); }, setting) +
+         text("const trephine::DeviceLimits limits{.force = %.6g, .torque = %.6g};\n", scene.max_force,
+              scene.max_torque) +
+         text("trephine::HapticScene scene{bone, %.6g, renderer, trephine::Milling{}, limits};\n", scene.isovalue);
+}
+
+std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
+  using Ints = std::vector<int>;
+  using Steps = std::vector<double>;
+  std::vector<Setting> all;
+  if (algorithm == Algorithm::kLine) {
+    const Ints vertices =
+        quick ? Ints{20, 50, 100, 200, 400} : Ints{10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 600, 1000};
+    const Steps steps = {1, 0.5, 0.25};
+    for (const int n : vertices)
+      for (const double step : steps)
+        for (const bool ray_cast : {false, true}) all.emplace_back(LineSetting{n, step, ray_cast});
+    return all;
+  }
+  if (algorithm == Algorithm::kCoupled) return {CoupledSetting{}};
+  const Ints sphere = quick ? Ints{26, 100, 400} : Ints{26, 50, 100, 200, 400, 800};
+  const Ints slices = quick ? Ints{20, 40, 80, 160} : Ints{10, 20, 40, 80, 160, 320};
+  const Ints per_slice = quick ? Ints{8, 16, 32} : Ints{4, 8, 16, 32};
+  const Steps steps = quick ? Steps{0.5} : Steps{1, 0.5};
+  for (const int a : sphere)
+    for (const int b : slices)
+      for (const int c : per_slice) {
+        // Fine along the shaft and coarse round it, or the other way, is waste.
+        if (c > 2 * b || b > 20 * c) continue;
+        for (const double step : steps) all.emplace_back(SurfaceSetting{a, b, c, step, false});
+        if (!quick) all.emplace_back(SurfaceSetting{a, b, c, 0.5, true});
+      }
+  return all;
+}
+
+Setting truth_setting(Algorithm algorithm, bool quick) {
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125, false};
+  if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
+  return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
+}
+
+Setting check_setting(Algorithm algorithm, bool quick) {
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625, false};
+  if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
+  return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
+}
+
+std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Bones& bones) {
+  return std::visit([&](const auto& s) { return make(s, scene, bones); }, setting);
+}
+
+}  // namespace pick

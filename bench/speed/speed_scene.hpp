@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "../examples/drill/phantom.hpp"
+#include "common/percentile.hpp"
+#include "common/table.hpp"
+
+#include <trephine/trephine.hpp>
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <vector>
+
+/// What speed is measured on: the thesis' tooth, the tools at its counts, a block that a burr goes through.
+namespace trephine::bench::speed {
+
+using Clock = std::chrono::steady_clock;
+using Grid = VoxelGrid<std::uint8_t>;
+using Field = DensityField<std::uint8_t, float>;
+using Surface = SurfaceApproxRenderer<float, AreaWeights>;
+using Line = LineApproxRenderer<float>;
+inline constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
+#if defined(__clang__)
+inline constexpr const char* kCompiler = "clang++";
+#else
+inline constexpr const char* kCompiler = "g++";
+#endif
+
+struct Options {
+  std::string folder = "build/report";
+  std::string march = "native";
+  bool append = false;
+  bool quick = false;
+};
+
+/// The thesis' tooth in voxels of another size [m].
+[[nodiscard]] inline Grid tooth_of(double voxel) {
+  const double shrink = 1e-4 / voxel;
+  const int across = static_cast<int>(256 * shrink);
+  return drill::tooth_phantom<std::uint8_t>(
+      {.size = {across, across, static_cast<int>(176 * shrink)}, .spacing = voxel});
+}
+
+/// A tooth and poses of a tool that leans on its crown.
+struct Scene {
+  Grid tooth = drill::tooth_phantom<std::uint8_t>();
+  Vec3d top;
+
+  Scene() {
+    const Field field(tooth, kIsovalue);
+    top = 0.5e-4 * Vec3d(255, 255, 175);
+    top.z() = 0.0175;
+    while (top.z() > 0 && field.value(top.cast<float>()) < 0) top.z() -= 5e-5;
+  }
+  /// The ball's centre `height` above the crown.
+  [[nodiscard]] Pose<float> pose(double height, double lean = 0.3) const {
+    return make_pose<double>(rotation_from_vector(Vec3d(lean, 0.1, 0)), top + Vec3d(0, 0, height)).cast<float>();
+  }
+};
+
+[[nodiscard]] inline Surface surface(double length = 0.04) {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
+  return Surface(ToolDiscretization{burr, SurfaceCounts::thesis()});
+}
+
+[[nodiscard]] inline Line line() {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
+  return Line(ToolDiscretization{burr, LineCounts{}});
+}
+
+template <Friction FrictionLaw = Frictionless>
+[[nodiscard]] CoupledToolRenderer<double, BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
+  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
+  return {burr, CoupledOptions{}, friction};
+}
+
+/// A pose at which about `hits` of the tool's vertices are in bone.
+[[nodiscard]] inline Pose<float> pose_of_hits(const Scene& scene, const Surface& like, int hits) {
+  const Field field(scene.tooth, kIsovalue);
+  const auto& tool = like.tool();
+  std::vector<float> values(static_cast<std::size_t>(tool.padded()));
+  for (double height = 0.002; height > -0.015; height -= 2e-5) {
+    const Pose<float> X = scene.pose(height);
+    field.values(X, tool.points().x.data(), tool.points().y.data(), tool.points().z.data(), values.data(),
+                 tool.padded());
+    if (std::count_if(values.begin(), values.begin() + tool.periphery(), [](float v) { return v >= 0; }) >= hits)
+      return X;
+  }
+  return scene.pose(-0.015);
+}
+
+/// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
+class Carving {
+ public:
+  Carving() : block_(make()) { restart(); }
+  void operator()() {
+    ++tick_;
+    const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
+    const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
+    benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
+    p_ = q;
+  }
+
+  /// Before a tick, and not part of it.
+  void prepare() {
+    if (tick_ == kTicks) restart();
+  }
+  [[nodiscard]] const Grid& block() const { return block_; }
+  [[nodiscard]] static Grid make() {
+    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
+    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
+  }
+
+ private:
+  static constexpr double kVoxel = 3e-4;
+  static constexpr int kTicks = 600;
+  void restart() {
+    block_.restore();
+    p_ = Vec3d::Constant(20 * kVoxel);
+    tick_ = 0;
+  }
+
+  Grid block_;
+  Vec3d p_;
+  int tick_ = 0;
+};
+
+/// Worst cases; a servo loop; memory.
+void measure_spread(const Options& options, const Scene& scene);
+void measure_servo(const Options& options, const Scene& scene);
+void measure_memory(const Options& options);
+
+}  // namespace trephine::bench::speed

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "support/raster.hpp"
+#include "sweep/sweep.hpp"
+#include "truth/scenario.hpp"
+
+#include <trephine/tool/discretization.hpp>
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+namespace trephine::bench {
+namespace {
+
+using test::Random;
+
+constexpr unsigned kSeed = 20080068;
+
+[[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
+  return {.renderer = "surface", .variant = variant, .scalar = "float"};
+}
+[[nodiscard]] Setting surface(const SurfaceCounts& counts) {
+  Setting s = surface();
+  s.sphere = counts.sphere;
+  s.slices = counts.slices;
+  s.per_slice = counts.per_slice;
+  return s;
+}
+// As near to infinitely many vertices on an image as is tried: what is left is the image's.
+constexpr SurfaceCounts kDensest{.sphere = 1000, .slices = 200, .per_slice = 16};
+[[nodiscard]] Setting line(const std::string& variant = kLineDefault) {
+  return {.renderer = "line", .variant = variant, .scalar = "float"};
+}
+
+[[nodiscard]] Setting coupled() {
+  return {.renderer = "coupled",
+          .variant = kCoupledDefault,
+          .scalar = "double",
+          .vertices = 0,
+          .sphere = 0,
+          .slices = 0,
+          .per_slice = 0};
+}
+
+template <class T>
+[[nodiscard]] std::vector<T> thinned(const std::vector<T>& all, bool quick) {
+  if (!quick || all.size() <= 3) return all;
+  return {all.front(), all[all.size() / 2], all.back()};
+}
+
+// Every factor round the default of one renderer.
+[[nodiscard]] std::vector<Setting> factors(const Setting& usual, bool quick) {
+  std::vector<Setting> all;
+  const auto of = [&](const char* variant) {
+    Setting s = usual;
+    s.variant = variant;
+    return s;
+  };
+  const auto vary = [&](const char* variant, auto member, const auto& values) {
+    for (const auto value : thinned(values, quick)) {
+      all.push_back(of(variant));
+      all.back().*member = value;
+    }
+  };
+  const std::string& renderer = usual.renderer;
+  for (const char* scalar : {"float", "double"})
+    for (const auto& v : variants(renderer, scalar, 8)) {
+      all.push_back(of(v.c_str()));
+      all.back().scalar = scalar;
+    }
+  using Ints = std::vector<int>;
+  const std::vector<double> lengths{1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
+  if (renderer == "surface") {
+    // The counts of ball and shaft for the laws that are compared.
+    for (const auto* v : {kSurfaceThesis, kSurfaceArea, kSurfaceDefault}) {
+      vary(v, &Setting::sphere, Ints{14, 20, 26, 38, 50, 74, 98, 146, 200, 260, 300, 400, 600, 800, 1000});
+      vary(v, &Setting::slices, Ints{5, 10, 20, 30, 50, 100, 200});
+      vary(v, &Setting::per_slice, Ints{4, 6, 8, 12, 16, 24, 32});
+    }
+    vary(kSurfaceDefault, &Setting::step, lengths);
+    return all;
+  }
+  for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
+    vary(v, &Setting::vertices, Ints{10, 20, 50, 100, 200, 500, 1000, 2000});
+  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) {
+    vary(v, &Setting::step, lengths);
+    vary(v, &Setting::steps, Ints{1, 2, 5, 10, 20, 50, 100});
+  }
+  return all;
+}
+
+[[nodiscard]] std::vector<Image> images() {
+  std::vector<Image> all;
+  for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"})
+    for (const int bits : {8, 16}) all.push_back({.kind = kind, .bits = bits});
+  for (const double contrast : {60.0, 20.0}) all.push_back({.contrast = contrast});
+  for (const double noise : {3.0, 10.0}) all.push_back({.noise = noise});
+  for (const double mm : {0.1, 0.2, 0.4, 0.6, 1.0}) all.push_back({.voxel_mm = mm});
+  all.push_back({.voxel_mm = 0.15, .anisotropic = true});
+  return all;
+}
+
+[[nodiscard]] Setting random_setting(Random& random, int bits) {
+  const bool is_surface = random.uniform() < 0.5;
+  Setting s = is_surface ? surface() : line();
+  s.scalar = bits == 8 && random.uniform() < 0.2 ? "double" : "float";
+  const auto names = variants(s.renderer, s.scalar, bits);
+  s.variant = names[static_cast<std::size_t>(random.below(static_cast<int>(names.size())))];
+  const auto between = [&](double lo, double hi) {
+    return static_cast<int>(std::lround(lo * std::pow(hi / lo, random.uniform())));
+  };
+  s.vertices = between(10, 2000);
+  s.sphere = between(14, 1000);
+  s.slices = between(5, 200);
+  s.per_slice = between(4, 32);
+  s.step = std::pow(2.0, -random.below(7));
+  if (!is_surface && random.uniform() < 0.3) s.steps = between(1, 100);
+  return s;
+}
+
+}  // namespace
+
+std::string Job::name() const {
+  std::ostringstream text;
+  const Setting& s = setting;
+  text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/'
+       << s.scalar << '/';
+  if (s.renderer == "surface")
+    text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
+  else
+    text << s.vertices;
+  text << '/';
+  if (s.steps > 0)
+    text << s.steps << "steps";
+  else
+    text << s.step << "vx";
+  return text.str();
+}
+
+std::vector<Job> make_plan(bool quick) {
+  std::vector<Job> jobs;
+  for (const auto& scenario : scenario_names()) {
+    const bool representative = scenario == "plane" || scenario == "sphere" || scenario == "shaft_cylinder";
+    if (quick && !representative && scenario != "shaft_ridge") continue;
+    for (const Setting& usual : {surface(), line()})
+      for (const auto& s : factors(usual, quick)) jobs.push_back({scenario, Image(), s});
+    jobs.push_back({scenario, Image(), coupled()});
+    jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
+    for (const auto& image : images()) {
+      const bool other_voxels = image.voxel_mm != 0.3;
+      if ((quick || other_voxels) && !representative) continue;
+      if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
+      for (const auto& s :
+           {surface(kSurfaceArea), surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
+        jobs.push_back({scenario, image, s});
+    }
+  }
+  // A shaft of five voxels radius.
+  for (const char* scenario : {"shaft_cylinder", "shaft_ridge"}) {
+    if (quick) break;
+    const Image fine{.voxel_mm = 0.15};
+    jobs.push_back({scenario, fine, line()});
+    jobs.push_back({scenario, fine, surface(SurfaceCounts{})});
+    for (const auto* v : {kSurfaceArea, kSurfaceDefault})
+      for (const int n : {20, 50, 100, 200}) {
+        jobs.push_back({scenario, fine, surface(v)});
+        jobs.back().setting.slices = n;
+      }
+  }
+  Random random(kSeed);
+  const std::vector<std::string> names = scenario_names();
+  const std::vector<std::string> few{"plane", "sphere", "shaft_cylinder"};
+  for (int i = 0; i < (quick ? 60 : 500); ++i) {
+    const auto& from = quick ? few : names;
+    const auto& scenario = from[static_cast<std::size_t>(random.below(static_cast<int>(from.size())))];
+    Image image;
+    const int kind = random.below(4);
+    if (kind == 1) image.kind = "partial_volume";
+    if (kind == 2) image.bits = 16;
+    jobs.push_back({scenario, image, random_setting(random, image.bits)});
+  }
+  // Each once, and those of an image together.
+  std::set<std::string> seen;
+  std::erase_if(jobs, [&](const Job& j) { return !seen.insert(j.name()).second; });
+  std::stable_sort(jobs.begin(), jobs.end(), [](const Job& a, const Job& b) {
+    const auto key = [](const Job& j) { return std::tuple(j.scenario, j.image.name(), j.image.voxel_mm); };
+    return key(a) < key(b);
+  });
+  return jobs;
+}
+
+}  // namespace trephine::bench
