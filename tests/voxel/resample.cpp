@@ -97,7 +97,7 @@ TEST_CASE("resampled: coarse voxels of a scan give a ball's surface and its norm
         REQUIRE(hit.found);
         const double r = kRadius * (0.7 + 0.6 * hit.after);
         worst = std::max(worst, std::abs(r - kRadius));
-        Vec3d n;
+        Vec3d n = Vec3d::Zero();
         REQUIRE(field.normal(c + r * u, n));
         turn = std::max(turn, std::acos(std::min(1.0, n.dot(u))));
       }
