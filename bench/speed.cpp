@@ -145,7 +145,7 @@ class Report {
   void row(const std::string& measure, const std::string& name, const std::string& reference, double target = 0) {
     const double ns = run_.ns(name), beside = run_.ns(reference), ratio = ns / beside;
     std::ostringstream goal;
-    if (target != 0) goal << std::abs(target) << ',' << (target > 0 == (ratio <= std::abs(target)) ? "yes" : "no");
+    if (target != 0) goal << std::abs(target) << ',' << ((target > 0) == (ratio <= std::abs(target)) ? "yes" : "no");
     table_.row(without_commas(measure), kCompiler, march_, ns, beside, ratio, target != 0 ? goal.str() : ",");
     std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
   }
