@@ -27,8 +27,8 @@ trephine::TickResult tick(const trephine::compiled::Bone& bone, const trephine::
 }
 """
 SCENES = {
-    "line": ("render/line_approx_renderer.hpp", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
-    "surface": ("render/surface_approx_renderer.hpp", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
+    "line": ("render/line/line_approx_renderer.hpp", "LineApproxRenderer{ToolDiscretization{Burr{}, LineCounts{}}}"),
+    "surface": ("render/surface/surface_approx_renderer.hpp", "SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}"),
     "coupled": ("render/coupled/coupled_tool_renderer.hpp", "CoupledToolRenderer{Burr{}}"),
 }
 

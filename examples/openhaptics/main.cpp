@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <utility>
 
 namespace {
 
@@ -23,7 +24,11 @@ int run(const Arguments& arguments) {
   drill::Options what;
   what.skull = arguments.skull;
   drill::Bone bone = drill::load_bone(what);
-  const drill::Spot spot = drill::find_spot(bone);
+  drill::Spot spot = drill::find_spot(bone);
+  if (auto fine = drill::resampled_around(bone, spot.p_W, what)) {
+    bone = std::move(*fine);
+    spot = drill::spot_near(bone, spot.p_W);
+  }
   const Workspace workspace = workspace_over(spot, arguments.scale);
   std::printf("%s\n", set_up_devices(DemoHand(spot, bone.burr.tip_radius, workspace)).c_str());
 
