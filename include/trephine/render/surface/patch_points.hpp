@@ -43,12 +43,12 @@ class PatchPoints {
     vertex_[n] = vertex;
   }
 
-  /// Computes the gradients at points [from, to).
+  /// Computes the gradients at points [from, count()).
   template <ContactField Field>
-  void compute_gradients(const Field& field, const Pose<Scalar>& X_GT, int from, int to) noexcept {
-    const int padded = padded_to_lane(to - from);
-    for (int j = to; j < from + padded; ++j)
-      for (auto* v : {&x_, &y_, &z_}) (*v)[static_cast<std::size_t>(j)] = (*v)[static_cast<std::size_t>(to) - 1];
+  void compute_gradients(const Field& field, const Pose<Scalar>& X_GT, int from) noexcept {
+    const int padded = padded_to_lane(count_ - from);
+    for (int j = count_; j < from + padded; ++j)
+      for (auto* v : {&x_, &y_, &z_}) (*v)[static_cast<std::size_t>(j)] = (*v)[static_cast<std::size_t>(count_) - 1];
     field.gradients(X_GT, x_.data() + from, y_.data() + from, z_.data() + from, gx_.data() + from, gy_.data() + from,
                     gz_.data() + from, padded);
   }

@@ -65,7 +65,7 @@ class PatchQuadrature {
     points_.clear();
     for (std::size_t g = 0; g < tool.groups().size(); ++g)
       if (group_hit[g] == 0) request_nearest(tool, tool.groups()[g], values, exit_distance);
-    fit_planes(field, tool, X_GT, values, exit_distance, 0, points_.count());
+    fit_planes(field, tool, X_GT, values, exit_distance, 0);
     discard_out_of_reach(field, tool, X_GT);
     const int outside = points_.count();
     for (int j = 0; j < outside; ++j) request_neighbours(tool, exit_distance, points_.vertex(j));
@@ -73,7 +73,7 @@ class PatchQuadrature {
       request(tool, exit_distance, i);
       request_neighbours(tool, exit_distance, i);
     }
-    fit_planes(field, tool, X_GT, values, exit_distance, outside, points_.count());
+    fit_planes(field, tool, X_GT, values, exit_distance, outside);
     for (int j = 0; j < points_.count(); ++j)
       accumulate(tool, points_.vertex(j), samples_[static_cast<std::size_t>(j)]);
     for (std::size_t g = 0; g < surfaces_.size(); ++g)
@@ -175,15 +175,15 @@ class PatchQuadrature {
     points_.truncate(kept);
   }
 
-  // Fits planes at points [from, to): the normal from the gradient, the depth from the exit distance of a vertex in
+  // Fits planes at points from `from` on: the normal from the gradient, the depth from the exit distance of a vertex in
   // bone or from the value of a vertex outside.
   template <ContactField Field>
   void fit_planes(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
-                  std::span<const Scalar> exit_distance, int from, int to) noexcept {
-    if (from == to) return;
-    points_.compute_gradients(field, X_GT, from, to);
+                  std::span<const Scalar> exit_distance, int from) noexcept {
+    if (from == points_.count()) return;
+    points_.compute_gradients(field, X_GT, from);
     const Mat3<Scalar> to_T = -X_GT.linear().transpose();
-    for (int j = from; j < to; ++j) {
+    for (int j = from; j < points_.count(); ++j) {
       const int i = points_.vertex(j);
       Sample& sample = samples_[static_cast<std::size_t>(j)];
       const Vec3<Scalar> slope = points_.gradient(j);
