@@ -24,7 +24,8 @@
 #include <world/CWorld.h>
 
 /// CHAI3D's proxy and the three renderers on the same voxels along the same paths, in one process and in turn:
-/// bench_others [--quick]. Times are processor time of the thread, so other programs do not count.
+/// bench_others [--quick]. Times are processor time of the thread. Each slide runs kRuns times with new tools, and each
+/// tick counts with the median of its times. So other programs' work does not count, and a tick's own rare work does.
 namespace {
 
 using namespace trephine;
@@ -32,8 +33,8 @@ using namespace trephine;
 constexpr double kStiffness = 1000, kDeep = 5e-4, kIdeal = kStiffness * kDeep;  // [N/m], [m], [N]
 constexpr double kSpeed = 0.02, kTick = 1e-3;                                   // of a slide [m/s]; [s]
 constexpr double kBallRadius = 70;                                              // of the bone [voxels]
-constexpr double kIsovalue = 127.5,
-                 kUnit = 1e3;  // CHAI3D's world is in millimetres: its gaps of 1e-4 units are then small
+constexpr std::size_t kRuns = 3;
+constexpr double kIsovalue = 127.5, kUnit = 1e3;  // CHAI3D's world is in mm, so its gaps of 1e-4 units are small
 
 /// 8-bit voxels of a shape, given as its signed distance [voxels], blurred by `sigma` voxels.
 struct Image {
@@ -163,29 +164,29 @@ double quantile(std::vector<double> v, double share) {
 }
 
 struct Figures {
-  std::vector<double> time, force, angle;  ///< [ns], [N], [°]
+  std::array<std::vector<double>, kRuns> times;  ///< of each tick [ns]
+  std::vector<double> force, angle;              ///< [N], [°]
   int held = 0, pushed = 0;
 };
 
 /// Pressed in, then slid over the bone's ball; the shaft leans and keeps its direction.
-void slide(const Tool& tool, const Vec3d& centre, double ball, const Mat3d& frame, int ticks, double clock,
-           Figures& out) {
+void slide(const Tool& tool, const Vec3d& centre, double ball, const Mat3d& frame, std::size_t run, Figures& out) {
   const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), frame * Vec3d(0, 0.3, 1).normalized());
-  constexpr int kIn = 50, kSettle = 20;
+  constexpr int kIn = 50, kSettle = 20, kTicks = 220;
   const double step = kSpeed * kTick, reach = ball + tool.radius - kDeep;
   const auto normal = [&](int i) -> Vec3d {
-    const double angle = step / reach * (std::max(i, 0) - 0.5 * ticks);
+    const double angle = step / reach * (std::max(i, 0) - 0.5 * kTicks);
     return frame * Vec3d(std::sin(angle), 0, std::cos(angle));
   };
   const auto pose = [&](int i) { return make_pose<double>(R, centre + (reach + step * std::max(-i, 0)) * normal(i)); };
   tool.begin(pose(-kIn));
-  for (int i = 1 - kIn; i < ticks; ++i) {
+  for (int i = 1 - kIn; i < kTicks; ++i) {
     const Posed X = pose(i);
-    const double begun = thread_time();
+    const double before = thread_time(), begun = thread_time();
     const Vec3d f = tool.tick(X);
     const double ended = thread_time();
     if (i < kSettle) continue;
-    out.time.push_back(ended - begun - clock);
+    out.times[run].push_back(ended - begun - (begun - before));
     out.force.push_back(f.norm());
     if (f.norm() >= 0.05)
       out.angle.push_back(std::atan2(f.cross(normal(i)).norm(), f.dot(normal(i))) * 180 / std::numbers::pi);
@@ -236,32 +237,28 @@ void check_conventions() {
     const double r = ball.tip_radius + 0.7 * h;  // CHAI3D's bone is balls of 0.7 voxel, one in each voxel's middle
     expect("CHAI3D over a voxel", height(every[0], 0), 15 * h + r);
     expect("CHAI3D between four", height(every[0], 0.5), 15 * h + std::sqrt(r * r - 0.5 * h * h));
-    for (const std::size_t t : {2, 3}) expect(every[t].name, height(every[t], 0), h * kTop + every[t].radius);
+    for (std::size_t t = 2; t < 4; ++t) expect(every[t].name, height(every[t], 0), h * kTop + every[t].radius);
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
   check_conventions();
-  double clock = 1e9;  // of reading the clock [ns]
-  for (int i = 0; i < 2000; ++i) {
-    const double begun = thread_time();
-    clock = std::min(clock, thread_time() - begun);
-  }
-  const int places = quick ? 2 : 12, ticks = quick ? 120 : 220;
+  const int places = argc > 1 && std::string(argv[1]) == "--quick" ? 2 : 12;
   std::map<std::string, Figures> table;
-  const auto for_each = [&](const Image& image, const auto& work) {
+  const auto for_each = [&](const Image& image, std::size_t runs, const auto& work) {
     ChaiBone chai(image);
     for (const double h : {4e-4, 1e-4}) {
       auto grid = image.grid(h);
-      for (const double R : {1e-3, 2e-3, 3e-3})
+      for (std::size_t i = 0; i < 3 * runs; ++i) {
+        const double R = 1e-3 * static_cast<double>(1 + i / runs);
         for (const Tool& tool : tools(chai, grid, {.tip_radius = R, .shaft_radius = R / 2, .shaft_length = 0.04})) {
           char row[80];
           std::snprintf(row, sizeof row, "%.1f  %.0f  %-18s", 1e3 * h, 1e3 * R, tool.name.c_str());
-          work(tool, h, table[row]);
+          work(tool, h, i % runs, table[row]);
         }
+      }
     }
   };
   for (int p = 0; p < places; ++p) {
@@ -271,15 +268,15 @@ int main(int argc, char** argv) try {
     for (const double sigma : {0.5, 0.7, 1.0}) {
       const Vec3d c = Vec3d(127.5, 127.5, 87.5) + off;
       const Image image({256, 256, 176}, sigma, [&](const Vec3d& q) { return (q - c).norm() - kBallRadius; });
-      for_each(image, [&](const Tool& tool, double h, Figures& out) {
-        slide(tool, h * c, kBallRadius * h, frame, ticks, clock, out);
+      for_each(image, kRuns, [&](const Tool& tool, double h, std::size_t run, Figures& out) {
+        slide(tool, h * c, kBallRadius * h, frame, run, out);
       });
     }
     // A plate of 1 to 4 voxels in turn.
     const double thick = 1 + p % 4, phase = random.uniform();
     const Vec3d c = Vec3d::Constant(47.5) + off, n = frame.col(2);
     const Image plate({96, 96, 96}, 0.5, [&](const Vec3d& q) { return std::abs((q - c).dot(n)) - thick / 2; });
-    for_each(plate, [&](const Tool& tool, double h, Figures& out) {
+    for_each(plate, 1, [&](const Tool& tool, double h, std::size_t, Figures& out) {
       for (const double speed : {0.1, 0.3, 1.0, 2.0}) {
         out.held += holds(tool, h * c, h * thick, n, speed, phase) ? 1 : 0;
         ++out.pushed;
@@ -289,9 +286,12 @@ int main(int argc, char** argv) try {
   }
   std::printf("mm  mm  %-18s  median us     p99 us          force N  p99 deg   held\n", "renderer");
   for (const auto& [row, f] : table) {
+    std::vector<double> time;
+    for (std::size_t i = 0; i < f.times[0].size(); ++i)
+      time.push_back(quantile({f.times[0][i], f.times[1][i], f.times[2][i]}, 0.5));
     const Eigen::Map<const Eigen::ArrayXd> force(f.force.data(), static_cast<Eigen::Index>(f.force.size()));
-    std::printf("%s %10.2f %10.2f   %6.3f ± %.3f %8.2f  %2d/%d\n", row.c_str(), quantile(f.time, 0.5) / 1e3,
-                quantile(f.time, 0.99) / 1e3, force.mean(), std::sqrt((force - force.mean()).square().mean()),
+    std::printf("%s %10.2f %10.2f   %6.3f ± %.3f %8.2f  %2d/%d\n", row.c_str(), quantile(time, 0.5) / 1e3,
+                quantile(time, 0.99) / 1e3, force.mean(), std::sqrt((force - force.mean()).square().mean()),
                 quantile(f.angle, 0.99), f.held, f.pushed);
   }
 } catch (const std::exception& e) {
