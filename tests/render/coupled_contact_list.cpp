@@ -81,7 +81,7 @@ TEST_CASE("contact list: a position is the centre of pressure; elements beyond i
   list.reserve(3);
   FoundationPoint q{};
   q.normal = Vec3d::UnitZ();
-  for (const std::uint64_t element : {9, 4, 7, 8}) {
+  for (const std::uint64_t element : {9U, 4U, 7U, 8U}) {
     q.element = element;
     for (const double x : {-1e-3, 1e-3}) {
       q.arm = Vec3d(x, 0, 0);
