@@ -14,10 +14,9 @@ namespace {
 using namespace trephine;
 using namespace trephine::test;
 
-/// Degrees of freedom of a user's own, with a name and nothing of the library's types.
+/// Degrees of freedom of a user's own, without anything of the library's types.
 struct UserMotion {
   static constexpr int kDof = 3;
-  static constexpr const char* kName = "sled";
 };
 struct FourDof {
   static constexpr int kDof = 4;
