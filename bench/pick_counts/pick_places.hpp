@@ -33,7 +33,7 @@ class Random {
   /// In [0, 1).
   [[nodiscard]] double unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
   [[nodiscard]] double between(double a, double b) { return a + (b - a) * unit(); }
-  /// Of n things, 0 to n - 1.
+  /// An index into n things, 0 to n - 1.
   [[nodiscard]] std::size_t index(std::size_t n) {
     return std::min(n - 1, static_cast<std::size_t>(unit() * static_cast<double>(n)));
   }

@@ -84,15 +84,21 @@ void take_pictures(const Options& options, const Bone& whole, const Bone& bone, 
       std::fflush(stdout);
     }
   };
-  take({shot_of_whole(whole, PicturedBone(whole.grid, whole.isovalue), surgeon), shot_of_spot(bone, before, surgeon)});
+  if (&whole == &bone)
+    take({shot_of_whole(whole, before, surgeon)});
+  else
+    take({shot_of_whole(whole, PicturedBone(whole.grid, whole.isovalue), surgeon)});
+  take({shot_of_spot(bone, before, surgeon)});
   for (const Run& run : runs) take(shots_of_run(bone, before, PicturedBone(run.bone, bone.isovalue), surgeon, run.log));
 }
 
 /// All that a wrong argument or file can stop; nothing is written before it is through.
 struct Prepared {
-  Bone whole;  ///< as read
-  Bone bone;   ///< what is drilled: the whole, or finer voxels around the spot
+  Bone whole;                ///< as read
+  std::optional<Bone> fine;  ///< finer voxels around the spot, if it was resampled
   Surgeon surgeon;
+  /// What is drilled.
+  [[nodiscard]] const Bone& bone() const { return fine ? *fine : whole; }
 };
 
 Prepared prepare(const Options& options) {
@@ -100,17 +106,17 @@ Prepared prepare(const Options& options) {
   Spot spot = options.at ? spot_near(whole, *options.at) : find_spot(whole);
   std::optional<Bone> fine = resampled_around(whole, spot.p_W, options);
   if (fine) spot = spot_near(*fine, spot.p_W);
-  Bone bone = fine ? std::move(*fine)
-                   : Bone{whole.name, whole.unit, fresh_copy(whole.grid), whole.isovalue, whole.burr, whole.notes};
-  whole.burr = bone.burr;
-  const Surgeon surgeon(spot, bone.burr, {.seconds = options.seconds});
+  if (fine) whole.burr = fine->burr;
+  const Surgeon surgeon(spot, whole.burr, {.seconds = options.seconds});
   make_folder(options.out);
-  return {std::move(whole), std::move(bone), surgeon};
+  return {std::move(whole), std::move(fine), surgeon};
 }
 
 /// 0; or 1 where a check of the verification failed.
 int perform(const Options& options, const Prepared& prepared) {
-  const auto& [whole, bone, surgeon] = prepared;
+  const Bone& whole = prepared.whole;
+  const Bone& bone = prepared.bone();
+  const Surgeon& surgeon = prepared.surgeon;
   introduce(whole, bone, surgeon);
   const bool plots = have_gnuplot();
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,

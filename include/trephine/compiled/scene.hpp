@@ -119,7 +119,7 @@ class Scene {
     stages_ = stages;
   }
 
-  /// Of the renderer's contact, as felt [N/m].
+  /// Stiffness of the renderer's contact, as felt [N/m].
   [[nodiscard]] double stiffness() const noexcept { return scene_->stiffness(); }
   /// The same as a tangent where the contact presses with `force` [N].
   [[nodiscard]] double tangent_stiffness(double force) const { return scene_->tangent_stiffness(force); }
