@@ -72,8 +72,8 @@ Bone tooth(const Options& options) {
           .notes = {}};
 }
 
-/// Three voxels' radius at least, so that the ball is round and its way out of bone is more than one sample; in steps
-/// of half a millimetre, or of 0.1 mm below 1 mm.
+}  // namespace
+
 trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   const double least_mm = std::max(3e3 * grid.spacing().minCoeff(), 0.8);
   const double steps_a_mm = least_mm > 1 ? 2 : 10;
@@ -88,8 +88,6 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   burr.validate();
   return burr;
 }
-
-}  // namespace
 
 Bone load_bone(const Options& options) {
   Bone bone = !options.skull.empty() ? skull(options) : !options.ct.empty() ? ct(options) : tooth(options);

@@ -28,6 +28,10 @@ struct Bone {
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
 [[nodiscard]] Bone load_bone(const Options& options);
 
+/// A burr for these voxels, as far as the options leave it open: three voxels' radius at least, so that the ball is
+/// round and its way out of bone is more than one sample; in steps of half a millimetre, or of 0.1 mm below 1 mm.
+[[nodiscard]] trephine::Burr fitting_burr(const Grid& grid, const Options& options);
+
 /// The bone within reach of a drill at `p_W`, resampled to the spacing that the options ask for, with a burr that fits
 /// these voxels; nothing where the voxels stay as read. Throws std::invalid_argument as `trephine::resampled`.
 [[nodiscard]] std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W,

@@ -111,4 +111,8 @@ std::vector<std::uint8_t> Canvas::srgb() const {
   return bytes;
 }
 
+void write_png(const Canvas& canvas, const std::string& path) {
+  write_png(canvas.width(), canvas.height(), canvas.srgb(), path);
+}
+
 }  // namespace drill

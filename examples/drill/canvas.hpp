@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "png_file.hpp"
+
 #include <trephine/core/math.hpp>
 
 #include <cstdint>
@@ -49,9 +51,7 @@ class Canvas {
 /// A colour as people write it, 0xRRGGBB in sRGB, made linear.
 [[nodiscard]] Vec3f colour(unsigned rrggbb);
 
-/// Whether this build can write PNG files (libpng).
-[[nodiscard]] bool can_write_png() noexcept;
-/// Throws std::runtime_error with path and reason where the file cannot be written.
+/// Throws std::runtime_error as `write_png` of bytes does.
 void write_png(const Canvas& canvas, const std::string& path);
 
 }  // namespace drill

@@ -42,6 +42,7 @@ struct TipCuts {
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
+  using Options = Policy;  ///< what a `Remote<Milling>` receives
   static constexpr bool kCutsAtOnce = std::is_same_v<Policy, GeometricCut>;
 
   explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})

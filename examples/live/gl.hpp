@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// On Linux libGL exports the functions of OpenGL 3.3 themselves, so no loader is needed.
+#define GL_GLEXT_PROTOTYPES
+#include <GL/gl.h>
+#include <GL/glext.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+/// OpenGL objects that delete themselves. All of it belongs to the thread of the context.
+namespace live::gl {
+
+/// An object's name; `Delete` is called with it at the end.
+template <void (*Delete)(GLuint)>
+class Object {
+ public:
+  Object() = default;
+  explicit Object(GLuint name) : name_(name) {}
+  Object(Object&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  Object& operator=(Object&& other) noexcept {
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  ~Object() {
+    if (name_ != 0) Delete(name_);
+  }
+  [[nodiscard]] GLuint name() const noexcept { return name_; }
+
+ private:
+  GLuint name_ = 0;
+};
+
+inline void delete_texture(GLuint n) { glDeleteTextures(1, &n); }
+inline void delete_framebuffer(GLuint n) { glDeleteFramebuffers(1, &n); }
+inline void delete_vertex_array(GLuint n) { glDeleteVertexArrays(1, &n); }
+inline void delete_buffer(GLuint n) { glDeleteBuffers(1, &n); }
+inline void delete_program(GLuint n) { glDeleteProgram(n); }
+using Texture = Object<delete_texture>;
+using Framebuffer = Object<delete_framebuffer>;
+using VertexArray = Object<delete_vertex_array>;
+using Buffer = Object<delete_buffer>;
+using Program = Object<delete_program>;
+
+template <class Made>
+[[nodiscard]] Made make(void (*generate)(GLsizei, GLuint*)) {
+  GLuint name = 0;
+  generate(1, &name);
+  return Made(name);
+}
+[[nodiscard]] inline Texture make_texture() { return make<Texture>(glGenTextures); }
+[[nodiscard]] inline Framebuffer make_framebuffer() { return make<Framebuffer>(glGenFramebuffers); }
+[[nodiscard]] inline VertexArray make_vertex_array() { return make<VertexArray>(glGenVertexArrays); }
+[[nodiscard]] inline Buffer make_buffer() { return make<Buffer>(glGenBuffers); }
+
+/// Compiles and links. Throws std::runtime_error with the driver's log.
+[[nodiscard]] inline Program make_program(const char* vertex, const char* fragment) {
+  Program program(glCreateProgram());
+  const auto attach = [&](GLenum kind, const char* text) {
+    const GLuint shader = glCreateShader(kind);
+    glShaderSource(shader, 1, &text, nullptr);
+    glCompileShader(shader);
+    GLint ok = 0;
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    std::string log(4096, '\0');
+    GLsizei length = 0;
+    glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), &length, log.data());
+    glAttachShader(program.name(), shader);
+    glDeleteShader(shader);
+    if (ok == 0)
+      throw std::runtime_error("a shader does not compile: " + log.substr(0, static_cast<std::size_t>(length)));
+  };
+  attach(GL_VERTEX_SHADER, vertex);
+  attach(GL_FRAGMENT_SHADER, fragment);
+  glLinkProgram(program.name());
+  GLint ok = 0;
+  glGetProgramiv(program.name(), GL_LINK_STATUS, &ok);
+  if (ok == 0) {
+    std::string log(4096, '\0');
+    GLsizei length = 0;
+    glGetProgramInfoLog(program.name(), static_cast<GLsizei>(log.size()), &length, log.data());
+    throw std::runtime_error("the shaders do not link: " + log.substr(0, static_cast<std::size_t>(length)));
+  }
+  return program;
+}
+
+/// A texture to draw into, with a depth texture if asked.
+struct Target {
+  int width = 0, height = 0;
+  Texture colour, depth;
+  Framebuffer framebuffer;
+
+  /// Does nothing where it has that size already. Throws std::runtime_error where the driver refuses.
+  void resize(int w, int h, GLint format, bool with_depth) {
+    if (w == width && h == height) return;
+    width = w;
+    height = h;
+    colour = make_texture();
+    glBindTexture(GL_TEXTURE_2D, colour.name());
+    glTexImage2D(GL_TEXTURE_2D, 0, format, w, h, 0, GL_RGBA, GL_FLOAT, nullptr);
+    for (const GLenum p : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) glTexParameteri(GL_TEXTURE_2D, p, GL_LINEAR);
+    for (const GLenum p : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) glTexParameteri(GL_TEXTURE_2D, p, GL_CLAMP_TO_EDGE);
+    framebuffer = make_framebuffer();
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.name());
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour.name(), 0);
+    if (with_depth) {
+      depth = make_texture();
+      glBindTexture(GL_TEXTURE_2D, depth.name());
+      glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, w, h, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
+      for (const GLenum p : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+        glTexParameteri(GL_TEXTURE_2D, p, GL_NEAREST);
+      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+    }
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      throw std::runtime_error("OpenGL cannot draw into a texture of " + std::to_string(w) + " x " + std::to_string(h));
+  }
+};
+
+}  // namespace live::gl

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "../drill/bone.hpp"
+
+#include <trephine/core/tick.hpp>
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/device_limits.hpp>
+#include <trephine/stage/mailbox.hpp>
+#include <trephine/stage/milling_vibration.hpp>
+#include <trephine/voxel/cut_policy.hpp>
+
+#include <memory>
+#include <span>
+
+namespace live {
+
+enum class Renderer { kCoupled, kLine, kSurface };
+[[nodiscard]] constexpr const char* to_string(Renderer r) {
+  return r == Renderer::kCoupled ? "coupled" : r == Renderer::kLine ? "line" : "surface";
+}
+
+/// Options that change while the drill runs: the window posts, the haptic thread takes.
+struct Inboxes {
+  trephine::Mailbox<trephine::AdvancingCut> feed;
+  trephine::Mailbox<trephine::MillingVibration::Options> vibration;
+  trephine::Mailbox<trephine::Damping::Options> damping;
+  trephine::Mailbox<trephine::DeviceLimits> limits;
+};
+
+/// What is fixed while a drill runs.
+struct DrillSettings {
+  Renderer renderer = Renderer::kCoupled;
+  trephine::Burr burr{};
+  double stiffness = 800;  ///< [N/m]
+};
+
+/// A scene of any renderer. Haptic thread.
+class HeldDrill {
+ public:
+  HeldDrill() = default;
+  HeldDrill(const HeldDrill&) = delete;
+  HeldDrill& operator=(const HeldDrill&) = delete;
+  virtual ~HeldDrill() = default;
+  virtual trephine::TickResult tick(const trephine::TickInput& input, double dt) noexcept = 0;
+  /// Pose of the tool to draw, of the last good tick.
+  [[nodiscard]] virtual trephine::Posed tool_W() const noexcept = 0;
+  virtual std::size_t contacts_W(std::span<trephine::ContactPoint<double>> out) const noexcept = 0;
+};
+
+/// Scenes in translation units of their own: each is a tree of templates. The bone and the inboxes must outlive them.
+/// Each throws std::invalid_argument as its renderer does.
+[[nodiscard]] std::unique_ptr<HeldDrill> coupled_drill(drill::Grid& bone, double isovalue,
+                                                       const DrillSettings& settings, Inboxes& inboxes);
+[[nodiscard]] std::unique_ptr<HeldDrill> line_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
+                                                    Inboxes& inboxes);
+[[nodiscard]] std::unique_ptr<HeldDrill> surface_drill(drill::Grid& bone, double isovalue,
+                                                       const DrillSettings& settings, Inboxes& inboxes);
+[[nodiscard]] std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
+                                                    Inboxes& inboxes);
+
+/// Largest force and torque of the simulated device [N, N·m].
+inline constexpr double kMaxForce = 8.5, kMaxTorque = 0.188;
+/// The surface recedes by the burr's radius in this time [s], as in the other drilling examples.
+inline constexpr double kRadiusTime = 0.2;
+
+}  // namespace live

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include "instruments.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace live {
+namespace {
+
+constexpr std::size_t kShown = 3000;  // ticks in a plot
+
+/// The status in words for the one who drills.
+const char* in_words(trephine::Status s) {
+  using trephine::Status;
+  switch (s) {
+    case Status::kOk:
+      return "all well";
+    case Status::kWorkBound:
+      return "search cut short, goes on in the next tick";
+    case Status::kStartedInside:
+      return "drill starts in bone: force fades in";
+    case Status::kJump:
+      return "the hand jumped: contact starts anew";
+    case Status::kBadInput:
+      return "the device's pose is no pose: no force";
+    case Status::kNonFinite:
+      return "force is not finite: none is sent";
+  }
+  return "";
+}
+
+/// A plot with its greatest value and a limit; each column shows the largest of the samples it covers.
+void plot(const char* title, const char* unit, const std::vector<float>& values, float limit, float least_top) {
+  float top = least_top, last = 0, most = 0;
+  if (!values.empty()) {
+    most = *std::max_element(values.begin(), values.end());
+    last = values.back();
+  }
+  top = std::max(top, 1.15F * most);
+  const float width = ImGui::GetContentRegionAvail().x, height = 3.2F * ImGui::GetTextLineHeight();
+  ImGui::Text("%s  %.3g %s", title, static_cast<double>(last), unit);
+  ImGui::SameLine(0.62F * width);
+  ImGui::TextDisabled("most %.3g", static_cast<double>(most));
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  ImDrawList* const list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(corner, ImVec2(corner.x + width, corner.y + height), IM_COL32(16, 20, 26, 255), 3);
+  const auto y = [&](float v) { return corner.y + height * (1 - std::min(v / top, 1.0F)); };
+  const int columns = std::max(1, static_cast<int>(width));
+  if (!values.empty())
+    for (int c = 0; c < columns; ++c) {
+      const auto from = static_cast<std::size_t>(c) * values.size() / static_cast<std::size_t>(columns);
+      const auto to =
+          std::max(from + 1, (static_cast<std::size_t>(c) + 1) * values.size() / static_cast<std::size_t>(columns));
+      float v = 0;
+      for (std::size_t i = from; i < std::min(to, values.size()); ++i) v = std::max(v, values[i]);
+      const float x = corner.x + static_cast<float>(c);
+      list->AddLine(ImVec2(x, corner.y + height), ImVec2(x, y(v)), IM_COL32(86, 156, 214, 255));
+    }
+  if (limit > 0 && limit < top)
+    list->AddLine(ImVec2(corner.x, y(limit)), ImVec2(corner.x + width, y(limit)), IM_COL32(230, 90, 70, 220));
+  ImGui::Dummy(ImVec2(width, height));
+}
+
+}  // namespace
+
+Instruments::Instruments(const Workbench& bench)
+    : feed_mm_s_(static_cast<float>(1e3 * bench.bone().burr.tip_radius / kRadiusTime)),
+      damping_(1),
+      vibration_(0.08F),
+      force_limit_(static_cast<float>(kMaxForce)),
+      stiffness_(800),
+      scale_(1) {}
+
+void Instruments::draw(Workbench& bench, double seconds) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (bench.panels()) {
+    const float width = 19.5F * ImGui::GetFontSize();
+    ImGui::SetNextWindowPos(ImVec2(io.DisplaySize.x - width - 8, 8), ImGuiCond_Always);
+    ImGui::SetNextWindowSize(ImVec2(width, 0), ImGuiCond_Always);
+    ImGui::SetNextWindowBgAlpha(0.82F);
+    constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                                        ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                                        ImGuiWindowFlags_NoFocusOnAppearing;
+    ImGui::Begin("Instruments", nullptr, kFixed);
+    state(bench);
+    plots(bench);
+    if (io.DisplaySize.y > 30 * ImGui::GetTextLineHeightWithSpacing()) sliders(bench);
+    ImGui::End();
+  }
+  if (bench.help())
+    help();
+  else
+    hints(bench, seconds);
+}
+
+void Instruments::state(Workbench& bench) {
+  const TickView& v = bench.view();
+  const SessionOptions& o = bench.session().options();
+  ImGui::Text("%s, burr %.1f mm", to_string(o.drill.renderer), 2e3 * o.drill.burr.tip_radius);
+  ImGui::SameLine();
+  if (v.spindle_on)
+    ImGui::TextColored(ImVec4(1, 0.62F, 0.25F, 1), "spindle on");
+  else
+    ImGui::TextDisabled("spindle off");
+  const bool well = v.status == trephine::Status::kOk;
+  ImGui::TextColored(well ? ImVec4(0.55F, 0.85F, 0.55F, 1) : ImVec4(1, 0.7F, 0.3F, 1), "%s", in_words(v.status));
+  ImGui::Text("removed %.1f mm3", v.removed_mm3);
+  const char* touching = v.contact.tip && v.contact.shaft ? "tip and shaft touch"
+                         : v.contact.tip                  ? "tip touches"
+                         : v.contact.shaft                ? "shaft touches"
+                                                          : "in the air";
+  ImGui::Text("%s", touching);
+  if (bench.session().failed()) ImGui::TextColored(ImVec4(1, 0.4F, 0.3F, 1), "the device failed");
+  ImGui::PushTextWrapPos();
+  ImGui::TextDisabled("%s", bench.session().report().c_str());
+  ImGui::PopTextWrapPos();
+}
+
+void Instruments::plots(const Workbench& bench) {
+  const std::vector<TickSample> samples = const_cast<Workbench&>(bench).session().history().last(kShown);
+  std::vector<float> force, torque, time;
+  for (const TickSample& s : samples) {
+    force.push_back(s.force);
+    torque.push_back(1e3F * s.torque);
+    time.push_back(s.tick_us);
+  }
+  ImGui::Separator();
+  plot("force", "N", force, force_limit_, 2);
+  plot("torque", "mN m", torque, static_cast<float>(1e3 * kMaxTorque), 20);
+  plot("tick", "us", time, 0, 50);
+  ImGui::TextDisabled("missed %llu periods; picture %.0f ms", static_cast<unsigned long long>(bench.view().missed),
+                      bench.draw_ms());
+}
+
+void Instruments::sliders(Workbench& bench) {
+  Inboxes& inboxes = bench.session().inboxes();
+  ImGui::Separator();
+  ImGui::PushItemWidth(9.5F * ImGui::GetFontSize());
+  if (ImGui::SliderFloat("feed mm/s", &feed_mm_s_, 0.5F, 30))
+    inboxes.feed.post({.speed = 1e-3 * static_cast<double>(feed_mm_s_)});
+  if (ImGui::SliderFloat("damping N s/m", &damping_, 0, 4))
+    inboxes.damping.post({.linear = static_cast<double>(damping_), .angular = 1e-4, .only_in_contact = true});
+  if (ImGui::SliderFloat("vibration N/N", &vibration_, 0, 0.3F))
+    inboxes.vibration.post({.frequency = 180, .per_force = static_cast<double>(vibration_)});
+  if (ImGui::SliderFloat("limit N", &force_limit_, 0.5F, static_cast<float>(kMaxForce)))
+    inboxes.limits.post({.force = static_cast<double>(force_limit_), .torque = kMaxTorque});
+  // These start the loop again, so they wait until the slider is let go.
+  SessionOptions o = bench.session().options();
+  ImGui::SliderFloat("stiffness N/m", &stiffness_, 100, 2000, "%.0f");
+  if (ImGui::IsItemDeactivatedAfterEdit()) {
+    o.drill.stiffness = static_cast<double>(stiffness_);
+    bench.session().change(o);
+  }
+  ImGui::SliderFloat("scale", &scale_, 0.1F, 2);
+  if (ImGui::IsItemDeactivatedAfterEdit()) {
+    o.scale = static_cast<double>(scale_);
+    bench.session().change(o);
+  }
+  ImGui::PopItemWidth();
+}
+
+void Instruments::help() {
+  const ImGuiIO& io = ImGui::GetIO();
+  ImGui::SetNextWindowPos(ImVec2(0.5F * io.DisplaySize.x, 0.5F * io.DisplaySize.y), ImGuiCond_Always,
+                          ImVec2(0.5F, 0.5F));
+  ImGui::SetNextWindowBgAlpha(0.92F);
+  ImGui::Begin("Keys and mouse", nullptr,
+               ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse |
+                   ImGuiWindowFlags_NoSavedSettings);
+  if (ImGui::BeginTable("keys", 2)) {
+    const auto row = [](std::string_view key, std::string_view text) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      ImGui::TextColored(ImVec4(0.55F, 0.78F, 1, 1), "%.*s", static_cast<int>(key.size()), key.data());
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(text.data(), text.data() + text.size());
+    };
+    for (const MouseHelp& m : kMouse) row(m.gesture, m.help);
+    for (const Key& k : kKeys) row(k.name, k.help);
+    ImGui::EndTable();
+  }
+  ImGui::End();
+}
+
+void Instruments::hints(const Workbench& bench, double seconds) {
+  const TickView& v = bench.view();
+  const char* text = nullptr;
+  if (seconds < 6)
+    text = "Move the mouse to move the drill. The wheel pushes it in. F1 shows all keys.";
+  else if (v.removed_mm3 == 0 && !v.spindle_on && v.contact.count > 0)
+    text = "The drill touches bone. Hold the left button, or press Space, and push.";
+  else if (v.removed_mm3 == 0 && v.spindle_on && v.contact.count == 0)
+    text = "Push the drill into the bone with the wheel.";
+  else if (seconds < 90 && v.removed_mm3 > 5 && !v.spindle_on)
+    text = "C cuts the picture open, U undoes, the middle button turns the view.";
+  if (text == nullptr) return;
+  const ImGuiIO& io = ImGui::GetIO();
+  ImGui::SetNextWindowPos(ImVec2(12, io.DisplaySize.y - 12), ImGuiCond_Always, ImVec2(0, 1));
+  ImGui::SetNextWindowBgAlpha(0.6F);
+  ImGui::Begin("hint", nullptr,
+               ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoInputs |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
+  ImGui::TextUnformatted(text);
+  ImGui::End();
+}
+
+}  // namespace live

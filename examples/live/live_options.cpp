@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "live_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+namespace live {
+namespace {
+
+/// WIDTHxHEIGHT; throws CLI::ValidationError.
+void read_size(const std::string& text, LiveOptions& o) {
+  const auto fail = [&] {
+    throw CLI::ValidationError("--size", "'" + text + "' is no size from 160x120 to 7680x4320, such as 1280x800");
+  };
+  const std::size_t x = text.find('x');
+  if (x == std::string::npos) fail();
+  const auto number = [&](std::string_view part, int least, int most) {
+    int v = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), v);
+    if (error != std::errc{} || end != part.data() + part.size() || v < least || v > most) fail();
+    return v;
+  };
+  o.width = number(std::string_view(text).substr(0, x), 160, 7680);
+  o.height = number(std::string_view(text).substr(x + 1), 120, 4320);
+}
+
+}  // namespace
+
+Parsed parse_live_options(int argc, const char* const* argv) {
+  Parsed parsed;
+  LiveOptions& o = parsed.options;
+  CLI::App app(
+      "A window to drill in by hand: the mouse moves the drill, the bone holds it. F1 shows keys and mouse.\n"
+      "Without --skull or --ct it opens a built-in tooth phantom.");
+  app.name("live");
+  const CLI::Range size_mm(0.01, 1000.0);
+  double isovalue = 0, tip_mm = 0, voxel_mm = 0;
+  std::vector<double> at_mm;
+  std::string size;
+  auto* skull = app.add_option("--skull", o.bone.skull, "folder of an InVesalius project: matrix.dat and main.plist")
+                    ->check(CLI::ExistingDirectory);
+  auto* ct = app.add_option("--ct", o.bone.ct, "CT volume: DICOM folder, NRRD, NIfTI or MetaImage (needs ITK)")
+                 ->check(CLI::ExistingPath);
+  ct->excludes(skull);
+  app.add_option("--series", o.bone.series, "which series of a DICOM folder that holds several: number or UID")
+      ->needs(ct);
+  auto* iso =
+      app.add_option("--isovalue", isovalue, "bone is where the density is at least this (skull and CT: 300 HU)")
+          ->check(CLI::Range(-1e9, 1e9));
+  auto* at = app.add_option("--at", at_mm, "start at the bone nearest to X Y Z [mm]")
+                 ->expected(3)
+                 ->check(CLI::Range(-1e5, 1e5));
+  const std::map<std::string, Renderer> renderers{
+      {"coupled", Renderer::kCoupled}, {"line", Renderer::kLine}, {"surface", Renderer::kSurface}};
+  std::string renderer = "coupled", device = "mouse";
+  app.add_option("--algorithm", renderer, "coupled, line or surface (coupled)")
+      ->check(CLI::IsMember({"coupled", "line", "surface"}));
+  auto* tip = app.add_option("--tool", tip_mm, "burr's radius [mm] (three voxels at least)")->check(size_mm);
+  auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
+                    ->check(CLI::Range(0.0, 10.0));
+#ifdef TREPHINE_LIVE_HAS_SPNAV
+  app.add_option("--device", device, "mouse, or spacemouse: a 6-DOF mouse (mouse)")
+      ->check(CLI::IsMember({"mouse", "spacemouse"}));
+#endif
+  app.add_option("--rate", o.rate, "of the haptic loop [Hz] (1000)")->check(CLI::Range(500.0, 8000.0));
+  app.add_option("--scale", o.scale, "motion of the drill over motion of the hand (1)")->check(CLI::Range(0.05, 5.0));
+  app.add_option("--size", size, "of the window, WIDTHxHEIGHT (1280x800)");
+  auto* replay =
+      app.add_option("--replay", o.replay, "play a recorded session, then go on by hand")->check(CLI::ExistingFile);
+  app.add_option("--script", o.script, "play a session, then quit")->check(CLI::ExistingFile)->excludes(replay);
+  app.add_option("--record", o.record, "write the session to this file");
+  app.add_flag("--debug", o.debug, "ask OpenGL for a debug context; an error of OpenGL ends the program");
+  try {
+    app.parse(argc, argv);
+    if (!size.empty()) read_size(size, o);
+    if (*at) {
+      if (at_mm.size() != 3) throw CLI::ValidationError("--at", "needs X Y Z");
+      o.bone.at = 1e-3 * trephine::Vec3d(at_mm[0], at_mm[1], at_mm[2]);
+    }
+    if (!o.record.empty()) {
+      const auto folder = std::filesystem::path(o.record).parent_path();
+      if (!folder.empty() && !std::filesystem::is_directory(folder))
+        throw CLI::ValidationError("--record", "there is no folder " + folder.string());
+    }
+  } catch (const CLI::CallForHelp&) {
+    parsed.exit = Exit{0, app.help()};
+    return parsed;
+  } catch (const CLI::ParseError& e) {
+    std::string text = e.what();
+    // One line, whatever the library says.
+    for (char& c : text)
+      if (c == '\n') c = ' ';
+    parsed.exit = Exit{2, "live: " + text + "; --help lists the options"};
+    return parsed;
+  }
+  if (*iso) o.bone.isovalue = isovalue;
+  if (*tip) o.bone.tip_radius = 1e-3 * tip_mm;
+  if (*voxel) o.bone.voxel = 1e-3 * voxel_mm;
+  o.renderer = renderers.at(renderer);
+  o.device = device == "spacemouse" ? DeviceKind::kSpaceMouse : DeviceKind::kMouse;
+  return parsed;
+}
+
+}  // namespace live

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "../drill/options.hpp"
+#include "held_drill.hpp"
+#include "session.hpp"
+
+#include <optional>
+#include <string>
+
+namespace live {
+
+/// The command line of the window.
+struct LiveOptions {
+  drill::Options bone;  ///< volume, isovalue, place, burr, voxel
+  Renderer renderer = Renderer::kCoupled;
+  DeviceKind device = DeviceKind::kMouse;
+  double rate = 1000;  ///< [Hz]
+  double scale = 1;
+  int width = 1280, height = 800;  ///< [pixels]
+  std::string script;              ///< file to play, then quit
+  std::string replay;              ///< file to play, then go on by hand
+  std::string record;              ///< file to write
+  bool debug = false;              ///< a debug context, whose errors end the program
+};
+
+/// Ends the program's start: text for standard output (--help) or one line for standard error, with an exit code.
+struct Exit {
+  int code;
+  std::string text;
+};
+
+/// Returns the options, or how the program ends at once: 0 for --help, 2 for a wrong argument.
+struct Parsed {
+  LiveOptions options;
+  std::optional<Exit> exit;
+};
+[[nodiscard]] Parsed parse_live_options(int argc, const char* const* argv);
+
+}  // namespace live

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// A window to drill in by hand: mouse, 6-DOF mouse or a file moves the drill, and the bone holds it.
+#include "../drill/png_file.hpp"
+#include "screen.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <thread>
+
+namespace live {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+void save_shot(Screen& screen, double time, const std::string& path) {
+  const std::vector<std::uint8_t> rgb = screen.shot(time);
+  if (rgb.empty()) return;
+  drill::write_png(screen.width(), screen.height(), rgb, path);
+  std::printf("saved %s\n", path.c_str());
+  std::fflush(stdout);
+}
+
+/// Plays the events that are due; false once they say quit.
+bool play(const std::vector<Event>& events, std::size_t& next, double time, Window& window, Workbench& bench,
+          Screen& screen) {
+  for (; next < events.size() && events[next].time <= time; ++next) {
+    const Event& e = events[next];
+    if (e.kind == Event::Kind::kQuit) return false;
+    if (e.kind == Event::Kind::kShot) save_shot(screen, time, e.file);
+    if (e.kind == Event::Kind::kSize)
+      glfwSetWindowSize(window.handle(), static_cast<int>(e.numbers[0]), static_cast<int>(e.numbers[1]));
+    bench.apply(e);
+  }
+  return true;
+}
+
+int run(const LiveOptions& options) {
+  const bool scripted = !options.script.empty();
+  const std::string& file = scripted ? options.script : options.replay;
+  std::vector<Event> events;
+  if (!file.empty()) events = read_events(file);
+  Window window(options.width, options.height, true, options.debug);
+  std::printf("picture  %s\n", window.renderer().c_str());
+  const auto loading = Clock::now();
+  Loaded loaded = load(options.bone);
+  const auto& n = loaded.bone.grid.size();
+  const Vec3d mm = 1e3 * loaded.bone.grid.spacing();
+  std::printf("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm\n", loaded.bone.name.c_str(), n[0], n[1], n[2],
+              mm.x(), mm.y(), mm.z());
+  for (const std::string& note : loaded.bone.notes) std::printf("         %s\n", note.c_str());
+  Workbench bench(std::move(loaded), options);
+  Screen screen(window, bench, !scripted);
+  std::printf("ready    after %.1f s; %zu MB on the card; F1 shows keys and mouse\n", seconds_since(loading),
+              bench.texture().bytes() >> 20);
+  std::fflush(stdout);
+
+  std::unique_ptr<EventWriter> record;
+  if (!options.record.empty()) record = std::make_unique<EventWriter>(options.record);
+  std::size_t next = 0;
+  int shots = 0;
+  bool spindle = false;
+  const auto start = Clock::now();
+  auto last = start;
+  std::size_t frames = 0;
+  while (glfwWindowShouldClose(window.handle()) == GLFW_FALSE && !bench.quit()) {
+    glfwPollEvents();
+    const double time = seconds_since(start), dt = std::min(seconds_since(last), 0.1);
+    last = Clock::now();
+    if (!play(events, next, time, window, bench, screen)) break;
+    if (scripted && next == events.size()) break;
+    screen.frame(dt, time);
+    ++frames;
+    if (record) {
+      for (const Action a : screen.pressed())
+        if (a != Action::kSpindle) record->key(time, a);
+      if (bench.spindle() != spindle) record->spindle(time, bench.spindle());
+      record->hand(time, bench.hand().pose());
+      record->view(time, bench.camera());
+    }
+    spindle = bench.spindle();
+    if (bench.take_shot()) save_shot(screen, time, "trephine_" + std::to_string(++shots) + ".png");
+    if (bench.session().failed()) throw std::runtime_error(bench.session().report());
+    if (!window.gl_errors().empty()) throw std::runtime_error("OpenGL: " + window.gl_errors());
+    // Nothing is gained beyond 60 pictures a second, also where no screen paces them.
+    std::this_thread::sleep_until(last + std::chrono::milliseconds(bench.still() ? 33 : 16));
+  }
+  const double length = seconds_since(start);
+  std::printf("drilled  %.1f mm3 in %.1f s; %zu pictures; %llu periods missed of %llu\n", bench.view().removed_mm3,
+              length, frames, static_cast<unsigned long long>(bench.view().missed),
+              static_cast<unsigned long long>(bench.view().tick));
+  return 0;
+}
+
+}  // namespace
+}  // namespace live
+
+/// Exit code: 0; 1 where the device or OpenGL failed; 2 for a wrong argument, a wrong file or no display.
+int main(int argc, char** argv) {
+  const live::Parsed parsed = live::parse_live_options(argc, argv);
+  if (parsed.exit) {
+    std::fprintf(parsed.exit->code == 0 ? stdout : stderr, "%s\n", parsed.exit->text.c_str());
+    return parsed.exit->code;
+  }
+  try {
+    return live::run(parsed.options);
+  } catch (const live::NoDisplay& e) {
+    std::fprintf(stderr, "live: %s. Without a screen: xvfb-run -a examples/live/run (Debian: xvfb, xauth)\n", e.what());
+    return 2;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "live: %s\n", e.what());
+    return 2;
+  }
+}

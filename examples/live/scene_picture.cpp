@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "scene_picture.hpp"
+
+#include "shaders.hpp"
+
+#include <cmath>
+
+namespace live {
+namespace {
+
+/// Millimetres: the shaders' lengths.
+constexpr double kMm = 1e3;
+
+GLint place(const gl::Program& program, const char* name) { return glGetUniformLocation(program.name(), name); }
+void set(const gl::Program& p, const char* name, const Vec3d& v) {
+  glUniform3f(place(p, name), static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()));
+}
+void set(const gl::Program& p, const char* name, double v) { glUniform1f(place(p, name), static_cast<float>(v)); }
+void set(const gl::Program& p, const char* name, bool v) { glUniform1i(place(p, name), v ? 1 : 0); }
+void set(const gl::Program& p, const char* name, float x, float y) { glUniform2f(place(p, name), x, y); }
+
+void set_tool(const gl::Program& p, const std::string& name, const Posed& X_GT) {
+  const Eigen::Matrix3f axes = X_GT.linear().cast<float>();
+  glUniformMatrix3fv(place(p, (name + ".axes").c_str()), 1, GL_FALSE, axes.data());
+  set(p, (name + ".tip").c_str(), Vec3d(kMm * X_GT.translation()));
+}
+
+/// The R2 sequence: places that fill a pixel evenly however many are taken.
+double spread(int i, double ratio) { return std::fmod(0.5 + i * ratio, 1.0) - 0.5; }
+
+}  // namespace
+
+ScenePicture::ScenePicture()
+    : ray_cast_(gl::make_program(shaders::kWholePicture, shaders::kRayCast)),
+      copy_(gl::make_program(shaders::kWholePicture, shaders::kCopy)),
+      marks_(gl::make_program(shaders::kMarkVertex, shaders::kMarkFragment)),
+      nothing_(gl::make_vertex_array()),
+      mark_array_(gl::make_vertex_array()),
+      mark_buffer_(gl::make_buffer()) {
+  glUseProgram(ray_cast_.name());
+  glUniform1i(place(ray_cast_, "densities"), 0);
+  glUniform1i(place(ray_cast_, "distances"), 1);
+  glUniform1i(place(ray_cast_, "shares"), 2);
+  glUseProgram(copy_.name());
+  glUniform1i(place(copy_, "picture"), 3);
+  glBindVertexArray(mark_array_.name());
+  glBindBuffer(GL_ARRAY_BUFFER, mark_buffer_.name());
+  constexpr GLsizei kStride = 8 * sizeof(float);
+  const auto at = [](std::size_t floats) { return reinterpret_cast<const void*>(floats * sizeof(float)); };
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, at(0));
+  glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, kStride, at(3));
+  glVertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, kStride, at(7));
+  for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
+  glBindVertexArray(0);
+}
+
+void ScenePicture::set_camera(const gl::Program& p, const OrbitCamera& camera, const Posed& X_GW, int width,
+                              int height) const {
+  const Mat3d axes = X_GW.linear() * camera.axes();
+  const double half = std::tan(OrbitCamera::kFieldOfView / 2);
+  set(p, "eye", Vec3d(kMm * (X_GW * camera.eye_W())));
+  set(p, "right", Vec3d(half * width / height * axes.col(0)));
+  set(p, "up", Vec3d(half * axes.col(1)));
+  set(p, "back", Vec3d(axes.col(2)));
+  set(p, "depth_range", static_cast<float>(kMm * kNear), static_cast<float>(kMm * kFar));
+}
+
+void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width, int height,
+                        bool fine, Jitter jitter) {
+  frame_.resize(width, height, GL_RGBA8, true);
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_.framebuffer.name());
+  glViewport(0, 0, width, height);
+  glDisable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_ALWAYS);
+  bone.bind();
+  const gl::Program& p = ray_cast_;
+  glUseProgram(p.name());
+  const Posed X_GW = X_WG.inverse(Eigen::Isometry);
+  set_camera(p, view.camera, X_GW, width, height);
+  set(p, "jitter", jitter.x / static_cast<float>(width), jitter.y / static_cast<float>(height));
+  set(p, "size", Vec3d(bone.size()[0], bone.size()[1], bone.size()[2]));
+  set(p, "per_mm", Vec3d((kMm * bone.spacing()).cwiseInverse()));
+  set(p, "voxel", kMm * bone.spacing().minCoeff());
+  set(p, "isovalue", bone.isovalue() / 32767);
+  glUniform3i(place(p, "bricks"), bone.bricks()[0], bone.bricks()[1], bone.bricks()[2]);
+  set(p, "stride", fine ? 0.7 : 1.0);
+  set(p, "fine", fine);
+  const Mat3d axes = X_GW.linear() * view.camera.axes();
+  set(p, "to_key", Vec3d((axes * Vec3d(-0.55, 0.65, 0.60)).normalized()));
+  Vec3d clip = Vec3d::Zero();
+  double offset = 0;
+  if (view.clip) {
+    clip = X_GW.linear() * view.clip->normal_W;
+    offset = view.clip->offset + clip.dot(X_GW.translation());
+  }
+  glUniform4f(place(p, "clip"), static_cast<float>(clip.x()), static_cast<float>(clip.y()),
+              static_cast<float>(clip.z()), static_cast<float>(kMm * offset));
+  set_tool(p, "tool", X_GW * view.tool_W);
+  set_tool(p, "ghost", X_GW * view.ghost_W);
+  set(p, "burr", Vec3d(kMm * Vec3d(view.burr.tip_radius, view.burr.shaft_radius, view.burr.shaft_length)));
+  set(p, "spin", view.spin);
+  set(p, "ghostly", view.ghost_opacity);
+  set(p, "flat_shading", view.only_bone);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  if (!view.only_bone) draw_marks(view, X_GW);
+  glDisable(GL_DEPTH_TEST);
+}
+
+void ScenePicture::draw_marks(const SceneView& view, const Posed& X_GW) {
+  if (view.sprites.empty() && view.triangles.empty()) return;
+  std::vector<float> data;
+  data.reserve(8 * (view.sprites.size() + view.triangles.size()));
+  for (const auto* list : {&view.triangles, &view.sprites})
+    for (const Mark& m : *list) {
+      const Eigen::Vector3f q = (kMm * (X_GW * m.p_W)).cast<float>();
+      data.insert(data.end(), {q.x(), q.y(), q.z()});
+      data.insert(data.end(), m.colour.begin(), m.colour.end());
+      data.push_back(static_cast<float>(kMm * m.radius));
+    }
+  glUseProgram(marks_.name());
+  set_camera(marks_, view.camera, X_GW, frame_.width, frame_.height);
+  set(marks_, "half_picture", 0.5F * static_cast<float>(frame_.width), 0.5F * static_cast<float>(frame_.height));
+  glBindVertexArray(mark_array_.name());
+  glBindBuffer(GL_ARRAY_BUFFER, mark_buffer_.name());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(data.size() * sizeof(float)), data.data(), GL_STREAM_DRAW);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glEnable(GL_PROGRAM_POINT_SIZE);
+  const auto corners = static_cast<GLsizei>(view.triangles.size());
+  set(marks_, "bias", 0.0);
+  glDrawArrays(GL_TRIANGLES, 0, corners);
+  // Contact points lie on the surface, which must not hide them by half.
+  set(marks_, "bias", 0.6);
+  glDrawArrays(GL_POINTS, corners, static_cast<GLsizei>(view.sprites.size()));
+  glDisable(GL_PROGRAM_POINT_SIZE);
+  glDisable(GL_BLEND);
+  glDepthMask(GL_TRUE);
+  glBindVertexArray(0);
+}
+
+void ScenePicture::draw_moving(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width,
+                               int height) {
+  draw(view, bone, X_WG, width, height, false, {0, 0});
+  still_ = false;
+}
+
+bool ScenePicture::draw_still(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width, int height,
+                              bool first) {
+  if (first) samples_ = 0;
+  if (samples_ >= kSamples) return false;
+  const Jitter jitter{static_cast<float>(2 * spread(samples_, 0.7548776662)),
+                      static_cast<float>(2 * spread(samples_, 0.5698402910))};
+  draw(view, bone, X_WG, width, height, true, jitter);
+  mean_.resize(width, height, GL_RGBA16F, false);
+  glBindFramebuffer(GL_FRAMEBUFFER, mean_.framebuffer.name());
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glUseProgram(copy_.name());
+  glActiveTexture(GL_TEXTURE3);
+  glBindTexture(GL_TEXTURE_2D, frame_.colour.name());
+  set(copy_, "opacity", 1.0 / ++samples_);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDisable(GL_BLEND);
+  glActiveTexture(GL_TEXTURE0);
+  still_ = true;
+  return samples_ < kSamples;
+}
+
+void ScenePicture::present(int width, int height) const {
+  glViewport(0, 0, width, height);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glUseProgram(copy_.name());
+  glActiveTexture(GL_TEXTURE3);
+  glBindTexture(GL_TEXTURE_2D, shown().colour.name());
+  set(copy_, "opacity", 1.0);
+  glBindVertexArray(nothing_.name());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glActiveTexture(GL_TEXTURE0);
+}
+
+std::vector<std::uint8_t> ScenePicture::colours() const {
+  const gl::Target& t = shown();
+  const std::size_t row = 3 * static_cast<std::size_t>(t.width);
+  std::vector<std::uint8_t> bottom_up(row * static_cast<std::size_t>(t.height)), out(bottom_up.size());
+  glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer.name());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, t.width, t.height, GL_RGB, GL_UNSIGNED_BYTE, bottom_up.data());
+  for (std::size_t y = 0; y < static_cast<std::size_t>(t.height); ++y)
+    std::copy_n(bottom_up.data() + (static_cast<std::size_t>(t.height) - 1 - y) * row, row, out.data() + y * row);
+  return out;
+}
+
+std::vector<float> ScenePicture::depths() const {
+  const std::size_t row = static_cast<std::size_t>(frame_.width);
+  std::vector<float> bottom_up(row * static_cast<std::size_t>(frame_.height)), out(bottom_up.size());
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_.framebuffer.name());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, frame_.width, frame_.height, GL_DEPTH_COMPONENT, GL_FLOAT, bottom_up.data());
+  for (std::size_t y = 0; y < static_cast<std::size_t>(frame_.height); ++y)
+    std::copy_n(bottom_up.data() + (static_cast<std::size_t>(frame_.height) - 1 - y) * row, row, out.data() + y * row);
+  for (float& d : out) {
+    const double z = kNear * kFar / (kFar - static_cast<double>(d) * (kFar - kNear));
+    d = static_cast<float>(std::min(z, kFar));
+  }
+  return out;
+}
+
+}  // namespace live

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: MIT
+#include "session.hpp"
+
+#ifdef TREPHINE_LIVE_HAS_SPNAV
+#include "../spacemouse/spacemouse_device.hpp"
+#include "../spacemouse/spnav_source.hpp"
+#endif
+
+#include <trephine/device/servo_loop.hpp>
+#include <trephine/device/simulated_device.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <sstream>
+#include <utility>
+
+namespace live {
+namespace {
+
+using namespace trephine;
+
+/// A desktop arm of six axes in a light grip; the hand's spring is what the mouse pulls at.
+SimulatedDeviceOptions simulated_arm(const Posed& X_DH, double rate) {
+  SimulatedDeviceOptions o;
+  o.linear = {.inertia = 0.075, .damping = 0.5, .friction = 0.04, .quantum = 0.03e-3, .limit = kMaxForce};
+  o.angular = {.inertia = 4e-5, .damping = 4e-4, .friction = 0, .quantum = 1e-4, .limit = kMaxTorque};
+  o.rate = rate;
+  o.X_DH = X_DH;
+  return o;
+}
+
+/// The drill as a servo loop ticks it, timed for the instruments.
+class TimedDrill {
+ public:
+  static constexpr bool kHasTorque = true;
+  TimedDrill(HeldDrill& drill, double stiffness) : drill_(drill), stiffness_(stiffness) {}
+
+  TickResult tick(const TickInput& input, double dt) noexcept {
+    const auto start = std::chrono::steady_clock::now();
+    const TickResult result = drill_.tick(input, dt);
+    took_us_ = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+    return result;
+  }
+  [[nodiscard]] double stiffness() const { return stiffness_; }
+  [[nodiscard]] double took_us() const noexcept { return took_us_; }
+
+ private:
+  HeldDrill& drill_;
+  double stiffness_;
+  double took_us_ = 0;
+};
+
+/// The registration at another scale that leaves the tool where it is.
+Registration rescaled(const Registration& from, const Posed& X_DH, double scale) {
+  const Vec3d p_WD = from.tool_pose(X_DH).translation() - scale * X_DH.translation();
+  return Registration(make_pose<double>(Mat3d::Identity(), p_WD), Posed::Identity(), scale);
+}
+
+}  // namespace
+
+std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
+                                      Inboxes& inboxes) {
+  switch (settings.renderer) {
+    case Renderer::kLine:
+      return line_drill(bone, isovalue, settings, inboxes);
+    case Renderer::kSurface:
+      return surface_drill(bone, isovalue, settings, inboxes);
+    case Renderer::kCoupled:
+      break;
+  }
+  return coupled_drill(bone, isovalue, settings, inboxes);
+}
+
+Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& options, const Posed& start)
+    : bone_(bone), isovalue_(isovalue), options_(options), start_(start), running_(options) {
+  view_.probe = view_.tool = start;
+  wishes_.post({start, false});
+  drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
+  thread_ = std::thread([this] { run(); });
+}
+
+Session::~Session() {
+  over_.store(true);
+  pending_.store(true);
+  thread_.join();
+}
+
+const TickView& Session::view() noexcept {
+  if (const TickView* latest = views_.take()) view_ = *latest;
+  return view_;
+}
+
+void Session::run() {
+  try {
+    // The device's origin is the tool's place at the start.
+    registration_ =
+        Registration(make_pose<double>(Mat3d::Identity(), start_.translation()), Posed::Identity(), running_.scale);
+    X_DH_ = registration_.handle_pose(start_);
+#ifdef TREPHINE_LIVE_HAS_SPNAV
+    if (running_.device == DeviceKind::kSpaceMouse) {
+      spacemouse::SpnavSource source;
+      spacemouse::Device device(source, {.speed = 0.02}, X_DH_);
+      return run_on(device);
+    }
+#endif
+    SimulatedDevice device(simulated_arm(X_DH_, running_.rate), WishedHand(wishes_, registration_, start_));
+    run_on(device);
+  } catch (const std::exception& e) {
+    say(e.what());
+    failed_.store(true, std::memory_order_release);
+  }
+}
+
+template <class Device>
+void Session::run_on(Device& device) {
+  while (!over_.load()) {
+    std::vector<std::function<void()>> commands;
+    {
+      const std::lock_guard lock(between_);
+      commands.swap(commands_);
+      pending_.store(over_.load());
+    }
+    for (const auto& work : commands) work();
+    if (running_.scale != registration_.scale()) registration_ = rescaled(registration_, X_DH_, running_.scale);
+    TimedDrill drill(*drill_, running_.drill.stiffness);
+    ServoLoop loop(device, drill, registration_, {.rate = running_.rate});
+    std::ostringstream text;
+    text << loop.capabilities().name << ", " << 1.0 / loop.period() << " Hz";
+    for (const std::string& warning : loop.warnings()) text << "\n" << warning;
+    say(text.str());
+
+    const double period = loop.period();
+    TickView view;
+    const auto observe = [&](const TickRecord& tick) noexcept {
+      removed_mm3_ += tick.result.removed_mm3;
+      if (tick.index > 0 && tick.dt > 1.5 * period) missed_ += static_cast<std::uint64_t>(tick.dt / period - 0.5);
+      X_DH_ = tick.state.X_DH;
+      view.tick = ++ticks_;
+      view.probe = tick.input.X_WT;
+      view.tool = drill_->tool_W();
+      view.wrench = tick.result.wrench;
+      view.contact = tick.result.contact;
+      view.status = tick.result.status;
+      view.spindle_on = tick.input.spindle_on;
+      view.removed_mm3 = removed_mm3_;
+      view.missed = missed_;
+      std::array<ContactPoint<double>, TickView::kContacts> contacts{};
+      view.contact_count = drill_->contacts_W(contacts);
+      for (std::size_t i = 0; i < view.contact_count; ++i) view.contacts[i] = contacts[i].position;
+      views_.post(view);
+      history_.add({static_cast<float>(tick.result.wrench.force.norm()),
+                    static_cast<float>(tick.result.wrench.torque.norm()), static_cast<float>(drill.took_us())});
+    };
+    const RunReport report =
+        loop.run_until([&](const TickRecord&) { return pending_.load(std::memory_order_acquire); }, observe);
+    if (report.end == RunEnd::kFault) throw std::runtime_error(report.reason);
+  }
+}
+
+void Session::command(std::function<void()> work) {
+  const std::lock_guard lock(between_);
+  commands_.push_back(std::move(work));
+  pending_.store(true, std::memory_order_release);
+}
+
+void Session::change(const SessionOptions& options) {
+  if (!(options.scale > 0) || !(options.scale <= 10))
+    throw std::invalid_argument("the scale must be > 0 and at most 10");
+  options.drill.burr.validate();
+  options_ = options;
+  command([this, options] {
+    const auto same = [](const DrillSettings& a, const DrillSettings& b) {
+      return a.renderer == b.renderer && a.stiffness == b.stiffness && a.burr.tip_radius == b.burr.tip_radius &&
+             a.burr.shaft_radius == b.burr.shaft_radius && a.burr.shaft_length == b.burr.shaft_length;
+    };
+    if (!same(running_.drill, options.drill)) drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
+    running_ = options;
+  });
+}
+
+void Session::restore() {
+  command([this] {
+    bone_.restore();
+    removed_mm3_ = 0;
+  });
+}
+
+void Session::bring_back(const BoneState& state) {
+  command([this, state] { set_bone(bone_, state); });
+}
+
+std::string Session::report() const {
+  const std::lock_guard lock(between_);
+  return report_;
+}
+
+void Session::say(const std::string& text) {
+  const std::lock_guard lock(between_);
+  report_ = text;
+}
+
+}  // namespace live

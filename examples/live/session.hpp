@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "held_drill.hpp"
+#include "mouse_hand.hpp"
+#include "strokes.hpp"
+
+#include <trephine/device/device.hpp>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace live {
+
+/// What the window shows of a tick. Poses and points in W.
+struct TickView {
+  static constexpr std::size_t kContacts = 24;
+  std::uint64_t tick = 0;
+  Posed probe = Posed::Identity();  ///< the device's tool pose
+  Posed tool = Posed::Identity();   ///< the tool that rests on the bone
+  trephine::Wrenchd wrench;
+  trephine::ContactSummary contact{};
+  trephine::Status status = trephine::Status::kOk;
+  bool spindle_on = false;
+  double removed_mm3 = 0;    ///< since the start or the last `restore`
+  std::uint64_t missed = 0;  ///< periods without a tick
+  std::array<Vec3d, kContacts> contacts{};
+  std::size_t contact_count = 0;
+};
+
+/// One tick in the instruments' history.
+struct TickSample {
+  float force = 0;    ///< [N]
+  float torque = 0;   ///< [N·m]
+  float tick_us = 0;  ///< processor's wall time in the scene [µs]
+};
+
+/// The last ticks, written by the haptic thread and read by the window; neither waits.
+class History {
+ public:
+  static constexpr std::size_t kSize = 8192;
+
+  void add(const TickSample& s) noexcept {
+    const std::uint64_t at = count_.load(std::memory_order_relaxed);
+    auto& slot = slots_[at % kSize];
+    slot[0].store(s.force, std::memory_order_relaxed);
+    slot[1].store(s.torque, std::memory_order_relaxed);
+    slot[2].store(s.tick_us, std::memory_order_relaxed);
+    count_.store(at + 1, std::memory_order_release);
+  }
+  /// Copies the last `most` samples, oldest first; the half of the buffer that may be overwritten meanwhile stays out.
+  [[nodiscard]] std::vector<TickSample> last(std::size_t most) const {
+    const std::uint64_t end = count_.load(std::memory_order_acquire);
+    const std::uint64_t n = std::min<std::uint64_t>({most, end, kSize / 2});
+    std::vector<TickSample> out;
+    out.reserve(n);
+    for (std::uint64_t i = end - n; i < end; ++i) {
+      const auto& slot = slots_[i % kSize];
+      out.push_back({slot[0].load(std::memory_order_relaxed), slot[1].load(std::memory_order_relaxed),
+                     slot[2].load(std::memory_order_relaxed)});
+    }
+    return out;
+  }
+  [[nodiscard]] std::uint64_t count() const noexcept { return count_.load(std::memory_order_acquire); }
+
+ private:
+  std::array<std::array<std::atomic<float>, 3>, kSize> slots_{};
+  std::atomic<std::uint64_t> count_{0};
+};
+
+/// Source of the tool's pose.
+enum class DeviceKind { kMouse, kSpaceMouse };
+
+/// How a session runs.
+struct SessionOptions {
+  DrillSettings drill{};
+  double rate = 1000;  ///< of the servo loop [Hz]
+  double scale = 1;    ///< tool's motion over the hand's
+  DeviceKind device = DeviceKind::kMouse;
+};
+
+/// The haptic side: a servo loop on a thread of its own, which alone touches the bone. The window posts wishes and
+/// commands and reads views. Commands run between two runs of the loop, which then ramps its force up again.
+class Session {
+ public:
+  /// Starts the loop with the hand at `start`. The bone must outlive the session. Throws std::exception with one line
+  /// where the device or the drill cannot be made.
+  Session(drill::Grid& bone, double isovalue, const SessionOptions& options, const Posed& start);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  // Window thread.
+  void wish(const HandWish& wish) noexcept { wishes_.post(wish); }
+  /// Returns the latest tick's view.
+  [[nodiscard]] const TickView& view() noexcept;
+  [[nodiscard]] const History& history() const noexcept { return history_; }
+  [[nodiscard]] Inboxes& inboxes() noexcept { return inboxes_; }
+  [[nodiscard]] const SessionOptions& options() const noexcept { return options_; }
+  /// Takes other settings; the loop starts again with a ramp. Throws std::invalid_argument, and then all stays.
+  void change(const SessionOptions& options);
+  /// Puts the whole bone back.
+  void restore();
+  /// Puts the bone back to the given contents of bricks.
+  void bring_back(const BoneState& state);
+  /// Returns what the loop last said of itself: device, priority, warnings; or why it ended.
+  [[nodiscard]] std::string report() const;
+  [[nodiscard]] bool failed() const noexcept { return failed_.load(std::memory_order_acquire); }
+
+ private:
+  void run();
+  template <class Device>
+  void run_on(Device& device);
+  void command(std::function<void()> work);
+  void say(const std::string& text);
+
+  drill::Grid& bone_;
+  double isovalue_;
+  SessionOptions options_;  // of the window
+  Posed start_;
+  Inboxes inboxes_;
+  trephine::Mailbox<HandWish> wishes_;
+  trephine::Mailbox<TickView> views_;
+  TickView view_;
+  History history_;
+
+  // Of the haptic thread, and of commands, which run there.
+  SessionOptions running_;
+  trephine::Registration registration_;
+  Posed X_DH_ = Posed::Identity();  // at the last tick
+  std::unique_ptr<HeldDrill> drill_;
+  double removed_mm3_ = 0;
+  std::uint64_t missed_ = 0;
+  std::uint64_t ticks_ = 0;
+
+  mutable std::mutex between_;  // commands and report; the loop never takes it while it ticks
+  std::vector<std::function<void()>> commands_;
+  std::string report_;
+  std::atomic<bool> pending_{false};
+  std::atomic<bool> over_{false};
+  std::atomic<bool> failed_{false};
+  std::thread thread_;
+};
+
+}  // namespace live

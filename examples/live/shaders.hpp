@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The window's shaders, GLSL 3.30. Lengths are millimetres in G; u is a place in voxels.
+namespace live::shaders {
+
+/// A triangle that covers the picture.
+inline constexpr const char* kWholePicture = R"(#version 330 core
+out vec2 at;
+void main() {
+  at = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(at, 0.0, 1.0);
+}
+)";
+
+/// Casts a ray a pixel into bone and tool, and shades what it meets.
+inline constexpr const char* kRayCast = R"(#version 330 core
+in vec2 at;
+layout(location = 0) out vec4 colour;
+
+uniform sampler3D densities;
+uniform usampler3D distances;  // bricks to the nearest one with bone
+uniform sampler3D shares;      // of bone; of bone that was cut
+uniform vec3 size;             // voxels
+uniform vec3 per_mm;           // voxels
+uniform float voxel;           // smallest spacing
+uniform float isovalue;        // of 32767
+uniform ivec3 bricks;
+
+uniform vec3 eye, right, up, back;  // right and up are as long as half the picture at a depth of 1
+uniform vec2 jitter;                // of the ray, in units of `at`
+uniform vec2 depth_range;           // near and far plane
+uniform float stride;               // of the ray in bone's bricks, voxels
+uniform bool fine;                  // the picture stands still: shadows and wider normals
+uniform vec4 clip;                  // plane: what has dot(clip.xyz, p) > clip.w is left out; off where clip is 0
+uniform vec3 to_key;                // toward the key light
+
+struct Tool { mat3 axes; vec3 tip; };  // axes of T as columns
+uniform Tool tool, ghost;
+uniform vec3 burr;      // radius of the ball, radius and length of the shaft
+uniform float spin;     // angle of the burr's flutes
+uniform float ghostly;  // opacity of the ghost, 0: none
+uniform bool flat_shading;  // for tests: bone white, all else black
+
+const vec3 kBone = vec3(0.83, 0.74, 0.58);
+const vec3 kCut = vec3(0.86, 0.60, 0.50);
+const vec3 kGhost = vec3(0.25, 0.55, 1.0);
+
+float above(vec3 u) { return texture(densities, (u + 0.5) / size).r - isovalue; }
+
+/// Distance along the ray to bone within [from, to], or -1.
+float first_bone(vec3 origin, vec3 direction, float from, float to) {
+  vec3 u0 = origin * per_mm, du = direction * per_mm;
+  du = mix(du, vec3(1e-9), lessThan(abs(du), vec3(1e-9)));
+  vec3 inverse = 1.0 / du;
+  float step_mm = stride * voxel;
+  float t = from;
+  for (int i = 0; i < 512 && t < to; ++i) {
+    vec3 u = u0 + du * t;
+    ivec3 b = clamp(ivec3(floor(u / 8.0)), ivec3(0), bricks - 1);
+    float d = float(texelFetch(distances, b, 0).r);
+    float cube = max(d, 1.0);
+    vec3 lo = (vec3(b) - (cube - 1.0)) * 8.0, hi = (vec3(b) + cube) * 8.0;
+    vec3 leave = (mix(lo, hi, greaterThan(du, vec3(0.0))) - u0) * inverse;
+    float end = min(min(leave.x, min(leave.y, leave.z)), to);
+    if (d < 0.5) {
+      float r = above(u);
+      if (r >= 0.0) return t;
+      while (t < end) {
+        float next = min(t + step_mm, end + 1e-3);
+        float s = above(u0 + du * next);
+        if (s >= 0.0) {
+          // The crossing by false position, then halving what is left.
+          float a = t, b2 = next;
+          for (int k = 0; k < 4; ++k) {
+            float middle = k < 2 ? a + (b2 - a) * clamp(r / (r - s), 0.02, 0.98) : 0.5 * (a + b2);
+            float m = above(u0 + du * middle);
+            if (m >= 0.0) { b2 = middle; s = m; } else { a = middle; r = m; }
+          }
+          return a + (b2 - a) * clamp(r / (r - s), 0.0, 1.0);
+        }
+        r = s;
+        t = next;
+      }
+    }
+    t = max(end, t) + 2e-3;
+  }
+  return -1.0;
+}
+
+vec3 gradient(vec3 u, float h) {
+  vec3 e = vec3(h, 0.0, 0.0);
+  return vec3(above(u + e.xyy) - above(u - e.xyy), above(u + e.yxy) - above(u - e.yxy),
+              above(u + e.yyx) - above(u - e.yyx)) * per_mm / voxel;
+}
+
+/// Outward, over a reach that hides single voxels.
+vec3 bone_normal(vec3 p) {
+  vec3 u = p * per_mm;
+  vec3 g = gradient(u, 1.0);
+  if (fine) g += 0.7 * gradient(u, 2.0);
+  return -normalize(g + vec3(1e-9));
+}
+
+float share_of_bone(vec3 p, float level) {
+  return textureLod(shares, (p * per_mm + 0.5) / (vec3(bricks) * 8.0), level).r;
+}
+
+/// How much of the sky over p is free, 0..1: bone in three balls that grow with their distance.
+float open_sky(vec3 p, vec3 n) {
+  float s = 0.30 * share_of_bone(p + n * 2.2 * voxel, 0.0) + 0.40 * share_of_bone(p + n * 5.0 * voxel, 1.0) +
+            0.50 * share_of_bone(p + n * 11.0 * voxel, 2.0);
+  return clamp(1.08 - 1.25 * s, 0.0, 1.0);
+}
+
+/// Distances along a ray at which it meets a ball; x > y: it does not.
+vec2 through_ball(vec3 o, vec3 d, float r) {
+  float b = dot(o, d), q = b * b - dot(o, o) + r * r;
+  if (q < 0.0) return vec2(1.0, -1.0);
+  return vec2(-b - sqrt(q), -b + sqrt(q));
+}
+
+/// Meets ball and shaft in T; returns the distance or -1, with the outward normal.
+float through_tool(vec3 o, vec3 d, out vec3 n, out bool on_ball) {
+  float best = 1e9;
+  on_ball = false;
+  n = vec3(0.0, 0.0, 1.0);
+  vec2 ball = through_ball(o, d, burr.x);
+  if (ball.x <= ball.y && ball.x > 0.0) {
+    best = ball.x;
+    n = (o + best * d) / burr.x;
+    on_ball = true;
+  }
+  float a = dot(d.xy, d.xy), b = dot(o.xy, d.xy), c = dot(o.xy, o.xy) - burr.y * burr.y;
+  float q = b * b - a * c;
+  if (q >= 0.0 && a > 1e-12) {
+    float t = (-b - sqrt(q)) / a;
+    float z = o.z + t * d.z;
+    if (t > 0.0 && t < best && z > 0.0 && z < burr.z) {
+      best = t;
+      n = vec3((o.xy + t * d.xy) / burr.y, 0.0);
+      on_ball = false;
+    }
+  }
+  if (abs(d.z) > 1e-9) {
+    float t = (burr.z - o.z) / d.z;
+    vec2 p = o.xy + t * d.xy;
+    if (t > 0.0 && t < best && dot(p, p) < burr.y * burr.y) {
+      best = t;
+      n = vec3(0.0, 0.0, 1.0);
+      on_ball = false;
+    }
+  }
+  return best < 1e8 ? best : -1.0;
+}
+
+/// Share of the key light at p that the tool lets through; soft, the softer the farther away.
+float past_tool(vec3 p) {
+  vec3 o = (p - tool.tip) * tool.axes, d = to_key * tool.axes;
+  float t = max(-dot(o, d), 0.0);
+  float gap = length(o + t * d) - burr.x;
+  float light = smoothstep(-0.15, 0.10 * t + 0.15, gap + 0.02);
+  // Nearest approach of the ray and the shaft's axis.
+  float along = d.z, w = 1.0 - along * along;
+  float s = w > 1e-6 ? clamp((along * o.z - dot(o, d)) / w, 0.0, 200.0) : 0.0;
+  float z = clamp(o.z + s * along, 0.0, burr.z);
+  s = max(dot(vec3(0.0, 0.0, z) - o, d), 0.0);
+  float apart = length(o + s * d - vec3(0.0, 0.0, z)) - burr.y;
+  return light * smoothstep(-0.15, 0.10 * s + 0.15, apart + 0.02);
+}
+
+vec3 sky(vec3 d) {
+  float h = dot(d, normalize(up));
+  return mix(vec3(0.10, 0.11, 0.13), vec3(0.95, 0.97, 1.0), smoothstep(-0.6, 0.9, h));
+}
+
+vec3 lit(vec3 albedo, vec3 n, vec3 v, float key, float open, float gloss) {
+  vec3 fill = normalize(back + 0.6 * normalize(right));
+  vec3 light = vec3(1.02, 0.98, 0.92) * key * max(dot(n, to_key), 0.0) + vec3(0.26, 0.30, 0.36) * open * max(dot(n, fill), 0.0) +
+               mix(vec3(0.10, 0.085, 0.08), vec3(0.36, 0.38, 0.42), 0.5 + 0.5 * dot(n, normalize(up))) * open;
+  vec3 h = normalize(to_key - v);
+  float shine = pow(max(dot(n, h), 0.0), 60.0) * key;
+  float rim = pow(1.0 - max(dot(n, -v), 0.0), 4.0);
+  return albedo * light + gloss * (0.55 * shine + 0.10 * rim * open) * vec3(1.0, 0.98, 0.95);
+}
+
+vec3 steel(vec3 n_T, vec3 p_T, vec3 v, bool on_ball) {
+  float dark = 1.0;
+  if (on_ball) {
+    // Eight flutes that wind round the ball, deepest at its equator and gone at the tip.
+    float around = atan(n_T.y, n_T.x) - spin + 1.6 * n_T.z;
+    float blade = sin(8.0 * around);
+    vec3 tangent = normalize(vec3(-n_T.y, n_T.x, 1e-6));
+    float depth = 1.0 - n_T.z * n_T.z;
+    n_T = normalize(n_T + 0.55 * depth * cos(8.0 * around) * tangent);
+    dark = mix(1.0, 0.45 + 0.55 * smoothstep(-0.7, 0.5, blade), depth);
+  }
+  vec3 n = tool.axes * n_T;
+  vec3 r = reflect(v, n);
+  vec3 c = 0.75 * sky(r) * vec3(0.80, 0.83, 0.88) + 0.10;
+  c += pow(max(dot(r, to_key), 0.0), 40.0) * vec3(1.0, 0.97, 0.9);
+  return c * dark;
+}
+
+void main() {
+  vec2 screen = at + jitter;
+  vec3 d = normalize(screen.x * right + screen.y * up - back);
+  float facing = dot(d, -back);
+  colour = vec4(mix(vec3(0.055, 0.065, 0.080), vec3(0.16, 0.18, 0.21), 0.5 - 0.5 * screen.y), 1.0);
+  float depth = 1.0;
+
+  // Through the volume's box, and through what the clip plane leaves.
+  vec3 hi = (size - 1.0) / per_mm;
+  vec3 safe = mix(d, vec3(1e-9), lessThan(abs(d), vec3(1e-9)));
+  vec3 a = -eye / safe, b = (hi - eye) / safe;
+  vec3 enter = min(a, b), leave = max(a, b);
+  float from = max(max(enter.x, max(enter.y, enter.z)), depth_range.x / facing);
+  float to = min(leave.x, min(leave.y, leave.z));
+  bool clipped = false;
+  if (dot(clip.xyz, clip.xyz) > 0.0) {
+    float side = dot(clip.xyz, eye) - clip.w, rate = dot(clip.xyz, d);
+    float t = -side / rate;
+    if (side > 0.0 && (rate >= 0.0 || t > from)) { from = rate < 0.0 ? t : 1e9; clipped = true; }
+    if (side <= 0.0 && rate > 0.0) to = min(to, t);
+  }
+  float bone = from < to ? first_bone(eye, d, from, to) : -1.0;
+
+  vec3 n_T;
+  bool on_ball;
+  float steel_at = through_tool((eye - tool.tip) * tool.axes, d * tool.axes, n_T, on_ball);
+  float nearest = 1e9;
+  if (steel_at > 0.0 && (bone < 0.0 || steel_at < bone)) {
+    nearest = steel_at;
+    vec3 p_T = (eye + steel_at * d - tool.tip) * tool.axes;
+    vec3 c = steel(n_T, p_T, d, on_ball);
+    // Darker down in the hole.
+    vec3 p = eye + steel_at * d;
+    c *= mix(0.35, 1.0, open_sky(p, tool.axes * n_T));
+    colour.rgb = c;
+  } else if (bone > 0.0) {
+    nearest = bone;
+    vec3 p = eye + bone * d;
+    bool on_section = clipped && bone <= from + 1e-4;
+    vec3 n = on_section ? clip.xyz : bone_normal(p);
+    if (dot(n, d) > 0.0) n = normalize(n - 1.05 * dot(n, d) * d);
+    float key = past_tool(p);
+    if (fine && !on_section && dot(n, to_key) > 0.0 && key > 0.0) {
+      vec3 start = p + 1.5 * voxel * n;
+      if (first_bone(start, to_key, 0.0, 60.0) >= 0.0) key *= 0.25;
+    }
+    vec3 albedo = kBone;
+    float gloss = 0.55;
+    if (on_section) {
+      float r = clamp(above(p * per_mm) * 20.0, 0.0, 1.0);
+      albedo = mix(vec3(0.48, 0.33, 0.27), vec3(0.86, 0.80, 0.68), r);
+      gloss = 0.1;
+    } else {
+      float cut = textureLod(shares, ((p + 0.8 * voxel * n) * per_mm + 0.5) / (vec3(bricks) * 8.0), 0.0).g;
+      albedo = mix(kBone, kCut, smoothstep(0.12, 0.40, cut));
+      gloss = mix(0.55, 0.9, smoothstep(0.12, 0.40, cut));
+    }
+    colour.rgb = lit(albedo, n, d, key, on_section ? 1.0 : open_sky(p, n), gloss);
+  }
+
+  if (ghostly > 0.0) {
+    vec3 n_G;
+    bool on_tip;
+    float t = through_tool((eye - ghost.tip) * ghost.axes, d * ghost.axes, n_G, on_tip);
+    if (t > 0.0) {
+      float edge = 1.0 - abs(dot(ghost.axes * n_G, d));
+      float opacity = ghostly * (t < nearest ? 0.30 + 0.55 * edge : 0.10 + 0.25 * edge * edge);
+      colour.rgb = mix(colour.rgb, kGhost, opacity);
+    }
+  }
+  if (flat_shading) colour.rgb = vec3(bone > 0.0 && nearest == bone ? 1.0 : 0.0);
+  else colour.rgb = pow(colour.rgb / (1.0 + 0.12 * colour.rgb), vec3(1.0 / 2.2));
+
+  if (nearest < 1e8) {
+    float z = nearest * facing, f = depth_range.y, e = depth_range.x;
+    depth = clamp((f / (f - e)) * (1.0 - e / z), 0.0, 1.0);
+  }
+  gl_FragDepth = depth;
+}
+)";
+
+/// Copies a texture to the framebuffer.
+inline constexpr const char* kCopy = R"(#version 330 core
+in vec2 at;
+layout(location = 0) out vec4 colour;
+uniform sampler2D picture;
+uniform float opacity;
+void main() { colour = vec4(texture(picture, 0.5 * at + 0.5).rgb, opacity); }
+)";
+
+/// Marks in the scene: contact points and dust as round sprites, arrows as triangles.
+inline constexpr const char* kMarkVertex = R"(#version 330 core
+layout(location = 0) in vec3 place;  // mm in G
+layout(location = 1) in vec4 paint;
+layout(location = 2) in float radius;  // mm; 0: part of a triangle
+uniform vec3 eye, right, up, back;
+uniform vec2 depth_range;
+uniform vec2 half_picture;  // pixels
+uniform float bias;         // mm toward the eye
+out vec4 tint;
+flat out float sprite;
+void main() {
+  vec3 v = place - eye;
+  v -= bias * normalize(v);
+  float z = -dot(v, back);
+  float f = depth_range.y, e = depth_range.x;
+  gl_Position = vec4(dot(v, right) / dot(right, right), dot(v, up) / dot(up, up),
+                     2.0 * f / (f - e) * (z - e) - z, z);
+  gl_PointSize = max(2.0, 2.0 * radius / (z * length(up)) * half_picture.y);
+  tint = paint;
+  sprite = radius;
+}
+)";
+inline constexpr const char* kMarkFragment = R"(#version 330 core
+in vec4 tint;
+flat in float sprite;
+layout(location = 0) out vec4 colour;
+void main() {
+  float shade = 1.0, opacity = tint.a;
+  if (sprite > 0.0) {
+    vec2 p = 2.0 * gl_PointCoord - 1.0;
+    float q = dot(p, p);
+    if (q > 1.0) discard;
+    shade = 0.55 + 0.45 * sqrt(1.0 - q);
+  }
+  colour = vec4(tint.rgb * shade, opacity);
+}
+)";
+
+}  // namespace live::shaders

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: MIT
+#include "workbench.hpp"
+
+#include <trephine/voxel/resample.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace live {
+namespace {
+
+using trephine::VoxelBox;
+
+/// The tool at `height` over the spot, leaning away from the viewer so that he sees where it works.
+Posed start_pose(const drill::Spot& spot, const Vec3d& aside, double height) {
+  const Vec3d axis = (spot.normal_W - 0.35 * aside).normalized();
+  const Mat3d R = trephine::rotation_between<double>(Vec3d::UnitZ(), axis);
+  return trephine::make_pose<double>(R, Vec3d(spot.p_W + height * spot.normal_W));
+}
+
+/// Along the surface, upward where that can be.
+Vec3d aside_of(const drill::Spot& spot) {
+  Vec3d up = Vec3d::UnitZ() - spot.normal_W.z() * spot.normal_W;
+  if (up.norm() < 0.2) up = -Vec3d::UnitY() + spot.normal_W.y() * spot.normal_W;
+  const Vec3d across = spot.normal_W.cross(up.normalized());
+  return (up.normalized() + 0.6 * across).normalized();
+}
+
+OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
+  OrbitCamera camera;
+  camera.focus_W = spot.p_W;
+  camera.distance = std::clamp(60 * burr_radius, 0.03, 0.3);
+  camera.look_from(std::cos(0.85) * spot.normal_W + std::sin(0.85) * aside_of(spot));
+  return camera;
+}
+
+constexpr double kFine = 0.4e-3;       // [m]: below it voxels do not show
+constexpr double kMostVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
+
+}  // namespace
+
+Loaded load(const drill::Options& options) {
+  drill::Bone bone = drill::load_bone(options);
+  drill::Spot spot = options.at ? drill::spot_near(bone, *options.at) : drill::find_spot(bone);
+  const Vec3d h = bone.grid.spacing();
+  const double voxel = options.voxel.value_or(h.maxCoeff() > 1.25 * kFine ? kFine : 0);
+  if (voxel > 0) {
+    double voxels = 1;
+    for (std::size_t a = 0; a < 3; ++a) voxels *= bone.grid.size()[a] * h[static_cast<Eigen::Index>(a)] / voxel;
+    drill::Options fine_options = options;
+    fine_options.voxel = voxel;
+    if (voxels <= kMostVoxels) {
+      bone.grid = trephine::resampled(bone.grid, Vec3d::Constant(voxel));
+      bone.burr = drill::fitting_burr(bone.grid, options);
+    } else if (auto fine = drill::resampled_around(bone, spot.p_W, fine_options)) {
+      bone = std::move(*fine);
+    }
+    spot = drill::spot_near(bone, spot.p_W);
+  }
+  return {std::move(bone), spot};
+}
+
+Workbench::Workbench(Loaded loaded, const LiveOptions& options)
+    : loaded_(std::move(loaded)),
+      camera_(start_camera(loaded_.spot, loaded_.bone.burr.tip_radius)),
+      texture_(loaded_.bone.grid, loaded_.bone.isovalue),
+      hand_(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius)) {
+  session_ =
+      std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
+                                SessionOptions{.drill = {.renderer = options.renderer, .burr = loaded_.bone.burr},
+                                               .rate = options.rate,
+                                               .scale = options.scale,
+                                               .device = options.device},
+                                hand_.pose());
+}
+
+void Workbench::post() { session_->wish({hand_.pose(), spindle_}); }
+
+void Workbench::move_drill(double x, double y) {
+  mouse_ = {x, y};
+  hand_.move_under(camera_, x, y, width_, height_);
+  post();
+}
+void Workbench::push_drill(double metres) {
+  hand_.push(camera_, metres, tick_.tool.translation());
+  post();
+}
+void Workbench::turn_drill(double dx, double dy) {
+  hand_.turn(camera_, dx, dy, height_);
+  post();
+}
+void Workbench::hold_spindle(bool down) { set_spindle(down); }
+
+void Workbench::set_spindle(bool on) {
+  if (on == spindle_) return;
+  if (on) strokes_.begin();
+  spindle_ = on;
+  post();
+}
+
+void Workbench::act(Action action) {
+  changed_ = true;
+  switch (action) {
+    case Action::kNone:
+      break;
+    case Action::kHelp:
+      help_ = !help_;
+      break;
+    case Action::kSpindle:
+      set_spindle(!spindle_);
+      break;
+    case Action::kRenderer: {
+      SessionOptions o = session_->options();
+      o.drill.renderer = static_cast<Renderer>((static_cast<int>(o.drill.renderer) + 1) % 3);
+      session_->change(o);
+      break;
+    }
+    case Action::kSmallerBurr:
+      change_burr(1 / 1.25);
+      break;
+    case Action::kLargerBurr:
+      change_burr(1.25);
+      break;
+    case Action::kRestore:
+      set_spindle(false);
+      session_->restore();
+      strokes_.clear();
+      break;
+    case Action::kUndo:
+      set_spindle(false);
+      if (!strokes_.empty()) session_->bring_back(strokes_.take_last());
+      break;
+    case Action::kClip:
+      if (clip_) {
+        clip_.reset();
+      } else {
+        // Through the drill's axis, toward the viewer.
+        const Vec3d axis = tick_.tool.linear().col(2), back = camera_.axes().col(2);
+        Vec3d n = back - back.dot(axis) * axis;
+        if (n.norm() < 0.05) n = axis.unitOrthogonal();
+        n.normalize();
+        clip_ = ClipPlane{n, n.dot(tick_.tool.translation())};
+      }
+      break;
+    case Action::kMarks:
+      marks_ = !marks_;
+      break;
+    case Action::kPanels:
+      panels_ = !panels_;
+      break;
+    case Action::kPlace:
+      place_under_mouse();
+      break;
+    case Action::kHome:
+      go_home();
+      break;
+    case Action::kShot:
+      shot_ = true;
+      break;
+    case Action::kCloser:
+      camera_.zoom(2);
+      break;
+    case Action::kFarther:
+      camera_.zoom(-2);
+      break;
+    case Action::kQuit:
+      quit_ = true;
+      break;
+  }
+}
+
+void Workbench::change_burr(double factor) {
+  SessionOptions o = session_->options();
+  trephine::Burr& burr = o.drill.burr;
+  const double least = 3 * loaded_.bone.grid.spacing().minCoeff();
+  const double radius = std::clamp(burr.tip_radius * factor, std::min(least, burr.tip_radius), 6e-3);
+  burr.shaft_radius *= radius / burr.tip_radius;
+  burr.tip_radius = radius;
+  session_->change(o);
+}
+
+void Workbench::go_home() {
+  set_spindle(false);
+  camera_ = start_camera(loaded_.spot, loaded_.bone.burr.tip_radius);
+  hand_.set_pose(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius));
+  post();
+}
+
+std::optional<Vec3d> Workbench::bone_under(double x, double y) const {
+  const ViewRay ray = camera_.ray(x, y, width_, height_);
+  const Posed X_GW = X_WG().inverse(Eigen::Isometry);
+  const Vec3d origin = X_GW * ray.origin, direction = X_GW.linear() * ray.direction;
+  const Reader reader(loaded_.bone.grid, false);
+  const Vec3d per_metre = reader.spacing().cwiseInverse();
+  const double step = 0.5 * reader.spacing().minCoeff();
+  const auto& n = reader.size();
+  for (double t = ScenePicture::kNear; t < 1.0; t += step) {
+    const Vec3d u = (origin + t * direction).cwiseProduct(per_metre);
+    const std::array<int, 3> v{static_cast<int>(std::lround(u.x())), static_cast<int>(std::lround(u.y())),
+                               static_cast<int>(std::lround(u.z()))};
+    bool inside = true;
+    for (std::size_t a = 0; a < 3; ++a) inside = inside && v[a] >= 0 && v[a] < n[a];
+    if (inside && reader.voxel(v[0], v[1], v[2]) >= loaded_.bone.isovalue) return ray.origin + t * ray.direction;
+  }
+  return std::nullopt;
+}
+
+void Workbench::place_under_mouse() {
+  const auto p = bone_under(mouse_.x(), mouse_.y());
+  if (!p) return;
+  set_spindle(false);
+  const double radius = session_->options().drill.burr.tip_radius;
+  const Vec3d to_eye = (camera_.eye_W() - *p).normalized();
+  Posed X = hand_.pose();
+  X.translation() = *p + 3 * radius * to_eye;
+  hand_.set_pose(X);
+  post();
+}
+
+void Workbench::apply(const Event& event) {
+  using Kind = Event::Kind;
+  switch (event.kind) {
+    case Kind::kHand:
+      hand_.set_pose(event.pose);
+      post();
+      break;
+    case Kind::kSpindle:
+      set_spindle(event.on);
+      break;
+    case Kind::kView:
+      camera_ = event.camera;
+      break;
+    case Kind::kKey:
+      act(event.action);
+      break;
+    case Kind::kPush:
+      push_drill(1e-3 * event.numbers[0]);
+      break;
+    case Kind::kMove:
+      move_drill(event.numbers[0], event.numbers[1]);
+      break;
+    case Kind::kTurn:
+      turn_drill(event.numbers[0], event.numbers[1]);
+      break;
+    case Kind::kSize:
+    case Kind::kShot:
+    case Kind::kQuit:
+      break;
+  }
+}
+
+void Workbench::update(double dt, int width, int height) {
+  if (width != width_ || height != height_) changed_ = true;
+  width_ = width;
+  height_ = height;
+  const bool was_on = tick_.spindle_on;
+  tick_ = session_->view();
+  // A device's own button starts a stroke too.
+  if (tick_.spindle_on && !was_on && !spindle_) strokes_.begin();
+  uploaded_ = texture_.update(strokes_);
+  const double removed = std::max(tick_.removed_mm3 - removed_seen_, 0.0);
+  removed_seen_ = tick_.removed_mm3;
+  const bool had_dust = !dust_.empty();
+  dust_.advance(dt, removed, tick_.tool, session_->options().drill.burr.tip_radius);
+  if (tick_.spindle_on) spin_ = std::fmod(spin_ + 14 * dt, 2 * std::numbers::pi);
+  changed_ = changed_ || uploaded_ > 0 || had_dust || tick_.spindle_on;
+}
+
+SceneView Workbench::scene_view() const {
+  SceneView v;
+  v.camera = camera_;
+  v.burr = session_->options().drill.burr;
+  v.tool_W = tick_.tool;
+  v.ghost_W = tick_.probe;
+  const double apart = (tick_.tool.translation() - tick_.probe.translation()).norm();
+  v.ghost_opacity = std::clamp((apart - kShownApart) / (4 * kShownApart), 0.0, 1.0);
+  v.spin = spin_;
+  v.clip = clip_;
+  dust_.add_to(v.sprites);
+  if (marks_) add_marks(v);
+  return v;
+}
+
+void Workbench::add_marks(SceneView& v) const {
+  for (std::size_t i = 0; i < tick_.contact_count; ++i)
+    v.sprites.push_back({tick_.contacts[i], {0.90F, 0.12F, 0.10F, 1.0F}, 0.12 * v.burr.tip_radius});
+  const Vec3d force = tick_.wrench.force;
+  if (force.norm() < 0.05) return;
+  // 8 mm a newton, from the tip; a flat arrow that faces the eye.
+  const Vec3d tail = tick_.tool.translation(), way = 8e-3 * force, back = camera_.axes().col(2);
+  const double length = way.norm(), head = std::min(3e-3, 0.5 * length);
+  Vec3d side = way.cross(back);
+  if (side.norm() < 1e-9) return;
+  side.normalize();
+  const Vec3d neck = tail + way * (1 - head / length), tip = tail + way;
+  const std::array<float, 4> colour{0.98F, 0.78F, 0.15F, 0.95F};
+  const double thin = 0.35e-3, wide = 1.1e-3;
+  for (const Vec3d& p : {Vec3d(tail - thin * side), Vec3d(tail + thin * side), Vec3d(neck + thin * side),
+                         Vec3d(tail - thin * side), Vec3d(neck + thin * side), Vec3d(neck - thin * side),
+                         Vec3d(neck - wide * side), Vec3d(neck + wide * side), tip})
+    v.triangles.push_back({p, colour, 0});
+}
+
+bool Workbench::moved_since(const SceneView& v) const {
+  constexpr double kLength = 20e-6, kAngle = 2e-3;  // below them nothing shows
+  const auto apart = [&](const Posed& a, const Posed& b) {
+    return (a.translation() - b.translation()).norm() > kLength ||
+           trephine::rotation_vector<double>(a.linear() * b.linear().transpose()).norm() > kAngle;
+  };
+  const auto& c = v.camera;
+  const auto& d = drawn_.camera;
+  return changed_ || apart(v.tool_W, drawn_.tool_W) || std::abs(v.ghost_opacity - drawn_.ghost_opacity) > 0.1 ||
+         (v.ghost_opacity > 0 && apart(v.ghost_W, drawn_.ghost_W)) || c.focus_W != d.focus_W || c.yaw != d.yaw ||
+         c.pitch != d.pitch || c.distance != d.distance || v.burr.tip_radius != drawn_.burr.tip_radius;
+}
+
+bool Workbench::draw() {
+  const SceneView v = scene_view();
+  const auto start = std::chrono::steady_clock::now();
+  if (moved_since(v)) {
+    drawn_ = v;
+    changed_ = false;
+    still_ = false;
+    const auto part = [&](int n) { return std::max(1, static_cast<int>(std::lround(moving_scale_ * n))); };
+    picture_.draw_moving(v, texture_, X_WG(), part(width_), part(height_));
+    glFinish();
+    draw_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    // A fast card draws moving scenes in full too.
+    if (draw_ms_ < 5) moving_scale_ = 1;
+    if (draw_ms_ > 60) moving_scale_ = 0.5;
+    return true;
+  }
+  const bool first = !std::exchange(still_, true);
+  const bool more = first || picture_.samples() < ScenePicture::kSamples;
+  if (more) {
+    (void)picture_.draw_still(drawn_, texture_, X_WG(), width_, height_, first);
+    glFinish();
+    draw_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
+  return more;
+}
+
+void Workbench::draw_full() {
+  drawn_ = scene_view();
+  changed_ = false;
+  still_ = true;
+  for (bool first = true; picture_.draw_still(drawn_, texture_, X_WG(), width_, height_, first);) first = false;
+}
+
+}  // namespace live

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "../drill/spot.hpp"
+#include "bone_texture.hpp"
+#include "dust.hpp"
+#include "live_options.hpp"
+#include "mouse_hand.hpp"
+#include "scene_picture.hpp"
+#include "script.hpp"
+#include "session.hpp"
+#include "strokes.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace live {
+
+/// The bone and where the drill starts.
+struct Loaded {
+  drill::Bone bone;
+  drill::Spot spot;
+};
+/// Reads the volume, and resamples all of it, or what surrounds the spot where that is too much. Throws std::exception
+/// with one line.
+[[nodiscard]] Loaded load(const drill::Options& options);
+
+/// All of the window but the window itself: bone, drill, hand and camera, what keys and mouse do, and the picture.
+/// Needs a current OpenGL context. Window thread.
+class Workbench {
+ public:
+  Workbench(Loaded loaded, const LiveOptions& options);
+
+  // What the user does. Pixels count from the upper left corner of a picture of the last frame's size.
+  void act(Action action);
+  void mouse_at(double x, double y) { mouse_ = {x, y}; }
+  void move_drill(double x, double y);
+  void push_drill(double metres);
+  void turn_drill(double dx, double dy);
+  void hold_spindle(bool down);
+  void orbit(double dx, double dy) { camera_.orbit(dx, dy, height_); }
+  void pan(double dx, double dy) { camera_.pan(dx, dy, height_); }
+  void zoom(double notches) { camera_.zoom(notches); }
+  /// Does what an event says, but for the window's own: sizes, shots, the end.
+  void apply(const Event& event);
+
+  /// Reads the last tick and the changed bricks; once a frame, before drawing. `dt` [s] since the last frame.
+  void update(double dt, int width, int height);
+  /// Draws the scene: coarsely while something moves, in full when all is still. Returns true if it drew anything new.
+  bool draw();
+  /// Draws in full at once.
+  void draw_full();
+  [[nodiscard]] const ScenePicture& picture() const { return picture_; }
+  [[nodiscard]] ScenePicture& picture() { return picture_; }
+
+  // For the instruments.
+  [[nodiscard]] Session& session() { return *session_; }
+  [[nodiscard]] const TickView& view() const { return tick_; }
+  [[nodiscard]] const drill::Bone& bone() const { return loaded_.bone; }
+  [[nodiscard]] const BoneTexture& texture() const { return texture_; }
+  [[nodiscard]] const MouseHand& hand() const { return hand_; }
+  [[nodiscard]] const OrbitCamera& camera() const { return camera_; }
+  [[nodiscard]] bool spindle() const { return spindle_; }
+  [[nodiscard]] bool help() const { return help_; }
+  [[nodiscard]] bool panels() const { return panels_; }
+  [[nodiscard]] bool clipped() const { return clip_.has_value(); }
+  [[nodiscard]] bool can_undo() const { return !strokes_.empty(); }
+  [[nodiscard]] std::size_t uploaded() const { return uploaded_; }  ///< bricks in the last frame
+  [[nodiscard]] double draw_ms() const { return draw_ms_; }
+  [[nodiscard]] bool still() const { return still_; }
+  [[nodiscard]] bool quit() const { return quit_; }
+  /// True once after the key for a screenshot.
+  [[nodiscard]] bool take_shot() { return std::exchange(shot_, false); }
+  [[nodiscard]] SceneView scene_view() const;
+  [[nodiscard]] const Posed& X_WG() const { return loaded_.bone.grid.X_WG(); }
+  [[nodiscard]] std::optional<Vec3d> bone_under(double x, double y) const;
+
+ private:
+  void set_spindle(bool on);
+  void change_burr(double factor);
+  void place_under_mouse();
+  void go_home();
+  void post();
+  [[nodiscard]] bool moved_since(const SceneView& view) const;
+  void add_marks(SceneView& view) const;
+
+  static constexpr double kShownApart = 0.15e-3;  // [m]: probe and tool are drawn apart from here on
+
+  Loaded loaded_;
+  OrbitCamera camera_;
+  BoneTexture texture_;
+  ScenePicture picture_;
+  Strokes strokes_;
+  MouseHand hand_;
+  std::unique_ptr<Session> session_;
+  TickView tick_;
+  Dust dust_;
+  Vec2d mouse_ = Vec2d::Zero();
+  std::optional<ClipPlane> clip_;
+  SceneView drawn_;
+  int width_ = 640, height_ = 480;
+  double spin_ = 0;
+  double moving_scale_ = 0.5;
+  double draw_ms_ = 0;
+  std::size_t uploaded_ = 0;
+  double removed_seen_ = 0;
+  bool spindle_ = false, marks_ = true, help_ = false, panels_ = true, still_ = false, quit_ = false, shot_ = false;
+  bool changed_ = true;
+};
+
+}  // namespace live
