@@ -34,6 +34,13 @@ about() {
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
     xlib) package=libx11-dev; test_of="has_header X11/Xlib.h"; without="the 6-DOF mouse's program and tests (spnav.h includes Xlib.h)" ;;
+    glfw) package=libglfw3-dev; test_of="has_header GLFW/glfw3.h"; without="the window" ;;
+    imgui) package=libimgui-dev; test_of=has_imgui; without="the window" ;;
+    opengl) package=libgl-dev; test_of="has_header GL/glext.h"; without="the window" ;;
+    opengl-driver) package=libgl1-mesa-dri; test_of=has_opengl_driver; without="Mesa's OpenGL" ;;
+    fonts) package=fonts-dejavu-core; test_of="[ -e /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf ]"; without="smooth letters" ;;
+    xvfb) package=xvfb; test_of="has_command Xvfb"; without="the tests of the window" ;;
+    xauth) package=xauth; test_of="has_command xauth"; without="the tests of the window" ;;
     gnuplot) package=gnuplot-nox; test_of="has_command gnuplot"; without="plots" ;;
     *) die "setup.sh knows no '$1'" ;;
   esac
@@ -47,6 +54,8 @@ has_header() {
   done
   compgen -G "/usr/include/*-linux-*/$1" >/dev/null
 }
+has_imgui() { has_header imgui/imgui.h || has_header imgui.h; }
+has_opengl_driver() { compgen -G "/usr/lib/*/dri/*_dri.so" >/dev/null || compgen -G "/usr/lib/*/libGLX_nvidia.so*" >/dev/null; }
 has_itk() {
   [ -n "${ITK_DIR:-}" ] || compgen -G "/usr/lib/cmake/ITK-5.*" >/dev/null || compgen -G "/usr/lib/*/cmake/ITK-5.*" >/dev/null ||
     compgen -G "/usr/local/lib/cmake/ITK-5.*" >/dev/null

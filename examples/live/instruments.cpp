@@ -79,7 +79,7 @@ Instruments::Instruments(const Workbench& bench)
 void Instruments::draw(Workbench& bench, double seconds) {
   const ImGuiIO& io = ImGui::GetIO();
   if (bench.panels()) {
-    const float width = 19.5F * ImGui::GetFontSize();
+    const float width = 17.5F * ImGui::GetFontSize();
     ImGui::SetNextWindowPos(ImVec2(io.DisplaySize.x - width - 8, 8), ImGuiCond_Always);
     ImGui::SetNextWindowSize(ImVec2(width, 0), ImGuiCond_Always);
     ImGui::SetNextWindowBgAlpha(0.82F);
@@ -140,7 +140,7 @@ void Instruments::plots(const Workbench& bench) {
 void Instruments::sliders(Workbench& bench) {
   Inboxes& inboxes = bench.session().inboxes();
   ImGui::Separator();
-  ImGui::PushItemWidth(9.5F * ImGui::GetFontSize());
+  ImGui::PushItemWidth(8.0F * ImGui::GetFontSize());
   if (ImGui::SliderFloat("feed mm/s", &feed_mm_s_, 0.5F, 30))
     inboxes.feed.post({.speed = 1e-3 * static_cast<double>(feed_mm_s_)});
   if (ImGui::SliderFloat("damping N s/m", &damping_, 0, 4))
@@ -180,7 +180,7 @@ void Instruments::help() {
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(text.data(), text.data() + text.size());
     };
-    for (const MouseHelp& m : kMouse) row(m.gesture, m.help);
+    for (const MouseHelp& m : kMouseHelp) row(m.gesture, m.help);
     for (const Key& k : kKeys) row(k.name, k.help);
     ImGui::EndTable();
   }

@@ -59,7 +59,7 @@ inline constexpr std::array kKeys{
 struct MouseHelp {
   std::string_view gesture, help;
 };
-inline constexpr std::array kMouse{
+inline constexpr std::array kMouseHelp{
     MouseHelp{"move", "moves the drill across the screen"},
     MouseHelp{"wheel", "pushes the drill in, or pulls it out"},
     MouseHelp{"right drag", "the same, finely"},

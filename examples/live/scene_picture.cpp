@@ -87,7 +87,7 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
   set(p, "stride", fine ? 0.7 : 1.0);
   set(p, "fine", fine);
   const Mat3d axes = X_GW.linear() * view.camera.axes();
-  set(p, "to_key", Vec3d((axes * Vec3d(-0.55, 0.65, 0.60)).normalized()));
+  set(p, "to_key", Vec3d((axes * Vec3d(-0.50, 0.60, 0.75)).normalized()));
   Vec3d clip = Vec3d::Zero();
   double offset = 0;
   if (view.clip) {

@@ -48,44 +48,59 @@ const vec3 kGhost = vec3(0.25, 0.55, 1.0);
 
 float above(vec3 u) { return texture(densities, (u + 0.5) / size).r - isovalue; }
 
-/// Distance along the ray to bone within [from, to], or -1.
+/// Distances along a ray between which it is in the volume.
+vec2 through_volume(vec3 origin, vec3 direction) {
+  vec3 safe = mix(direction, vec3(1e-9), lessThan(abs(direction), vec3(1e-9)));
+  vec3 a = -origin / safe, b = ((size - 1.0) / per_mm - origin) / safe;
+  vec3 enter = min(a, b), leave = max(a, b);
+  return vec2(max(enter.x, max(enter.y, enter.z)), min(leave.x, min(leave.y, leave.z)));
+}
+
+/// Distance along the ray to bone within [from, to], which lies in the volume, or -1. Loops are bounded: a driver
+/// cannot be stopped. The outer one goes from brick to brick, the inner one through a brick that holds bone.
 float first_bone(vec3 origin, vec3 direction, float from, float to) {
   vec3 u0 = origin * per_mm, du = direction * per_mm;
   du = mix(du, vec3(1e-9), lessThan(abs(du), vec3(1e-9)));
   vec3 inverse = 1.0 / du;
   float step_mm = stride * voxel;
-  float t = from;
-  for (int i = 0; i < 512 && t < to; ++i) {
+  float t = from, before = from, r = -1.0, s = -1.0;
+  for (int i = 0; i < 384 && t < to && s < 0.0; ++i) {
     vec3 u = u0 + du * t;
     ivec3 b = clamp(ivec3(floor(u / 8.0)), ivec3(0), bricks - 1);
     float d = float(texelFetch(distances, b, 0).r);
     float cube = max(d, 1.0);
     vec3 lo = (vec3(b) - (cube - 1.0)) * 8.0, hi = (vec3(b) + cube) * 8.0;
     vec3 leave = (mix(lo, hi, greaterThan(du, vec3(0.0))) - u0) * inverse;
-    float end = min(min(leave.x, min(leave.y, leave.z)), to);
+    float end = min(min(leave.x, min(leave.y, leave.z)) + 2e-3, to);
     if (d < 0.5) {
-      float r = above(u);
-      if (r >= 0.0) return t;
-      while (t < end) {
-        float next = min(t + step_mm, end + 1e-3);
-        float s = above(u0 + du * next);
-        if (s >= 0.0) {
-          // The crossing by false position, then halving what is left.
-          float a = t, b2 = next;
-          for (int k = 0; k < 4; ++k) {
-            float middle = k < 2 ? a + (b2 - a) * clamp(r / (r - s), 0.02, 0.98) : 0.5 * (a + b2);
-            float m = above(u0 + du * middle);
-            if (m >= 0.0) { b2 = middle; s = m; } else { a = middle; r = m; }
-          }
-          return a + (b2 - a) * clamp(r / (r - s), 0.0, 1.0);
-        }
+      s = above(u);
+      before = t;
+      for (int k = 0; k < 48 && t < end && s < 0.0; ++k) {
         r = s;
-        t = next;
+        before = t;
+        t = min(t + step_mm, end);
+        s = above(u0 + du * t);
       }
+    } else {
+      t = max(end, t + 2e-3);
     }
-    t = max(end, t) + 2e-3;
+    if (d < 0.5 && s < 0.0) t = max(end, t + 2e-3);
   }
-  return -1.0;
+  if (s < 0.0) return -1.0;
+  // The crossing by false position, then halving what is left.
+  float a = before, c = t;
+  for (int k = 0; k < 4; ++k) {
+    float middle = k < 2 ? a + (c - a) * clamp(r / (r - s), 0.02, 0.98) : 0.5 * (a + c);
+    float m = above(u0 + du * middle);
+    if (m >= 0.0) {
+      c = middle;
+      s = m;
+    } else {
+      a = middle;
+      r = m;
+    }
+  }
+  return a + (c - a) * clamp(r / (r - s), 0.0, 1.0);
 }
 
 vec3 gradient(vec3 u, float h) {
@@ -176,7 +191,7 @@ vec3 sky(vec3 d) {
 
 vec3 lit(vec3 albedo, vec3 n, vec3 v, float key, float open, float gloss) {
   vec3 fill = normalize(back + 0.6 * normalize(right));
-  vec3 light = vec3(1.02, 0.98, 0.92) * key * max(dot(n, to_key), 0.0) + vec3(0.26, 0.30, 0.36) * open * max(dot(n, fill), 0.0) +
+  vec3 light = vec3(1.22, 1.16, 1.06) * key * max(dot(n, to_key), 0.0) + vec3(0.26, 0.30, 0.36) * open * max(dot(n, fill), 0.0) +
                mix(vec3(0.10, 0.085, 0.08), vec3(0.36, 0.38, 0.42), 0.5 + 0.5 * dot(n, normalize(up))) * open;
   vec3 h = normalize(to_key - v);
   float shine = pow(max(dot(n, h), 0.0), 60.0) * key;
@@ -210,12 +225,8 @@ void main() {
   float depth = 1.0;
 
   // Through the volume's box, and through what the clip plane leaves.
-  vec3 hi = (size - 1.0) / per_mm;
-  vec3 safe = mix(d, vec3(1e-9), lessThan(abs(d), vec3(1e-9)));
-  vec3 a = -eye / safe, b = (hi - eye) / safe;
-  vec3 enter = min(a, b), leave = max(a, b);
-  float from = max(max(enter.x, max(enter.y, enter.z)), depth_range.x / facing);
-  float to = min(leave.x, min(leave.y, leave.z));
+  vec2 inside = through_volume(eye, d);
+  float from = max(inside.x, depth_range.x / facing), to = inside.y;
   bool clipped = false;
   if (dot(clip.xyz, clip.xyz) > 0.0) {
     float side = dot(clip.xyz, eye) - clip.w, rate = dot(clip.xyz, d);
@@ -246,7 +257,7 @@ void main() {
     float key = past_tool(p);
     if (fine && !on_section && dot(n, to_key) > 0.0 && key > 0.0) {
       vec3 start = p + 1.5 * voxel * n;
-      if (first_bone(start, to_key, 0.0, 60.0) >= 0.0) key *= 0.25;
+      if (first_bone(start, to_key, 0.0, min(60.0, through_volume(start, to_key).y)) >= 0.0) key *= 0.25;
     }
     vec3 albedo = kBone;
     float gloss = 0.55;

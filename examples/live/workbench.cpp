@@ -20,19 +20,21 @@ Posed start_pose(const drill::Spot& spot, const Vec3d& aside, double height) {
   return trephine::make_pose<double>(R, Vec3d(spot.p_W + height * spot.normal_W));
 }
 
-/// Along the surface, upward where that can be.
+/// Along the surface, to the right and upward for one who looks at the spot.
 Vec3d aside_of(const drill::Spot& spot) {
   Vec3d up = Vec3d::UnitZ() - spot.normal_W.z() * spot.normal_W;
   if (up.norm() < 0.2) up = -Vec3d::UnitY() + spot.normal_W.y() * spot.normal_W;
-  const Vec3d across = spot.normal_W.cross(up.normalized());
-  return (up.normalized() + 0.6 * across).normalized();
+  up.normalize();
+  return (0.6 * up + up.cross(spot.normal_W)).normalized();
 }
 
 OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
   OrbitCamera camera;
   camera.focus_W = spot.p_W;
-  camera.distance = std::clamp(60 * burr_radius, 0.03, 0.3);
-  camera.look_from(std::cos(0.85) * spot.normal_W + std::sin(0.85) * aside_of(spot));
+  camera.distance = std::clamp(55 * burr_radius, 0.03, 0.3);
+  camera.look_from(std::cos(0.75) * spot.normal_W + std::sin(0.75) * aside_of(spot));
+  // The instruments cover the right of the picture.
+  camera.pan(-0.17, 0, 1);
   return camera;
 }
 

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: MIT
+# What `live` says to wrong arguments and without a display: cmake -D program=... -D folder=... -P check_program.cmake
+function(expect code pattern)
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -E env --unset=DISPLAY --unset=WAYLAND_DISPLAY ${program} ${ARGN}
+    RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60
+  )
+  if(NOT result EQUAL code)
+    message(SEND_ERROR "live ${ARGN}: exit code ${result}, expected ${code}\n${out}${err}")
+  elseif(code EQUAL 0 AND NOT out MATCHES "${pattern}")
+    message(SEND_ERROR "live ${ARGN}: says '${out}', expected ${pattern}")
+  elseif(NOT code EQUAL 0 AND NOT err MATCHES "^live: [^\n]*${pattern}[^\n]*\n$")
+    message(SEND_ERROR "live ${ARGN}: says '${err}', expected one line with ${pattern}")
+  endif()
+endfunction()
+
+file(WRITE ${folder}/wrong.session "0 hand 1 2\n")
+file(WRITE ${folder}/back.session "2 spindle on\n1 spindle off\n")
+file(WRITE ${folder}/good.session "0 quit\n")
+expect(0 "--script" --help)
+expect(2 "unicorn" --algorithm unicorn)
+expect(2 "--size" --size 12)
+expect(2 "--size" --size 10x10)
+expect(2 "--tool" --tool wide)
+expect(2 "--tool" --tool 0)
+expect(2 "--rate" --rate 10)
+expect(2 "--voxel" --voxel -1)
+expect(2 "--isovalue" --isovalue bone)
+expect(2 "--at" --at 1 2)
+expect(2 "/nowhere" --skull /nowhere)
+expect(2 "/nowhere" --ct /nowhere)
+expect(2 "/nowhere" --replay /nowhere)
+expect(2 "/nowhere" --record /nowhere/session)
+expect(2 "bogus" --bogus)
+expect(2 "line 1" --script ${folder}/wrong.session)
+expect(2 "line 2" --script ${folder}/back.session)
+expect(2 "excludes" --script ${folder}/good.session --replay ${folder}/good.session)
+expect(2 "xvfb-run" --script ${folder}/good.session)

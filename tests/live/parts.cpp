@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+// The window's parts that need no OpenGL: camera, hand, sessions' files, keys, empty space, undo.
+#include "brick_summary.hpp"
+#include "keys.hpp"
+#include "live_options.hpp"
+#include "mouse_hand.hpp"
+#include "script.hpp"
+#include "strokes.hpp"
+
+#include <doctest/doctest.h>
+#include <support/random.hpp>
+
+#include <cstdio>
+#include <fstream>
+#include <set>
+#include <string>
+
+namespace {
+
+using namespace live;
+using trephine::test::Random;
+
+Vec3d random_point(Random& random, double size) {
+  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+}
+
+TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and depths are along the view") {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    OrbitCamera c{.focus_W = random_point(random, 0.1),
+                  .yaw = random.uniform(-3, 3),
+                  .pitch = random.uniform(-1.5, 1.5),
+                  .distance = random.uniform(0.05, 0.5)};
+    const Mat3d R = c.axes();
+    CHECK((R.transpose() * R - Mat3d::Identity()).norm() < 1e-12);
+    CHECK(R.determinant() == doctest::Approx(1));
+    const double w = 640, h = 480, x = random.uniform(0, w), y = random.uniform(0, h);
+    const ViewRay ray = c.ray(x, y, w, h);
+    const Vec3d p = ray.origin + 0.2 * ray.direction;
+    // Where the pixel's plane at that depth says it is.
+    const double m = OrbitCamera::metres_per_pixel(c.depth(p), h);
+    const Vec3d expected = c.eye_W() - c.depth(p) * R.col(2) + m * (x - w / 2) * R.col(0) - m * (y - h / 2) * R.col(1);
+    CHECK((p - expected).norm() < 1e-12);
+    CHECK((c.ray(w / 2, h / 2, w, h).direction + R.col(2)).norm() < 1e-12);
+    OrbitCamera seen = c;
+    seen.look_from(R.col(2));
+    CHECK((seen.axes() - R).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("mouse hand: the tip goes under the pixel at its own depth, and pushes along the view up to its lead") {
+  Random random(2);
+  for (int i = 0; i < 200; ++i) {
+    OrbitCamera c{.focus_W = random_point(random, 0.02), .yaw = random.uniform(-3, 3), .pitch = random.uniform(-1.4, 1.4)};
+    Posed X = Posed::Identity();
+    X.translation() = c.focus_W + random_point(random, 0.02);
+    MouseHand hand(X);
+    const double depth = c.depth(X.translation()), x = random.uniform(0, 640), y = random.uniform(0, 480);
+    hand.move_under(c, x, y, 640, 480);
+    CHECK(c.depth(hand.pose().translation()) == doctest::Approx(depth));
+    const ViewRay ray = c.ray(x, y, 640, 480);
+    CHECK((hand.pose().translation() - ray.origin).cross(ray.direction).norm() < 1e-12);
+    const Vec3d drill = hand.pose().translation();
+    for (int k = 0; k < 40; ++k) hand.push(c, 1e-3, drill);
+    CHECK((hand.pose().translation() - drill).norm() == doctest::Approx(MouseHand::kMaxLead));
+    CHECK((hand.pose().translation() - c.eye_W()).norm() > (drill - c.eye_W()).norm());
+    const Vec3d tip = hand.pose().translation();
+    hand.turn(c, 30, -20, 480);
+    CHECK(hand.pose().translation() == tip);
+  }
+}
+
+TEST_CASE("wished hand: it follows at no more than a hand's speed and arrives") {
+  trephine::Mailbox<HandWish> inbox;
+  const trephine::Registration registration;
+  WishedHand hand(inbox, registration, Posed::Identity());
+  Posed X = Posed::Identity();
+  X.translation() = Vec3d(0.1, 0, 0);
+  X.linear() = trephine::rotation_from_vector<double>(Vec3d(0, 0, 1));
+  inbox.post({X, true});
+  Vec3d before = Vec3d::Zero();
+  double fastest = 0;
+  for (int i = 1; i <= 1000; ++i) {
+    const trephine::HandTarget target = hand(1e-3 * i);
+    fastest = std::max(fastest, (target.X_DH.translation() - before).norm() / 1e-3);
+    before = target.X_DH.translation();
+    CHECK(target.buttons == 1);
+  }
+  CHECK(fastest <= WishedHand::kFastest * (1 + 1e-9));
+  CHECK((before - X.translation()).norm() < 1e-9);
+}
+
+TEST_CASE("keys: each has a name, a code, an action and a help of its own") {
+  std::set<int> codes;
+  std::set<std::string_view> names;
+  std::set<Action> actions;
+  for (const Key& k : kKeys) {
+    codes.insert(k.code);
+    names.insert(k.name);
+    actions.insert(k.action);
+    CHECK(!k.help.empty());
+    CHECK(action_of(k.code) == k.action);
+    CHECK(action_named(k.name) == k.action);
+  }
+  CHECK(codes.size() == kKeys.size());
+  CHECK(names.size() == kKeys.size());
+  CHECK(actions.size() == kKeys.size());
+  CHECK(action_of(-7) == Action::kNone);
+}
+
+TEST_CASE("sessions: what is written is read back") {
+  const std::string path = "written.session";
+  Posed X = trephine::make_pose<double>(trephine::rotation_from_vector<double>(Vec3d(0.3, -0.2, 1)), Vec3d(0.01, -0.02, 0.03));
+  const OrbitCamera camera{.focus_W = Vec3d(0.1, 0.2, 0.3), .yaw = 1, .pitch = -0.5, .distance = 0.2};
+  {
+    EventWriter out(path);
+    out.hand(0, X);
+    out.view(0, camera);
+    out.hand(0.001, Posed::Identity());  // too soon
+    out.spindle(0.5, true);
+    out.key(0.6, Action::kClip);
+    out.hand(0.7, X);  // nothing new
+  }
+  const std::vector<Event> events = read_events(path);
+  std::remove(path.c_str());
+  REQUIRE(events.size() == 4);
+  CHECK((events[0].pose.matrix() - X.matrix()).norm() < 1e-5);
+  CHECK((events[1].camera.focus_W - camera.focus_W).norm() < 1e-6);
+  CHECK(events[1].camera.yaw == doctest::Approx(camera.yaw).epsilon(1e-5));
+  CHECK(events[1].camera.distance == doctest::Approx(camera.distance));
+  CHECK(events[2].on);
+  CHECK(events[3].action == Action::kClip);
+}
+
+TEST_CASE("sessions: a wrong line is refused with its number") {
+  const std::string path = "wrong_line.session";
+  for (const char* line : {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing", "1 spindle maybe",
+                           "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1", "1 shot"}) {
+    CAPTURE(line);
+    std::ofstream(path) << "# a comment\n\n0 spindle on\n" << line << "\n";
+    std::string message;
+    try {
+      (void)read_events(path);
+    } catch (const std::runtime_error& e) {
+      message = e.what();
+    }
+    CHECK(message.find("line 4") != std::string::npos);
+  }
+  std::remove(path.c_str());
+  CHECK_THROWS_AS((void)read_events("/nowhere"), std::runtime_error);
+}
+
+TEST_CASE("empty space: distances are Chebyshev's, as brute force finds them, and never too long after cuts") {
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    const std::array<int, 3> n{1 + static_cast<int>(random.uniform(0, 9)), 1 + static_cast<int>(random.uniform(0, 9)),
+                               1 + static_cast<int>(random.uniform(0, 9))};
+    std::vector<std::uint8_t> holds(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+    for (auto& h : holds) h = random.uniform(0, 1) < 0.03 ? 1 : 0;
+    const auto brute = [&](std::size_t at) {
+      const auto place = [&](std::size_t b) {
+        const int i = static_cast<int>(b);
+        return std::array<int, 3>{i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+      };
+      int best = EmptySpace::kFarthest;
+      for (std::size_t b = 0; b < holds.size(); ++b) {
+        if (holds[b] == 0) continue;
+        int d = 0;
+        for (std::size_t a = 0; a < 3; ++a) d = std::max(d, std::abs(place(at)[a] - place(b)[a]));
+        best = std::min(best, d);
+      }
+      return best;
+    };
+    EmptySpace space(n, holds);
+    for (std::size_t b = 0; b < holds.size(); ++b) CHECK(space.distances()[b] == brute(b));
+    for (std::size_t b = 0; b < holds.size(); ++b)
+      if (holds[b] != 0 && random.uniform(0, 1) < 0.5) {
+        holds[b] = 0;
+        CHECK(space.set(b, false) >= 1);
+      }
+    for (std::size_t b = 0; b < holds.size(); ++b) CHECK(space.distances()[b] <= brute(b));
+  }
+}
+
+TEST_CASE("shares of bone: cells' means, at three sizes") {
+  Random random(4);
+  std::array<std::int16_t, 1000> haloed{};
+  for (auto& v : haloed) v = static_cast<std::int16_t>(random.uniform(-1000, 2000));
+  const BrickShares s = shares_of(haloed, 300, 400);
+  const auto share = [&](std::size_t i, std::size_t j, std::size_t k) {
+    return std::clamp((haloed[((k + 1) * 10 + j + 1) * 10 + i + 1] - 300.0) / 400 + 0.5, 0.0, 1.0);
+  };
+  double all = 0;
+  for (std::size_t k = 0; k < 8; ++k)
+    for (std::size_t j = 0; j < 8; ++j)
+      for (std::size_t i = 0; i < 8; ++i) all += share(i, j, k);
+  CHECK(s.of_8 == doctest::Approx(255 * all / 512).epsilon(0.01));
+  double corner = 0;
+  for (std::size_t c = 0; c < 8; ++c) corner += share(6 + c % 2, 4 + c / 2 % 2, 2 + c / 4);
+  CHECK(s.of_2[(1 * 4 + 2) * 4 + 3] == doctest::Approx(255 * corner / 8).epsilon(0.01));
+}
+
+TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and whole after all strokes") {
+  Random random(5);
+  const std::array<int, 3> n{29, 22, 19};  // no whole bricks
+  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+  for (auto& v : voxels) v = static_cast<std::int16_t>(random.uniform(0, 2000));
+  drill::Grid grid({.size = n, .spacing = Vec3d::Constant(1e-3)}, std::span<const std::int16_t>(voxels));
+  Reader reader(grid, false);
+  Strokes strokes;
+  std::array<std::int16_t, 1000> haloed{};
+  const auto follow = [&] {
+    reader.poll([&](std::size_t b) {
+      reader.copy_brick(b, haloed);
+      strokes.changed(b, haloed);
+    });
+  };
+  std::vector<std::vector<std::int16_t>> states;
+  for (int stroke = 0; stroke < 6; ++stroke) {
+    follow();
+    strokes.begin();
+    states.emplace_back(voxels.size());
+    grid.copy_voxels(states.back());
+    for (int cut = 0; cut < 4; ++cut) {
+      const int j = static_cast<int>(random.uniform(0, n[1])), k = static_cast<int>(random.uniform(0, n[2])),
+                x = static_cast<int>(random.uniform(0, n[0] - 6));
+      grid.lower_row(j, k, x, x + 5, [](int, std::int16_t old) { return static_cast<std::int16_t>(old / 2); });
+      grid.commit();
+    }
+  }
+  std::vector<std::int16_t> now(voxels.size());
+  while (!strokes.empty()) {
+    follow();
+    set_bone(grid, strokes.take_last());
+    grid.copy_voxels(now);
+    CHECK(now == states.back());
+    states.pop_back();
+  }
+  CHECK(now == voxels);
+}
+
+}  // namespace
