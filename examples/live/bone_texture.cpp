@@ -30,6 +30,7 @@ std::array<std::uint8_t, 2 * N> now_and_cut(const std::array<std::uint8_t, N>& w
 
 BoneTexture::BoneTexture(const drill::Grid& bone, double isovalue) : reader_(bone, false), isovalue_(isovalue) {
   const auto range = bone.original_range();
+  densest_ = static_cast<double>(range.max) - isovalue_;
   soft_ = 0.2 * (static_cast<double>(range.max) - static_cast<double>(range.min));
   const auto& n = reader_.size();
   for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (n[a] + 7) / 8;

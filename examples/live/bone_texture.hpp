@@ -25,6 +25,8 @@ class BoneTexture {
   void bind() const;
 
   [[nodiscard]] double isovalue() const { return isovalue_; }
+  /// Returns the greatest density above the isovalue.
+  [[nodiscard]] double densest() const { return densest_; }
   [[nodiscard]] const std::array<int, 3>& size() const { return reader_.size(); }
   [[nodiscard]] Vec3d spacing() const { return reader_.spacing(); }
   [[nodiscard]] const std::array<int, 3>& bricks() const { return bricks_; }
@@ -37,6 +39,7 @@ class BoneTexture {
 
   Reader reader_;
   double isovalue_;
+  double densest_;
   double soft_;  // densities over which a voxel turns to bone, for shares
   std::array<int, 3> bricks_;
   std::vector<BrickShares> whole_;  // shares of the bone as loaded

@@ -43,9 +43,9 @@ void plot(const char* title, const char* unit, const std::vector<float>& values,
   }
   top = std::max(top, 1.15F * most);
   const float width = ImGui::GetContentRegionAvail().x, height = 3.2F * ImGui::GetTextLineHeight();
-  ImGui::Text("%s  %.3g %s", title, static_cast<double>(last), unit);
+  ImGui::Text("%s  %.2f %s", title, static_cast<double>(last), unit);
   ImGui::SameLine(0.62F * width);
-  ImGui::TextDisabled("most %.3g", static_cast<double>(most));
+  ImGui::TextDisabled("most %.2f", static_cast<double>(most));
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImDrawList* const list = ImGui::GetWindowDrawList();
   list->AddRectFilled(corner, ImVec2(corner.x + width, corner.y + height), IM_COL32(16, 20, 26, 255), 3);
@@ -94,7 +94,7 @@ void Instruments::draw(Workbench& bench, double seconds) {
   }
   if (bench.help())
     help();
-  else
+  else if (bench.panels())
     hints(bench, seconds);
 }
 

@@ -21,6 +21,7 @@ struct LiveOptions {
   std::string script;              ///< file to play, then quit
   std::string replay;              ///< file to play, then go on by hand
   std::string record;              ///< file to write
+  double fps = 60;                 ///< pictures a second at most
   bool debug = false;              ///< a debug context, whose errors end the program
 };
 

@@ -26,13 +26,18 @@ void save_shot(Screen& screen, double time, const std::string& path) {
   std::fflush(stdout);
 }
 
-/// Plays the events that are due; false once they say quit.
-bool play(const std::vector<Event>& events, std::size_t& next, double time, Window& window, Workbench& bench,
-          Screen& screen) {
+/// Plays the events that are due; false once they say quit. Shots add what they take to `paused` [s]: the session's
+/// clock stands still meanwhile.
+bool play(const std::vector<Event>& events, std::size_t& next, double time, double& paused, Window& window,
+          Workbench& bench, Screen& screen) {
   for (; next < events.size() && events[next].time <= time; ++next) {
     const Event& e = events[next];
     if (e.kind == Event::Kind::kQuit) return false;
-    if (e.kind == Event::Kind::kShot) save_shot(screen, time, e.file);
+    if (e.kind == Event::Kind::kShot) {
+      const auto start = Clock::now();
+      save_shot(screen, time, e.file);
+      paused += seconds_since(start);
+    }
     if (e.kind == Event::Kind::kSize)
       glfwSetWindowSize(window.handle(), static_cast<int>(e.numbers[0]), static_cast<int>(e.numbers[1]));
     bench.apply(e);
@@ -40,7 +45,8 @@ bool play(const std::vector<Event>& events, std::size_t& next, double time, Wind
   return true;
 }
 
-int run(const LiveOptions& options) {
+/// `code` is what the program ends with if an exception comes out: 2 while it can only be an argument, file or display.
+int run(const LiveOptions& options, int& code) {
   const bool scripted = !options.script.empty();
   const std::string& file = scripted ? options.script : options.replay;
   std::vector<Event> events;
@@ -60,6 +66,7 @@ int run(const LiveOptions& options) {
               bench.texture().bytes() >> 20);
   std::fflush(stdout);
 
+  code = 1;
   std::unique_ptr<EventWriter> record;
   if (!options.record.empty()) record = std::make_unique<EventWriter>(options.record);
   std::size_t next = 0;
@@ -68,11 +75,12 @@ int run(const LiveOptions& options) {
   const auto start = Clock::now();
   auto last = start;
   std::size_t frames = 0;
+  double paused = 0;
   while (glfwWindowShouldClose(window.handle()) == GLFW_FALSE && !bench.quit()) {
     glfwPollEvents();
-    const double time = seconds_since(start), dt = std::min(seconds_since(last), 0.1);
+    const double time = seconds_since(start) - paused, dt = std::min(seconds_since(last), 0.1);
     last = Clock::now();
-    if (!play(events, next, time, window, bench, screen)) break;
+    if (!play(events, next, time, paused, window, bench, screen)) break;
     if (scripted && next == events.size()) break;
     screen.frame(dt, time);
     ++frames;
@@ -88,12 +96,17 @@ int run(const LiveOptions& options) {
     if (bench.session().failed()) throw std::runtime_error(bench.session().report());
     if (!window.gl_errors().empty()) throw std::runtime_error("OpenGL: " + window.gl_errors());
     // Nothing is gained beyond 60 pictures a second, also where no screen paces them.
-    std::this_thread::sleep_until(last + std::chrono::milliseconds(bench.still() ? 33 : 16));
+    const double interval = std::max(1 / options.fps, bench.still() ? 0.033 : 0.0);
+    std::this_thread::sleep_until(last +
+                                  std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(interval)));
   }
   const double length = seconds_since(start);
   std::printf("drilled  %.1f mm3 in %.1f s; %zu pictures; %llu periods missed of %llu\n", bench.view().removed_mm3,
               length, frames, static_cast<unsigned long long>(bench.view().missed),
               static_cast<unsigned long long>(bench.view().tick));
+  const trephine::TimeSummary ticks = bench.session().end();
+  std::printf("ticks    median %.1f us, p99.9 %.1f us, longest %.1f us\n", 1e6 * ticks.p50, 1e6 * ticks.p99_9,
+              1e6 * ticks.max);
   return 0;
 }
 
@@ -107,13 +120,14 @@ int main(int argc, char** argv) {
     std::fprintf(parsed.exit->code == 0 ? stdout : stderr, "%s\n", parsed.exit->text.c_str());
     return parsed.exit->code;
   }
+  int code = 2;
   try {
-    return live::run(parsed.options);
+    return live::run(parsed.options, code);
   } catch (const live::NoDisplay& e) {
     std::fprintf(stderr, "live: %s. Without a screen: xvfb-run -a examples/live/run (Debian: xvfb, xauth)\n", e.what());
     return 2;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "live: %s\n", e.what());
-    return 2;
+    return code;
   }
 }

@@ -83,9 +83,11 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
   set(p, "per_mm", Vec3d((kMm * bone.spacing()).cwiseInverse()));
   set(p, "voxel", kMm * bone.spacing().minCoeff());
   set(p, "isovalue", bone.isovalue() / 32767);
+  set(p, "densest", bone.densest() / 32767);
   glUniform3i(place(p, "bricks"), bone.bricks()[0], bone.bricks()[1], bone.bricks()[2]);
   set(p, "stride", fine ? 0.7 : 1.0);
   set(p, "fine", fine);
+  set(p, "pixel", OrbitCamera::metres_per_pixel(1, height));
   const Mat3d axes = X_GW.linear() * view.camera.axes();
   set(p, "to_key", Vec3d((axes * Vec3d(-0.50, 0.60, 0.75)).normalized()));
   Vec3d clip = Vec3d::Zero();

@@ -80,10 +80,13 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
   thread_ = std::thread([this] { run(); });
 }
 
-Session::~Session() {
+Session::~Session() { (void)end(); }
+
+trephine::TimeSummary Session::end() {
   over_.store(true);
   pending_.store(true);
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
+  return tick_time_.summary();
 }
 
 const TickView& Session::view() noexcept {
@@ -149,6 +152,7 @@ void Session::run_on(Device& device) {
       view.contact_count = drill_->contacts_W(contacts);
       for (std::size_t i = 0; i < view.contact_count; ++i) view.contacts[i] = contacts[i].position;
       views_.post(view);
+      tick_time_.add(1e-6 * drill.took_us());
       history_.add({static_cast<float>(tick.result.wrench.force.norm()),
                     static_cast<float>(tick.result.wrench.torque.norm()), static_cast<float>(drill.took_us())});
     };

@@ -6,6 +6,7 @@
 #include "strokes.hpp"
 
 #include <trephine/device/device.hpp>
+#include <trephine/device/statistics.hpp>
 
 #include <array>
 #include <atomic>
@@ -111,6 +112,8 @@ class Session {
   void bring_back(const BoneState& state);
   /// Returns what the loop last said of itself: device, priority, warnings; or why it ended.
   [[nodiscard]] std::string report() const;
+  /// Ends the loop and returns how long its ticks took in the scene [s].
+  [[nodiscard]] trephine::TimeSummary end();
   [[nodiscard]] bool failed() const noexcept { return failed_.load(std::memory_order_acquire); }
 
  private:
@@ -138,6 +141,7 @@ class Session {
   double removed_mm3_ = 0;
   std::uint64_t missed_ = 0;
   std::uint64_t ticks_ = 0;
+  trephine::TimeHistogram tick_time_;
 
   mutable std::mutex between_;  // commands and report; the loop never takes it while it ticks
   std::vector<std::function<void()>> commands_;

@@ -25,11 +25,13 @@ uniform vec3 size;             // voxels
 uniform vec3 per_mm;           // voxels
 uniform float voxel;           // smallest spacing
 uniform float isovalue;        // of 32767
+uniform float densest;         // above it
 uniform ivec3 bricks;
 
 uniform vec3 eye, right, up, back;  // right and up are as long as half the picture at a depth of 1
 uniform vec2 jitter;                // of the ray, in units of `at`
 uniform vec2 depth_range;           // near and far plane
+uniform float pixel;                // width at a depth of 1
 uniform float stride;               // of the ray in bone's bricks, voxels
 uniform bool fine;                  // the picture stands still: shadows and wider normals
 uniform vec4 clip;                  // plane: what has dot(clip.xyz, p) > clip.w is left out; off where clip is 0
@@ -109,11 +111,12 @@ vec3 gradient(vec3 u, float h) {
               above(u + e.yyx) - above(u - e.yyx)) * per_mm / voxel;
 }
 
-/// Outward, over a reach that hides single voxels.
-vec3 bone_normal(vec3 p) {
+/// Outward, over a reach that hides single voxels, and from afar the scan's slices.
+vec3 bone_normal(vec3 p, float t) {
   vec3 u = p * per_mm;
-  vec3 g = gradient(u, 1.0);
-  if (fine) g += 0.7 * gradient(u, 2.0);
+  float reach = clamp(2.5 * pixel * t / voxel, 1.0, 4.0);
+  vec3 g = gradient(u, reach);
+  if (fine) g += 0.7 * gradient(u, 2.0 * reach);
   return -normalize(g + vec3(1e-9));
 }
 
@@ -252,7 +255,7 @@ void main() {
     nearest = bone;
     vec3 p = eye + bone * d;
     bool on_section = clipped && bone <= from + 1e-4;
-    vec3 n = on_section ? clip.xyz : bone_normal(p);
+    vec3 n = on_section ? clip.xyz : bone_normal(p, bone);
     if (dot(n, d) > 0.0) n = normalize(n - 1.05 * dot(n, d) * d);
     float key = past_tool(p);
     if (fine && !on_section && dot(n, to_key) > 0.0 && key > 0.0) {
@@ -262,7 +265,7 @@ void main() {
     vec3 albedo = kBone;
     float gloss = 0.55;
     if (on_section) {
-      float r = clamp(above(p * per_mm) * 20.0, 0.0, 1.0);
+      float r = clamp(1.3 * above(p * per_mm) / densest, 0.0, 1.0);
       albedo = mix(vec3(0.48, 0.33, 0.27), vec3(0.86, 0.80, 0.68), r);
       gloss = 0.1;
     } else {

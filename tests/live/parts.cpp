@@ -51,7 +51,8 @@ TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and
 TEST_CASE("mouse hand: the tip goes under the pixel at its own depth, and pushes along the view up to its lead") {
   Random random(2);
   for (int i = 0; i < 200; ++i) {
-    OrbitCamera c{.focus_W = random_point(random, 0.02), .yaw = random.uniform(-3, 3), .pitch = random.uniform(-1.4, 1.4)};
+    OrbitCamera c{
+        .focus_W = random_point(random, 0.02), .yaw = random.uniform(-3, 3), .pitch = random.uniform(-1.4, 1.4)};
     Posed X = Posed::Identity();
     X.translation() = c.focus_W + random_point(random, 0.02);
     MouseHand hand(X);
@@ -110,7 +111,8 @@ TEST_CASE("keys: each has a name, a code, an action and a help of its own") {
 
 TEST_CASE("sessions: what is written is read back") {
   const std::string path = "written.session";
-  Posed X = trephine::make_pose<double>(trephine::rotation_from_vector<double>(Vec3d(0.3, -0.2, 1)), Vec3d(0.01, -0.02, 0.03));
+  Posed X = trephine::make_pose<double>(trephine::rotation_from_vector<double>(Vec3d(0.3, -0.2, 1)),
+                                        Vec3d(0.01, -0.02, 0.03));
   const OrbitCamera camera{.focus_W = Vec3d(0.1, 0.2, 0.3), .yaw = 1, .pitch = -0.5, .distance = 0.2};
   {
     EventWriter out(path);
@@ -134,8 +136,9 @@ TEST_CASE("sessions: what is written is read back") {
 
 TEST_CASE("sessions: a wrong line is refused with its number") {
   const std::string path = "wrong_line.session";
-  for (const char* line : {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing", "1 spindle maybe",
-                           "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1", "1 shot"}) {
+  for (const char* line :
+       {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing", "1 spindle maybe",
+        "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1", "1 shot"}) {
     CAPTURE(line);
     std::ofstream(path) << "# a comment\n\n0 spindle on\n" << line << "\n";
     std::string message;

@@ -32,7 +32,8 @@ drill::Bone ball(const Vec3d& spacing, double radius) {
         const double d = (spacing.cwiseProduct(Vec3d(i, j, k)) - middle).norm() - radius;
         voxels.push_back(static_cast<std::int16_t>(std::lround(600 * std::erfc(d / spacing.maxCoeff()))));
       }
-  const Posed X_WG = trephine::make_pose<double>(trephine::rotation_from_vector<double>(Vec3d(0.2, 0.5, -0.3)), Vec3d(0.1, 0, -0.05));
+  const Posed X_WG =
+      trephine::make_pose<double>(trephine::rotation_from_vector<double>(Vec3d(0.2, 0.5, -0.3)), Vec3d(0.1, 0, -0.05));
   return {.name = "ball",
           .unit = "levels",
           .grid = drill::Grid({.size = n, .spacing = spacing, .X_WG = X_WG}, std::span<const std::int16_t>(voxels)),
@@ -111,7 +112,9 @@ void drill_in(Bench& b) {
 }
 
 TEST_SUITE("picture") {
-  TEST_CASE("pictures: surface and depth are those of rays cast through the grid, on three volumes, before and after drilling") {
+  TEST_CASE(
+      "pictures: surface and depth are those of rays cast through the grid, on three volumes, before and after "
+      "drilling") {
     Random random(11);
     const auto check = [&](drill::Bone made) {
       CAPTURE(made.name);
@@ -140,7 +143,8 @@ TEST_SUITE("picture") {
             bone_pixels += hit ? 1 : 0;
             different += hit.has_value() != shown ? 1 : 0;
             if (hit && shown)
-              apart.push_back(std::abs(static_cast<double>(*hit) * ray.direction.dot(-camera.axes().col(2)) - drawn) / voxel);
+              apart.push_back(std::abs(static_cast<double>(*hit) * ray.direction.dot(-camera.axes().col(2)) - drawn) /
+                              voxel);
           }
         REQUIRE(bone_pixels > 2000);
         std::sort(apart.begin(), apart.end());
@@ -354,7 +358,8 @@ TEST_SUITE("picture") {
     {
       Screen screen(window, bench, true);
       screen.frame(0.016, 0);
-      for (const auto& [w, h] : {std::pair{16, 16}, std::pair{333, 77}, std::pair{640, 480}, std::pair{0, 0}, std::pair{320, 240}}) {
+      for (const auto& [w, h] :
+           {std::pair{16, 16}, std::pair{333, 77}, std::pair{640, 480}, std::pair{0, 0}, std::pair{320, 240}}) {
         bench.update(0.016, std::max(w, 16), std::max(h, 16));
         if (w > 0) {
           (void)bench.draw();
