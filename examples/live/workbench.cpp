@@ -31,7 +31,7 @@ Vec3d aside_of(const drill::Spot& spot) {
 OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
   OrbitCamera camera;
   camera.focus_W = spot.p_W;
-  camera.distance = std::clamp(55 * burr_radius, 0.03, 0.3);
+  camera.distance = std::clamp(42 * burr_radius, 0.03, 0.3);
   camera.look_from(std::cos(0.75) * spot.normal_W + std::sin(0.75) * aside_of(spot));
   // The instruments cover the right of the picture.
   camera.pan(-0.17, 0, 1);
