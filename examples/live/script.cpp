@@ -56,8 +56,8 @@ bool read_rest(std::istringstream& in, const std::string& word, Event& e) {
     e.kind = Kind::kQuit;
     return true;
   }
-  if (word == "push") {
-    e.kind = Kind::kPush;
+  if (word == "push" || word == "orbit") {
+    e.kind = word == "push" ? Kind::kPush : Kind::kOrbit;
     return static_cast<bool>(in >> e.numbers[0]);
   }
   if (word == "move" || word == "turn" || word == "size") {

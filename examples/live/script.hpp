@@ -21,6 +21,7 @@ struct Event {
     kPush,     ///< push by numbers[0] [mm] along the view
     kMove,     ///< the mouse is at pixel numbers[0], numbers[1]
     kTurn,     ///< the mouse turned the drill by numbers[0], numbers[1] [pixels]
+    kOrbit,    ///< from now on the view turns by numbers[0] [degrees/s]
     kSize,     ///< the window is numbers[0] x numbers[1] [pixels]
     kShot,     ///< save a screenshot to `file`
     kQuit,
@@ -42,6 +43,7 @@ struct Event {
 ///     TIME view X Y Z YAW PITCH DISTANCE   focus [mm in W], degrees, mm
 ///     TIME key NAME                   a key by the name that the help shows
 ///     TIME push MM | move PX PY | turn PX PY   as the mouse does
+///     TIME orbit DEGREES_A_SECOND
 ///     TIME size WIDTH HEIGHT
 ///     TIME shot FILE
 ///     TIME quit

@@ -246,6 +246,9 @@ void Workbench::apply(const Event& event) {
     case Kind::kTurn:
       turn_drill(event.numbers[0], event.numbers[1]);
       break;
+    case Kind::kOrbit:
+      turning_ = event.numbers[0] / 180 * std::numbers::pi;
+      break;
     case Kind::kSize:
     case Kind::kShot:
     case Kind::kQuit:
@@ -257,6 +260,7 @@ void Workbench::update(double dt, int width, int height) {
   if (width != width_ || height != height_) changed_ = true;
   width_ = width;
   height_ = height;
+  camera_.yaw += turning_ * dt;
   const bool was_on = tick_.spindle_on;
   tick_ = session_->view();
   // A device's own button starts a stroke too.

@@ -101,6 +101,7 @@ class Workbench {
   SceneView drawn_;
   int width_ = 640, height_ = 480;
   double spin_ = 0;
+  double turning_ = 0;  // of the view [rad/s]
   double moving_scale_ = 0.5;
   double draw_ms_ = 0;
   std::size_t uploaded_ = 0;

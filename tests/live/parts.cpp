@@ -138,7 +138,7 @@ TEST_CASE("sessions: a wrong line is refused with its number") {
   const std::string path = "wrong_line.session";
   for (const char* line :
        {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing", "1 spindle maybe",
-        "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1", "1 shot"}) {
+        "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1", "1 shot", "1 orbit fast"}) {
     CAPTURE(line);
     std::ofstream(path) << "# a comment\n\n0 spindle on\n" << line << "\n";
     std::string message;
