@@ -38,7 +38,6 @@ about() {
     imgui) package=libimgui-dev; test_of=has_imgui; without="the window" ;;
     opengl) package=libgl-dev; test_of="has_header GL/glext.h"; without="the window" ;;
     opengl-driver) package=libgl1-mesa-dri; test_of=has_opengl_driver; without="Mesa's OpenGL" ;;
-    fonts) package=fonts-dejavu-core; test_of="[ -e /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf ]"; without="smooth letters" ;;
     xvfb) package=xvfb; test_of="has_command Xvfb"; without="the tests of the window" ;;
     xauth) package=xauth; test_of="has_command xauth"; without="the tests of the window" ;;
     gnuplot) package=gnuplot-nox; test_of="has_command gnuplot"; without="plots" ;;

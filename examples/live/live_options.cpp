@@ -74,6 +74,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   app.add_option("--script", o.script, "play a session, then quit")->check(CLI::ExistingFile)->excludes(replay);
   app.add_option("--record", o.record, "write the session to this file");
   app.add_option("--fps", o.fps, "pictures a second at most (60)")->check(CLI::Range(0.1, 240.0));
+  app.add_flag("--mute", o.mute, "no sound");
   app.add_flag("--debug", o.debug, "ask OpenGL for a debug context; an error of OpenGL ends the program");
   try {
     app.parse(argc, argv);

@@ -22,7 +22,8 @@ struct LiveOptions {
   std::string replay;              ///< file to play, then go on by hand
   std::string record;              ///< file to write
   double fps = 60;                 ///< pictures a second at most
-  bool debug = false;              ///< a debug context, whose errors end the program
+  bool mute = false;
+  bool debug = false;  ///< a debug context, whose errors end the program
 };
 
 /// Ends the program's start: text for standard output (--help) or one line for standard error, with an exit code.

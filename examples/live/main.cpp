@@ -2,6 +2,7 @@
 // A window to drill in by hand: mouse, 6-DOF mouse or a file moves the drill, and the bone holds it.
 #include "../drill/png_file.hpp"
 #include "screen.hpp"
+#include "sound.hpp"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -62,6 +63,9 @@ int run(const LiveOptions& options, int& code) {
   for (const std::string& note : loaded.bone.notes) std::printf("         %s\n", note.c_str());
   Workbench bench(std::move(loaded), options);
   Screen screen(window, bench, !scripted);
+  std::unique_ptr<Sound> sound;
+  if (!options.mute) sound = std::make_unique<Sound>([&session = bench.session()] { return session.heard(); });
+  std::printf("sound    %s\n", sound ? sound->text().c_str() : "none: muted");
   std::printf("ready    after %.1f s; %zu MB on the card; F1 shows keys and mouse\n", seconds_since(loading),
               bench.texture().bytes() >> 20);
   std::fflush(stdout);

@@ -10,23 +10,27 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string>
 
 namespace live {
 namespace {
 
 Screen& screen_of(GLFWwindow* window) { return *static_cast<Screen*>(glfwGetWindowUserPointer(window)); }
 
-/// Dear ImGui's own font is small and of pixels; Debian's is used where it is.
+/// Dear ImGui's own font is small and of pixels; the system's is used where it has one of these.
 void choose_font(float scale) {
-  constexpr const char* kFont = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
+  constexpr std::array kFonts{"dejavu/DejaVuSans.ttf", "noto/NotoSans-Regular.ttf", "ubuntu/Ubuntu-R.ttf",
+                              "liberation/LiberationSans-Regular.ttf", "liberation2/LiberationSans-Regular.ttf"};
   ImGuiIO& io = ImGui::GetIO();
-  if (std::filesystem::exists(kFont)) {
-    io.Fonts->AddFontFromFileTTF(kFont, 15 * scale);
-  } else {
-    ImFontConfig config;
-    config.SizePixels = 13 * scale;
-    io.Fonts->AddFontDefault(&config);
+  for (const char* font : kFonts) {
+    const std::string path = std::string("/usr/share/fonts/truetype/") + font;
+    if (!std::filesystem::exists(path)) continue;
+    io.Fonts->AddFontFromFileTTF(path.c_str(), 15 * scale);
+    return;
   }
+  ImFontConfig config;
+  config.SizePixels = 13 * scale;
+  io.Fonts->AddFontDefault(&config);
 }
 
 }  // namespace

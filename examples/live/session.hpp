@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "drill_voice.hpp"
 #include "held_drill.hpp"
 #include "mouse_hand.hpp"
 #include "strokes.hpp"
@@ -102,6 +103,11 @@ class Session {
   /// Returns the latest tick's view.
   [[nodiscard]] const TickView& view() noexcept;
   [[nodiscard]] const History& history() const noexcept { return history_; }
+  /// Returns what is heard of the last tick. Any thread, no wait.
+  [[nodiscard]] DrillState heard() const noexcept {
+    return {heard_spindle_.load(std::memory_order_relaxed), heard_force_.load(std::memory_order_relaxed),
+            heard_removal_.load(std::memory_order_relaxed)};
+  }
   [[nodiscard]] Inboxes& inboxes() noexcept { return inboxes_; }
   [[nodiscard]] const SessionOptions& options() const noexcept { return options_; }
   /// Takes other settings; the loop starts again with a ramp. Throws std::invalid_argument, and then all stays.
@@ -132,6 +138,9 @@ class Session {
   trephine::Mailbox<TickView> views_;
   TickView view_;
   History history_;
+
+  std::atomic<bool> heard_spindle_{false};
+  std::atomic<double> heard_force_{0}, heard_removal_{0};
 
   // Of the haptic thread, and of commands, which run there.
   SessionOptions running_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The window's parts that need no OpenGL: camera, hand, sessions' files, keys, empty space, undo.
 #include "brick_summary.hpp"
+#include "drill_voice.hpp"
 #include "keys.hpp"
 #include "live_options.hpp"
 #include "mouse_hand.hpp"
@@ -240,6 +241,41 @@ TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and who
     states.pop_back();
   }
   CHECK(now == voxels);
+}
+
+/// Crossings of zero upward a second: the pitch of a whine whose fundamental is its strongest part.
+double crossings(const std::vector<std::int16_t>& samples) {
+  int count = 0;
+  for (std::size_t i = 1; i < samples.size(); ++i) count += samples[i - 1] < 0 && samples[i] >= 0 ? 1 : 0;
+  return count * static_cast<double>(DrillVoice::kRate) / static_cast<double>(samples.size());
+}
+double loudness(const std::vector<std::int16_t>& samples) {
+  double sum = 0;
+  for (const std::int16_t s : samples) sum += static_cast<double>(s) * s;
+  return std::sqrt(sum / static_cast<double>(samples.size())) / 32767;
+}
+
+TEST_CASE("drill voice: silent at rest, a pitch that sinks under load within 20 ms, louder in bone, no clicks") {
+  DrillVoice voice;
+  std::vector<std::int16_t> second(DrillVoice::kRate), piece(DrillVoice::kRate / 50);
+  voice.fill(second, {});
+  CHECK(loudness(second) == 0);
+  voice.fill(second, {.spindle_on = true});
+  voice.fill(second, {.spindle_on = true});
+  CHECK(voice.pitch() == doctest::Approx(DrillVoice::kIdlePitch).epsilon(0.01));
+  CHECK(crossings(second) == doctest::Approx(DrillVoice::kIdlePitch).epsilon(0.02));
+  const double free = loudness(second);
+  const DrillState cutting{.spindle_on = true, .force = 4, .removal_mm3_s = 10};
+  voice.fill(piece, cutting);  // 20 ms
+  CHECK(voice.pitch() < 0.88 * DrillVoice::kIdlePitch);
+  voice.fill(second, cutting);
+  CHECK(loudness(second) > 1.3 * free);
+  int steepest = 0;
+  for (std::size_t i = 1; i < second.size(); ++i) steepest = std::max(steepest, std::abs(second[i] - second[i - 1]));
+  CHECK(steepest < 32767 / 4);
+  voice.fill(second, {});
+  voice.fill(second, {});
+  CHECK(loudness(second) < 0.001);
 }
 
 }  // namespace
