@@ -62,10 +62,15 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   auto* tip = app.add_option("--tool", tip_mm, "burr's radius [mm] (three voxels at least)")->check(size_mm);
   auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
                     ->check(CLI::Range(0.0, 10.0));
+  std::map<std::string, DeviceKind> devices{{"mouse", DeviceKind::kMouse}};
 #ifdef TREPHINE_LIVE_HAS_SPNAV
-  app.add_option("--device", device, "mouse, or spacemouse: a 6-DOF mouse (mouse)")
-      ->check(CLI::IsMember({"mouse", "spacemouse"}));
+  devices["spacemouse"] = DeviceKind::kSpaceMouse;
 #endif
+#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
+  devices["openhaptics"] = DeviceKind::kOpenHaptics;
+#endif
+  app.add_option("--device", device, "mouse, or what this was built for: spacemouse, openhaptics (mouse)")
+      ->check(CLI::IsMember(devices));
   app.add_option("--rate", o.rate, "of the haptic loop [Hz] (1000)")->check(CLI::Range(500.0, 8000.0));
   app.add_option("--scale", o.scale, "motion of the drill over motion of the hand (1)")->check(CLI::Range(0.05, 5.0));
   app.add_option("--size", size, "of the window, WIDTHxHEIGHT (1280x800)");
@@ -103,7 +108,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   if (*tip) o.bone.tip_radius = 1e-3 * tip_mm;
   if (*voxel) o.bone.voxel = 1e-3 * voxel_mm;
   o.renderer = renderers.at(renderer);
-  o.device = device == "spacemouse" ? DeviceKind::kSpaceMouse : DeviceKind::kMouse;
+  o.device = devices.at(device);
   return parsed;
 }
 

@@ -6,6 +6,11 @@
 #include "../spacemouse/spnav_source.hpp"
 #endif
 
+#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
+#include "../openhaptics/clutch.hpp"
+#include "../openhaptics/openhaptics_device.hpp"
+#endif
+
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
 
@@ -55,8 +60,8 @@ class TimedDrill {
 
 /// The registration at another scale that leaves the tool where it is.
 Registration rescaled(const Registration& from, const Posed& X_DH, double scale) {
-  const Vec3d p_WD = from.tool_pose(X_DH).translation() - scale * X_DH.translation();
-  return Registration(make_pose<double>(Mat3d::Identity(), p_WD), Posed::Identity(), scale);
+  const Vec3d p_WD = from.tool_pose(X_DH).translation() - from.X_WD().linear() * (scale * X_DH.translation());
+  return Registration(make_pose<double>(from.X_WD().linear(), p_WD), Posed::Identity(), scale);
 }
 
 }  // namespace
@@ -100,13 +105,20 @@ void Session::run() {
   try {
     // The device's origin is the tool's place at the start.
     registration_ =
-        Registration(make_pose<double>(Mat3d::Identity(), start_.translation()), Posed::Identity(), running_.scale);
+        Registration(make_pose<double>(running_.R_WD, start_.translation()), Posed::Identity(), running_.scale);
     X_DH_ = registration_.handle_pose(start_);
 #ifdef TREPHINE_LIVE_HAS_SPNAV
     if (running_.device == DeviceKind::kSpaceMouse) {
       spacemouse::SpnavSource source;
       spacemouse::Device device(source, {.speed = 0.02}, X_DH_);
       return run_on(device);
+    }
+#endif
+#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
+    if (running_.device == DeviceKind::kOpenHaptics) {
+      openhaptics::Device device;
+      openhaptics::Clutched handled(device, HD_DEVICE_BUTTON_2);
+      return run_on(handled);
     }
 #endif
     SimulatedDevice device(simulated_arm(X_DH_, running_.rate), WishedHand(wishes_, registration_, start_));

@@ -77,7 +77,7 @@ class History {
 };
 
 /// Source of the tool's pose.
-enum class DeviceKind { kMouse, kSpaceMouse };
+enum class DeviceKind { kMouse, kSpaceMouse, kOpenHaptics };
 
 /// How a session runs.
 struct SessionOptions {
@@ -85,6 +85,8 @@ struct SessionOptions {
   double rate = 1000;  ///< of the servo loop [Hz]
   double scale = 1;    ///< tool's motion over the hand's
   DeviceKind device = DeviceKind::kMouse;
+  /// Axes of the device's base in W: its x, y, z point right, up and out of the screen at the start.
+  Mat3d R_WD = Mat3d::Identity();
 };
 
 /// The haptic side: a servo loop on a thread of its own, which alone touches the bone. The window posts wishes and

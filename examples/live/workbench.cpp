@@ -74,7 +74,8 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options)
                                 SessionOptions{.drill = {.renderer = options.renderer, .burr = loaded_.bone.burr},
                                                .rate = options.rate,
                                                .scale = options.scale,
-                                               .device = options.device},
+                                               .device = options.device,
+                                               .R_WD = camera_.axes()},
                                 hand_.pose());
 }
 
