@@ -80,7 +80,7 @@ std::vector<Setup> tools() {
                             {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
                             {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
   for (const char* renderer : {"line", "surface", "coupled"}) {
-    all.push_back({.renderer = renderer, .mill_speed = 1e-3});
+    for (const Cut cut : {Cut::kAtOnce, Cut::kAdvancing}) all.push_back({.renderer = renderer, .cut = cut});
     all.push_back({.renderer = renderer});
     all.back().stack.rate = {.force = 190, .torque = 6};
   }
@@ -120,7 +120,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     Site site = skull ? scanned(options.skull) : block();
     if (s.options == "thesis" && s.renderer == "line") site.bone = with_gradients(*site.bone);
     s.burr = site.burr;
-    if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
+    s.mill_rate = site.rate;
     const double seconds = (options.quick ? 3.0 : 60.0) / (skull ? 3 : 1);
     const LoopReport r = mill(site, s, newton, seconds, spindle);
     std::ostringstream name;
@@ -137,7 +137,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     for (const Setup& tool : tools())
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
-          if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
+          if (!spindle && (!skull || tool.cut != Cut::kByRate || tool.stack.rate)) continue;
           plan.push_back({tool.renderer + ", milling", [=] { return measured(skull, tool, newton, spindle); }});
         }
   }

@@ -40,7 +40,8 @@ std::string label(const Setup& setup) {
   s << setup.options;
   if (setup.budget) s << " + budget";
   if (setup.friction > 0) s << " + friction " << setup.friction;
-  if (setup.mill_speed > 0) s << " + advancing cut";
+  if (setup.cut == Cut::kAtOnce) s << " + cut at once";
+  if (setup.cut == Cut::kAdvancing) s << " + advancing cut";
   if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
   return s.str();
 }

@@ -54,7 +54,7 @@ Run run(Ground& ground, const Setup& tool, const Case& c, double K) {
   Setup s = tool;
   s.burr = place.burr;
   s.stiffness = K;
-  if (ground.milled()) s.mill_rate = place.mill_rate;
+  s.mill_rate = place.mill_rate;
   const auto bone = ground.bone();
   auto any = make_tool(s, *bone, place.isovalue);
   LoopOptions o = press(place, s, c.device(), bias_for(K));
