@@ -19,7 +19,7 @@ using namespace trephine::bench;
 const std::map<std::string, std::string> kHeaders = {
     {"stability_sweep",
      "place,damping,delay,hand,friction,quantum_mm,renderer,options,stable_N_per_m,theory_N_per_m,beyond_mJ,"
-     "force_step_N,torque_step_mNm"},
+     "force_step_N"},
     {"stability_energy", "renderer,options,time,energy_mJ,allowed_mJ,force_N"},
 };
 
@@ -70,8 +70,8 @@ int main(int argc, char** argv) {
   const StabilityOptions options{line.folder, skull, line.quick};
   try {
     Plan plan;
-    for (const auto part : {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls,
-                            plan_jumps, plan_stages})
+    for (const auto part :
+         {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls, plan_stages})
       part(options, plan);
     std::erase_if(
         plan, [&](const Work& w) { return w.name.find(only) == std::string::npos || w.name.rfind(renderer, 0) != 0; });

@@ -5,8 +5,7 @@ import math
 
 from tables import finite, first, unique, where, worst
 
-STAGES = ["greatest stable K", "amplitude left at 5000 N/m", "force error", "greatest force step",
-          "ripple held with a quantum of .055 mm"]
+STAGES = ["greatest stable K", "amplitude left at 5000 N/m", "force error", "ripple held with a quantum of .055 mm"]
 USUAL = dict(damping=0.5, delay=0, hand="light", friction=0, quantum_mm=0)
 
 
@@ -30,7 +29,7 @@ def stages(rows):
     lines = [[stack] + [first(where(mine, options=stack, scenario=s, case=c), "measured") for s, c in columns]
              for stack in unique(mine, "options")]
     header = ["stages"] + [s.split(": ")[1] + (f": {c}" if s.endswith("stable K") else "") for s, c in columns]
-    return header, lines, "Stages: Line on a flat wall [N/m, mm, N, %]"
+    return header, lines, "Stages: Line on a flat wall [N/m, mm, %, N]"
 
 
 def choices(rows):

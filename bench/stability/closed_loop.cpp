@@ -80,7 +80,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   SimulatedDevice<Hand> device(o.device, o.hand ? o.hand : Hand([start](double) { return HandTarget(start); }));
   LoopReport r;
   DeviceState state;
-  std::vector<double> height, force;
+  std::vector<double> height;
   std::vector<Vec3d> forces, turns;
   std::vector<Leak> leaks;
   std::vector<double> linear_ratios, angular_ratios;
@@ -103,10 +103,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     const Wrenchd wrench = law(X, o.dt);
     const Vec3d df = wrench.force - last.force, dt = wrench.torque - last.torque;
     r.most_force = std::max(r.most_force, wrench.force.norm());
-    if (i > 0) {
-      r.force_step = std::max(r.force_step, df.norm());
-      r.torque_step = std::max(r.torque_step, dt.norm());
-    }
+    if (i > 0) r.force_step = std::max(r.force_step, df.norm());
     last = wrench;
     if (device.write({wrench.force + o.bias, wrench.torque}) != DeviceStatus::kOk) {
       r.escaped = true;
@@ -179,14 +176,8 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   r.turn = (high - low).maxCoeff();
   r.mean_force = mean;
   double squares = 0;
-  Vec3d side = Vec3d::Zero();
-  for (std::size_t i = from; i < forces.size(); ++i) {
+  for (std::size_t i = from; i < forces.size(); ++i)
     squares += (forces[i] - mean).squaredNorm() / static_cast<double>(forces.size() - from);
-    const Vec3d across = forces[i] - forces[i].dot(o.along) * o.along;
-    if (across.norm() < 0.05) continue;
-    if (side.norm() > 0 && across.dot(side) < 0) ++r.flips;
-    side = across;
-  }
   r.ripple = std::sqrt(squares);
   return r;
 }
@@ -229,13 +220,6 @@ double largest_stable(double low, double high, double within, const std::functio
   return std::sqrt(low * above);
 }
 
-namespace {
-
-constexpr double kFriction = 0.05;     // [N]
-constexpr double kQuantum = 0.055e-3;  // [m]
-
-}  // namespace
-
 std::string Case::text() const {
   std::ostringstream s;
   s << "b " << damping << " delay " << delay << " hand " << hand;
@@ -260,6 +244,7 @@ double Case::theory() const {
 }
 
 std::vector<Case> swept_cases(int count) {
+  constexpr double kFriction = 0.05, kQuantum = 0.055e-3;  // [N], [m]
   const Case usual{.hand = "light"};
   std::vector<Case> cases{usual};
   const auto changed = [&](auto member, auto value) {

@@ -122,30 +122,6 @@ Measured coupled_critical(const Setup& setup, const Case& c, const Place& place)
   return m;
 }
 
-/// From a hit at .1 m/s, pressed.
-bool rests_from_a_hit(const Setup& s, const Case& c, const Place& place, double K) {
-  const Vec3d n = place.outward;
-  auto tool = make_tool(s, *place.bone, place.isovalue);
-  LoopOptions o = pressed(c, n, K);
-  o.device.X_DH = place.start(s);
-  o.device.X_DH.translation() += 1e-3 * n;
-  if (c.hand != "none") {  // the spring's target lies where 1 N more is asked for
-    Posed target = place.start(s);
-    o.bias.setZero();
-    target.translation() -= (bias_for(K) / o.device.hand_linear.stiffness) * n;
-    o.hand = [target](double) { return HandTarget(target); };
-  }
-  o.seconds = 4;
-  const LoopReport r = run_loop(along(law_of(*tool), n), o);
-  return comes_to_rest(r, 1e-4 + 2 * c.quantum);
-}
-
-double practical_critical(const Setup& setup, const Case& c, const Place& place, double within) {
-  return largest_stable(1e2, 1e6, within, [&](double K) {
-    return rests_from_a_hit(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K);
-  });
-}
-
 Measured small_signal(const Setup& s, const Case& c, const Place& place) {
   const double analytic = analytic_critical(s, c, place.outward);
   const double found = voxel_critical(s, c, place, kOffWall);
@@ -153,13 +129,6 @@ Measured small_signal(const Setup& s, const Case& c, const Place& place) {
   Measured m;
   m.tell("13 K_crit", name, s, found, "N/m", c.theory());
   m.judge("13 K_crit off the analytic wall's", name, s, 100 * std::abs(found / analytic - 1), 2, "%", analytic);
-  return m;
-}
-
-Measured from_a_hit(const Setup& s, const Case& c, const Place& place, double within) {
-  const double K = practical_critical(s, c, place, within);
-  Measured m;
-  m.tell("13 greatest stable K from a hit", c.text(), s, K, "N/m", c.theory());
   return m;
 }
 
@@ -210,18 +179,6 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
     if (!quick || !options.skull.empty())
       plan.push_back({"coupled, scanned bone, small signal",
                       [=, skull = options.skull] { return by_place(scanned_place(skull, milled)); }});
-
-  for (const Setup& s : kTools)
-    for (const double b : quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
-      for (const std::string hand : {"none", "light", "firm"})
-        for (const int delay : quick ? std::vector{0, 1} : std::vector{0, 1, 2})
-          for (const double friction : {0.0, 0.05})
-            for (const double quantum : {0.0, 0.055e-3}) {
-              if (quick && (friction > 0) != (quantum > 0)) continue;
-              const Case c{b, delay, hand, friction, quantum};
-              plan.push_back({s.renderer + ", flat wall, from a hit",
-                              [=] { return from_a_hit(s, c, *flat, quick ? 1.2 : 1.06); }});
-            }
 }
 
 }  // namespace trephine::bench

@@ -129,7 +129,6 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     m.judge("20 greatest force step a tick", name.str(), s, r.force_step, s.renderer == "coupled" ? 0.1 : 0.2, "N",
             r.most_force);
     m.judge("20 energy beyond Rule E", name.str(), s, 1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy);
-    m.tell("20 ripple at the end", name.str(), s, r.ripple, "N");
     return m;
   };
   for (const bool skull : {false, true}) {

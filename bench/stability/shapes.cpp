@@ -108,10 +108,6 @@ Measured in_the_hand(const Setup& tool, const Place& place, const std::string& h
   Measured m;
   m.judge(group + "energy beyond Rule E at 800 N/m", c, tool, 1e3 * r.beyond, kRuleE, "mJ", 1e3 * r.energy);
   m.judge(group + "amplitude left at 800 N/m", c, tool, 1e3 * r.amplitude, real ? 0.21 : 0.1, "mm");
-  if (name == "slot" || name == "shaft in a hole") {
-    m.judge("16 ripple at rest", c, tool, r.ripple, 0.02, "N");
-    m.judge("16 side flips at rest", c, tool, r.flips, 0, "");
-  }
   return m;
 }
 

@@ -97,7 +97,7 @@ Measured measure(Ground& ground, const Setup& tool, const Case& c) {
   m.judge("sweep: energy beyond Rule E at the greatest stable K", place + ", " + c.text(), tool, 1e3 * at.beyond,
           kRuleE, "mJ", 1e3 * at.energy);
   m.line("stability_sweep", place, c.damping, c.delay, c.hand, c.friction, 1e3 * c.quantum, tool.renderer, label(tool),
-         K, c.theory(), 1e3 * at.beyond, at.force_step, 1e3 * at.torque_step);
+         K, c.theory(), 1e3 * at.beyond, at.force_step);
   return m;
 }
 
