@@ -115,14 +115,14 @@ def build(command, scratch, all_constants, changed=None, factor=1):
 
 
 def figures(program, constant=None, factor=1):
-    """The quick figures by name, blur and image."""
+    """The quick figures by name and blur."""
     environment = dict(os.environ)
     if constant:
         environment.update(SWEPT_NUMBER=str(constant.number), SWEPT_FACTOR=str(factor))
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([program, "--quick", "--out", out], check=True, capture_output=True, env=environment)
         with open(os.path.join(out, "coupled_figures.csv"), newline="", encoding="utf-8") as file:
-            return {(r["figure"], r["blur_voxels"], r["image"]): r for r in csv.DictReader(file)}
+            return {(r["figure"], r["blur_voxels"]): r for r in csv.DictReader(file)}
 
 
 def main():
@@ -158,14 +158,14 @@ def measure(program, command, every, arguments):
         where = os.path.relpath(constant.path, os.path.join(INCLUDE, "trephine"))
         print(f"constants: {constant.name} ({where}) × {factor}: " + ("does not build" if after is None else "done"), file=sys.stderr)
         if after is None:
-            return [[constant.name, where, factor, "does not build"] + [""] * 7]
+            return [[constant.name, where, factor, "does not build"] + [""] * 6]
         return [[constant.name, where, factor, *key, b["judged"], after[key]["judged"], b["bound"], b["pass"], after[key]["pass"]]
                 for key, b in before.items() if key in after]
 
     jobs = [(c, f) for c in every if not arguments.only or c.name in arguments.only for f in FACTORS]
     with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "image", "before", "after", "bound", "pass_before", "pass_after"])
+        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])
         with ThreadPoolExecutor(arguments.jobs) as pool:
             for rows in pool.map(rows_of, jobs):
                 table.writerows(rows)

@@ -73,19 +73,19 @@ def all_tables(rows, sweep):
 
 
 def figures(rows):
-    """A line a figure: the values judged by blur and image."""
-    kinds = unique([r for r in rows if not math.isnan(r["blur_voxels"])], "blur_voxels", "image")
+    """A line a figure: the values judged by blur."""
+    blurs = unique([r for r in rows if not math.isnan(r["blur_voxels"])], "blur_voxels")
     lines = []
     for name in unique(rows, "figure"):
         mine = where(rows, figure=name)
-        cells = [where(mine, blur_voxels=blur, image=image) for blur, image in kinds]
+        cells = [where(mine, blur_voxels=blur) for blur in blurs]
         if not any(cells):
             cells[0] = mine  # of no blur
         medians = sorted(finite(mine, "median"))
         lines.append([name, sum(r["cases"] for r in mine), mine[0]["bound"], mine[0]["unit"], medians[len(medians) // 2]]
                      + [f"{c[0]['judged']:.2g}" if c else "" for c in cells] + ["fail" if where(mine, **{"pass": "fail"}) else ""])
-    return (["figure", "cases", "bound", "unit", "median"] + [f"σ {blur:g}, {image}" for blur, image in kinds] + [""], lines,
-            "Greatest of all cases (directions: p99), by blur in voxels and image")
+    return (["figure", "cases", "bound", "unit", "median"] + [f"σ {blur:g}" for blur in blurs] + [""], lines,
+            "Greatest of all cases (directions: p99), by blur in voxels")
 
 
 def constants(rows):
