@@ -64,24 +64,15 @@ using Grid = trephine::VoxelGrid<std::int16_t>;
 using Field = trephine::DensityField<std::int16_t, double>;
 
 /// What a short run of the tool was aimed at.
-enum class Kind { kTipPress, kShaftLean, kRim, kSlide };
-inline constexpr int kKinds = 4;
-inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaft on ridges and edges",
-                                                            "shaft on a hole's rim", "sliding"};
+enum class Kind { kTipPress, kShaftLean, kSlide };
+inline constexpr int kKinds = 3;
+inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaft on ridges and edges", "sliding"};
 
 /// A run of the tool, a pose a tick: from just free of the bone into it. The Line approximation has a history, so a
 /// single pose says nothing about it.
 struct Case {
   Kind kind = Kind::kTipPress;
-  bool milled = false;        ///< it happens in the bone with holes
   std::vector<Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
-};
-
-/// The bone as it is and with holes milled into it, and what the tool does there.
-struct Bones {
-  const Grid* whole = nullptr;
-  const Grid* milled = nullptr;
-  double isovalue = 0;
 };
 
 [[nodiscard]] inline std::size_t tick_count(const std::vector<Case>& cases) {
@@ -254,42 +245,13 @@ struct Spot {
 
 struct CaseOptions {
   int per_kind = 60;       ///< cases of each kind, for each algorithm
-  int holes = 12;          ///< milled for the rim cases
   double deepest = 0.004;  ///< farthest [m] a press goes beyond the touch: what the device's force allows
   std::uint64_t seed = 1;
 };
 
-/// Places a tool on a bone in as many ways as asked for, at places drawn from the seed.
-class CaseMaker {
- public:
-  /// Mills the holes into `milled`, a copy of `whole`. Both must outlive the maker and stay where they are.
-  CaseMaker(const Grid& whole, Grid& milled, double isovalue, const Burr& burr, const CaseOptions& options);
-
-  /// Cases for one algorithm; fewer where the bone offers no more: every kind ends after a bounded number of tries.
-  /// `progress` hears how many are made.
-  [[nodiscard]] std::vector<Case> make(Algorithm algorithm, const std::function<void(int)>& progress = {}) const;
-
-  [[nodiscard]] int holes() const noexcept { return static_cast<int>(holes_.size()); }
-
- private:
-  struct Hole {
-    Vec3d mouth;  ///< on the surface, in G
-    Vec3d out;    ///< unit vector along its axis
-  };
-  struct Draw;  // what one try draws from
-
-  void mill_holes(Grid& milled, double isovalue);
-  [[nodiscard]] double draw_depth(Random& random, double most) const;
-  [[nodiscard]] bool tip_press(Draw& draw, Case& c) const;
-  [[nodiscard]] bool shaft_lean(Draw& draw, bool crest, Case& c) const;
-  [[nodiscard]] bool rim(Draw& draw, Case& c) const;
-  [[nodiscard]] bool sliding(Draw& draw, Case& c) const;
-
-  Field whole_;
-  Field milled_;
-  Burr burr_;
-  CaseOptions options_;
-  std::vector<Hole> holes_;
-};
+/// Places a tool on a bone in as many ways as asked for, at places drawn from the seed. Fewer cases where the bone
+/// offers no more: every kind ends after a bounded number of tries. `progress` hears how many are made.
+[[nodiscard]] std::vector<Case> make_cases(const Field& field, const Burr& burr, Algorithm algorithm,
+                                           const CaseOptions& options, const std::function<void(int)>& progress = {});
 
 }  // namespace pick

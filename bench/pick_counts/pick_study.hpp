@@ -184,13 +184,11 @@ class Player {
   /// Leads the tool through all cases, each from a renderer without history. Adds the wrench of every tick (in G, on
   /// the tool about T's origin) to `wrenches` where that is given. `ns` has room for every tick's time and keeps the
   /// shorter of what it holds and what it took now: what the tick itself needs, without what else the machine does.
-  virtual void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
-                    std::vector<Wrenchd>* wrenches) = 0;
+  virtual void play(const std::vector<Case>& cases, std::vector<float>& ns, std::vector<Wrenchd>* wrenches) = 0;
 };
 
-/// Throws std::invalid_argument for settings or a tool that the library refuses. `bones` are those that it is led
-/// through.
-[[nodiscard]] std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Bones& bones);
+/// Throws std::invalid_argument for settings or a tool that the library refuses. The bone must outlive it.
+[[nodiscard]] std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Grid& bone);
 
 /// What was measured of one setting.
 struct Measured {
@@ -230,13 +228,13 @@ struct Trial {
 };
 
 /// Finds the truth of the algorithm on its cases.
-[[nodiscard]] Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case>& cases,
+[[nodiscard]] Truth find_truth(Algorithm algorithm, const Grid& bone, const std::vector<Case>& cases,
                                const Scene& scene, const SweepOptions& options, const Progress& progress);
 
 /// Measures settings (each trial's algorithm: the settings' own) against the trials' truths. The errors of a setting do
 /// not depend on the run; times are the shortest of several repetitions, in each of which all settings take turns in a
 /// new order, so that whatever slows the machine slows them alike. Marks the fronts.
-void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Bones& bones,
+void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Grid& bone,
              const Scene& scene, const SweepOptions& options, const Progress& progress);
 
 /// Marks those that no other one equals or beats in both time (p999_us) and error (worst_share) while being better in
@@ -279,12 +277,10 @@ struct Study {
   std::vector<Trial> trials;    ///< one for each algorithm
   std::vector<Choice> choices;  ///< likewise
   Verdict verdict;
-  int holes = 0;
 };
 
-/// `milled` is a copy of `whole` of its own; holes are milled into it. Throws std::runtime_error where the bone offers
-/// too few contacts to say anything.
-[[nodiscard]] Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const StudyOptions& options,
+/// Throws std::runtime_error where the bone offers too few contacts to say anything.
+[[nodiscard]] Study carry_out(const Grid& bone, const Scene& scene, const StudyOptions& options,
                               const Progress& progress);
 
 }  // namespace pick
