@@ -73,7 +73,7 @@ def images(sweep):
     for variant in (tables.SURFACE_DEFAULT, tables.LINE_DEFAULT, tables.COUPLED):
         wanted = dict(variant=variant, error_kind="discretisation", scenario=["plane", "sphere", "shaft_cylinder"], steps="1/2vx")
         renderer = tables.renderer_of(variant)
-        for row in sweep.where(**{"scalar": "float", **wanted, **tables.THESIS_COUNTS[renderer]}):
+        for row in sweep.where(**wanted, **tables.THESIS_COUNTS[renderer]):
             rows.append([row["scenario"], renderer, row["field"], row["voxel_mm"]]
                         + [factor * row[column] for _, column, factor in goals.COLUMNS.values()] + [row["misses"]])
     return table(["scenario", "renderer", "image", "voxel [mm]"] + goals.HEADER[1:-1] + ["misses"], rows, "The defaults in other images")

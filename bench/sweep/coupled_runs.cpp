@@ -7,16 +7,14 @@ namespace trephine::bench {
 namespace {
 
 /// The surface of a bone, made when first asked for and kept while the bone is: making it is no part of a tick.
-template <class Density>
-BoneSurfaceView<Density> surface_of(const Imaged<Density>& imaged, std::size_t bone) {
+BoneSurfaceView<std::uint8_t> surface_of(const Imaged& imaged, std::size_t bone) {
   auto& surface = imaged.surfaces[bone];
   if (!surface) surface = shared_bone_surface(imaged.grids[bone], imaged.isovalue);
   return surface->view();
 }
 
 // A rigid tip that a spring presses: the spring times the tip's depth, along the normal.
-template <class Density>
-std::vector<Row> run_coupled(const Imaged<Density>& imaged, const Setting& s) {
+std::vector<Row> run_coupled(const Imaged& imaged, const Setting& s) {
   const Scenario& scenario = *imaged.scenario;
   CoupledToolRenderer renderer{scenario.burr,
                                CoupledOptions{.stiffness = kStiffness, .force = 8.5, .torque = 0.188, .jump = 1}};
@@ -33,9 +31,6 @@ std::vector<Row> run_coupled(const Imaged<Density>& imaged, const Setting& s) {
 
 }  // namespace
 
-void add_coupled_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit) {
-  in_8_bit.add<double>("coupled", kCoupledDefault, run_coupled<std::uint8_t>);
-  in_16_bit.add<double>("coupled", kCoupledDefault, run_coupled<std::int16_t>);
-}
+void add_coupled_runs(Runs& runs) { runs[{"coupled", kCoupledDefault}] = run_coupled; }
 
 }  // namespace trephine::bench

@@ -53,9 +53,9 @@ Truth continuum(const Scenario& scenario, const Case& c, const Renderer& rendere
   return truth;
 }
 
-template <class Scalar, class Weights, class Deep, class Shaft, class Gradient, class Density>
-std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
-  using Renderer = SurfaceApproxRenderer<Scalar, Weights, Deep, Shaft, Gradient>;
+template <class Weights, class Deep, class Shaft, class Gradient = AnalyticGradient>
+std::vector<Row> run_one(const Imaged& imaged, const Setting& s) {
+  using Renderer = SurfaceApproxRenderer<float, Weights, Deep, Shaft, Gradient>;
   const Scenario& scenario = *imaged.scenario;
   const typename Renderer::Tool tool(scenario.burr, {.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice});
   Renderer renderer(tool, {.stiffness = kStiffness, .search_step = s.step, .jump = 1});
@@ -64,30 +64,21 @@ std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
                  [&](const Case& c, const Renderer& r) { return continuum<Weights, Shaft>(scenario, c, r); });
 }
 
-template <class Scalar, class Weights, class Deep, class Shaft, class Gradient = AnalyticGradient, class Density>
-void add(Runs<Density>& runs, const char* variant) {
-  runs.template add<Scalar>("surface", variant, run_one<Scalar, Weights, Deep, Shaft, Gradient, Density>);
-}
-
 }  // namespace
 
-void add_surface_runs(Runs<std::uint8_t>& r, Runs<std::int16_t>& in_16_bit) {
+void add_surface_runs(Runs& runs) {
   using Extend = ExtendAlongSurface;
-  add<float, CollisionRatio, HoldForce, TorqueOnly>(r, kSurfaceThesis);
-  add<float, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
-  add<float, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
-  add<float, AreaWeights, Extend, TorqueOnly>(r, "area-extend-torque-analytic");
-  add<float, AreaWeights, HoldForce, FullWrench>(r, "area-hold-full-analytic");
-  add<float, MeanWeights, Extend, FullWrench>(r, "mean-extend-full-analytic");
-  add<float, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
-  add<float, PatchWeights, Extend, FullWrench, CentralGradient>(r, "patch-extend-full-central");
-  add<float, PatchWeights, Extend, FullWrench, StoredGradient>(r, "patch-extend-full-stored");
-  add<float, PatchWeights, Extend, FullWrench, SplineGradient>(r, "patch-extend-full-spline");
-  add<double, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
-  add<double, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
-  add<double, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
-  add<float, AreaWeights, Extend, FullWrench>(in_16_bit, kSurfaceArea);
-  add<float, PatchWeights, Extend, FullWrench>(in_16_bit, kSurfaceDefault);
+  const auto add = [&](const char* variant, Run run) { runs[{"surface", variant}] = run; };
+  add(kSurfaceThesis, run_one<CollisionRatio, HoldForce, TorqueOnly>);
+  add("ratio-extend-full-analytic", run_one<CollisionRatio, Extend, FullWrench>);
+  add(kSurfaceArea, run_one<AreaWeights, Extend, FullWrench>);
+  add("area-extend-torque-analytic", run_one<AreaWeights, Extend, TorqueOnly>);
+  add("area-hold-full-analytic", run_one<AreaWeights, HoldForce, FullWrench>);
+  add("mean-extend-full-analytic", run_one<MeanWeights, Extend, FullWrench>);
+  add(kSurfaceDefault, run_one<PatchWeights, Extend, FullWrench>);
+  add("patch-extend-full-central", run_one<PatchWeights, Extend, FullWrench, CentralGradient>);
+  add("patch-extend-full-stored", run_one<PatchWeights, Extend, FullWrench, StoredGradient>);
+  add("patch-extend-full-spline", run_one<PatchWeights, Extend, FullWrench, SplineGradient>);
 }
 
 }  // namespace trephine::bench
