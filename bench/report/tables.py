@@ -52,7 +52,7 @@ def counts(row):
 
 def renderer_of(variant):
     law = variant.split("-")[0]
-    return "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law == COUPLED else "line"
+    return "surface" if law in ("ratio", "area", "patch") else "coupled" if law == COUPLED else "line"
 
 
 class Sweep:

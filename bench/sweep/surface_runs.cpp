@@ -7,8 +7,8 @@ namespace trephine::bench {
 namespace {
 
 // The law of `Weights` with infinitely many vertices. AreaWeights and PatchWeights at the stated stiffness: K the
-// secant at R/2 of k π R δ². The others at the literal k of Eq. 15 in use; they sum slice by slice, so that their shaft
-// has the renderer's slices, each with infinitely many vertices.
+// secant at R/2 of k π R δ². CollisionRatio at the literal k of Eq. 15 in use; it sums slice by slice, so that its
+// shaft has the renderer's slices, each with infinitely many vertices.
 template <class Weights, class Shaft, class Renderer>
 Truth continuum(const Scenario& scenario, const Case& c, const Renderer& renderer) {
   Truth truth;
@@ -22,16 +22,14 @@ Truth continuum(const Scenario& scenario, const Case& c, const Renderer& rendere
     if (I.weight > 0) point += w * I.point / I.weight;
     weight += w;
   };
-  if constexpr (std::is_same_v<Weights, AreaWeights> || std::is_same_v<Weights, PatchWeights>) {
+  if constexpr (!std::is_same_v<Weights, CollisionRatio>) {
     const double k = 2 * kStiffness / (std::numbers::pi * burr.tip_radius * burr.tip_radius);
     if (c.ball.area > 0) add(k * c.ball.spring, Vec3d::Zero(), c.ball, c.ball.weight);
     if (c.shaft.area > 0)
       add(Shaft::kForce ? Vec3d(k * c.shaft.spring) : Vec3d::Zero(), k * c.shaft.moment, c.shaft, c.shaft.weight);
   } else {
     const auto law = [&](const ContactIntegral& I, int vertices) -> Vec3d {
-      const double k = renderer.thesis_stiffness();
-      if constexpr (std::is_same_v<Weights, CollisionRatio>) return k * vertices / I.area * I.spring;
-      return k / I.entered * I.mean_spring;
+      return renderer.thesis_stiffness() * vertices / I.area * I.spring;
     };
     const auto& groups = renderer.tool().groups();
     if (c.ball.area > 0) {
@@ -59,7 +57,7 @@ std::vector<Row> run_one(const Imaged& imaged, const Setting& s) {
   const Scenario& scenario = *imaged.scenario;
   const typename Renderer::Tool tool(scenario.burr, {.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice});
   Renderer renderer(tool, {.stiffness = kStiffness, .search_step = s.step, .jump = 1});
-  constexpr bool kLinear = std::is_same_v<Weights, CollisionRatio> || std::is_same_v<Weights, MeanWeights>;
+  constexpr bool kLinear = std::is_same_v<Weights, CollisionRatio>;
   return measure(renderer, imaged, s, kLinear && !scenario.shaft,
                  [&](const Case& c, const Renderer& r) { return continuum<Weights, Shaft>(scenario, c, r); });
 }
@@ -74,7 +72,6 @@ void add_surface_runs(Runs& runs) {
   add(kSurfaceArea, run_one<AreaWeights, Extend, FullWrench>);
   add("area-extend-torque-analytic", run_one<AreaWeights, Extend, TorqueOnly>);
   add("area-hold-full-analytic", run_one<AreaWeights, HoldForce, FullWrench>);
-  add("mean-extend-full-analytic", run_one<MeanWeights, Extend, FullWrench>);
   add(kSurfaceDefault, run_one<PatchWeights, Extend, FullWrench>);
   add("patch-extend-full-central", run_one<PatchWeights, Extend, FullWrench, CentralGradient>);
   add("patch-extend-full-stored", run_one<PatchWeights, Extend, FullWrench, StoredGradient>);
