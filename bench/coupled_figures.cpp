@@ -4,7 +4,6 @@
 #include "common/on_all_cores.hpp"
 #include "common/table.hpp"
 #include "render/coupled_helpers.hpp"
-#include "stability/own_surface.hpp"
 
 #include <trephine/voxel/bone_surface.hpp>
 
@@ -27,8 +26,6 @@ constexpr double R = kBall.tip_radius, r = kDrill.shaft_radius;
 constexpr double kCurved = 12 * kH;  // radius of balls and bars
 constexpr double kWide = 2 * R;      // radius of sockets and grooves
 
-constexpr double kTold = std::numeric_limits<double>::quiet_NaN();  // a figure without a bound
-
 /// A value of one figure. `bound`: of the greatest, or, where `share` is less than 1, of that quantile.
 struct Value {
   std::string name;
@@ -37,6 +34,7 @@ struct Value {
   double value;
   double share;
 };
+
 /// What one spot gives.
 struct Gathered {
   std::vector<Value> values;
@@ -68,21 +66,29 @@ auto corner() {
               Both{HalfSpace{Vec3d::Zero(), C.col(1)}, HalfSpace{Vec3d::Zero(), C.col(2)}}};
 }
 
+/// Greatest change of force in a step along `pose(0)`, `pose(1)`, … `pose(steps)`, in K dx.
+template <class Scene, class PoseAt>
+double greatest_step(Scene& scene, int steps, double dx, const PoseAt& pose) {
+  Vec3d before = scene.tick({.X_WT = pose(0)}, kDt).wrench.force;
+  double worst = 0;
+  for (int i = 1; i <= steps; ++i) {
+    const Vec3d now = scene.tick({.X_WT = pose(i)}, kDt).wrench.force;
+    worst = std::max(worst, (now - before).norm());
+    before = now;
+  }
+  return worst / (kK * dx);
+}
+
 // --- Edges: the greatest change of force in a tick of 30 µm beyond K dx
 template <class Law>
 double slide_over(Bone& bone, const Spot& spot, double deep, double yaw, double aside, const Law& law) {
   constexpr double kStep = 3e-5;
   auto scene = coupled_scene(bone, kBall, law);
   const Vec3d way(std::cos(yaw), std::sin(yaw), 0);
-  Vec3d before = Vec3d::Zero();
-  double worst = 0;
-  for (int t = 0; t * kStep < 5e-3; ++t) {
-    const Vec3d p = Vec3d(0, aside, R - deep) + (t * kStep - 2.5e-3) * way;
-    const Vec3d now = scene.tick({.X_WT = tool_at(spot.X * p, spot.n())}, kDt).wrench.force;
-    if (t > 0) worst = std::max(worst, (now - before).norm());
-    before = now;
-  }
-  return worst / (kK * kStep);
+  return greatest_step(scene, 166, kStep, [&](int i) {
+    const Vec3d p = Vec3d(0, aside, R - deep) + (i * kStep - 2.5e-3) * way;
+    return tool_at(spot.X * p, spot.n());
+  });
 }
 void edges(const Spot& spot, Gathered& out) {
   const auto one = [&](const std::string& name, const auto& shape) {
@@ -220,14 +226,8 @@ void plates(const Spot& spot, Gathered& out) {
   off.translation() += 6e-4 * up;
   lead(scene, off, pose(0), 60);
   lead(scene, pose(0), pose(0), 20);
-  Vec3d before = scene.tick({.X_WT = pose(0)}, kDt).wrench.force;
-  double worst = 0;
-  for (int i = 1; i <= 300; ++i) {
-    const Vec3d now = scene.tick({.X_WT = pose(kStep * i)}, kDt).wrench.force;
-    worst = std::max(worst, (now - before).norm());
-    before = now;
-  }
-  out.add("shaft slid along its axis over an edge: force step a µm", 2, "K dx", worst / (kK * kStep));
+  out.add("shaft slid along its axis over an edge: force step a µm", 2, "K dx",
+          greatest_step(scene, 300, kStep, [&](int i) { return pose(kStep * i); }));
 }
 
 // --- Noise
@@ -347,27 +347,6 @@ void directions(const Spot& spot, Gathered& out) {
   // From 2 N on the device is beyond the ridge's axis.
   one("ridge", Rod{at - 1e-3 * n, across, 1e-3}, 1.2, round(at - 1e-3 * n, 1e-3 + R, 1), 1.3e-3);
   one("socket", Hollow{Ball{at + kWide * n, kWide}}, 1.2, round(at + kWide * n, kWide - R, -1));
-}
-
-void rigid_directions(const Spot& spot, Gathered& out) {
-  const Vec3d n = spot.n(), at = spot.at(0, 0, 0);
-  Bone bone = image(HalfSpace{at, n}, spot.image());
-  const bench::OwnSurface<std::int16_t> own(bone, kIso, at, n, R);
-  auto scene = coupled_scene(bone, kBall);
-  for (const double F : kForces) {
-    const auto centre = [&](double deep, double aside) { return Vec3d(at + (R - deep) * n + aside * own.along()); };
-    scene.reset();
-    lead(scene, tool_at(centre(-2e-4, -5e-4), n), tool_at(centre(F / kK, -5e-4), n), 40);
-    Vec3d c = centre(-3e-5, -5e-4);
-    for (int t = 0; t < 25; ++t) {
-      const Vec3d p = centre(F / kK, -5e-4 + 4e-5 * t);
-      const Vec3d f = scene.tick({.X_WT = tool_at(p, n)}, kDt).wrench.force;
-      c = own.rest(p, c);
-      out.add("direction on a plane: a rigid ball on the image's own surface", kTold, "°", angle_deg(c - p, n), 0.99);
-      out.add("direction on a plane: the tool against the rigid ball", 0.3, "°", angle_deg(f, c - p), 0.99);
-      out.add("direction on a plane: the tool", kTold, "°", angle_deg(f, n), 0.99);
-    }
-  }
 }
 
 // --- Stiffness felt
@@ -500,21 +479,11 @@ struct Measure {
   std::string name;
   void (*run)(const Spot&, Gathered&);
   bool blurred = true;  // depends on the image's blur
-  int every = 1;        // so many places share one
 };
-const std::vector<Measure> kMeasures = {{"edges", edges},
-                                        {"hollows", hollows},
-                                        {"plunges", plunges},
-                                        {"plates", plates},
-                                        {"noise", noise},
-                                        {"balance", balance},
-                                        {"directions", directions},
-                                        {"rigid", rigid_directions, true, 4},
-                                        {"felt", felt},
-                                        {"paths", paths},
-                                        {"walls", walls},
-                                        {"depths", depths},
-                                        {"long voxels", long_voxels, false}};
+const std::vector<Measure> kMeasures = {
+    {"edges", edges}, {"hollows", hollows}, {"plunges", plunges},       {"plates", plates},
+    {"noise", noise}, {"balance", balance}, {"directions", directions}, {"felt", felt},
+    {"paths", paths}, {"walls", walls},     {"depths", depths},         {"long voxels", long_voxels, false}};
 
 struct Job {
   std::size_t measure;
@@ -546,7 +515,7 @@ int main(int argc, char** argv) {
       if (!only.empty() && kMeasures[m].name != only) continue;
       if (!kMeasures[m].blurred && sigma < 1) continue;
       for (int o = 0; o < orientations; ++o)
-        for (int p = 0; p < places; p += kMeasures[m].every) jobs.push_back({m, sigma, o, p});
+        for (int p = 0; p < places; ++p) jobs.push_back({m, sigma, o, p});
     }
   std::vector<Gathered> results(jobs.size());
   bench::on_all_cores(
@@ -564,21 +533,17 @@ int main(int argc, char** argv) {
 
   bench::Table table(options.folder + "/coupled_figures.csv",
                      "figure,blur_voxels,cases,median,worst,judged,bound,unit,pass");
-  const auto number = [](double v, bool known) {
-    std::ostringstream text;
-    if (known) text << v;
-    return text.str();
-  };
-  int judged = 0, met = 0;
+  int met = 0;
   for (const auto& [key, row] : rows) {
     const auto& [measure, sigma, name] = key;
     const auto& [first, values] = row;
     const double value = values.share(first.share);
-    const bool told = std::isnan(first.bound), pass = value <= first.bound;
-    judged += !told;
+    const bool pass = value <= first.bound;
     met += pass;
-    table.row(bench::without_commas(name), number(sigma, kMeasures[measure].blurred), values.count(), values.median(),
-              values.worst(), value, number(first.bound, !told), first.unit, told ? "" : (pass ? "pass" : "fail"));
+    std::ostringstream blur;
+    if (kMeasures[measure].blurred) blur << sigma;
+    table.row(bench::without_commas(name), blur.str(), values.count(), values.median(), values.worst(), value,
+              first.bound, first.unit, pass ? "pass" : "fail");
   }
-  std::printf("coupled figures: %d limits, %d met, %d not met\n", judged, met, judged - met);
+  std::printf("coupled figures: %zu limits, %d met\n", rows.size(), met);
 }
