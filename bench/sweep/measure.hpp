@@ -36,9 +36,8 @@ struct Imaged {
 [[nodiscard]] inline test::RasterOptions raster_options(const Image& image) {
   test::RasterOptions o;
   const double h = 1e-3 * image.voxel_mm;
-  o.spacing = Vec3d(h, h, image.anisotropic ? 3 * h : h);
-  for (std::size_t a = 0; a < 3; ++a)
-    o.size[a] = static_cast<int>(std::lround(kSide / o.spacing[static_cast<Eigen::Index>(a)])) + 1;
+  o.spacing = Vec3d::Constant(h);
+  o.size.fill(static_cast<int>(std::lround(kSide / h)) + 1);
   o.contrast = image.contrast;
   o.image = image.kind == "binary"           ? test::Image::kBinary
             : image.kind == "partial_volume" ? test::Image::kPartialVolume

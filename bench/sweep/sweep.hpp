@@ -24,7 +24,6 @@ struct Image {
   double contrast = 255;
   double noise = 0;  ///< standard deviation in densities
   double voxel_mm = 0.3;
-  bool anisotropic = false;  ///< voxels of 1 : 1 : 3, the long axis three times `voxel_mm`
 
   [[nodiscard]] std::string name() const;
 };
@@ -58,8 +57,8 @@ struct Job {
   [[nodiscard]] std::string name() const;
 };
 
-/// Every factor one at a time round the default, every image at the defaults, and seeded random combinations. Jobs in
-/// the same image follow each other. `quick`: the factors' ends and middle.
+/// Every factor one at a time round the default, and every image at the defaults. Jobs in the same image follow each
+/// other. `quick`: the factors' ends and middle.
 [[nodiscard]] std::vector<Job> make_plan(bool quick);
 
 struct Scenario;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "support/raster.hpp"
 #include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
@@ -11,10 +10,6 @@
 
 namespace trephine::bench {
 namespace {
-
-using test::Random;
-
-constexpr unsigned kSeed = 20080068;
 
 [[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
   return {.renderer = "surface", .variant = variant};
@@ -85,25 +80,7 @@ template <class T>
   for (const double contrast : {60.0, 20.0}) all.push_back({.contrast = contrast});
   for (const double noise : {3.0, 10.0}) all.push_back({.noise = noise});
   for (const double mm : {0.1, 0.2, 0.4, 0.6, 1.0}) all.push_back({.voxel_mm = mm});
-  all.push_back({.voxel_mm = 0.15, .anisotropic = true});
   return all;
-}
-
-[[nodiscard]] Setting random_setting(Random& random) {
-  const bool is_surface = random.uniform() < 0.5;
-  Setting s = is_surface ? surface() : line();
-  const auto names = variants(s.renderer);
-  s.variant = names[static_cast<std::size_t>(random.below(static_cast<int>(names.size())))];
-  const auto between = [&](double lo, double hi) {
-    return static_cast<int>(std::lround(lo * std::pow(hi / lo, random.uniform())));
-  };
-  s.vertices = between(10, 2000);
-  s.sphere = between(14, 1000);
-  s.slices = between(5, 200);
-  s.per_slice = between(4, 32);
-  s.step = std::pow(2.0, -random.below(7));
-  if (!is_surface && random.uniform() < 0.3) s.steps = between(1, 100);
-  return s;
 }
 
 }  // namespace
@@ -153,16 +130,6 @@ std::vector<Job> make_plan(bool quick) {
         jobs.push_back({scenario, fine, surface(v)});
         jobs.back().setting.slices = n;
       }
-  }
-  Random random(kSeed);
-  const std::vector<std::string> names = scenario_names();
-  const std::vector<std::string> few{"plane", "sphere", "shaft_cylinder"};
-  for (int i = 0; i < (quick ? 60 : 500); ++i) {
-    const auto& from = quick ? few : names;
-    const auto& scenario = from[static_cast<std::size_t>(random.below(static_cast<int>(from.size())))];
-    Image image;
-    if (random.below(3) == 0) image.kind = "partial_volume";
-    jobs.push_back({scenario, image, random_setting(random)});
   }
   // Each once, and those of an image together.
   std::set<std::string> seen;

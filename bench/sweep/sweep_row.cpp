@@ -10,7 +10,6 @@ std::string Image::name() const {
   std::string text = kind;
   if (contrast != 255) text += "_c" + std::to_string(static_cast<int>(contrast));
   if (noise > 0) text += "_n" + std::to_string(static_cast<int>(noise));
-  if (anisotropic) text += "_113";
   return text;
 }
 
