@@ -301,8 +301,7 @@ void measure_speed(const Options& options, const Scene& scene) {
   // The same with a map of air; bare samples are those of a tick that looks at all.
   ClearanceMap<std::uint8_t> air(scene.tooth, kIsovalue);
   const FieldWithClearance<Field, std::uint8_t> known(field, air);
-  for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)})
+  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)})
     run.add(std::string("surface, culled, ") + name, rendering(known, thesis, X));
   // Without and with the field's knowledge of air; the plain one knows nothing, not even where the grid ends.
   const test::CountingField<Field> plain(field);
@@ -312,14 +311,8 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("line, " + std::string(name), moving_line(field, X));
     run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
   }
-  // The whole tick of a scene.
-  Grid grid = drill::tooth_phantom<std::uint8_t>();
-  HapticScene<std::uint8_t, Surface> whole(grid, kIsovalue, surface());
-  run.add("scene, near air", [&] { benchmark::DoNotOptimize(whole.tick({.X_WT = near_air.cast<double>()}, 1e-3)); });
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
-  Carving carving;
-  run.add("carving", [&] { carving.prepare(), carving(); });
 
   run.run(options.quick ? 9 : 41, 0.002);
 
@@ -344,13 +337,12 @@ void measure_speed(const Options& options, const Scene& scene) {
     report.row("contact tick, " + what + " / its samples, single ones as such", tick, taken);
     report.row("samples as taken, " + what + " / bare samples", taken, bare);  // no tick can be below
   }
-  report.row("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone");
   for (const std::string where : {"line, near air", "line, far air"})
     report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
   report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
     report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
-  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name);
+  report.figure("line, near air");
 }
 
 }  // namespace
