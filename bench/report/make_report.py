@@ -16,8 +16,7 @@ table{border-collapse:collapse;margin:1em 0;font-size:13px}td,th{border:1px soli
 th{background:#f2f2f2}caption{text-align:left;font-weight:600;padding:.3em 0}figure{margin:1em 0}figure svg{max-width:100%;height:auto}
 .no,.fail{color:#b00020;font-weight:600}.yes,.pass{color:#00702a;font-weight:600}"""
 # Tables shown as they are: file, title, columns left out.
-RATES = [("thesis_rates", "The thesis' rates beside ours", ()),
-         ("speed", "Kernels, each beside its reference in one interleaved run", ()),
+RATES = [("speed", "Kernels, each beside its reference in one interleaved run", ()),
          ("speed_spread", "Worst ticks", ()),
          ("speed_servo", "Servo loop", ("ticks",)),
          ("speed_memory", "Memory", ()),
