@@ -26,7 +26,7 @@ struct Draw {
   /// From a part of a voxel before the touch to a depth of at most `most` [m]. Depths are even in the logarithm from an
   /// eighth of that: light contacts are the hard ones and the frequent ones.
   void press_in(const Motion& motion, double touch, double most, Case& c) {
-    const double depth = std::min(most, deepest) * std::exp(-random.between(0, std::log(8.0)));
+    const double depth = std::min(most, deepest) * std::exp(-random.uniform(0, std::log(8.0)));
     press(motion, touch, 0.3 * voxel(), depth, kTicks, c.X_GT);
   }
 };
@@ -34,8 +34,8 @@ struct Draw {
 bool tip_press(Draw& draw, Case& c) {
   const auto spot = random_spot(draw.field, draw.random);
   if (!spot) return false;
-  const Vec3d shaft = draw.random.direction_near(spot->n, 0.5);
-  const Vec3d in = -draw.random.direction_near(spot->n, 0.9);
+  const Vec3d shaft = direction_near(spot->n, 0.5, draw.random);
+  const Vec3d in = -direction_near(spot->n, 0.9, draw.random);
   const double clear = draw.feeler.tip_reach() + 1.5 * draw.voxel();
   const Motion motion{tool_pose(spot->p - clear * in, shaft), in, Vec3d::Zero()};
   const auto touch = draw.touch(motion, 2 * clear);
@@ -47,8 +47,8 @@ bool tip_press(Draw& draw, Case& c) {
 bool sliding(Draw& draw, Case& c) {
   if (!tip_press(draw, c)) return false;
   const Vec3d pressed = (c.X_GT.back().translation() - c.X_GT.front().translation()).normalized();
-  const double step = 1e-3 * kQuickest * std::exp(-draw.random.between(0, std::log(8.0)));
-  slide(step * draw.random.square_to(pressed), kSlideTicks, c.X_GT);
+  const double step = 1e-3 * kQuickest * std::exp(-draw.random.uniform(0, std::log(8.0)));
+  slide(step * square_to(pressed, draw.random), kSlideTicks, c.X_GT);
   return true;
 }
 
@@ -57,13 +57,13 @@ bool shaft_lean(Draw& draw, bool crest, Case& c) {
   if (!burr.has_shaft()) return false;
   const auto spot = random_spot(draw.field, draw.random);
   if (!spot) return false;
-  const Vec3d shaft = draw.random.square_to(spot->n);
+  const Vec3d shaft = square_to(spot->n, draw.random);
   if (crest && !is_crest(draw.field, *spot, shaft, burr.tip_radius)) return false;
   const double from = 1.5 * burr.tip_radius;
-  const double height = from + draw.random.between(0.05, 0.9) * std::max(0.0, burr.shaft_length - from);
+  const double height = from + draw.random.uniform(0.05, 0.9) * std::max(0.0, burr.shaft_length - from);
   const double clear = draw.feeler.shaft_reach() + 1.5 * draw.voxel();
   Motion motion{tool_pose(spot->p + clear * spot->n - height * shaft, shaft), Vec3d::Zero(), Vec3d::Zero()};
-  if (draw.random.unit() < 0.5)
+  if (draw.random.uniform() < 0.5)
     motion.velocity = -spot->n;
   else
     motion.turn = turn_toward(shaft, -spot->n, height);

@@ -25,8 +25,8 @@ std::vector<float> no_times(const std::vector<Case>& cases) {
 
 void take_times(const std::vector<float>& ns, Measured& m) {
   const std::vector<double> times(ns.begin(), ns.end());
-  m.median_us = 1e-3 * quantile(times, 0.5);
-  m.p999_us = 1e-3 * quantile(times, 0.999);
+  m.median_us = 1e-3 * trephine::bench::percentile(times, 0.5);
+  m.p999_us = 1e-3 * trephine::bench::percentile(times, 0.999);
 }
 
 constexpr int kLooks = 2;  // repetitions of all settings: what interrupts a tick seldom does so twice
@@ -79,7 +79,8 @@ void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>
   }
   Random random(options.order_seed);
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-    random.shuffle(entries);
+    for (std::size_t i = entries.size(); i > 1; --i)
+      std::swap(entries[i - 1], entries[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
     std::size_t done = 0;
     for (Runner& e : entries) {
       Trial& trial = trials[e.trial];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "common/percentile.hpp"
 #include "pick_places.hpp"
 
 #include <trephine/core/wrench.hpp>
@@ -22,15 +23,6 @@ namespace pick {
 
 inline constexpr double kLeastForce = 0.05;    ///< [N]: denominators are no smaller, directions not asked for below
 inline constexpr double kLeastTorque = 0.001;  ///< [N·m]: denominators are no smaller
-
-/// The smallest of the values that has at least the share `q` of them at or below it; 0 for none.
-[[nodiscard]] inline double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const double rank = std::ceil(q * static_cast<double>(values.size()) - 1e-9);
-  const auto at = static_cast<std::ptrdiff_t>(std::clamp(rank, 1.0, static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 /// |got − truth| as a share of the truth, but of no less than `least`.
 [[nodiscard]] inline double relative_error(const Vec3d& truth, const Vec3d& got, double least) {
@@ -84,10 +76,13 @@ struct Limits {
     if (!(got[i].force.norm() > 0)) ++e.misses;
     direction.push_back(angle_deg(truth[i].force, got[i].force));
   }
-  e.force_p50 = quantile(force, 0.5);
-  e.force_p95 = quantile(std::move(force), 0.95);
-  e.direction_p99 = quantile(std::move(direction), 0.99);
-  e.torque_p95 = quantile(std::move(torque), 0.95);
+  const auto share = [](const std::vector<double>& v, double q) {
+    return v.empty() ? 0 : trephine::bench::percentile(v, q);
+  };
+  e.force_p50 = share(force, 0.5);
+  e.force_p95 = share(force, 0.95);
+  e.direction_p99 = share(direction, 0.99);
+  e.torque_p95 = share(torque, 0.95);
   return e;
 }
 
@@ -214,7 +209,7 @@ struct SweepOptions {
   int repetitions = 5;
   /// Settings that others beat this many times in median time at no more error are timed twice only; infinite: none.
   double clearly = 1.3;
-  std::uint64_t order_seed = 1;  ///< of the order in which settings are timed
+  unsigned order_seed = 1;  ///< of the order in which settings are timed
 };
 
 /// Says how far a part of the work is: its name, the share done.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stability/closed_loop.hpp"
 
+#include "common/percentile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -34,12 +36,7 @@ double speed_squared(const Vec3d& v0, const Vec3d& v1, const Vec3d& way, double 
 }
 
 /// 95th percentile: what changes of force per motion are found, without the law's jumps.
-double found(std::vector<double>& ratios) {
-  if (ratios.empty()) return 0;
-  const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(ratios.size() - 1));
-  std::nth_element(ratios.begin(), at, ratios.end());
-  return *at;
-}
+double found_in(const std::vector<double>& ratios) { return ratios.empty() ? 0 : percentile(ratios, 0.95); }
 
 /// Peak to peak about a straight way, whatever drift there is [m]: the median over windows of an eighth of a second.
 double tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
@@ -62,10 +59,7 @@ double tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
     }
     found.push_back(high - low);
   }
-  if (found.empty()) return 0;
-  const auto median = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-  std::nth_element(found.begin(), median, found.end());
-  return *median;
+  return found.empty() ? 0 : percentile(found, 0.5);
 }
 
 }  // namespace
@@ -150,8 +144,8 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     }
   }
   r.last = before;
-  const double K = o.stiffness > 0 ? o.stiffness : found(linear_ratios);
-  const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found(angular_ratios);
+  const double K = o.stiffness > 0 ? o.stiffness : found_in(linear_ratios);
+  const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found_in(angular_ratios);
   for (const Leak& leak : leaks) {
     r.energy = std::max(r.energy, leak.energy);
     r.beyond = std::max(r.beyond, leak.energy - K * leak.linear - K_turn * leak.angular - leak.entries);
