@@ -74,13 +74,11 @@ def all_tables(rows, sweep):
 
 def figures(rows):
     """A line a figure: the values judged by blur."""
-    blurs = unique([r for r in rows if not math.isnan(r["blur_voxels"])], "blur_voxels")
+    blurs = unique(rows, "blur_voxels")
     lines = []
     for name in unique(rows, "figure"):
         mine = where(rows, figure=name)
         cells = [where(mine, blur_voxels=blur) for blur in blurs]
-        if not any(cells):
-            cells[0] = mine  # of no blur
         medians = sorted(finite(mine, "median"))
         lines.append([name, sum(r["cases"] for r in mine), mine[0]["bound"], mine[0]["unit"], medians[len(medians) // 2]]
                      + [f"{c[0]['judged']:.2g}" if c else "" for c in cells] + ["fail" if where(mine, **{"pass": "fail"}) else ""])

@@ -4,14 +4,6 @@
 namespace trephine::bench {
 namespace {
 
-template <class Step>
-Step stepping(const Setting& s) {
-  if constexpr (std::is_same_v<Step, TranslateRotate>)
-    return {.translation_steps = s.steps, .rotation_steps = s.steps, .stepping = {.step = s.step}};
-  else
-    return {.steps = s.steps, .stepping = {.step = s.step}};
-}
-
 // Options that are numbers, named in the variant.
 [[nodiscard]] LineOptions options(const Setting& s) {
   const auto has = [&](const char* word) { return s.variant.find(word) != std::string::npos; };
@@ -27,7 +19,8 @@ template <class Step, class Track, class Shaft, class Gradient>
 std::vector<Row> run_one(const Imaged& imaged, const Setting& s) {
   using Renderer = LineApproxRenderer<float, Step, Track, Frictionless, Shaft, Gradient>;
   const Scenario& scenario = *imaged.scenario;
-  Renderer renderer(typename Renderer::Tool(scenario.burr, {.shaft = s.vertices}), options(s), stepping<Step>(s));
+  Renderer renderer(typename Renderer::Tool(scenario.burr, {.shaft = s.vertices}), options(s),
+                    Step{.stepping = {.step = s.step}});
   return measure(renderer, imaged, s, !scenario.shaft, [&](const Case& c, const Renderer&) {
     Truth truth;
     truth.wrench.force = kStiffness * c.line_truth.force;

@@ -43,7 +43,6 @@ struct Imaged {
             : image.kind == "partial_volume" ? test::Image::kPartialVolume
             : image.kind == "ct_blur"        ? test::Image::kCtBlur
                                              : test::Image::kClampedDistance;
-  o.noise = image.noise;
   o.grid = {.keep_original = false, .stored_gradients = true};
   return o;
 }
@@ -220,6 +219,5 @@ using Runs = std::map<std::pair<std::string, std::string>, Run>;
 
 void add_line_runs(Runs& runs);
 void add_surface_runs(Runs& runs);
-void add_coupled_runs(Runs& runs);
 
 }  // namespace trephine::bench

@@ -15,14 +15,12 @@ struct Setting {
   int vertices = 50;                            ///< Line: along the shaft
   int sphere = 26, slices = 20, per_slice = 8;  ///< Surface
   double step = 0.5;                            ///< of a search [voxels]
-  int steps = 0;  ///< fixed count in place of it (Line: translation, rotation and rays alike)
 };
 
 /// The bone's image in 8 bit.
 struct Image {
   std::string kind = "ct_blur";  ///< binary, partial_volume, ct_blur, clamped_distance
   double contrast = 255;
-  double noise = 0;  ///< standard deviation in densities
   double voxel_mm = 0.3;
 
   [[nodiscard]] std::string name() const;

@@ -67,10 +67,7 @@ template <class T>
   }
   for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
     vary(v, &Setting::vertices, Ints{10, 20, 50, 100, 200, 500, 1000, 2000});
-  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) {
-    vary(v, &Setting::step, lengths);
-    vary(v, &Setting::steps, Ints{1, 2, 5, 10, 20, 50, 100});
-  }
+  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) vary(v, &Setting::step, lengths);
   return all;
 }
 
@@ -78,8 +75,6 @@ template <class T>
   std::vector<Image> all;
   for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"}) all.push_back({.kind = kind});
   for (const double contrast : {60.0, 20.0}) all.push_back({.contrast = contrast});
-  for (const double noise : {3.0, 10.0}) all.push_back({.noise = noise});
-  for (const double mm : {0.1, 0.2, 0.4, 0.6, 1.0}) all.push_back({.voxel_mm = mm});
   return all;
 }
 
@@ -93,11 +88,7 @@ std::string Job::name() const {
     text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
   else
     text << s.vertices;
-  text << '/';
-  if (s.steps > 0)
-    text << s.steps << "steps";
-  else
-    text << s.step << "vx";
+  text << '/' << s.step << "vx";
   return text.str();
 }
 
@@ -111,9 +102,7 @@ std::vector<Job> make_plan(bool quick) {
     jobs.push_back({scenario, Image(), coupled()});
     jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {
-      const bool other_voxels = image.voxel_mm != 0.3;
-      if ((quick || other_voxels) && !representative) continue;
-      if (quick && image.voxel_mm == 0.1) continue;
+      if (quick && !representative) continue;
       for (const auto& s :
            {surface(kSurfaceArea), surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
         jobs.push_back({scenario, image, s});
