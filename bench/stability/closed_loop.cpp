@@ -280,15 +280,13 @@ LoopOptions press(const Place& place, const Setup& setup, const SimulatedDeviceO
   o.along = place.outward;
   const Posed touch = place.start(setup);
   const bool inside = place.name == "slot" || place.name == "shaft in a hole";
-  o.device.X_DH = touch;
-  if (!inside) o.device.X_DH.translation() += 1e-3 * place.outward;
+  o.device.X_DH = inside ? touch : moved(touch, 1e-3 * place.outward);
   const double k = o.device.hand_linear.stiffness;
   if (!(k > 0)) {
     o.bias = newton * way_in(place);
     return o;
   }
-  Posed target = touch;
-  target.translation() += newton / k * way_in(place);
+  Posed target = moved(touch, newton / k * way_in(place));
   if (place.name == "slot") target.translation().x() += kPlaceVoxel;
   const Posed from = o.device.X_DH;
   o.hand = [from, target](double t) {  // in a quarter of a second

@@ -112,17 +112,11 @@ Measured measured(const Setup& s, bool main, bool quick) {
 
 void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
   constexpr StiffnessBudget kBudget{800, 0.3};
-  std::vector<Setup> setups = {{.renderer = "line"},
-                               {.renderer = "line", .options = "thesis"},
-                               {.renderer = "line", .friction = 0.3},
-                               {.renderer = "line", .options = "thesis", .friction = 0.3},
-                               {.renderer = "surface"},
-                               {.renderer = "surface", .options = "thesis"},
-                               {.renderer = "surface", .budget = kBudget},
-                               {.renderer = "line", .budget = kBudget},
-                               {.renderer = "surface", .options = "area weights"},
-                               {.renderer = "coupled"},
-                               {.renderer = "coupled", .friction = 0.3}};
+  std::vector<Setup> setups = usual_setups({{.renderer = "line", .friction = 0.3},
+                                            {.renderer = "line", .options = "thesis", .friction = 0.3},
+                                            {.renderer = "line", .budget = kBudget},
+                                            {.renderer = "surface", .budget = kBudget},
+                                            {.renderer = "surface", .options = "area weights"}});
   const std::size_t main = setups.size();  // the others: fewer paths
   for (const std::string renderer : {"line", "surface"})
     for (const auto& choice : thesis_choices(renderer)) setups.push_back({.renderer = renderer, .options = choice});

@@ -22,8 +22,7 @@ LoopOptions pressed(const Case& c, const Vec3d& n, double K) {
 /// Whether a small disturbance about the pressed rest dies down.
 bool settles(const Law& law, const Case& c, const Posed& rest, const Vec3d& n, double K, double depth) {
   LoopOptions o = pressed(c, n, K);
-  o.device.X_DH = rest;
-  o.device.X_DH.translation() -= 0.03 * depth * n;
+  o.device.X_DH = moved(rest, -0.03 * depth * n);
   const double mass = o.device.linear.inertia + o.device.hand_linear.inertia;
   const double omega = std::sqrt((K + o.device.hand_linear.stiffness) / mass);
   o.seconds = std::max(2.0, 60 * 6.283 / omega);
@@ -67,11 +66,7 @@ struct Rest {
     depth = 0.5 * (low + high);
     static_cast<void>(lead(depth));
   }
-  [[nodiscard]] Posed at(double down) const {
-    Posed X = touch;
-    X.translation() -= down * n;
-    return X;
-  }
+  [[nodiscard]] Posed at(double down) const { return moved(touch, -down * n); }
   /// From above to `down` [m]; what it is held with there [N].
   double lead(double down) { return lead_tool(*tool, at(-room), at(down), 10).force.dot(n); }
 };
@@ -133,13 +128,7 @@ Measured small_signal(const Setup& s, const Case& c, const Place& place) {
 }
 
 const std::vector<Setup> kCoupled = {{.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
-const std::vector<Setup> kTools = {{.renderer = "line"},
-                                   {.renderer = "line", .options = "thesis"},
-                                   {.renderer = "surface"},
-                                   {.renderer = "surface", .options = "thesis"},
-                                   {.renderer = "surface", .options = "thesis' counts"},
-                                   kCoupled[0],
-                                   kCoupled[1]};
+const std::vector<Setup> kTools = usual_setups({{.renderer = "surface", .options = "thesis' counts"}});
 
 }  // namespace
 

@@ -38,9 +38,7 @@ LoopReport mill(const Site& site, const Setup& setup, double newton, double seco
   o.hand = [=](double t) {
     const double in = std::min(1.0, 2 * t) * (1e-3 + newton / k);
     const double phase = 0.7 * t;
-    Posed X = start;
-    X.translation() += -in * site.n + 1.5e-3 * (std::sin(phase) * u + (std::cos(1.3 * phase) - 1) * v);
-    return HandTarget(X);
+    return HandTarget(moved(start, -in * site.n + 1.5e-3 * (std::sin(phase) * u + (std::cos(1.3 * phase) - 1) * v)));
   };
   o.seconds = seconds;
   o.escape = 0.06;
@@ -76,9 +74,7 @@ Site scanned(const std::string& skull) {
 
 /// The ways to mill that keep steps small are the default options' alone.
 std::vector<Setup> tools() {
-  std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
-                            {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
-                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
+  std::vector<Setup> all = usual_setups();
   for (const char* renderer : {"line", "surface", "coupled"}) {
     for (const Cut cut : {Cut::kAtOnce, Cut::kAdvancing}) all.push_back({.renderer = renderer, .cut = cut});
     all.push_back({.renderer = renderer});
@@ -107,8 +103,8 @@ Place scanned_place(const std::string& skull, bool milled) {
   }
   Place p{.name = site.name + (milled ? ", milled" : ""), .burr = site.burr, .bone = site.bone};
   p.isovalue = site.isovalue;
-  p.touching = p.touching_line = at(high);
-  p.touching_line.translation() -= site.burr.tip_radius * site.n;
+  p.touching = at(high);
+  p.touching_line = moved(p.touching, -site.burr.tip_radius * site.n);
   p.outward = site.n;
   p.across = site.n.unitOrthogonal();
   p.mill_rate = site.rate;

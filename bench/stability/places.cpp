@@ -35,6 +35,14 @@ std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, doubl
 
 }  // namespace
 
+std::vector<Setup> usual_setups(const std::vector<Setup>& more) {
+  std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
+                            {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
+                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
 std::string label(const Setup& setup) {
   std::ostringstream s;
   s << setup.options;

@@ -42,6 +42,9 @@ struct Setup {
   Stack stack{};
 };
 
+/// Line and Surface with the defaults and the thesis' choices, the coupled tool without and with friction, then `more`.
+[[nodiscard]] std::vector<Setup> usual_setups(const std::vector<Setup>& more = {});
+
 /// Those of a Surface scene that names none, or the thesis'.
 [[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
   const bool few = setup.options == "thesis" || setup.options == "thesis' counts";
@@ -127,5 +130,11 @@ inline constexpr double kPlaceIsovalue = 127.5;
 
 /// T at p, shaft (handle) along `shaft`.
 [[nodiscard]] Posed tool_pose(const Vec3d& p, const Vec3d& shaft);
+
+/// X_WT moved by a vector in W.
+[[nodiscard]] inline Posed moved(Posed X, const Vec3d& by) {
+  X.translation() += by;
+  return X;
+}
 
 }  // namespace trephine::bench

@@ -53,8 +53,8 @@ double force_error(const Setup& s, const Place& place) {
     const double t = 1e-3 * i;
     const double depth =
         1e-3 * std::sin(2 * std::numbers::pi * 0.8 * t) + 2e-4 * std::sin(2 * std::numbers::pi * 3 * t);
-    Posed X = touch;
-    X.translation() += -depth * place.outward + 2e-3 * std::sin(2 * std::numbers::pi * 1.5 * t) * place.across;
+    const double aside = 2e-3 * std::sin(2 * std::numbers::pi * 1.5 * t);
+    const Posed X = moved(touch, aside * place.across - depth * place.outward);
     const Vec3d a = with->tick({X, false}, 1e-3).wrench.force, b = without->tick({X, false}, 1e-3).wrench.force;
     error += (a - b).squaredNorm();
     all += b.squaredNorm();
@@ -66,26 +66,20 @@ double force_error(const Setup& s, const Place& place) {
 LoopOptions off_bone(const Place& place, const Setup& s, const SimulatedDeviceOptions& device) {
   LoopOptions o;
   o.device = device;
-  o.device.X_DH = place.start(s);
-  o.device.X_DH.translation() += 1e-3 * place.outward;
+  o.device.X_DH = moved(place.start(s), 1e-3 * place.outward);
   o.along = place.outward;
   return o;
 }
 
 /// A hand that goes in by `way` [m] at `speed` [m/s].
 std::function<HandTarget(double)> led_in(const Posed& from, const Vec3d& outward, double way, double speed = 0.05) {
-  return [=](double t) {
-    Posed X = from;
-    X.translation() -= std::min(way, speed * t) * outward;
-    return HandTarget(X);
-  };
+  return [=](double t) { return HandTarget(moved(from, -std::min(way, speed * t) * outward)); };
 }
 
 /// From there a hand pushes it on with 1 N.
 LoopOptions pressed_by_hand(const Place& place, const Setup& s, const SimulatedDeviceOptions& device) {
   LoopOptions o = off_bone(place, s, device);
-  Posed target = place.start(s);
-  target.translation() -= 1 / device.hand_linear.stiffness * place.outward;
+  const Posed target = moved(place.start(s), -1 / device.hand_linear.stiffness * place.outward);
   o.hand = [target](double) { return HandTarget(target); };
   return o;
 }

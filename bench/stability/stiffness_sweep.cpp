@@ -90,13 +90,8 @@ Measured measure(const Ground& ground, const Setup& tool, const Case& c) {
   return m;
 }
 
-const std::vector<Setup> kTools = {{.renderer = "line"},
-                                   {.renderer = "line", .options = "thesis"},
-                                   {.renderer = "surface"},
-                                   {.renderer = "surface", .options = "thesis"},
-                                   {.renderer = "surface", .budget = StiffnessBudget{.linear = 800, .angular = 0.3}},
-                                   {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3}};
+const std::vector<Setup> kTools =
+    usual_setups({{.renderer = "surface", .budget = StiffnessBudget{.linear = 800, .angular = 0.3}}});
 
 }  // namespace
 
