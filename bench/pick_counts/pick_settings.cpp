@@ -24,11 +24,10 @@ std::string burr_code(const Burr& b) {
 }
 
 std::string renderer_code(const LineSetting& s, const Scene& scene) {
-  const char* stepping = s.ray_cast ? "RayCast" : "TranslateRotate";
   return text("const trephine::ToolDiscretization tool{burr, trephine::LineCounts{.shaft = %d}};\n", s.vertices) +
          text("const trephine::LineOptions options{.stiffness = %.6g, .proxy = {.step = %.6g, .iterations = %d}};\n",
               scene.stiffness, s.step, s.iterations()) +
-         text("const trephine::%s stepping{.stepping = {.step = %.6g}};\n", stepping, s.step) +
+         text("const trephine::TranslateRotate stepping{.stepping = {.step = %.6g}};\n", s.step) +
          "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
 }
 
@@ -113,8 +112,6 @@ std::unique_ptr<Player> player_of(Renderer renderer, const Scene& scene, const G
 std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Grid& bone) {
   const ToolDiscretization tool{scene.burr, LineCounts{.shaft = s.vertices}};
   const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
-  if (s.ray_cast)
-    return player_of(LineApproxRenderer{tool, options, RayCast{.stepping = {.step = s.step}}}, scene, bone);
   return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, scene, bone);
 }
 
@@ -141,8 +138,7 @@ Algorithm algorithm_of(const Setting& setting) { return kAlgorithms[setting.inde
 
 std::string describe(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting))
-    return text("%d vertices, %s in steps of %.4g voxel", l->vertices, l->ray_cast ? "ray cast" : "translate-rotate",
-                l->step);
+    return text("%d vertices, steps of %.4g voxel", l->vertices, l->step);
   if (std::holds_alternative<CoupledSetting>(setting)) return "nothing to choose";
   const auto& s = std::get<SurfaceSetting>(setting);
   return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
@@ -165,8 +161,7 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
         quick ? Ints{20, 50, 100, 200, 400} : Ints{10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 600, 1000};
     const Steps steps = {1, 0.5, 0.25};
     for (const int n : vertices)
-      for (const double step : steps)
-        for (const bool ray_cast : {false, true}) all.emplace_back(LineSetting{n, step, ray_cast});
+      for (const double step : steps) all.emplace_back(LineSetting{n, step});
     return all;
   }
   if (algorithm == Algorithm::kCoupled) return {CoupledSetting{}};
@@ -186,13 +181,13 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
 }
 
 Setting truth_setting(Algorithm algorithm, bool quick) {
-  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125, false};
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
 }
 
 Setting check_setting(Algorithm algorithm, bool quick) {
-  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625, false};
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
 }

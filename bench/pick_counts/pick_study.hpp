@@ -122,7 +122,6 @@ struct Ticks {
 struct LineSetting {
   int vertices = 50;
   double step = 0.5;  ///< voxels
-  bool ray_cast = false;
 
   /// Moves of the proxies a tick, so that short steps get as far as the default ones.
   [[nodiscard]] int iterations() const;

@@ -61,20 +61,17 @@ struct Scene {
   }
 };
 
-[[nodiscard]] inline Surface surface(double length = 0.04) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
-  return Surface(ToolDiscretization{burr, SurfaceCounts::thesis()});
+[[nodiscard]] inline Burr burr_of(double length = 40_mm) {
+  return {.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
 }
-
-[[nodiscard]] inline Line line() {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Line(ToolDiscretization{burr, LineCounts{}});
+[[nodiscard]] inline Surface surface(double length = 40_mm) {
+  return Surface(ToolDiscretization{burr_of(length), SurfaceCounts::thesis()});
 }
+[[nodiscard]] inline Line line() { return Line(ToolDiscretization{burr_of(), LineCounts{}}); }
 
 template <Friction FrictionLaw = Frictionless>
 [[nodiscard]] CoupledToolRenderer<double, BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return {burr, CoupledOptions{}, friction};
+  return {burr_of(), CoupledOptions{}, friction};
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.

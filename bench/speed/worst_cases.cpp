@@ -13,11 +13,11 @@ class Spread {
  public:
   explicit Spread(const Options& options)
       : march_(options.march),
-        table_(options.folder + "/speed_spread.csv",
-               "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns,samples_bound", options.append) {}
+        table_(options.folder + "/speed_spread.csv", "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns",
+               options.append) {}
 
   template <class Work>
-  void measure(const std::string& name, int ticks, std::int64_t bound, Work&& work) {
+  void measure(const std::string& name, int ticks, Work&& work) {
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
       const auto begin = Clock::now();
@@ -25,7 +25,7 @@ class Spread {
       times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
     }
     table_.row(without_commas(name), kCompiler, march_, ticks, percentile(times, 0.5), percentile(times, 0.99),
-               percentile(times, 0.999), percentile(times, 1), bound);
+               percentile(times, 0.999), percentile(times, 1));
     std::fprintf(stderr, "speed: %-44s p50 %.0f ns, p99.9 %.0f ns\n", name.c_str(), percentile(times, 0.5),
                  percentile(times, 0.999));
   }
@@ -61,7 +61,7 @@ void measure_coupled(Spread& spread, int ticks) {
         X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
         static_cast<void>(tool.render(surface->view(), X));
       }
-      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0,
+      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks,
                      [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
     };
     slide(".03 m/s", coupled(), 0.03);
@@ -81,7 +81,7 @@ void measure_drilling(Spread& spread) {
     HapticScene scene{bone, o.isovalue(), coupled(), Milling{}};
     const double above = scene.renderer().tool().burr().tip_radius;
     const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), n);
-    spread.measure(std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000, 0,
+    spread.measure(std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000,
                    [&](int i) {
                      const Posed X = make_pose<double>(R, top + (above - 5e-6 * i) * n);
                      benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
@@ -95,7 +95,7 @@ void measure_carving(Spread& spread) {
   Grid block({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
              std::vector<std::uint8_t>(64 * 64 * 64, 255));
   const auto at = [=](int i) { return Vec3d(kVoxel * (Vec3d::Constant(20) + 0.04 * i * Vec3d::Ones().normalized())); };
-  spread.measure("carving a burr of 5 voxels", 600, 0, [&](int i) {
+  spread.measure("carving a burr of 5 voxels", 600, [&](int i) {
     benchmark::DoNotOptimize(carve(block, 127.0, SphereCutter(at(i), at(i + 1), 5 * kVoxel, i > 0)));
   });
 }
@@ -111,20 +111,12 @@ void measure_spread(const Options& options, const Scene& scene) {
         5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
     return X;
   };
-  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X, std::int64_t bound) {
-    spread.measure(name, ticks, bound, [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
+  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X) {
+    spread.measure(name, ticks, [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
   };
-  const Surface thesis = surface();
-  const auto& tool = thesis.tool();
-  // Samples at most: all vertices, and of each in bone a march of a lane for every 8 voxels of its way and 8 closing
-  // steps, padded.
-  const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
-  const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
   const Pose<float> buried = scene.pose(-0.006, 0.0);
-  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
-  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
-  renders("Surface, as deep as it goes", surface(), buried, bound);
-  renders("Line, as deep as it goes", line(), buried, 0);
+  renders("Surface, as deep as it goes", surface(), buried);
+  renders("Line, as deep as it goes", line(), buried);
   measure_coupled(spread, ticks);
   measure_drilling(spread);
   measure_carving(spread);
