@@ -435,9 +435,7 @@ int main(int argc, char** argv) {
         for (int p = 0; p < places; ++p) jobs.push_back({m, sigma, o, p});
     }
   std::vector<Gathered> results(jobs.size());
-  bench::on_all_cores(
-      jobs.size(), "coupled figures", [&](std::size_t i) { results[i] = run(jobs[i]); },
-      [&](std::size_t i) { return kMeasures[jobs[i].measure].name; });
+  bench::on_all_cores(jobs.size(), "coupled figures", [&](std::size_t i) { results[i] = run(jobs[i]); });
 
   struct Row {
     Value first;

@@ -3,7 +3,6 @@
 #include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -45,20 +44,16 @@ class BonesOfJobs {
 }  // namespace
 
 int main(int argc, char** argv) {
-  using Clock = std::chrono::steady_clock;
   const CommandLine options(argc, argv);
   const std::string path = options.folder + "/error_vs_time.csv";
   const std::vector<Job> plan = make_plan(options.quick);
   std::ofstream out(path);
   write_header(out);
   BonesOfJobs bones(options.quick);
-  const auto begin = Clock::now();
   for (std::size_t i = 0; i < plan.size(); ++i) {
     for (const Row& row : run(plan[i].setting, bones(plan[i]))) write(out, row);
-    const double spent = std::chrono::duration<double>(Clock::now() - begin).count();
     if (i % 25 == 24)
-      std::fprintf(stderr, "error_vs_time: %zu of %zu, %.0f s  (%s)\n", i + 1, plan.size(), spent,
-                   plan[i].name().c_str());
+      std::fprintf(stderr, "error_vs_time: %zu of %zu (%s)\n", i + 1, plan.size(), plan[i].name().c_str());
   }
   if (out.flush()) return 0;
   std::fprintf(stderr, "error_vs_time: cannot write %s\n", path.c_str());

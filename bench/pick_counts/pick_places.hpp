@@ -108,7 +108,6 @@ class Feeler {
     return *std::max_element(values_.begin(), values_.end()) >= 0;
   }
 
-  [[nodiscard]] Algorithm algorithm() const noexcept { return algorithm_; }
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
   /// From the ball's centre and from the shaft's axis to what feels [m].
   [[nodiscard]] double tip_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.tip_radius; }

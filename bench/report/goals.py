@@ -70,8 +70,6 @@ def goals(sweep):
         for name, renderer, variant, most_ns in laws:
             found.append(best(f"{name}, shaft of {radius} voxels radius", SHAFTS, renderer, variant, most_ns,
                               "torque_error_rel_p95", voxel_mm, torque=2, direction=2))
-    for name, variant in (("Line, 50 vertices", tables.LINE_DEFAULT), ("Surface, 207 vertices", tables.SURFACE_DEFAULT)):
-        found.append(goal(f"{name}, against rigid contact", at(TIPS, variant, "model"), direction=5))
     return [g for g in found if g]
 
 

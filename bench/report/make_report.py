@@ -4,6 +4,7 @@
 import html
 import math
 import os
+import shutil
 import sys
 
 import goals
@@ -70,9 +71,6 @@ def images(sweep):
 
 
 def main():
-    if len(sys.argv) != 2 or not os.path.isdir(sys.argv[1]):
-        print("usage: make_report.py FOLDER", file=sys.stderr)
-        return 2
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in
@@ -82,7 +80,7 @@ def main():
         conditions = file.read().strip().splitlines()
     found = goals.goals(sweep)
     drawn = {"error": [], "stability": []}
-    if plots.available():
+    if shutil.which("gnuplot"):
         drawn = plots.all_plots(folder, sweep, t["stability_energy"])
     else:
         print("make_report: no gnuplot, so no plots", file=sys.stderr)

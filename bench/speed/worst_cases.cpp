@@ -106,13 +106,12 @@ void measure_spread(const Options& options, const Scene& scene) {
   Spread spread(options);
   const int ticks = options.quick ? 2000 : 20000;
   const Field field(scene.tooth, kIsovalue);
-  const auto wiggled = [](Pose<float> X, int i) {
-    X.translation() +=
-        5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
-    return X;
-  };
   const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X) {
-    spread.measure(name, ticks, [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
+    spread.measure(name, ticks, [&](int i) {
+      Pose<float> wiggled = X;
+      wiggled.translation() += (5e-5 * Vec3d(std::sin(0.1 * i), std::cos(0.07 * i), 0)).cast<float>();
+      benchmark::DoNotOptimize(renderer.render(field, wiggled));
+    });
   };
   const Pose<float> buried = scene.pose(-0.006, 0.0);
   renders("Surface, as deep as it goes", surface(), buried);

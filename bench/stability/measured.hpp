@@ -36,7 +36,6 @@ struct StabilityRow {
 };
 
 struct StabilityOptions {
-  std::string folder;
   std::string skull{};  ///< folder with the skull's CT; empty: the phantom alone
   bool quick = false;
 };
