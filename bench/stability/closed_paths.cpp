@@ -5,7 +5,6 @@
 #include "support/path_work.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace trephine::bench {
 namespace {

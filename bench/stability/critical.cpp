@@ -5,8 +5,6 @@
 #include "stability/measured.hpp"
 
 #include <cmath>
-#include <limits>
-#include <sstream>
 
 namespace trephine::bench {
 namespace {

@@ -8,7 +8,6 @@
 #include "spot.hpp"
 
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace trephine::bench {

@@ -5,7 +5,6 @@
 #include "stability/places.hpp"
 
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace trephine::bench {

@@ -6,7 +6,6 @@
 #include <Eigen/Eigenvalues>
 
 #include <cmath>
-#include <limits>
 
 namespace trephine::bench {
 namespace {

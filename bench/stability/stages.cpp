@@ -6,7 +6,6 @@
 #include <trephine/device/presets.hpp>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace trephine::bench {

@@ -5,7 +5,6 @@
 #include "stability/measured.hpp"
 
 #include <future>
-#include <limits>
 
 namespace trephine::bench {
 namespace {
