@@ -50,20 +50,23 @@ class Constant:
         return str(max(1, round(factor * int(self.text))))
 
 
+def headers():
+    return [path for pattern in HEADERS for path in sorted(glob.glob(os.path.join(INCLUDE, "trephine", pattern)))]
+
+
 def constants():
     found = []
-    for pattern in HEADERS:
-        for path in sorted(glob.glob(os.path.join(INCLUDE, "trephine", pattern))):
-            with open(path, encoding="utf-8") as file:
-                text = file.read()
-            for declared in DECLARED.finditer(text):
-                whole = declared[1] == "int"
-                for number in NUMBER.finditer(declared[2]):
-                    # Whole numbers that decide are limits; the others lay memory out.
-                    if number[1] in LEFT_OUT or (whole and not number[1].startswith("kMax")):
-                        continue
-                    at = declared.start(2)
-                    found.append(Constant(len(found), number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
+    for path in headers():
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        for declared in DECLARED.finditer(text):
+            whole = declared[1] == "int"
+            for number in NUMBER.finditer(declared[2]):
+                # Whole numbers that decide are limits; the others lay memory out.
+                if number[1] in LEFT_OUT or (whole and not number[1].startswith("kMax")):
+                    continue
+                at = declared.start(2)
+                found.append(Constant(len(found), number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
     return found
 
 
@@ -88,7 +91,7 @@ def write(scratch, all_constants, changed=None, factor=1):
     shutil.copytree(INCLUDE, include)
     with open(os.path.join(include, "trephine", "swept.hpp"), "w", encoding="utf-8") as file:
         file.write(SWEPT)
-    for path in {c.path for c in all_constants}:
+    for path in headers():
         copy = os.path.join(include, os.path.relpath(path, INCLUDE))
         with open(path, encoding="utf-8") as file:
             text = file.read()
@@ -97,7 +100,8 @@ def write(scratch, all_constants, changed=None, factor=1):
                 text = text[:c.start] + c.scaled() + text[c.end:]
             elif c is changed:
                 text = text[:c.start] + c.changed(factor) + text[c.end:]
-        text = DECLARED.sub(lambda m: f"static inline const {m[1]} {m[2]};" if "swept(" in m[2] else m[0], text)
+        # A number may stand on a scaled one, so none of them is known when compiling.
+        text = DECLARED.sub(lambda m: m[0] if m[1] == "int" else f"static inline const {m[1]} {m[2]};", text)
         with open(copy, "w", encoding="utf-8") as file:
             file.write(text.replace("#pragma once\n", "#pragma once\n#include <trephine/swept.hpp>\n", 1))
     return include
@@ -115,14 +119,14 @@ def build(command, scratch, all_constants, changed=None, factor=1):
 
 
 def figures(program, constant=None, factor=1):
-    """The quick figures by name, blur and image."""
+    """The quick figures by name and blur."""
     environment = dict(os.environ)
     if constant:
         environment.update(SWEPT_NUMBER=str(constant.number), SWEPT_FACTOR=str(factor))
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([program, "--quick", "--out", out], check=True, capture_output=True, env=environment)
         with open(os.path.join(out, "coupled_figures.csv"), newline="", encoding="utf-8") as file:
-            return {(r["figure"], r["blur_voxels"], r["image"]): r for r in csv.DictReader(file)}
+            return {(r["figure"], r["blur_voxels"]): r for r in csv.DictReader(file)}
 
 
 def main():
@@ -158,14 +162,14 @@ def measure(program, command, every, arguments):
         where = os.path.relpath(constant.path, os.path.join(INCLUDE, "trephine"))
         print(f"constants: {constant.name} ({where}) × {factor}: " + ("does not build" if after is None else "done"), file=sys.stderr)
         if after is None:
-            return [[constant.name, where, factor, "does not build"] + [""] * 7]
+            return [[constant.name, where, factor, "does not build"] + [""] * 6]
         return [[constant.name, where, factor, *key, b["judged"], after[key]["judged"], b["bound"], b["pass"], after[key]["pass"]]
                 for key, b in before.items() if key in after]
 
     jobs = [(c, f) for c in every if not arguments.only or c.name in arguments.only for f in FACTORS]
     with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "image", "before", "after", "bound", "pass_before", "pass_after"])
+        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])
         with ThreadPoolExecutor(arguments.jobs) as pool:
             for rows in pool.map(rows_of, jobs):
                 table.writerows(rows)

@@ -43,14 +43,8 @@ struct WithGradients {
 /// Flat bone with two voxels of blur, and a drill laid on it: its vertices touch and no group's centre is in bone.
 struct Flat {
   static constexpr int kLevel = 88;  // voxels
-  Grid bone = make();
+  Grid bone{{.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, speed_levels::flat_voxels(kLevel)};
 
-  static Grid make() {
-    std::vector<std::uint8_t> voxels;
-    for (int k = 0; k < 176; ++k)
-      voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
-    return Grid({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
-  }
   [[nodiscard]] static Surface drill() { return surface(0.02); }
   /// A pose at which at least `hits` of its vertices are in bone.
   [[nodiscard]] Pose<float> pose_of_hits(int hits) const {
@@ -149,9 +143,6 @@ class Report {
     table_.row(without_commas(measure), kCompiler, march_, ns, beside, ratio, target != 0 ? goal.str() : ",");
     std::fprintf(stderr, "speed: %-60s %9.1f ns, ratio %.3g\n", measure.c_str(), ns, ratio);
   }
-  void figure(const std::string& name) {
-    table_.row(without_commas(name), kCompiler, march_, run_.ns(name), "", "", "", "");
-  }
 
  private:
   const SpeedRun& run_;
@@ -180,13 +171,13 @@ class SamplingRows {
   SamplingRows(const SamplingRows&) = delete;
   SamplingRows& operator=(const SamplingRows&) = delete;
 
-  void report(Report& report, bool v2) const {
-    report.row("batched sampling / bare loads", "sampling", "bare loads", v2 ? 4 : 2.5);
-    report.row("checked Eigen sampling / ours", "checked sampling", "sampling", v2 ? -5 : -8);
+  void report(Report& report) const {
+    report.row("batched sampling / bare loads", "sampling", "bare loads", 2.5);
+    report.row("checked Eigen sampling / ours", "checked sampling", "sampling", -8);
     const std::map<std::string, double> targets{{"OpenVDB GridSampler", -18}, {"NanoVDB", -12}, {kItk, -6}};
     for (const auto& other : bench::other_libraries()) {
       const auto target = targets.find(other.name);
-      report.row(other.name + " / ours", other.name, "sampling", v2 || target == targets.end() ? 0 : target->second);
+      report.row(other.name + " / ours", other.name, "sampling", target == targets.end() ? 0 : target->second);
       report.row(other.name + " / bare loads", other.name, "bare loads");  // no sampler of this grid exceeds it
     }
   }
@@ -301,8 +292,7 @@ void measure_speed(const Options& options, const Scene& scene) {
   // The same with a map of air; bare samples are those of a tick that looks at all.
   ClearanceMap<std::uint8_t> air(scene.tooth, kIsovalue);
   const FieldWithClearance<Field, std::uint8_t> known(field, air);
-  for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("light", light)})
+  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)})
     run.add(std::string("surface, culled, ") + name, rendering(known, thesis, X));
   // Without and with the field's knowledge of air; the plain one knows nothing, not even where the grid ends.
   const test::CountingField<Field> plain(field);
@@ -312,19 +302,13 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("line, " + std::string(name), moving_line(field, X));
     run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
   }
-  // The whole tick of a scene.
-  Grid grid = drill::tooth_phantom<std::uint8_t>();
-  HapticScene<std::uint8_t, Surface> whole(grid, kIsovalue, surface());
-  run.add("scene, near air", [&] { benchmark::DoNotOptimize(whole.tick({.X_WT = near_air.cast<double>()}, 1e-3)); });
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
-  Carving carving;
-  run.add("carving", [&] { carving.prepare(), carving(); });
 
   run.run(options.quick ? 9 : 41, 0.002);
 
   Report report(run, options);
-  sampling.report(report, options.march == "x86-64-v2");
+  sampling.report(report);
   const std::string near = "surface, near air, bare", sampled = ", all sampled", mapped = ", map of air";
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
   report.row("no-contact tick / bare samples, Surface", "surface, near air", near, 1.15);
@@ -344,13 +328,11 @@ void measure_speed(const Options& options, const Scene& scene) {
     report.row("contact tick, " + what + " / its samples, single ones as such", tick, taken);
     report.row("samples as taken, " + what + " / bare samples", taken, bare);  // no tick can be below
   }
-  report.row("a map of air in light contact / none", "surface, culled, light", "surface, 1 centre in bone");
   for (const std::string where : {"line, near air", "line, far air"})
     report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
   report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
     report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);
-  for (const char* name : {"line, near air", "line, far air", "scene, near air", "carving"}) report.figure(name);
 }
 
 }  // namespace

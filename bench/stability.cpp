@@ -19,7 +19,7 @@ using namespace trephine::bench;
 const std::map<std::string, std::string> kHeaders = {
     {"stability_sweep",
      "place,damping,delay,hand,friction,quantum_mm,renderer,options,stable_N_per_m,theory_N_per_m,beyond_mJ,"
-     "force_step_N,torque_step_mNm"},
+     "force_step_N"},
     {"stability_energy", "renderer,options,time,energy_mJ,allowed_mJ,force_N"},
 };
 
@@ -40,7 +40,7 @@ std::vector<Measured> run(const Plan& plan) {
       results[i].judge("could not be measured", plan[i].name + ": " + e.what(), {"", ""}, 1, 0, "");
     }
   };
-  on_all_cores(plan.size(), "stability", work, [&](std::size_t i) { return plan[i].name; });
+  on_all_cores(plan.size(), "stability", work);
   return results;
 }
 
@@ -67,15 +67,15 @@ void write(const std::string& folder, const std::vector<Measured>& results) {
 int main(int argc, char** argv) {
   std::string skull, only, renderer;
   const CommandLine line(argc, argv, {{"--skull", &skull}, {"--only", &only}, {"--renderer", &renderer}});
-  const StabilityOptions options{line.folder, skull, line.quick};
+  const StabilityOptions options{skull, line.quick};
   try {
     Plan plan;
-    for (const auto part : {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls,
-                            plan_jumps, plan_stages})
+    for (const auto part :
+         {plan_closed_paths, plan_milling, plan_critical, plan_places, plan_sweep, plan_thin_walls, plan_stages})
       part(options, plan);
     std::erase_if(
         plan, [&](const Work& w) { return w.name.find(only) == std::string::npos || w.name.rfind(renderer, 0) != 0; });
-    write(options.folder, run(plan));
+    write(line.folder, run(plan));
   } catch (const std::exception& e) {
     std::cerr << "bench_stability: " << e.what() << '\n';
     return 1;

@@ -27,7 +27,7 @@ drill::Bone load(const Options& o) {
 }
 
 StudyOptions study_options(const Options& o) {
-  return {.cases = {.per_kind = o.quick ? 30 : 60, .holes = o.quick ? 8 : 12, .seed = o.seed},
+  return {.cases = {.per_kind = o.quick ? 30 : 60, .seed = o.seed},
           .sweep = {.quick = o.quick, .limits = o.limits, .repetitions = o.quick ? 4 : 5},
           .budget_us = o.budget(),
           .algorithms = o.algorithms};
@@ -66,7 +66,7 @@ class ProgressLines {
 };
 
 /// `code` becomes 1 once nothing but the disk can go wrong.
-int perform(const Options& options, const drill::Bone& bone, Grid& milled, int& code) {
+int perform(const Options& options, const drill::Bone& bone, int& code) {
   const StudyOptions wanted = study_options(options);
   const Subject subject{.bone = bone.name,
                         .notes = bone.notes,
@@ -81,7 +81,7 @@ int perform(const Options& options, const drill::Bone& bone, Grid& milled, int& 
   const fs::path folder = made_folder(options.out);
   Study study;
   try {
-    study = carry_out(bone.grid, milled, subject.scene, wanted, ProgressLines());
+    study = carry_out(bone.grid, subject.scene, wanted, ProgressLines());
   } catch (const std::exception&) {
     std::error_code ignored;
     fs::remove(folder, ignored);  // if it is empty
@@ -108,8 +108,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     const drill::Bone bone = pick::load(options);
-    pick::Grid milled = drill::fresh_copy(bone.grid);
-    return pick::perform(options, bone, milled, code);
+    return pick::perform(options, bone, code);
   } catch (const std::exception& e) {
     std::fflush(stdout);
     std::fprintf(stderr, "pick_counts: %s\n", e.what());

@@ -70,7 +70,7 @@ constexpr std::array kEntries{
             o.algorithms = chosen;
           }},
     Entry{"--seed", "N", "another seed tries other places on the bone (1)",
-          [](Options& o, const std::string& v) { o.seed = static_cast<std::uint64_t>(number(v, 0, 1e9, "")); }},
+          [](Options& o, const std::string& v) { o.seed = static_cast<unsigned>(number(v, 0, 1e9, "")); }},
     Entry{"--quick", "", "fewer places and settings: a first look",
           [](Options& o, const std::string&) { o.quick = true; }},
     Entry{"--out", "DIR", "where settings.csv goes (build/report/pick_counts)",

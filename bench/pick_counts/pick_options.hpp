@@ -30,7 +30,7 @@ struct Options {
   Limits limits{};
   std::vector<Algorithm> algorithms{kAlgorithms.begin(), kAlgorithms.end()};
   bool quick = false;
-  std::uint64_t seed = 1;
+  unsigned seed = 1;
   std::string out = "build/report/pick_counts";
 
   /// Of a tick [µs]. Of a period at the given rate half is left to device, other stages and the system.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/random.hpp"
+
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/math.hpp>
 #include <trephine/core/wrench.hpp>
@@ -14,7 +16,6 @@
 #include <functional>
 #include <numbers>
 #include <optional>
-#include <random>
 #include <vector>
 
 namespace pick {
@@ -24,64 +25,33 @@ using trephine::Mat3d;
 using trephine::Posed;
 using trephine::Vec3d;
 using trephine::Wrenchd;
+using trephine::test::Random;
 
-/// The same numbers from the same seed with every standard library: its distributions are each library's own.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-
-  /// In [0, 1).
-  [[nodiscard]] double unit() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  [[nodiscard]] double between(double a, double b) { return a + (b - a) * unit(); }
-  /// An index into n things, 0 to n - 1.
-  [[nodiscard]] std::size_t index(std::size_t n) {
-    return std::min(n - 1, static_cast<std::size_t>(unit() * static_cast<double>(n)));
-  }
-  /// Evenly over the unit sphere.
-  [[nodiscard]] Vec3d direction() { return direction_near(Vec3d::UnitZ(), -1); }
-  /// Evenly over the part of the unit sphere whose angle to the unit vector `axis` has a cosine of `least` or more.
-  [[nodiscard]] Vec3d direction_near(const Vec3d& axis, double least) {
-    const double c = between(least, 1);
-    const double s = std::sqrt(std::max(0.0, 1 - c * c));
-    return c * axis + s * square_to(axis);
-  }
-  /// A unit vector square to the unit vector `axis`.
-  [[nodiscard]] Vec3d square_to(const Vec3d& axis) {
-    const double a = between(0, 2 * std::numbers::pi);
-    const Vec3d u = axis.unitOrthogonal();
-    return std::cos(a) * u + std::sin(a) * axis.cross(u);
-  }
-  template <class T>
-  void shuffle(std::vector<T>& v) {
-    for (std::size_t i = v.size(); i > 1; --i) std::swap(v[i - 1], v[index(i)]);
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
+/// A unit vector square to the unit vector `axis`.
+[[nodiscard]] inline Vec3d square_to(const Vec3d& axis, Random& random) {
+  const double a = random.uniform(0, 2 * std::numbers::pi);
+  const Vec3d u = axis.unitOrthogonal();
+  return std::cos(a) * u + std::sin(a) * axis.cross(u);
+}
+/// Evenly over the part of the unit sphere whose angle to the unit vector `axis` has a cosine of `least` or more.
+[[nodiscard]] inline Vec3d direction_near(const Vec3d& axis, double least, Random& random) {
+  const double c = random.uniform(least, 1);
+  return c * axis + std::sqrt(std::max(0.0, 1 - c * c)) * square_to(axis, random);
+}
 
 using Grid = trephine::VoxelGrid<std::int16_t>;
 using Field = trephine::DensityField<std::int16_t, double>;
 
 /// What a short run of the tool was aimed at.
-enum class Kind { kTipPress, kShaftLean, kRim, kSlide };
-inline constexpr int kKinds = 4;
-inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaft on ridges and edges",
-                                                            "shaft on a hole's rim", "sliding"};
+enum class Kind { kTipPress, kShaftLean, kSlide };
+inline constexpr int kKinds = 3;
+inline constexpr std::array<const char*, kKinds> kKindNames{"tip presses", "shaft on ridges and edges", "sliding"};
 
 /// A run of the tool, a pose a tick: from just free of the bone into it. The Line approximation has a history, so a
 /// single pose says nothing about it.
 struct Case {
   Kind kind = Kind::kTipPress;
-  bool milled = false;        ///< it happens in the bone with holes
   std::vector<Posed> X_GT{};  ///< of the tool in the grid, one a tick of 1 ms
-};
-
-/// The bone as it is and with holes milled into it, and what the tool does there.
-struct Bones {
-  const Grid* whole = nullptr;
-  const Grid* milled = nullptr;
-  double isovalue = 0;
 };
 
 [[nodiscard]] inline std::size_t tick_count(const std::vector<Case>& cases) {
@@ -138,7 +108,6 @@ class Feeler {
     return *std::max_element(values_.begin(), values_.end()) >= 0;
   }
 
-  [[nodiscard]] Algorithm algorithm() const noexcept { return algorithm_; }
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
   /// From the ball's centre and from the shaft's axis to what feels [m].
   [[nodiscard]] double tip_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.tip_radius; }
@@ -234,9 +203,9 @@ struct Spot {
   const auto& n = field.grid().size();
   const Vec3d box = field.grid().spacing().cwiseProduct(Vec3d(n[0] - 1, n[1] - 1, n[2] - 1));
   Vec3d from;
-  for (int a = 0; a < 3; ++a) from[a] = random.between(0, box[a]);
+  for (int a = 0; a < 3; ++a) from[a] = random.uniform(0, box[a]);
   if (field.value(from) >= 0) return std::nullopt;
-  const Vec3d to = from + 0.5 * box.norm() * random.direction();
+  const Vec3d to = from + 0.5 * box.norm() * direction_near(Vec3d::UnitZ(), -1, random);
   const auto c = trephine::first_crossing(field, from, to, 0.5 * field.voxel(), 4000);
   if (!c.found) return std::nullopt;
   Spot spot{from + c.before * (to - from), {}};
@@ -254,42 +223,13 @@ struct Spot {
 
 struct CaseOptions {
   int per_kind = 60;       ///< cases of each kind, for each algorithm
-  int holes = 12;          ///< milled for the rim cases
   double deepest = 0.004;  ///< farthest [m] a press goes beyond the touch: what the device's force allows
-  std::uint64_t seed = 1;
+  unsigned seed = 1;
 };
 
-/// Places a tool on a bone in as many ways as asked for, at places drawn from the seed.
-class CaseMaker {
- public:
-  /// Mills the holes into `milled`, a copy of `whole`. Both must outlive the maker and stay where they are.
-  CaseMaker(const Grid& whole, Grid& milled, double isovalue, const Burr& burr, const CaseOptions& options);
-
-  /// Cases for one algorithm; fewer where the bone offers no more: every kind ends after a bounded number of tries.
-  /// `progress` hears how many are made.
-  [[nodiscard]] std::vector<Case> make(Algorithm algorithm, const std::function<void(int)>& progress = {}) const;
-
-  [[nodiscard]] int holes() const noexcept { return static_cast<int>(holes_.size()); }
-
- private:
-  struct Hole {
-    Vec3d mouth;  ///< on the surface, in G
-    Vec3d out;    ///< unit vector along its axis
-  };
-  struct Draw;  // what one try draws from
-
-  void mill_holes(Grid& milled, double isovalue);
-  [[nodiscard]] double draw_depth(Random& random, double most) const;
-  [[nodiscard]] bool tip_press(Draw& draw, Case& c) const;
-  [[nodiscard]] bool shaft_lean(Draw& draw, bool crest, Case& c) const;
-  [[nodiscard]] bool rim(Draw& draw, Case& c) const;
-  [[nodiscard]] bool sliding(Draw& draw, Case& c) const;
-
-  Field whole_;
-  Field milled_;
-  Burr burr_;
-  CaseOptions options_;
-  std::vector<Hole> holes_;
-};
+/// Places a tool on a bone in as many ways as asked for, at places drawn from the seed. Fewer cases where the bone
+/// offers no more: every kind ends after a bounded number of tries. `progress` hears how many are made.
+[[nodiscard]] std::vector<Case> make_cases(const Field& field, const Burr& burr, Algorithm algorithm,
+                                           const CaseOptions& options, const std::function<void(int)>& progress = {});
 
 }  // namespace pick

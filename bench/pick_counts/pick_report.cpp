@@ -102,7 +102,7 @@ std::string as_csv(const Study& study) {
   for (std::size_t i = 0; i < study.trials.size(); ++i)
     for (const Measured& m : study.trials[i].measured) {
       if (const auto* l = std::get_if<LineSetting>(&m.setting)) {
-        out += text("line,%s,%d,,,,%.9g", l->ray_cast ? "ray_cast" : "translate_rotate", l->vertices, l->step);
+        out += text("line,,%d,,,,%.9g", l->vertices, l->step);
       } else if (std::holds_alternative<CoupledSetting>(m.setting)) {
         out += "coupled,,,,,,";
       } else {

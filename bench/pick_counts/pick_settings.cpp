@@ -24,11 +24,10 @@ std::string burr_code(const Burr& b) {
 }
 
 std::string renderer_code(const LineSetting& s, const Scene& scene) {
-  const char* stepping = s.ray_cast ? "RayCast" : "TranslateRotate";
   return text("const trephine::ToolDiscretization tool{burr, trephine::LineCounts{.shaft = %d}};\n", s.vertices) +
          text("const trephine::LineOptions options{.stiffness = %.6g, .proxy = {.step = %.6g, .iterations = %d}};\n",
               scene.stiffness, s.step, s.iterations()) +
-         text("const trephine::%s stepping{.stepping = {.step = %.6g}};\n", stepping, s.step) +
+         text("const trephine::TranslateRotate stepping{.stepping = {.step = %.6g}};\n", s.step) +
          "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
 }
 
@@ -50,46 +49,47 @@ std::string renderer_code(const CoupledSetting&, const Scene& scene) {
 
 using namespace trephine;
 
-/// What a renderer reads of the bones: of densities a view of the grid a tick, as a scene makes it …
+/// What a renderer reads of the bone: of densities a view of the grid a tick, as a scene makes it …
 template <class Renderer>
-class Fields {
+class Bone {
  public:
-  Fields(Renderer&, const Bones&) {}
-  [[nodiscard]] auto of(const Bones& bones, bool milled) const {
-    return DensityField<std::int16_t, typename Renderer::Scalar, typename Renderer::Gradient>(
-        milled ? *bones.milled : *bones.whole, bones.isovalue);
+  Bone(Renderer&, const Grid& grid, double isovalue) : grid_(&grid), isovalue_(isovalue) {}
+  [[nodiscard]] auto field() const {
+    return DensityField<std::int16_t, typename Renderer::Scalar, typename Renderer::Gradient>(*grid_, isovalue_);
   }
-};
-
-/// … or their surfaces.
-template <UsesBoneSurface Renderer>
-class Fields<Renderer> {
- public:
-  Fields(Renderer& renderer, const Bones& bones)
-      : whole_(shared_bone_surface(*bones.whole, bones.isovalue)),
-        milled_(shared_bone_surface(*bones.milled, bones.isovalue)) {
-    renderer.prepare(whole_->view());
-  }
-  [[nodiscard]] auto of(const Bones&, bool milled) const { return (milled ? milled_ : whole_)->view(); }
 
  private:
-  std::shared_ptr<BoneSurface<std::int16_t>> whole_, milled_;
+  const Grid* grid_;
+  double isovalue_;
+};
+
+/// … or its surface.
+template <UsesBoneSurface Renderer>
+class Bone<Renderer> {
+ public:
+  Bone(Renderer& renderer, const Grid& grid, double isovalue) : surface_(shared_bone_surface(grid, isovalue)) {
+    renderer.prepare(surface_->view());
+  }
+  [[nodiscard]] auto field() const { return surface_->view(); }
+
+ private:
+  std::shared_ptr<BoneSurface<std::int16_t>> surface_;
 };
 
 template <class Renderer>
 class RendererPlayer final : public Player {
  public:
-  RendererPlayer(Renderer renderer, const Bones& bones) : renderer_(std::move(renderer)), fields_(renderer_, bones) {}
+  RendererPlayer(Renderer renderer, const Grid& bone, double isovalue)
+      : renderer_(std::move(renderer)), bone_(renderer_, bone, isovalue) {}
 
-  void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
-            std::vector<Wrenchd>* wrenches) override {
+  void play(const std::vector<Case>& cases, std::vector<float>& ns, std::vector<Wrenchd>* wrenches) override {
     using Clock = std::chrono::steady_clock;
     std::size_t tick = 0;
     for (const Case& c : cases) {
       renderer_.reset();
       for (const Posed& X_GT : c.X_GT) {
         const auto start = Clock::now();
-        const auto found = renderer_.render(fields_.of(bones, c.milled), X_GT.template cast<Scalar>());
+        const auto found = renderer_.render(bone_.field(), X_GT.template cast<Scalar>());
         const std::chrono::duration<float, std::nano> took = Clock::now() - start;
         ns[tick] = std::min(ns[tick], took.count());
         ++tick;
@@ -101,32 +101,31 @@ class RendererPlayer final : public Player {
  private:
   using Scalar = typename Renderer::Scalar;
   Renderer renderer_;
-  Fields<Renderer> fields_;
+  Bone<Renderer> bone_;
 };
 
 template <class Renderer>
-std::unique_ptr<Player> player_of(Renderer renderer, const Bones& bones) {
-  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bones);
+std::unique_ptr<Player> player_of(Renderer renderer, const Scene& scene, const Grid& bone) {
+  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bone, scene.isovalue);
 }
 
-std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Bones& bones) {
+std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Grid& bone) {
   const ToolDiscretization tool{scene.burr, LineCounts{.shaft = s.vertices}};
   const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
-  if (s.ray_cast) return player_of(LineApproxRenderer{tool, options, RayCast{.stepping = {.step = s.step}}}, bones);
-  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, bones);
+  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, scene, bone);
 }
 
-std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Bones& bones) {
+std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Grid& bone) {
   const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
   const ToolDiscretization tool{scene.burr, counts};
   const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step};
-  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options}, bones);
-  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options}, bones);
+  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options}, scene, bone);
+  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options}, scene, bone);
 }
 
-std::unique_ptr<Player> make(const CoupledSetting&, const Scene& scene, const Bones& bones) {
+std::unique_ptr<Player> make(const CoupledSetting&, const Scene& scene, const Grid& bone) {
   const CoupledOptions options{.stiffness = scene.stiffness, .force = scene.max_force, .torque = scene.max_torque};
-  return player_of(CoupledToolRenderer{scene.burr, options}, bones);
+  return player_of(CoupledToolRenderer{scene.burr, options}, scene, bone);
 }
 
 }  // namespace
@@ -139,8 +138,7 @@ Algorithm algorithm_of(const Setting& setting) { return kAlgorithms[setting.inde
 
 std::string describe(const Setting& setting) {
   if (const auto* l = std::get_if<LineSetting>(&setting))
-    return text("%d vertices, %s in steps of %.4g voxel", l->vertices, l->ray_cast ? "ray cast" : "translate-rotate",
-                l->step);
+    return text("%d vertices, steps of %.4g voxel", l->vertices, l->step);
   if (std::holds_alternative<CoupledSetting>(setting)) return "nothing to choose";
   const auto& s = std::get<SurfaceSetting>(setting);
   return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
@@ -163,8 +161,7 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
         quick ? Ints{20, 50, 100, 200, 400} : Ints{10, 20, 35, 50, 75, 100, 150, 200, 300, 400, 600, 1000};
     const Steps steps = {1, 0.5, 0.25};
     for (const int n : vertices)
-      for (const double step : steps)
-        for (const bool ray_cast : {false, true}) all.emplace_back(LineSetting{n, step, ray_cast});
+      for (const double step : steps) all.emplace_back(LineSetting{n, step});
     return all;
   }
   if (algorithm == Algorithm::kCoupled) return {CoupledSetting{}};
@@ -184,19 +181,19 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
 }
 
 Setting truth_setting(Algorithm algorithm, bool quick) {
-  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125, false};
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
 }
 
 Setting check_setting(Algorithm algorithm, bool quick) {
-  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625, false};
+  if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
   return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
 }
 
-std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Bones& bones) {
-  return std::visit([&](const auto& s) { return make(s, scene, bones); }, setting);
+std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Grid& bone) {
+  return std::visit([&](const auto& s) { return make(s, scene, bone); }, setting);
 }
 
 }  // namespace pick

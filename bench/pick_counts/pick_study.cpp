@@ -25,8 +25,8 @@ std::vector<float> no_times(const std::vector<Case>& cases) {
 
 void take_times(const std::vector<float>& ns, Measured& m) {
   const std::vector<double> times(ns.begin(), ns.end());
-  m.median_us = 1e-3 * quantile(times, 0.5);
-  m.p999_us = 1e-3 * quantile(times, 0.999);
+  m.median_us = 1e-3 * trephine::bench::percentile(times, 0.5);
+  m.p999_us = 1e-3 * trephine::bench::percentile(times, 0.999);
 }
 
 constexpr int kLooks = 2;  // repetitions of all settings: what interrupts a tick seldom does so twice
@@ -44,18 +44,18 @@ constexpr int kFewestTicks = 100;
 
 }  // namespace
 
-Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case>& cases, const Scene& scene,
+Truth find_truth(Algorithm algorithm, const Grid& bone, const std::vector<Case>& cases, const Scene& scene,
                  const SweepOptions& options, const Progress& progress) {
   Truth truth;
   const std::string part = std::string("the truth, ") + name_of(algorithm);
   const auto answers = [&](const Setting& setting, double from, double to) {
     std::vector<Wrenchd> wrenches;
-    const auto player = make_player(setting, scene, bones);
+    const auto player = make_player(setting, scene, bone);
     // Case by case: it takes seconds, and somebody may be watching.
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const std::vector<Case> one{cases[i]};
       auto ns = no_times(one);
-      player->play(bones, one, ns, &wrenches);
+      player->play(one, ns, &wrenches);
       progress(part, from + (to - from) * static_cast<double>(i + 1) / static_cast<double>(cases.size()));
     }
     return wrenches;
@@ -67,25 +67,26 @@ Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case
   return truth;
 }
 
-void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Bones& bones,
+void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Grid& bone,
              const Scene& scene, const SweepOptions& options, const Progress& progress) {
   std::vector<Runner> entries;
   for (std::size_t t = 0; t < trials.size(); ++t) {
     trials[t].measured.clear();
     for (const Setting& s : settings[t]) {
-      entries.push_back({t, trials[t].measured.size(), make_player(s, scene, bones), no_times(trials[t].cases)});
+      entries.push_back({t, trials[t].measured.size(), make_player(s, scene, bone), no_times(trials[t].cases)});
       trials[t].measured.push_back({.setting = s});
     }
   }
   Random random(options.order_seed);
   for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-    random.shuffle(entries);
+    for (std::size_t i = entries.size(); i > 1; --i)
+      std::swap(entries[i - 1], entries[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
     std::size_t done = 0;
     for (Runner& e : entries) {
       Trial& trial = trials[e.trial];
       Measured& m = trial.measured[e.place];
       std::vector<Wrenchd> wrenches;
-      e.player->play(bones, trial.cases, e.ns, repetition == 0 ? &wrenches : nullptr);
+      e.player->play(trial.cases, e.ns, repetition == 0 ? &wrenches : nullptr);
       ++m.repetitions;
       take_times(e.ns, m);
       if (repetition == 0) {
@@ -159,24 +160,20 @@ Verdict decide(const std::vector<Choice>& choices, double budget_us) {
                                       title_of(algorithm_of(best->setting)), describe(best->setting).c_str())};
 }
 
-Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const StudyOptions& options,
-                const Progress& progress) {
+Study carry_out(const Grid& bone, const Scene& scene, const StudyOptions& options, const Progress& progress) {
   Study study;
   study.algorithms = options.algorithms;
   CaseOptions cases = options.cases;
   cases.deepest = scene.max_force / scene.stiffness;
-  progress("milling holes", 0);
-  const CaseMaker maker(whole, milled, scene.isovalue, scene.burr, cases);
-  study.holes = maker.holes();
-  const Bones bones{&whole, &milled, scene.isovalue};
+  const Field field(bone, scene.isovalue);
   std::vector<std::vector<Setting>> settings;
   for (const Algorithm a : options.algorithms) {
     const std::string part = std::string("finding contacts, ") + name_of(a);
     Trial trial;
-    trial.cases =
-        maker.make(a, [&](int made) { progress(part, static_cast<double>(made) / (kKinds * cases.per_kind)); });
+    trial.cases = make_cases(field, scene.burr, a, cases,
+                             [&](int made) { progress(part, static_cast<double>(made) / (kKinds * cases.per_kind)); });
     progress(part, 1);
-    trial.truth = find_truth(a, bones, trial.cases, scene, options.sweep, progress);
+    trial.truth = find_truth(a, bone, trial.cases, scene, options.sweep, progress);
     if (trial.truth.ticks.used < kFewestTicks)
       throw std::runtime_error(
           text("this tool finds too few contacts on this bone (%d places, %d ticks that count); "
@@ -185,7 +182,7 @@ Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const Study
     study.trials.push_back(std::move(trial));
     settings.push_back(settings_to_try(a, options.sweep.quick));
   }
-  measure(study.trials, settings, bones, scene, options.sweep, progress);
+  measure(study.trials, settings, bone, scene, options.sweep, progress);
   for (const Trial& t : study.trials) study.choices.push_back(choose(t.measured, options.budget_us));
   study.verdict = decide(study.choices, options.budget_us);
   return study;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "common/percentile.hpp"
 #include "pick_places.hpp"
 
 #include <trephine/core/wrench.hpp>
@@ -22,15 +23,6 @@ namespace pick {
 
 inline constexpr double kLeastForce = 0.05;    ///< [N]: denominators are no smaller, directions not asked for below
 inline constexpr double kLeastTorque = 0.001;  ///< [N·m]: denominators are no smaller
-
-/// The smallest of the values that has at least the share `q` of them at or below it; 0 for none.
-[[nodiscard]] inline double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0;
-  const double rank = std::ceil(q * static_cast<double>(values.size()) - 1e-9);
-  const auto at = static_cast<std::ptrdiff_t>(std::clamp(rank, 1.0, static_cast<double>(values.size()))) - 1;
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 /// |got − truth| as a share of the truth, but of no less than `least`.
 [[nodiscard]] inline double relative_error(const Vec3d& truth, const Vec3d& got, double least) {
@@ -84,10 +76,13 @@ struct Limits {
     if (!(got[i].force.norm() > 0)) ++e.misses;
     direction.push_back(angle_deg(truth[i].force, got[i].force));
   }
-  e.force_p50 = quantile(force, 0.5);
-  e.force_p95 = quantile(std::move(force), 0.95);
-  e.direction_p99 = quantile(std::move(direction), 0.99);
-  e.torque_p95 = quantile(std::move(torque), 0.95);
+  const auto share = [](const std::vector<double>& v, double q) {
+    return v.empty() ? 0 : trephine::bench::percentile(v, q);
+  };
+  e.force_p50 = share(force, 0.5);
+  e.force_p95 = share(force, 0.95);
+  e.direction_p99 = share(direction, 0.99);
+  e.torque_p95 = share(torque, 0.95);
   return e;
 }
 
@@ -127,7 +122,6 @@ struct Ticks {
 struct LineSetting {
   int vertices = 50;
   double step = 0.5;  ///< voxels
-  bool ray_cast = false;
 
   /// Moves of the proxies a tick, so that short steps get as far as the default ones.
   [[nodiscard]] int iterations() const;
@@ -184,13 +178,11 @@ class Player {
   /// Leads the tool through all cases, each from a renderer without history. Adds the wrench of every tick (in G, on
   /// the tool about T's origin) to `wrenches` where that is given. `ns` has room for every tick's time and keeps the
   /// shorter of what it holds and what it took now: what the tick itself needs, without what else the machine does.
-  virtual void play(const Bones& bones, const std::vector<Case>& cases, std::vector<float>& ns,
-                    std::vector<Wrenchd>* wrenches) = 0;
+  virtual void play(const std::vector<Case>& cases, std::vector<float>& ns, std::vector<Wrenchd>* wrenches) = 0;
 };
 
-/// Throws std::invalid_argument for settings or a tool that the library refuses. `bones` are those that it is led
-/// through.
-[[nodiscard]] std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Bones& bones);
+/// Throws std::invalid_argument for settings or a tool that the library refuses. The bone must outlive it.
+[[nodiscard]] std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Grid& bone);
 
 /// What was measured of one setting.
 struct Measured {
@@ -216,7 +208,7 @@ struct SweepOptions {
   int repetitions = 5;
   /// Settings that others beat this many times in median time at no more error are timed twice only; infinite: none.
   double clearly = 1.3;
-  std::uint64_t order_seed = 1;  ///< of the order in which settings are timed
+  unsigned order_seed = 1;  ///< of the order in which settings are timed
 };
 
 /// Says how far a part of the work is: its name, the share done.
@@ -230,13 +222,13 @@ struct Trial {
 };
 
 /// Finds the truth of the algorithm on its cases.
-[[nodiscard]] Truth find_truth(Algorithm algorithm, const Bones& bones, const std::vector<Case>& cases,
+[[nodiscard]] Truth find_truth(Algorithm algorithm, const Grid& bone, const std::vector<Case>& cases,
                                const Scene& scene, const SweepOptions& options, const Progress& progress);
 
 /// Measures settings (each trial's algorithm: the settings' own) against the trials' truths. The errors of a setting do
 /// not depend on the run; times are the shortest of several repetitions, in each of which all settings take turns in a
 /// new order, so that whatever slows the machine slows them alike. Marks the fronts.
-void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Bones& bones,
+void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>& settings, const Grid& bone,
              const Scene& scene, const SweepOptions& options, const Progress& progress);
 
 /// Marks those that no other one equals or beats in both time (p999_us) and error (worst_share) while being better in
@@ -279,12 +271,10 @@ struct Study {
   std::vector<Trial> trials;    ///< one for each algorithm
   std::vector<Choice> choices;  ///< likewise
   Verdict verdict;
-  int holes = 0;
 };
 
-/// `milled` is a copy of `whole` of its own; holes are milled into it. Throws std::runtime_error where the bone offers
-/// too few contacts to say anything.
-[[nodiscard]] Study carry_out(const Grid& whole, Grid& milled, const Scene& scene, const StudyOptions& options,
+/// Throws std::runtime_error where the bone offers too few contacts to say anything.
+[[nodiscard]] Study carry_out(const Grid& bone, const Scene& scene, const StudyOptions& options,
                               const Progress& progress);
 
 }  // namespace pick

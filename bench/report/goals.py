@@ -15,8 +15,7 @@ COLUMNS = {
     "late": ("p99.9 tick [µs]", "tick_ns_p999", 1e-3),
 }
 HEADER = ["what"] + [title for title, _, _ in COLUMNS.values()] + ["met"]
-IMAGES = {"ct_blur_8bit": "CT blur, 8 bit", "ct_blur_16bit": "CT blur, 16 bit", "ct_blur_8bit_c60": "CT blur, contrast 60",
-          "partial_volume_8bit": "partial volume, 8 bit", "partial_volume_16bit": "partial volume, 16 bit"}
+IMAGES = {"ct_blur": "CT blur", "ct_blur_c60": "CT blur, contrast 60", "partial_volume": "partial volume"}
 TIPS, SHAFTS = tables.SMOOTH_TIPS, tables.SMOOTH_SHAFTS
 SURFACE_LAWS = {"default law": tables.SURFACE_DEFAULT, "AreaWeights": tables.SURFACE_AREA}
 
@@ -36,7 +35,7 @@ def recommended(sweep, scenarios, renderer, variant, most_ns, voxel_mm, key):
     best = (math.inf, [])
     scenarios = [s for s in scenarios if sweep.where(scenario=s)]  # a quick run has fewer
     rows = sweep.where(renderer=renderer, variant=variant, error_kind="discretisation", field=tables.DEFAULT_FIELD,
-                       voxel_mm=voxel_mm, scalar="float", steps="1/2vx", scenario=scenarios)
+                       voxel_mm=voxel_mm, steps="1/2vx", scenario=scenarios)
     for setting in {tables.counts(r) for r in rows}:
         mine = [r for r in rows if tables.counts(r) == setting]
         if len({r["scenario"] for r in mine}) == len(scenarios) and tables.worst(mine, "tick_ns_median") <= most_ns:
@@ -71,8 +70,6 @@ def goals(sweep):
         for name, renderer, variant, most_ns in laws:
             found.append(best(f"{name}, shaft of {radius} voxels radius", SHAFTS, renderer, variant, most_ns,
                               "torque_error_rel_p95", voxel_mm, torque=2, direction=2))
-    for name, variant in (("Line, 50 vertices", tables.LINE_DEFAULT), ("Surface, 207 vertices", tables.SURFACE_DEFAULT)):
-        found.append(goal(f"{name}, against rigid contact", at(TIPS, variant, "model"), direction=5))
     return [g for g in found if g]
 
 

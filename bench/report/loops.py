@@ -5,8 +5,7 @@ import math
 
 from tables import finite, first, unique, where, worst
 
-STAGES = ["greatest stable K", "amplitude left at 5000 N/m", "force error", "greatest force step",
-          "ripple held with a quantum of .055 mm"]
+STAGES = ["greatest stable K", "amplitude left at 5000 N/m", "force error", "ripple held with a quantum of .055 mm"]
 USUAL = dict(damping=0.5, delay=0, hand="light", friction=0, quantum_mm=0)
 
 
@@ -30,7 +29,7 @@ def stages(rows):
     lines = [[stack] + [first(where(mine, options=stack, scenario=s, case=c), "measured") for s, c in columns]
              for stack in unique(mine, "options")]
     header = ["stages"] + [s.split(": ")[1] + (f": {c}" if s.endswith("stable K") else "") for s, c in columns]
-    return header, lines, "Stages: Line on a flat wall [N/m, mm, N, %]"
+    return header, lines, "Stages: Line on a flat wall [N/m, mm, %, N]"
 
 
 def choices(rows):
@@ -74,19 +73,17 @@ def all_tables(rows, sweep):
 
 
 def figures(rows):
-    """A line a figure: the values judged by blur and image."""
-    kinds = unique([r for r in rows if not math.isnan(r["blur_voxels"])], "blur_voxels", "image")
+    """A line a figure: the values judged by blur."""
+    blurs = unique(rows, "blur_voxels")
     lines = []
     for name in unique(rows, "figure"):
         mine = where(rows, figure=name)
-        cells = [where(mine, blur_voxels=blur, image=image) for blur, image in kinds]
-        if not any(cells):
-            cells[0] = mine  # of no blur
+        cells = [where(mine, blur_voxels=blur) for blur in blurs]
         medians = sorted(finite(mine, "median"))
         lines.append([name, sum(r["cases"] for r in mine), mine[0]["bound"], mine[0]["unit"], medians[len(medians) // 2]]
                      + [f"{c[0]['judged']:.2g}" if c else "" for c in cells] + ["fail" if where(mine, **{"pass": "fail"}) else ""])
-    return (["figure", "cases", "bound", "unit", "median"] + [f"σ {blur:g}, {image}" for blur, image in kinds] + [""], lines,
-            "Greatest of all cases (directions: p99), by blur in voxels and image")
+    return (["figure", "cases", "bound", "unit", "median"] + [f"σ {blur:g}" for blur in blurs] + [""], lines,
+            "Greatest of all cases (directions: p99), by blur in voxels")
 
 
 def constants(rows):

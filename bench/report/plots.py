@@ -3,16 +3,11 @@
 
 import math
 import os
-import shutil
 import subprocess
 
 import tables
 
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c510a", "#7f7f7f"]
-
-
-def available():
-    return shutil.which("gnuplot") is not None
 
 
 def quoted(text):

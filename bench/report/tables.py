@@ -11,9 +11,9 @@ SURFACE_DEFAULT = "patch-extend-full-analytic"
 LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
 LINE_DEFAULT = "translate_rotate-constrained-full-spline-refined"
 SURFACE_COUNTS = dict(vertices=260.0, slices=70.0, per_slice=8.0)  # SurfaceCounts{}
-THESIS_COUNTS = dict(surface=dict(vertices=26.0, slices=20.0, per_slice=8.0), line=dict(vertices=50.0), coupled=dict(scalar="double"))
+THESIS_COUNTS = dict(surface=dict(vertices=26.0, slices=20.0, per_slice=8.0), line=dict(vertices=50.0), coupled={})
 COUPLED = "coupled"
-DEFAULT_FIELD = "ct_blur_8bit"
+DEFAULT_FIELD = "ct_blur"
 SMOOTH_TIPS = ["plane", "sphere", "socket", "cylinder", "ridge", "plate"]
 SMOOTH_SHAFTS = ["shaft_ridge", "shaft_cylinder"]
 
@@ -52,7 +52,7 @@ def counts(row):
 
 def renderer_of(variant):
     law = variant.split("-")[0]
-    return "surface" if law in ("ratio", "area", "mean", "patch") else "coupled" if law == COUPLED else "line"
+    return "surface" if law in ("ratio", "area", "patch") else "coupled" if law == COUPLED else "line"
 
 
 class Sweep:
@@ -65,10 +65,10 @@ class Sweep:
         return where(self.rows, **wanted)
 
     def at_defaults(self, scenario, variant, kind="discretisation", **more):
-        """The row of a variant at the thesis' counts, half-voxel steps, single precision (Coupled: double), the default image."""
+        """The row of a variant at the thesis' counts, half-voxel steps, the default image."""
         renderer = renderer_of(variant)
         wanted = dict(scenario=scenario, variant=variant, error_kind=kind, field=DEFAULT_FIELD, voxel_mm=0.3,
-                      scalar="float", steps="1/2vx", renderer=renderer)
+                      steps="1/2vx", renderer=renderer)
         rows = self.where(**{**wanted, **THESIS_COUNTS[renderer], **more})
         return rows[0] if rows else None
 

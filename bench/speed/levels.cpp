@@ -17,7 +17,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 
@@ -28,17 +27,9 @@ using namespace trephine;
 using Field = DensityField<std::uint8_t, float>;
 using Surface = SurfaceApproxRenderer<float, AreaWeights>;
 
-/// Flat bone, whose surface two voxels blur.
 struct Bone {
   static constexpr int kLevel = 88;  // voxels
-  VoxelGrid<std::uint8_t> grid = make();
-
-  static VoxelGrid<std::uint8_t> make() {
-    std::vector<std::uint8_t> voxels;
-    for (int k = 0; k < 176; ++k)
-      voxels.insert(voxels.end(), 256 * 256, static_cast<std::uint8_t>(std::clamp(127 + 64 * (kLevel - k), 0, 255)));
-    return VoxelGrid<std::uint8_t>({.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, voxels);
-  }
+  VoxelGrid<std::uint8_t> grid{{.size = {256, 256, 176}, .spacing = Vec3d::Constant(1e-4)}, flat_voxels(kLevel)};
 };
 
 /// A drill that lies along the bone, its shaft's axis `height` [m] above it.

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-/// What speed is measured on: the thesis' tooth, the tools at its counts, a block that a burr goes through.
+/// What speed is measured on: the thesis' tooth and the tools at its counts.
 namespace trephine::bench::speed {
 
 using Clock = std::chrono::steady_clock;
@@ -61,20 +61,17 @@ struct Scene {
   }
 };
 
-[[nodiscard]] inline Surface surface(double length = 0.04) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
-  return Surface(ToolDiscretization{burr, SurfaceCounts::thesis()});
+[[nodiscard]] inline Burr burr_of(double length = 40_mm) {
+  return {.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = length};
 }
-
-[[nodiscard]] inline Line line() {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return Line(ToolDiscretization{burr, LineCounts{}});
+[[nodiscard]] inline Surface surface(double length = 40_mm) {
+  return Surface(ToolDiscretization{burr_of(length), SurfaceCounts::thesis()});
 }
+[[nodiscard]] inline Line line() { return Line(ToolDiscretization{burr_of(), LineCounts{}}); }
 
 template <Friction FrictionLaw = Frictionless>
 [[nodiscard]] CoupledToolRenderer<double, BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
-  const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  return {burr, CoupledOptions{}, friction};
+  return {burr_of(), CoupledOptions{}, friction};
 }
 
 /// A pose at which about `hits` of the tool's vertices are in bone.
@@ -91,42 +88,6 @@ template <Friction FrictionLaw = Frictionless>
   }
   return scene.pose(-0.015);
 }
-
-/// A burr of 5 voxels radius that goes on by .04 voxel a tick, through a block of bone and back to its start.
-class Carving {
- public:
-  Carving() : block_(make()) { restart(); }
-  void operator()() {
-    ++tick_;
-    const Vec3d q = p_ + 0.04 * kVoxel * Vec3d::Ones().normalized();
-    const SphereCutter cutter(p_, q, 5 * kVoxel, tick_ > 0);
-    benchmark::DoNotOptimize(carve(block_, 127.0, cutter));
-    p_ = q;
-  }
-
-  /// Before a tick, and not part of it.
-  void prepare() {
-    if (tick_ == kTicks) restart();
-  }
-  [[nodiscard]] const Grid& block() const { return block_; }
-  [[nodiscard]] static Grid make() {
-    const std::vector<std::uint8_t> bone(64 * 64 * 64, 255);
-    return Grid({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, bone);
-  }
-
- private:
-  static constexpr double kVoxel = 3e-4;
-  static constexpr int kTicks = 600;
-  void restart() {
-    block_.restore();
-    p_ = Vec3d::Constant(20 * kVoxel);
-    tick_ = 0;
-  }
-
-  Grid block_;
-  Vec3d p_;
-  int tick_ = 0;
-};
 
 /// Worst cases; a servo loop; memory.
 void measure_spread(const Options& options, const Scene& scene);

@@ -13,21 +13,19 @@ class Spread {
  public:
   explicit Spread(const Options& options)
       : march_(options.march),
-        table_(options.folder + "/speed_spread.csv",
-               "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns,samples_bound", options.append) {}
+        table_(options.folder + "/speed_spread.csv", "case,compiler,march,ticks,p50_ns,p99_ns,p999_ns,max_ns",
+               options.append) {}
 
-  /// `prepare` is not timed.
-  template <class Prepare, class Work>
-  void measure(const std::string& name, int ticks, std::int64_t bound, Prepare&& prepare, Work&& work) {
+  template <class Work>
+  void measure(const std::string& name, int ticks, Work&& work) {
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
-      prepare(i);
       const auto begin = Clock::now();
       work(i);
       times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
     }
     table_.row(without_commas(name), kCompiler, march_, ticks, percentile(times, 0.5), percentile(times, 0.99),
-               percentile(times, 0.999), percentile(times, 1), bound);
+               percentile(times, 0.999), percentile(times, 1));
     std::fprintf(stderr, "speed: %-44s p50 %.0f ns, p99.9 %.0f ns\n", name.c_str(), percentile(times, 0.5),
                  percentile(times, 0.999));
   }
@@ -47,8 +45,8 @@ void measure_coupled(Spread& spread, int ticks) {
     const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
                            : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
     const auto surface = shared_bone_surface(bone, o.isovalue());
-    // To and fro over 6 mm, at `speed` [m/s] and turned about the normal by `turn` [rad/s].
-    const auto slide = [&](const std::string& name, auto tool, double speed, double turn) {
+    // To and fro over 6 mm, at `speed` [m/s].
+    const auto slide = [&](const std::string& name, auto tool, double speed) {
       tool.prepare(surface->view());
       const double above = tool.tool().burr().tip_radius - kDeep;
       const auto pose = [&](int i) {
@@ -56,23 +54,20 @@ void measure_coupled(Spread& spread, int ticks) {
         const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
         const Vec3d p =
             ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
-        const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
-        return make_pose<double>(rotation_from_vector(Vec3d(1e-3 * turn * i * m)) * R, p);
+        return make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized()), p);
       };
       for (int i = 0; i <= 50; ++i) {  // from above: a tool that appears as deep is without force
         Pose<double> X = pose(0);
         X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
         static_cast<void>(tool.render(surface->view(), X));
       }
-      spread.measure(
-          std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, 0, [](int) {},
-          [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
+      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks,
+                     [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
     };
-    slide(".03 m/s", coupled(), 0.03, 0);
-    slide(".1 m/s", coupled(), 0.1, 0);
-    slide(".1 m/s, turning", coupled(), 0.1, 13);
-    slide(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03, 0);
-    slide(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1, 0);
+    slide(".03 m/s", coupled(), 0.03);
+    slide(".1 m/s", coupled(), 0.1);
+    slide(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03);
+    slide(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1);
   }
 }
 
@@ -86,14 +81,23 @@ void measure_drilling(Spread& spread) {
     HapticScene scene{bone, o.isovalue(), coupled(), Milling{}};
     const double above = scene.renderer().tool().burr().tip_radius;
     const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), n);
-    spread.measure(
-        std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000, 0,
-        [](int) {},
-        [&](int i) {
-          const Posed X = make_pose<double>(R, top + (above - 5e-6 * i) * n);
-          benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
-        });
+    spread.measure(std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000,
+                   [&](int i) {
+                     const Posed X = make_pose<double>(R, top + (above - 5e-6 * i) * n);
+                     benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
+                   });
   }
+}
+
+/// A burr of 5 voxels radius goes through a block of bone by .04 voxel a tick.
+void measure_carving(Spread& spread) {
+  constexpr double kVoxel = 3e-4;
+  Grid block({.size = {64, 64, 64}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
+             std::vector<std::uint8_t>(64 * 64 * 64, 255));
+  const auto at = [=](int i) { return Vec3d(kVoxel * (Vec3d::Constant(20) + 0.04 * i * Vec3d::Ones().normalized())); };
+  spread.measure("carving a burr of 5 voxels", 600, [&](int i) {
+    benchmark::DoNotOptimize(carve(block, 127.0, SphereCutter(at(i), at(i + 1), 5 * kVoxel, i > 0)));
+  });
 }
 
 }  // namespace
@@ -102,76 +106,19 @@ void measure_spread(const Options& options, const Scene& scene) {
   Spread spread(options);
   const int ticks = options.quick ? 2000 : 20000;
   const Field field(scene.tooth, kIsovalue);
-  const auto nothing = [](int) {};
-  const auto wiggled = [](Pose<float> X, int i) {
-    X.translation() +=
-        5e-5F * Vec3<float>(static_cast<float>(std::sin(0.1 * i)), static_cast<float>(std::cos(0.07 * i)), 0);
-    return X;
+  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X) {
+    spread.measure(name, ticks, [&](int i) {
+      Pose<float> wiggled = X;
+      wiggled.translation() += (5e-5 * Vec3d(std::sin(0.1 * i), std::cos(0.07 * i), 0)).cast<float>();
+      benchmark::DoNotOptimize(renderer.render(field, wiggled));
+    });
   };
-  const auto renders = [&](const std::string& name, auto renderer, const Pose<float>& X, std::int64_t bound) {
-    spread.measure(name, ticks, bound, nothing,
-                   [&](int i) { benchmark::DoNotOptimize(renderer.render(field, wiggled(X, i))); });
-  };
-  const Surface thesis = surface();
-  const auto& tool = thesis.tool();
-  // Samples at most: all vertices, and of each in bone a march of a lane for every 8 voxels of its way and 8 closing
-  // steps, padded.
-  const auto lanes = static_cast<std::int64_t>(std::ceil(1.5e-3 / (0.5 * 1e-4 * kLane)));
-  const std::int64_t bound = tool.padded() + tool.periphery() * (lanes * kLane + 8) * 3 / 2;
   const Pose<float> buried = scene.pose(-0.006, 0.0);
-  renders("Surface, 1 centre in bone", surface(), pose_of_hits(scene, thesis, 20), bound);
-  renders("Surface, 6 centres in bone", surface(), pose_of_hits(scene, thesis, 84), bound);
-  renders("Surface, as deep as it goes", surface(), buried, bound);
-  renders("Line, as deep as it goes", line(), buried, 0);
+  renders("Surface, as deep as it goes", surface(), buried);
+  renders("Line, as deep as it goes", line(), buried);
   measure_coupled(spread, ticks);
   measure_drilling(spread);
-  {
-    // From air to contact within a tick, as far as no jump is: both renderers' longest way.
-    Surface s = surface();
-    const Pose<float> X = pose_of_hits(scene, thesis, 20);
-    Pose<float> above = X;
-    above.translation().z() += 0.0045F;
-    spread.measure(
-        "Surface, first contact after a way of 4.5 mm", ticks, bound,
-        [&](int) { benchmark::DoNotOptimize(s.render(field, above)); },
-        [&](int) { benchmark::DoNotOptimize(s.render(field, X)); });
-    Line l = line();
-    spread.measure(
-        "Line, first contact after a way of 4.5 mm", ticks, 0,
-        [&](int) {
-          l.reset();
-          benchmark::DoNotOptimize(l.render(field, above));
-        },
-        [&](int) { benchmark::DoNotOptimize(l.render(field, X)); });
-  }
-  {
-    Carving carving;
-    spread.measure(
-        "carving a burr of 5 voxels", ticks, 0, [&](int) { carving.prepare(); }, [&](int) { carving(); });
-  }
-  {
-    // In a block's face at a hundredth of a voxel a tick.
-    const auto in_time = [&](const char* name, const auto& policy) {
-      Grid block = Carving::make();
-      const double h = block.spacing().x();
-      spread.measure(
-          name, ticks, 0,
-          [&](int i) {
-            if (i % 400 == 0) block.restore();
-          },
-          [&](int i) {
-            const Vec3d p = h * Vec3d(32, 32, 66 - 0.01 * (i % 400));
-            const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(i)};
-            benchmark::DoNotOptimize(carve(block, 127, SphereCutter(p, p, 5 * h), policy, allowance));
-          });
-    };
-    in_time("carving a burr of 5 voxels by a rate", RateLimitedCut<>{.rate = 300});
-    in_time("carving a burr of 5 voxels at a speed", AdvancingCut{});
-  }
-  {
-    ClearanceMap<std::uint8_t> map(scene.tooth, kIsovalue);
-    spread.measure("map of air made anew, off the haptic thread", 20, 0, nothing, [&](int) { map.refresh(); });
-  }
+  measure_carving(spread);
 }
 
 }  // namespace trephine::bench::speed

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "stability/closed_loop.hpp"
 
+#include "common/percentile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -34,12 +36,7 @@ double speed_squared(const Vec3d& v0, const Vec3d& v1, const Vec3d& way, double 
 }
 
 /// 95th percentile: what changes of force per motion are found, without the law's jumps.
-double found(std::vector<double>& ratios) {
-  if (ratios.empty()) return 0;
-  const auto at = ratios.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(ratios.size() - 1));
-  std::nth_element(ratios.begin(), at, ratios.end());
-  return *at;
-}
+double found_in(const std::vector<double>& ratios) { return ratios.empty() ? 0 : percentile(ratios, 0.95); }
 
 /// Peak to peak about a straight way, whatever drift there is [m]: the median over windows of an eighth of a second.
 double tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
@@ -62,10 +59,7 @@ double tremble_of(const std::vector<double>& x, std::size_t from, double dt) {
     }
     found.push_back(high - low);
   }
-  if (found.empty()) return 0;
-  const auto median = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-  std::nth_element(found.begin(), median, found.end());
-  return *median;
+  return found.empty() ? 0 : percentile(found, 0.5);
 }
 
 }  // namespace
@@ -80,7 +74,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   SimulatedDevice<Hand> device(o.device, o.hand ? o.hand : Hand([start](double) { return HandTarget(start); }));
   LoopReport r;
   DeviceState state;
-  std::vector<double> height, force;
+  std::vector<double> height;
   std::vector<Vec3d> forces, turns;
   std::vector<Leak> leaks;
   std::vector<double> linear_ratios, angular_ratios;
@@ -103,10 +97,7 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     const Wrenchd wrench = law(X, o.dt);
     const Vec3d df = wrench.force - last.force, dt = wrench.torque - last.torque;
     r.most_force = std::max(r.most_force, wrench.force.norm());
-    if (i > 0) {
-      r.force_step = std::max(r.force_step, df.norm());
-      r.torque_step = std::max(r.torque_step, dt.norm());
-    }
+    if (i > 0) r.force_step = std::max(r.force_step, df.norm());
     last = wrench;
     if (device.write({wrench.force + o.bias, wrench.torque}) != DeviceStatus::kOk) {
       r.escaped = true;
@@ -153,8 +144,8 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
     }
   }
   r.last = before;
-  const double K = o.stiffness > 0 ? o.stiffness : found(linear_ratios);
-  const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found(angular_ratios);
+  const double K = o.stiffness > 0 ? o.stiffness : found_in(linear_ratios);
+  const double K_turn = o.angular_stiffness > 0 ? o.angular_stiffness : found_in(angular_ratios);
   for (const Leak& leak : leaks) {
     r.energy = std::max(r.energy, leak.energy);
     r.beyond = std::max(r.beyond, leak.energy - K * leak.linear - K_turn * leak.angular - leak.entries);
@@ -179,14 +170,8 @@ LoopReport run_loop(const Law& law, const LoopOptions& o) {
   r.turn = (high - low).maxCoeff();
   r.mean_force = mean;
   double squares = 0;
-  Vec3d side = Vec3d::Zero();
-  for (std::size_t i = from; i < forces.size(); ++i) {
+  for (std::size_t i = from; i < forces.size(); ++i)
     squares += (forces[i] - mean).squaredNorm() / static_cast<double>(forces.size() - from);
-    const Vec3d across = forces[i] - forces[i].dot(o.along) * o.along;
-    if (across.norm() < 0.05) continue;
-    if (side.norm() > 0 && across.dot(side) < 0) ++r.flips;
-    side = across;
-  }
   r.ripple = std::sqrt(squares);
   return r;
 }
@@ -229,13 +214,6 @@ double largest_stable(double low, double high, double within, const std::functio
   return std::sqrt(low * above);
 }
 
-namespace {
-
-constexpr double kFriction = 0.05;     // [N]
-constexpr double kQuantum = 0.055e-3;  // [m]
-
-}  // namespace
-
 std::string Case::text() const {
   std::ostringstream s;
   s << "b " << damping << " delay " << delay << " hand " << hand;
@@ -260,6 +238,7 @@ double Case::theory() const {
 }
 
 std::vector<Case> swept_cases(int count) {
+  constexpr double kFriction = 0.05, kQuantum = 0.055e-3;  // [N], [m]
   const Case usual{.hand = "light"};
   std::vector<Case> cases{usual};
   const auto changed = [&](auto member, auto value) {
@@ -301,15 +280,13 @@ LoopOptions press(const Place& place, const Setup& setup, const SimulatedDeviceO
   o.along = place.outward;
   const Posed touch = place.start(setup);
   const bool inside = place.name == "slot" || place.name == "shaft in a hole";
-  o.device.X_DH = touch;
-  if (!inside) o.device.X_DH.translation() += 1e-3 * place.outward;
+  o.device.X_DH = inside ? touch : moved(touch, 1e-3 * place.outward);
   const double k = o.device.hand_linear.stiffness;
   if (!(k > 0)) {
     o.bias = newton * way_in(place);
     return o;
   }
-  Posed target = touch;
-  target.translation() += newton / k * way_in(place);
+  Posed target = moved(touch, newton / k * way_in(place));
   if (place.name == "slot") target.translation().x() += kPlaceVoxel;
   const Posed from = o.device.X_DH;
   o.hand = [from, target](double t) {  // in a quarter of a second

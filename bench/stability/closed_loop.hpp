@@ -37,10 +37,8 @@ struct LoopReport {
   double energy = 0;           ///< most that was given to the hand in all [J]
   double beyond = 0;           ///< most beyond Rule E [J]
   double force_step = 0;       ///< greatest change a tick [N]
-  double torque_step = 0;      ///< [N·m]
   double most_force = 0;       ///< [N]
   double ripple = 0;           ///< rms of the force about its mean at the end [N]
-  int flips = 0;               ///< sign changes of the force square to `along` at the end, of more than .05 N
   Vec3d mean_force = Vec3d::Zero();
   Posed last = Posed::Identity();
 };

@@ -5,7 +5,6 @@
 #include "support/path_work.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace trephine::bench {
 namespace {
@@ -38,7 +37,6 @@ test::PathWork round(AnyTool& tool, const Path& path, int steps) {
 struct Total {
   double mean = 0, worst = 0, gain = 0, gained = 0, jump = 0;
   double gained_by_tip = 0, gained_by_shaft = 0;
-  double halving = 0;  ///< mean change by the last halving of the step
   int paths = 0, converged = 0;
 };
 Total all(const Setup& s, int count, bool rough) {
@@ -66,13 +64,12 @@ Total all(const Setup& s, int count, bool rough) {
     // Halved until the work no longer changes by 1e-5 of the path's, twice running, for it may do so by chance; laws
     // that jump never get there, and need not.
     int steps = 500, still = 0;
-    double change = 0;
     test::PathWork w = round(*tool, p, steps);
     const int most = rough ? 1000 : 4000;
     while (steps < most && still < 2) {
       steps *= 2;
       const test::PathWork finer = round(*tool, p, steps);
-      change = std::abs(finer.net - w.net) / std::max(finer.length, 1e-12);
+      const double change = std::abs(finer.net - w.net) / std::max(finer.length, 1e-12);
       still = change <= 1e-5 ? still + 1 : 0;
       w = finer;
       if (still == 0 && std::abs(finer.net) > 1e-3 * finer.length) break;  // plain enough
@@ -87,12 +84,10 @@ Total all(const Setup& s, int count, bool rough) {
     total.gained = std::max(total.gained, ratio);
     double& by_part = shaft ? total.gained_by_shaft : total.gained_by_tip;
     by_part = std::max(by_part, ratio);
-    total.halving += change;
     total.jump = std::max(total.jump, w.jump);
   }
   total.mean /= std::max(1, total.paths);
   total.gain /= std::max(1, total.paths);
-  total.halving /= std::max(1, total.paths);
   return total;
 }
 
@@ -108,7 +103,6 @@ Measured measured(const Setup& s, bool main, bool quick) {
   }
   m.tell("21 closed paths: most net work gained, tip first", c, s, 100 * t.gained_by_tip, "%");
   m.tell("21 closed paths: most net work gained, shaft first", c, s, 100 * t.gained_by_shaft, "%");
-  m.tell("21 closed paths: the last halving changed it by", c, s, 100 * t.halving, "%");
   m.tell("21 closed paths: greatest force step", c, s, t.jump, "N");
   return m;
 }
@@ -117,17 +111,11 @@ Measured measured(const Setup& s, bool main, bool quick) {
 
 void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
   constexpr StiffnessBudget kBudget{800, 0.3};
-  std::vector<Setup> setups = {{.renderer = "line"},
-                               {.renderer = "line", .options = "thesis"},
-                               {.renderer = "line", .friction = 0.3},
-                               {.renderer = "line", .options = "thesis", .friction = 0.3},
-                               {.renderer = "surface"},
-                               {.renderer = "surface", .options = "thesis"},
-                               {.renderer = "surface", .budget = kBudget},
-                               {.renderer = "line", .budget = kBudget},
-                               {.renderer = "surface", .options = "area weights"},
-                               {.renderer = "coupled"},
-                               {.renderer = "coupled", .friction = 0.3}};
+  std::vector<Setup> setups = usual_setups({{.renderer = "line", .friction = 0.3},
+                                            {.renderer = "line", .options = "thesis", .friction = 0.3},
+                                            {.renderer = "line", .budget = kBudget},
+                                            {.renderer = "surface", .budget = kBudget},
+                                            {.renderer = "surface", .options = "area weights"}});
   const std::size_t main = setups.size();  // the others: fewer paths
   for (const std::string renderer : {"line", "surface"})
     for (const auto& choice : thesis_choices(renderer)) setups.push_back({.renderer = renderer, .options = choice});

@@ -5,8 +5,6 @@
 #include "stability/measured.hpp"
 
 #include <cmath>
-#include <limits>
-#include <sstream>
 
 namespace trephine::bench {
 namespace {
@@ -22,8 +20,7 @@ LoopOptions pressed(const Case& c, const Vec3d& n, double K) {
 /// Whether a small disturbance about the pressed rest dies down.
 bool settles(const Law& law, const Case& c, const Posed& rest, const Vec3d& n, double K, double depth) {
   LoopOptions o = pressed(c, n, K);
-  o.device.X_DH = rest;
-  o.device.X_DH.translation() -= 0.03 * depth * n;
+  o.device.X_DH = moved(rest, -0.03 * depth * n);
   const double mass = o.device.linear.inertia + o.device.hand_linear.inertia;
   const double omega = std::sqrt((K + o.device.hand_linear.stiffness) / mass);
   o.seconds = std::max(2.0, 60 * 6.283 / omega);
@@ -67,11 +64,7 @@ struct Rest {
     depth = 0.5 * (low + high);
     static_cast<void>(lead(depth));
   }
-  [[nodiscard]] Posed at(double down) const {
-    Posed X = touch;
-    X.translation() -= down * n;
-    return X;
-  }
+  [[nodiscard]] Posed at(double down) const { return moved(touch, -down * n); }
   /// From above to `down` [m]; what it is held with there [N].
   double lead(double down) { return lead_tool(*tool, at(-room), at(down), 10).force.dot(n); }
 };
@@ -122,30 +115,6 @@ Measured coupled_critical(const Setup& setup, const Case& c, const Place& place)
   return m;
 }
 
-/// From a hit at .1 m/s, pressed.
-bool rests_from_a_hit(const Setup& s, const Case& c, const Place& place, double K) {
-  const Vec3d n = place.outward;
-  auto tool = make_tool(s, *place.bone, place.isovalue);
-  LoopOptions o = pressed(c, n, K);
-  o.device.X_DH = place.start(s);
-  o.device.X_DH.translation() += 1e-3 * n;
-  if (c.hand != "none") {  // the spring's target lies where 1 N more is asked for
-    Posed target = place.start(s);
-    o.bias.setZero();
-    target.translation() -= (bias_for(K) / o.device.hand_linear.stiffness) * n;
-    o.hand = [target](double) { return HandTarget(target); };
-  }
-  o.seconds = 4;
-  const LoopReport r = run_loop(along(law_of(*tool), n), o);
-  return comes_to_rest(r, 1e-4 + 2 * c.quantum);
-}
-
-double practical_critical(const Setup& setup, const Case& c, const Place& place, double within) {
-  return largest_stable(1e2, 1e6, within, [&](double K) {
-    return rests_from_a_hit(with_tangent(setup, place.outward, K, bias_for(K)), c, place, K);
-  });
-}
-
 Measured small_signal(const Setup& s, const Case& c, const Place& place) {
   const double analytic = analytic_critical(s, c, place.outward);
   const double found = voxel_critical(s, c, place, kOffWall);
@@ -156,21 +125,8 @@ Measured small_signal(const Setup& s, const Case& c, const Place& place) {
   return m;
 }
 
-Measured from_a_hit(const Setup& s, const Case& c, const Place& place, double within) {
-  const double K = practical_critical(s, c, place, within);
-  Measured m;
-  m.tell("13 greatest stable K from a hit", c.text(), s, K, "N/m", c.theory());
-  return m;
-}
-
 const std::vector<Setup> kCoupled = {{.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
-const std::vector<Setup> kTools = {{.renderer = "line"},
-                                   {.renderer = "line", .options = "thesis"},
-                                   {.renderer = "surface"},
-                                   {.renderer = "surface", .options = "thesis"},
-                                   {.renderer = "surface", .options = "thesis' counts"},
-                                   kCoupled[0],
-                                   kCoupled[1]};
+const std::vector<Setup> kTools = usual_setups({{.renderer = "surface", .options = "thesis' counts"}});
 
 }  // namespace
 
@@ -210,18 +166,6 @@ void plan_critical(const StabilityOptions& options, Plan& plan) {
     if (!quick || !options.skull.empty())
       plan.push_back({"coupled, scanned bone, small signal",
                       [=, skull = options.skull] { return by_place(scanned_place(skull, milled)); }});
-
-  for (const Setup& s : kTools)
-    for (const double b : quick ? std::vector{0.5} : std::vector{0.005, 0.05, 0.5, 5.0})
-      for (const std::string hand : {"none", "light", "firm"})
-        for (const int delay : quick ? std::vector{0, 1} : std::vector{0, 1, 2})
-          for (const double friction : {0.0, 0.05})
-            for (const double quantum : {0.0, 0.055e-3}) {
-              if (quick && (friction > 0) != (quantum > 0)) continue;
-              const Case c{b, delay, hand, friction, quantum};
-              plan.push_back({s.renderer + ", flat wall, from a hit",
-                              [=] { return from_a_hit(s, c, *flat, quick ? 1.2 : 1.06); }});
-            }
 }
 
 }  // namespace trephine::bench

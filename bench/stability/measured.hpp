@@ -36,7 +36,6 @@ struct StabilityRow {
 };
 
 struct StabilityOptions {
-  std::string folder;
   std::string skull{};  ///< folder with the skull's CT; empty: the phantom alone
   bool quick = false;
 };
@@ -84,7 +83,6 @@ void plan_critical(const StabilityOptions& options, Plan& plan);      // 13: fla
 void plan_places(const StabilityOptions& options, Plan& plan);        // 14 to 16: shapes in the loop
 void plan_sweep(const StabilityOptions& options, Plan& plan);         // 10² to 10⁶ N/m, every place and factor
 void plan_thin_walls(const StabilityOptions& options, Plan& plan);    // 17
-void plan_jumps(const StabilityOptions& options, Plan& plan);         // 18
 void plan_milling(const StabilityOptions& options, Plan& plan);       // 20, skull
 void plan_closed_paths(const StabilityOptions& options, Plan& plan);  // 21
 void plan_stages(const StabilityOptions& options, Plan& plan);        // each stage's effect and cost; presets

@@ -8,7 +8,6 @@
 #include "spot.hpp"
 
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace trephine::bench {
@@ -38,9 +37,7 @@ LoopReport mill(const Site& site, const Setup& setup, double newton, double seco
   o.hand = [=](double t) {
     const double in = std::min(1.0, 2 * t) * (1e-3 + newton / k);
     const double phase = 0.7 * t;
-    Posed X = start;
-    X.translation() += -in * site.n + 1.5e-3 * (std::sin(phase) * u + (std::cos(1.3 * phase) - 1) * v);
-    return HandTarget(X);
+    return HandTarget(moved(start, -in * site.n + 1.5e-3 * (std::sin(phase) * u + (std::cos(1.3 * phase) - 1) * v)));
   };
   o.seconds = seconds;
   o.escape = 0.06;
@@ -76,11 +73,9 @@ Site scanned(const std::string& skull) {
 
 /// The ways to mill that keep steps small are the default options' alone.
 std::vector<Setup> tools() {
-  std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
-                            {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
-                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
+  std::vector<Setup> all = usual_setups();
   for (const char* renderer : {"line", "surface", "coupled"}) {
-    all.push_back({.renderer = renderer, .mill_speed = 1e-3});
+    for (const Cut cut : {Cut::kAtOnce, Cut::kAdvancing}) all.push_back({.renderer = renderer, .cut = cut});
     all.push_back({.renderer = renderer});
     all.back().stack.rate = {.force = 190, .torque = 6};
   }
@@ -107,8 +102,8 @@ Place scanned_place(const std::string& skull, bool milled) {
   }
   Place p{.name = site.name + (milled ? ", milled" : ""), .burr = site.burr, .bone = site.bone};
   p.isovalue = site.isovalue;
-  p.touching = p.touching_line = at(high);
-  p.touching_line.translation() -= site.burr.tip_radius * site.n;
+  p.touching = at(high);
+  p.touching_line = moved(p.touching, -site.burr.tip_radius * site.n);
   p.outward = site.n;
   p.across = site.n.unitOrthogonal();
   p.mill_rate = site.rate;
@@ -120,7 +115,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     Site site = skull ? scanned(options.skull) : block();
     if (s.options == "thesis" && s.renderer == "line") site.bone = with_gradients(*site.bone);
     s.burr = site.burr;
-    if (!(s.mill_speed > 0)) s.mill_rate = spindle ? site.rate : 0;
+    s.mill_rate = site.rate;
     const double seconds = (options.quick ? 3.0 : 60.0) / (skull ? 3 : 1);
     const LoopReport r = mill(site, s, newton, seconds, spindle);
     std::ostringstream name;
@@ -129,7 +124,6 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     m.judge("20 greatest force step a tick", name.str(), s, r.force_step, s.renderer == "coupled" ? 0.1 : 0.2, "N",
             r.most_force);
     m.judge("20 energy beyond Rule E", name.str(), s, 1e3 * r.beyond, 1e-3, "mJ", 1e3 * r.energy);
-    m.tell("20 ripple at the end", name.str(), s, r.ripple, "N");
     return m;
   };
   for (const bool skull : {false, true}) {
@@ -137,7 +131,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     for (const Setup& tool : tools())
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
-          if (!spindle && (!skull || tool.mill_speed > 0 || tool.stack.rate)) continue;
+          if (!spindle && (!skull || tool.cut != Cut::kByRate || tool.stack.rate)) continue;
           plan.push_back({tool.renderer + ", milling", [=] { return measured(skull, tool, newton, spindle); }});
         }
   }

@@ -35,12 +35,21 @@ std::unique_ptr<AnyTool> make_coupled_tool(const Setup& setup, Bone& bone, doubl
 
 }  // namespace
 
+std::vector<Setup> usual_setups(const std::vector<Setup>& more) {
+  std::vector<Setup> all = {{.renderer = "line"},    {.renderer = "line", .options = "thesis"},
+                            {.renderer = "surface"}, {.renderer = "surface", .options = "thesis"},
+                            {.renderer = "coupled"}, {.renderer = "coupled", .friction = 0.3}};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
 std::string label(const Setup& setup) {
   std::ostringstream s;
   s << setup.options;
   if (setup.budget) s << " + budget";
   if (setup.friction > 0) s << " + friction " << setup.friction;
-  if (setup.mill_speed > 0) s << " + advancing cut";
+  if (setup.cut == Cut::kAtOnce) s << " + cut at once";
+  if (setup.cut == Cut::kAdvancing) s << " + advancing cut";
   if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
   return s.str();
 }

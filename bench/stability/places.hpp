@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "common/any_milling.hpp"
 #include "support/raster.hpp"
 
 #include <trephine/trephine.hpp>
@@ -35,11 +36,14 @@ struct Setup {
   double stiffness = 800;  ///< as the renderers mean it [N/m]
   double friction = 0;     ///< Line, Coupled: μ
   std::optional<StiffnessBudget> budget{};
-  double mill_rate = 0;      ///< densities a second while the spindle turns; 0: no milling
-  double mill_speed = 0;     ///< of an AdvancingCut instead [m/s]
+  Cut cut = Cut::kByRate;    ///< while the spindle turns
+  double mill_rate = 1;      ///< of a cut by rate [densities/s]
   CoupledOptions coupled{};  ///< Coupled: its gains, but for the stiffness
   Stack stack{};
 };
+
+/// Line and Surface with the defaults and the thesis' choices, the coupled tool without and with friction, then `more`.
+[[nodiscard]] std::vector<Setup> usual_setups(const std::vector<Setup>& more = {});
 
 /// Those of a Surface scene that names none, or the thesis'.
 [[nodiscard]] inline SurfaceCounts counts_of(const Setup& setup) {
@@ -101,7 +105,7 @@ struct Place {
   double room = 1e-3;                       ///< that far off on the way out it is free [m]
   bool by_shaft = false;                    ///< the shaft holds the tool, so that it turns about where it does
   bool rolls = false;                       ///< without friction the ball rolls over what holds it, an edge or a corner
-  double mill_rate = 0;                     ///< a rate-limited cut's that suits the bone [densities/s]; 0: none known
+  double mill_rate = 1;                     ///< of a cut by rate that suits the bone [densities/s]
   [[nodiscard]] const Posed& start(const Setup& setup) const {
     return setup.renderer == "line" ? touching_line : touching;
   }
@@ -126,5 +130,11 @@ inline constexpr double kPlaceIsovalue = 127.5;
 
 /// T at p, shaft (handle) along `shaft`.
 [[nodiscard]] Posed tool_pose(const Vec3d& p, const Vec3d& shaft);
+
+/// X_WT moved by a vector in W.
+[[nodiscard]] inline Posed moved(Posed X, const Vec3d& by) {
+  X.translation() += by;
+  return X;
+}
 
 }  // namespace trephine::bench

@@ -5,7 +5,6 @@
 #include "stability/places.hpp"
 
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace trephine::bench {
@@ -47,14 +46,8 @@ Push push(const Setup& setup, Bone& bone, double thickness, double speed) {
 }  // namespace
 
 void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
-  const std::vector<Setup> tools = {{.renderer = "line"},
-                                    {.renderer = "line", .options = "thesis"},
-                                    {.renderer = "surface"},
-                                    {.renderer = "surface", .options = "thesis"},
-                                    {.renderer = "surface", .options = "thesis' counts"},
-                                    {.renderer = "surface", .options = "area weights"},
-                                    {.renderer = "coupled"},
-                                    {.renderer = "coupled", .friction = 0.3}};
+  const std::vector<Setup> tools = usual_setups(
+      {{.renderer = "surface", .options = "thesis' counts"}, {.renderer = "surface", .options = "area weights"}});
   const std::vector<double> speeds = options.quick ? std::vector{0.01, 1.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0};
   for (int voxels = 1; voxels <= 4; ++voxels) {
     const double thickness = voxels * kPlaceVoxel;

@@ -4,9 +4,7 @@
 #include "stability/closed_loop.hpp"
 #include "stability/measured.hpp"
 
-#include <limits>
-#include <mutex>
-#include <sstream>
+#include <future>
 
 namespace trephine::bench {
 namespace {
@@ -15,32 +13,22 @@ constexpr double kSoftest = 1e2, kStiffest = 1e6;  // [N/m]
 constexpr double kRuleE = 1e-3;                    // [mJ] as on the shapes: rounding and the image's ripple
 constexpr double kMilled = 15e-3;                  // [m] bone that a run on the skull has to each side
 
-/// Where a tool is pressed: a shape that all read, or scanned bone that each run carves.
-class Ground {
- public:
-  explicit Ground(const std::string& name) : place_(make_place(name)) {}
-  explicit Ground(const StabilityOptions& options) : skull_(options.skull), milled_(true) {}
-
-  /// Read when first asked for, by any thread.
-  [[nodiscard]] const Place& place() {
-    std::call_once(asked_, [&] {
-      if (!milled_) return;
-      place_ = scanned_place(skull_, false);
-      sample_ = round(place_, kMilled);
-      place_.name += ", milled meanwhile";
-    });
-    return place_;
-  }
-  [[nodiscard]] std::shared_ptr<Bone> bone() { return milled_ ? with_gradients(*sample_) : place_.bone; }
-  [[nodiscard]] bool milled() const { return milled_; }
-
- private:
-  std::string skull_{};
-  bool milled_ = false;
-  std::once_flag asked_;
-  Place place_;
-  std::unique_ptr<Bone> sample_;
+/// Where a tool is pressed: a shape that all read, or scanned bone that each run carves. Made when first asked for.
+struct Ground {
+  std::shared_future<Place> place;
+  bool milled = false;
 };
+
+std::shared_future<Place> later(std::function<Place()> make) {
+  return std::async(std::launch::deferred, std::move(make)).share();
+}
+
+Place milled_meanwhile(const std::string& skull) {
+  Place place = scanned_place(skull, false);
+  place.bone = round(place, kMilled);
+  place.name += ", milled meanwhile";
+  return place;
+}
 
 enum class End { kRests, kGoesOn, kFallsThrough };
 
@@ -49,13 +37,13 @@ struct Run {
   End end = End::kRests;
 };
 
-Run run(Ground& ground, const Setup& tool, const Case& c, double K) {
-  const Place& place = ground.place();
+Run run(const Ground& ground, const Setup& tool, const Case& c, double K) {
+  const Place& place = ground.place.get();
   Setup s = tool;
   s.burr = place.burr;
   s.stiffness = K;
-  if (ground.milled()) s.mill_rate = place.mill_rate;
-  const auto bone = ground.bone();
+  s.mill_rate = place.mill_rate;
+  const auto bone = ground.milled ? with_gradients(*place.bone) : place.bone;
   auto any = make_tool(s, *bone, place.isovalue);
   LoopOptions o = press(place, s, c.device(), bias_for(K));
   const bool held = c.hand != "none";
@@ -66,12 +54,12 @@ Run run(Ground& ground, const Setup& tool, const Case& c, double K) {
   // What is declared, where a law has one spring; else as found.
   if ((s.renderer == "line" && !place.by_shaft) || s.renderer == "coupled") o.stiffness = K;
   if (s.renderer == "coupled") o.angular_stiffness = s.coupled.rotational_stiffness;
-  const Law law = law_of(*any, ground.milled());
+  const Law law = law_of(*any, ground.milled);
   Run r{.report = run_loop(held ? law : along(law, way_in(place).normalized()), o)};
   // Comes to rest; on bone that is milled away meanwhile, sinks in without a tremble.
   const LoopReport& found = r.report;
-  const bool rests = (ground.milled() ? found.tremble : found.amplitude) <= 1e-4 + 2 * c.quantum &&
-                     (ground.milled() || found.turn < 0.02);
+  const bool rests =
+      (ground.milled ? found.tremble : found.amplitude) <= 1e-4 + 2 * c.quantum && (ground.milled || found.turn < 0.02);
   const double in = (found.last.translation() - place.start(s).translation()).dot(way_in(place));
   if (found.escaped)
     r.end = in > 0 ? End::kFallsThrough : End::kGoesOn;
@@ -82,7 +70,7 @@ Run run(Ground& ground, const Setup& tool, const Case& c, double K) {
   return r;
 }
 
-Measured measure(Ground& ground, const Setup& tool, const Case& c) {
+Measured measure(const Ground& ground, const Setup& tool, const Case& c) {
   constexpr double kWithin = 1.1;
   double rested = 0;  // the stiffest that did; soft springs that let the tool fall through are passed over
   const double found = largest_stable(kSoftest, kStiffest, kWithin, [&](double K) {
@@ -92,37 +80,33 @@ Measured measure(Ground& ground, const Setup& tool, const Case& c) {
   });
   const double K = std::min(found, kWithin * rested);
   const LoopReport at = run(ground, tool, c, std::max(kSoftest, rested)).report;
-  const std::string place = ground.place().name;
+  const std::string place = ground.place.get().name;
   Measured m;
   m.judge("sweep: energy beyond Rule E at the greatest stable K", place + ", " + c.text(), tool, 1e3 * at.beyond,
           kRuleE, "mJ", 1e3 * at.energy);
   m.line("stability_sweep", place, c.damping, c.delay, c.hand, c.friction, 1e3 * c.quantum, tool.renderer, label(tool),
-         K, c.theory(), 1e3 * at.beyond, at.force_step, 1e3 * at.torque_step);
+         K, c.theory(), 1e3 * at.beyond, at.force_step);
   return m;
 }
 
-const std::vector<Setup> kTools = {{.renderer = "line"},
-                                   {.renderer = "line", .options = "thesis"},
-                                   {.renderer = "surface"},
-                                   {.renderer = "surface", .options = "thesis"},
-                                   {.renderer = "surface", .budget = StiffnessBudget{.linear = 800, .angular = 0.3}},
-                                   {.renderer = "coupled"},
-                                   {.renderer = "coupled", .friction = 0.3}};
+const std::vector<Setup> kTools =
+    usual_setups({{.renderer = "surface", .budget = StiffnessBudget{.linear = 800, .angular = 0.3}}});
 
 }  // namespace
 
 void plan_sweep(const StabilityOptions& options, Plan& plan) {
-  std::vector<std::shared_ptr<Ground>> grounds;
+  std::vector<Ground> grounds;
   for (const char* name : {"flat wall", "edge 90", "corner", "concave corner", "slot", "shaft in a hole",
                            "one bar under the shaft", "shaft flush", "thin wall"})
-    grounds.push_back(std::make_shared<Ground>(name));
-  if (!options.quick || !options.skull.empty()) grounds.push_back(std::make_shared<Ground>(options));
+    grounds.push_back({later([=] { return make_place(name); })});
+  if (!options.quick || !options.skull.empty())
+    grounds.push_back({later([skull = options.skull] { return milled_meanwhile(skull); }), true});
   const std::vector<Case> all = swept_cases(12);
-  for (const auto& ground : grounds)
+  for (const Ground& ground : grounds)
     for (const Setup& tool : kTools)
       for (std::size_t i = 0; i < all.size(); ++i) {
         if (options.quick && i % 8 != 0) continue;
-        plan.push_back({tool.renderer + ", sweep", [=, c = all[i]] { return measure(*ground, tool, c); }});
+        plan.push_back({tool.renderer + ", sweep", [=, c = all[i]] { return measure(ground, tool, c); }});
       }
 }
 

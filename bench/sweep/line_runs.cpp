@@ -4,14 +4,6 @@
 namespace trephine::bench {
 namespace {
 
-template <class Step>
-Step stepping(const Setting& s) {
-  if constexpr (std::is_same_v<Step, TranslateRotate>)
-    return {.translation_steps = s.steps, .rotation_steps = s.steps, .stepping = {.step = s.step}};
-  else
-    return {.steps = s.steps, .stepping = {.step = s.step}};
-}
-
 // Options that are numbers, named in the variant.
 [[nodiscard]] LineOptions options(const Setting& s) {
   const auto has = [&](const char* word) { return s.variant.find(word) != std::string::npos; };
@@ -23,11 +15,12 @@ Step stepping(const Setting& s) {
   return o;
 }
 
-template <class Scalar, class Step, class Track, class Shaft, class Gradient, class Density>
-std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
-  using Renderer = LineApproxRenderer<Scalar, Step, Track, Frictionless, Shaft, Gradient>;
+template <class Step, class Track, class Shaft, class Gradient>
+std::vector<Row> run_one(const Imaged& imaged, const Setting& s) {
+  using Renderer = LineApproxRenderer<float, Step, Track, Frictionless, Shaft, Gradient>;
   const Scenario& scenario = *imaged.scenario;
-  Renderer renderer(typename Renderer::Tool(scenario.burr, {.shaft = s.vertices}), options(s), stepping<Step>(s));
+  Renderer renderer(typename Renderer::Tool(scenario.burr, {.shaft = s.vertices}), options(s),
+                    Step{.stepping = {.step = s.step}});
   return measure(renderer, imaged, s, !scenario.shaft, [&](const Case& c, const Renderer&) {
     Truth truth;
     truth.wrench.force = kStiffness * c.line_truth.force;
@@ -38,35 +31,26 @@ std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
   });
 }
 
-template <class Scalar, class Step, class Track, class Shaft, class Gradient, class Density>
-void add(Runs<Density>& runs, const char* variant) {
-  runs.template add<Scalar>("line", variant, run_one<Scalar, Step, Track, Shaft, Gradient, Density>);
-}
-
 }  // namespace
 
-void add_line_runs(Runs<std::uint8_t>& r, Runs<std::int16_t>& in_16_bit) {
+void add_line_runs(Runs& runs) {
   using TR = TranslateRotate;
   using Constrained = ConstrainedTracking;
   using Spline = SplineGradient;
-  add<float, TR, ProjectedTracking, TorqueOnly, StoredGradient>(r, kLineThesis);
-  add<float, TR, Constrained, FullWrench, Spline>(r, kLineDefault);
-  add<double, TR, Constrained, FullWrench, Spline>(r, kLineDefault);
+  const auto add = [&](const std::string& variant, Run run) { runs[{"line", variant}] = run; };
+  add(kLineThesis, run_one<TR, ProjectedTracking, TorqueOnly, StoredGradient>);
+  add(kLineDefault, run_one<TR, Constrained, FullWrench, Spline>);
   // The default but for one choice.
-  add<float, TR, ProjectedTracking, FullWrench, Spline>(r, "translate_rotate-projected-full-spline-refined");
-  add<float, TR, CentrelineTracking, FullWrench, Spline>(r, "translate_rotate-centreline-full-spline-refined");
-  for (const char* variant :
-       {"translate_rotate-constrained-full-spline", "translate_rotate-constrained-full-spline-refined-thesis_trigger",
-        "translate_rotate-constrained-full-spline-refined-probe_origin"})
-    add<float, TR, Constrained, FullWrench, Spline>(r, variant);
-  add<float, TR, Constrained, TorqueOnly, Spline>(r, "translate_rotate-constrained-torque-spline-refined");
-  constexpr const char* kAnalytic = "translate_rotate-constrained-full-analytic-refined";
-  add<float, TR, Constrained, FullWrench, AnalyticGradient>(r, kAnalytic);
-  add<float, TR, Constrained, FullWrench, CentralGradient>(r, "translate_rotate-constrained-full-central-refined");
-  add<float, TR, Constrained, FullWrench, StoredGradient>(r, "translate_rotate-constrained-full-stored-refined");
-  add<float, RayCast, Constrained, FullWrench, Spline>(r, "ray_cast-constrained-full-spline-refined");
-  add<float, TR, Constrained, FullWrench, AnalyticGradient>(in_16_bit, kAnalytic);
-  add<float, TR, Constrained, FullWrench, Spline>(in_16_bit, kLineDefault);
+  add("translate_rotate-projected-full-spline-refined", run_one<TR, ProjectedTracking, FullWrench, Spline>);
+  add("translate_rotate-centreline-full-spline-refined", run_one<TR, CentrelineTracking, FullWrench, Spline>);
+  add("translate_rotate-constrained-full-spline", run_one<TR, Constrained, FullWrench, Spline>);
+  for (const char* option : {"-thesis_trigger", "-probe_origin"})
+    add(kLineDefault + std::string(option), run_one<TR, Constrained, FullWrench, Spline>);
+  add("translate_rotate-constrained-torque-spline-refined", run_one<TR, Constrained, TorqueOnly, Spline>);
+  add("translate_rotate-constrained-full-analytic-refined", run_one<TR, Constrained, FullWrench, AnalyticGradient>);
+  add("translate_rotate-constrained-full-central-refined", run_one<TR, Constrained, FullWrench, CentralGradient>);
+  add("translate_rotate-constrained-full-stored-refined", run_one<TR, Constrained, FullWrench, StoredGradient>);
+  add("ray_cast-constrained-full-spline-refined", run_one<RayCast, Constrained, FullWrench, Spline>);
 }
 
 }  // namespace trephine::bench

@@ -14,8 +14,7 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <tuple>
-#include <variant>
+#include <utility>
 
 /// Leads a renderer along a scenario's paths and compares what it gives at their ends with the truth.
 namespace trephine::bench {
@@ -25,42 +24,33 @@ inline constexpr double kStiffness = 800;  ///< [N/m] of every renderer here
 inline constexpr double kForceFloor = 0.05, kTorqueFloor = 1e-3;
 
 /// A scenario's bones as voxels.
-template <VoxelDensity D>
 struct Imaged {
-  using Density = D;
   const Scenario* scenario;
   Image image;
   double isovalue;
-  std::vector<VoxelGrid<D>> grids;
-  mutable std::vector<std::shared_ptr<BoneSurface<D>>> surfaces{};  ///< of the grids, those that were asked for
+  std::vector<VoxelGrid<std::uint8_t>> grids;
+  mutable std::vector<std::shared_ptr<BoneSurface<std::uint8_t>>>
+      surfaces{};  ///< of the grids, those that were asked for
 };
 
 [[nodiscard]] inline test::RasterOptions raster_options(const Image& image) {
   test::RasterOptions o;
   const double h = 1e-3 * image.voxel_mm;
-  o.spacing = Vec3d(h, h, image.anisotropic ? 3 * h : h);
-  for (std::size_t a = 0; a < 3; ++a)
-    o.size[a] = static_cast<int>(std::lround(kSide / o.spacing[static_cast<Eigen::Index>(a)])) + 1;
+  o.spacing = Vec3d::Constant(h);
+  o.size.fill(static_cast<int>(std::lround(kSide / h)) + 1);
   o.contrast = image.contrast;
   o.image = image.kind == "binary"           ? test::Image::kBinary
             : image.kind == "partial_volume" ? test::Image::kPartialVolume
             : image.kind == "ct_blur"        ? test::Image::kCtBlur
                                              : test::Image::kClampedDistance;
-  if (image.bits == 16) {
-    // Hounsfield units, as a CT has them: air at −1000.
-    o.air = -1000;
-    o.contrast = 10 * image.contrast;
-  }
-  o.noise = image.bits == 16 ? 10 * image.noise : image.noise;
   o.grid = {.keep_original = false, .stored_gradients = true};
   return o;
 }
 
-template <VoxelDensity Density>
-[[nodiscard]] Imaged<Density> make_image(const Scenario& scenario, const Image& image) {
+[[nodiscard]] inline Imaged make_image(const Scenario& scenario, const Image& image) {
   const test::RasterOptions o = raster_options(image);
-  Imaged<Density> made{&scenario, image, o.isovalue(), {}};
-  for (const Shape& bone : scenario.bones) made.grids.push_back(test::rasterise<Density>(bone, o));
+  Imaged made{&scenario, image, o.isovalue(), {}};
+  for (const Shape& bone : scenario.bones) made.grids.push_back(test::rasterise<std::uint8_t>(bone, o));
   made.surfaces.resize(made.grids.size());
   return made;
 }
@@ -158,8 +148,8 @@ template <class Renderer>
 
 /// Both rows of a setting in an image. `field_of(bone)`: what the renderer reads of a bone; `truth(case, renderer)`:
 /// the continuum of its law.
-template <class Renderer, VoxelDensity Density, class FieldOf, class TruthOf>
-std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, const Setting& setting, bool linear,
+template <class Renderer, class FieldOf, class TruthOf>
+std::vector<Row> measure(Renderer& renderer, const Imaged& imaged, const Setting& setting, bool linear,
                          const FieldOf& field_of, const TruthOf& truth) {
   using Scalar = typename Renderer::Scalar;
   constexpr bool kLine = requires { renderer.report(); };
@@ -211,36 +201,23 @@ std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, cons
 }
 
 /// The same of a renderer that reads densities.
-template <class Renderer, VoxelDensity Density, class TruthOf>
-std::vector<Row> measure(Renderer& renderer, const Imaged<Density>& imaged, const Setting& setting, bool linear,
+template <class Renderer, class TruthOf>
+std::vector<Row> measure(Renderer& renderer, const Imaged& imaged, const Setting& setting, bool linear,
                          const TruthOf& truth) {
-  using Field = DensityField<Density, typename Renderer::Scalar, typename Renderer::Gradient>;
+  using Field = DensityField<std::uint8_t, typename Renderer::Scalar, typename Renderer::Gradient>;
   const auto field_of = [&](std::size_t bone) { return Field(imaged.grids[bone], imaged.isovalue); };
   return measure(renderer, imaged, setting, linear, field_of, truth);
 }
 
 struct Bones::Data {
-  std::variant<Imaged<std::uint8_t>, Imaged<std::int16_t>> imaged;
+  Imaged imaged;
 };
 
-/// Runs by renderer, variant and scalar.
-template <VoxelDensity Density>
-class Runs {
- public:
-  using Run = std::vector<Row> (*)(const Imaged<Density>&, const Setting&);
-  template <class Scalar>
-  void add(const char* renderer, const std::string& variant, Run run) {
-    runs_[{renderer, variant, std::is_same_v<Scalar, float> ? "float" : "double"}] = run;
-  }
-  /// By renderer, variant and scalar.
-  [[nodiscard]] const auto& all() const { return runs_; }
+/// Runs by renderer and variant.
+using Run = std::vector<Row> (*)(const Imaged&, const Setting&);
+using Runs = std::map<std::pair<std::string, std::string>, Run>;
 
- private:
-  std::map<std::tuple<std::string, std::string, std::string>, Run> runs_;
-};
-
-void add_line_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
-void add_surface_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
-void add_coupled_runs(Runs<std::uint8_t>& in_8_bit, Runs<std::int16_t>& in_16_bit);
+void add_line_runs(Runs& runs);
+void add_surface_runs(Runs& runs);
 
 }  // namespace trephine::bench

@@ -7,8 +7,8 @@ namespace trephine::bench {
 namespace {
 
 // The law of `Weights` with infinitely many vertices. AreaWeights and PatchWeights at the stated stiffness: K the
-// secant at R/2 of k π R δ². The others at the literal k of Eq. 15 in use; they sum slice by slice, so that their shaft
-// has the renderer's slices, each with infinitely many vertices.
+// secant at R/2 of k π R δ². CollisionRatio at the literal k of Eq. 15 in use; it sums slice by slice, so that its
+// shaft has the renderer's slices, each with infinitely many vertices.
 template <class Weights, class Shaft, class Renderer>
 Truth continuum(const Scenario& scenario, const Case& c, const Renderer& renderer) {
   Truth truth;
@@ -22,16 +22,14 @@ Truth continuum(const Scenario& scenario, const Case& c, const Renderer& rendere
     if (I.weight > 0) point += w * I.point / I.weight;
     weight += w;
   };
-  if constexpr (std::is_same_v<Weights, AreaWeights> || std::is_same_v<Weights, PatchWeights>) {
+  if constexpr (!std::is_same_v<Weights, CollisionRatio>) {
     const double k = 2 * kStiffness / (std::numbers::pi * burr.tip_radius * burr.tip_radius);
     if (c.ball.area > 0) add(k * c.ball.spring, Vec3d::Zero(), c.ball, c.ball.weight);
     if (c.shaft.area > 0)
       add(Shaft::kForce ? Vec3d(k * c.shaft.spring) : Vec3d::Zero(), k * c.shaft.moment, c.shaft, c.shaft.weight);
   } else {
     const auto law = [&](const ContactIntegral& I, int vertices) -> Vec3d {
-      const double k = renderer.thesis_stiffness();
-      if constexpr (std::is_same_v<Weights, CollisionRatio>) return k * vertices / I.area * I.spring;
-      return k / I.entered * I.mean_spring;
+      return renderer.thesis_stiffness() * vertices / I.area * I.spring;
     };
     const auto& groups = renderer.tool().groups();
     if (c.ball.area > 0) {
@@ -53,41 +51,31 @@ Truth continuum(const Scenario& scenario, const Case& c, const Renderer& rendere
   return truth;
 }
 
-template <class Scalar, class Weights, class Deep, class Shaft, class Gradient, class Density>
-std::vector<Row> run_one(const Imaged<Density>& imaged, const Setting& s) {
-  using Renderer = SurfaceApproxRenderer<Scalar, Weights, Deep, Shaft, Gradient>;
+template <class Weights, class Deep, class Shaft, class Gradient = AnalyticGradient>
+std::vector<Row> run_one(const Imaged& imaged, const Setting& s) {
+  using Renderer = SurfaceApproxRenderer<float, Weights, Deep, Shaft, Gradient>;
   const Scenario& scenario = *imaged.scenario;
   const typename Renderer::Tool tool(scenario.burr, {.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice});
   Renderer renderer(tool, {.stiffness = kStiffness, .search_step = s.step, .jump = 1});
-  constexpr bool kLinear = std::is_same_v<Weights, CollisionRatio> || std::is_same_v<Weights, MeanWeights>;
+  constexpr bool kLinear = std::is_same_v<Weights, CollisionRatio>;
   return measure(renderer, imaged, s, kLinear && !scenario.shaft,
                  [&](const Case& c, const Renderer& r) { return continuum<Weights, Shaft>(scenario, c, r); });
 }
 
-template <class Scalar, class Weights, class Deep, class Shaft, class Gradient = AnalyticGradient, class Density>
-void add(Runs<Density>& runs, const char* variant) {
-  runs.template add<Scalar>("surface", variant, run_one<Scalar, Weights, Deep, Shaft, Gradient, Density>);
-}
-
 }  // namespace
 
-void add_surface_runs(Runs<std::uint8_t>& r, Runs<std::int16_t>& in_16_bit) {
+void add_surface_runs(Runs& runs) {
   using Extend = ExtendAlongSurface;
-  add<float, CollisionRatio, HoldForce, TorqueOnly>(r, kSurfaceThesis);
-  add<float, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
-  add<float, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
-  add<float, AreaWeights, Extend, TorqueOnly>(r, "area-extend-torque-analytic");
-  add<float, AreaWeights, HoldForce, FullWrench>(r, "area-hold-full-analytic");
-  add<float, MeanWeights, Extend, FullWrench>(r, "mean-extend-full-analytic");
-  add<float, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
-  add<float, PatchWeights, Extend, FullWrench, CentralGradient>(r, "patch-extend-full-central");
-  add<float, PatchWeights, Extend, FullWrench, StoredGradient>(r, "patch-extend-full-stored");
-  add<float, PatchWeights, Extend, FullWrench, SplineGradient>(r, "patch-extend-full-spline");
-  add<double, CollisionRatio, Extend, FullWrench>(r, "ratio-extend-full-analytic");
-  add<double, AreaWeights, Extend, FullWrench>(r, kSurfaceArea);
-  add<double, PatchWeights, Extend, FullWrench>(r, kSurfaceDefault);
-  add<float, AreaWeights, Extend, FullWrench>(in_16_bit, kSurfaceArea);
-  add<float, PatchWeights, Extend, FullWrench>(in_16_bit, kSurfaceDefault);
+  const auto add = [&](const char* variant, Run run) { runs[{"surface", variant}] = run; };
+  add(kSurfaceThesis, run_one<CollisionRatio, HoldForce, TorqueOnly>);
+  add("ratio-extend-full-analytic", run_one<CollisionRatio, Extend, FullWrench>);
+  add(kSurfaceArea, run_one<AreaWeights, Extend, FullWrench>);
+  add("area-extend-torque-analytic", run_one<AreaWeights, Extend, TorqueOnly>);
+  add("area-hold-full-analytic", run_one<AreaWeights, HoldForce, FullWrench>);
+  add(kSurfaceDefault, run_one<PatchWeights, Extend, FullWrench>);
+  add("patch-extend-full-central", run_one<PatchWeights, Extend, FullWrench, CentralGradient>);
+  add("patch-extend-full-stored", run_one<PatchWeights, Extend, FullWrench, StoredGradient>);
+  add("patch-extend-full-spline", run_one<PatchWeights, Extend, FullWrench, SplineGradient>);
 }
 
 }  // namespace trephine::bench

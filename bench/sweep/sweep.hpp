@@ -10,23 +10,18 @@ namespace trephine::bench {
 
 /// How fine a renderer is, and what of. Counts that a renderer does not have are 0.
 struct Setting {
-  std::string renderer;  ///< "line", "surface" or "coupled"
-  std::string variant;   ///< policies by name; the default is "default"
-  std::string scalar = "float";
+  std::string renderer;                         ///< "line", "surface" or "coupled"
+  std::string variant;                          ///< policies by name; the default is "default"
   int vertices = 50;                            ///< Line: along the shaft
   int sphere = 26, slices = 20, per_slice = 8;  ///< Surface
   double step = 0.5;                            ///< of a search [voxels]
-  int steps = 0;  ///< fixed count in place of it (Line: translation, rotation and rays alike)
 };
 
-/// The bone's image.
+/// The bone's image in 8 bit.
 struct Image {
   std::string kind = "ct_blur";  ///< binary, partial_volume, ct_blur, clamped_distance
-  int bits = 8;
   double contrast = 255;
-  double noise = 0;  ///< standard deviation in densities
   double voxel_mm = 0.3;
-  bool anisotropic = false;  ///< voxels of 1 : 1 : 3, the long axis three times `voxel_mm`
 
   [[nodiscard]] std::string name() const;
 };
@@ -60,8 +55,8 @@ struct Job {
   [[nodiscard]] std::string name() const;
 };
 
-/// Every factor one at a time round the default, every image at the defaults, and seeded random combinations. Jobs in
-/// the same image follow each other. `quick`: the factors' ends and middle.
+/// Every factor one at a time round the default, and every image at the defaults. Jobs in the same image follow each
+/// other. `quick`: the factors' ends and middle.
 [[nodiscard]] std::vector<Job> make_plan(bool quick);
 
 struct Scenario;
@@ -79,8 +74,8 @@ class Bones {
 };
 
 /// Variants of a renderer that `run` has: policies in the order of the template's parameters, then options that differ
-/// from the default. 16-bit images and `double` have fewer.
-[[nodiscard]] std::vector<std::string> variants(const std::string& renderer, const std::string& scalar, int bits);
+/// from the default.
+[[nodiscard]] std::vector<std::string> variants(const std::string& renderer);
 /// The thesis' own and this library's default.
 inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
 inline constexpr const char* kSurfaceArea = "area-extend-full-analytic";

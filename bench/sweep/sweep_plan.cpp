@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "support/raster.hpp"
 #include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
@@ -12,12 +11,8 @@
 namespace trephine::bench {
 namespace {
 
-using test::Random;
-
-constexpr unsigned kSeed = 20080068;
-
 [[nodiscard]] Setting surface(const std::string& variant = kSurfaceDefault) {
-  return {.renderer = "surface", .variant = variant, .scalar = "float"};
+  return {.renderer = "surface", .variant = variant};
 }
 [[nodiscard]] Setting surface(const SurfaceCounts& counts) {
   Setting s = surface();
@@ -29,17 +24,11 @@ constexpr unsigned kSeed = 20080068;
 // As near to infinitely many vertices on an image as is tried: what is left is the image's.
 constexpr SurfaceCounts kDensest{.sphere = 1000, .slices = 200, .per_slice = 16};
 [[nodiscard]] Setting line(const std::string& variant = kLineDefault) {
-  return {.renderer = "line", .variant = variant, .scalar = "float"};
+  return {.renderer = "line", .variant = variant};
 }
 
 [[nodiscard]] Setting coupled() {
-  return {.renderer = "coupled",
-          .variant = kCoupledDefault,
-          .scalar = "double",
-          .vertices = 0,
-          .sphere = 0,
-          .slices = 0,
-          .per_slice = 0};
+  return {.renderer = "coupled", .variant = kCoupledDefault, .vertices = 0, .sphere = 0, .slices = 0, .per_slice = 0};
 }
 
 template <class T>
@@ -63,11 +52,7 @@ template <class T>
     }
   };
   const std::string& renderer = usual.renderer;
-  for (const char* scalar : {"float", "double"})
-    for (const auto& v : variants(renderer, scalar, 8)) {
-      all.push_back(of(v.c_str()));
-      all.back().scalar = scalar;
-    }
+  for (const auto& v : variants(renderer)) all.push_back(of(v.c_str()));
   using Ints = std::vector<int>;
   const std::vector<double> lengths{1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
   if (renderer == "surface") {
@@ -82,40 +67,15 @@ template <class T>
   }
   for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
     vary(v, &Setting::vertices, Ints{10, 20, 50, 100, 200, 500, 1000, 2000});
-  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) {
-    vary(v, &Setting::step, lengths);
-    vary(v, &Setting::steps, Ints{1, 2, 5, 10, 20, 50, 100});
-  }
+  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) vary(v, &Setting::step, lengths);
   return all;
 }
 
 [[nodiscard]] std::vector<Image> images() {
   std::vector<Image> all;
-  for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"})
-    for (const int bits : {8, 16}) all.push_back({.kind = kind, .bits = bits});
+  for (const char* kind : {"binary", "partial_volume", "ct_blur", "clamped_distance"}) all.push_back({.kind = kind});
   for (const double contrast : {60.0, 20.0}) all.push_back({.contrast = contrast});
-  for (const double noise : {3.0, 10.0}) all.push_back({.noise = noise});
-  for (const double mm : {0.1, 0.2, 0.4, 0.6, 1.0}) all.push_back({.voxel_mm = mm});
-  all.push_back({.voxel_mm = 0.15, .anisotropic = true});
   return all;
-}
-
-[[nodiscard]] Setting random_setting(Random& random, int bits) {
-  const bool is_surface = random.uniform() < 0.5;
-  Setting s = is_surface ? surface() : line();
-  s.scalar = bits == 8 && random.uniform() < 0.2 ? "double" : "float";
-  const auto names = variants(s.renderer, s.scalar, bits);
-  s.variant = names[static_cast<std::size_t>(random.below(static_cast<int>(names.size())))];
-  const auto between = [&](double lo, double hi) {
-    return static_cast<int>(std::lround(lo * std::pow(hi / lo, random.uniform())));
-  };
-  s.vertices = between(10, 2000);
-  s.sphere = between(14, 1000);
-  s.slices = between(5, 200);
-  s.per_slice = between(4, 32);
-  s.step = std::pow(2.0, -random.below(7));
-  if (!is_surface && random.uniform() < 0.3) s.steps = between(1, 100);
-  return s;
 }
 
 }  // namespace
@@ -123,17 +83,12 @@ template <class T>
 std::string Job::name() const {
   std::ostringstream text;
   const Setting& s = setting;
-  text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/'
-       << s.scalar << '/';
+  text << s.renderer << '/' << scenario << '/' << image.name() << '/' << image.voxel_mm << "mm/" << s.variant << '/';
   if (s.renderer == "surface")
     text << s.sphere << '+' << s.slices << 'x' << s.per_slice;
   else
     text << s.vertices;
-  text << '/';
-  if (s.steps > 0)
-    text << s.steps << "steps";
-  else
-    text << s.step << "vx";
+  text << '/' << s.step << "vx";
   return text.str();
 }
 
@@ -147,9 +102,7 @@ std::vector<Job> make_plan(bool quick) {
     jobs.push_back({scenario, Image(), coupled()});
     jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {
-      const bool other_voxels = image.voxel_mm != 0.3;
-      if ((quick || other_voxels) && !representative) continue;
-      if (quick && (image.voxel_mm == 0.1 || (image.bits == 16 && image.kind != "ct_blur"))) continue;
+      if (quick && !representative) continue;
       for (const auto& s :
            {surface(kSurfaceArea), surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
         jobs.push_back({scenario, image, s});
@@ -166,18 +119,6 @@ std::vector<Job> make_plan(bool quick) {
         jobs.push_back({scenario, fine, surface(v)});
         jobs.back().setting.slices = n;
       }
-  }
-  Random random(kSeed);
-  const std::vector<std::string> names = scenario_names();
-  const std::vector<std::string> few{"plane", "sphere", "shaft_cylinder"};
-  for (int i = 0; i < (quick ? 60 : 500); ++i) {
-    const auto& from = quick ? few : names;
-    const auto& scenario = from[static_cast<std::size_t>(random.below(static_cast<int>(from.size())))];
-    Image image;
-    const int kind = random.below(4);
-    if (kind == 1) image.kind = "partial_volume";
-    if (kind == 2) image.bits = 16;
-    jobs.push_back({scenario, image, random_setting(random, image.bits)});
   }
   // Each once, and those of an image together.
   std::set<std::string> seen;

@@ -7,16 +7,13 @@
 namespace trephine::bench {
 
 std::string Image::name() const {
-  std::string text = kind + "_" + std::to_string(bits) + "bit";
+  std::string text = kind;
   if (contrast != 255) text += "_c" + std::to_string(static_cast<int>(contrast));
-  if (noise > 0) text += "_n" + std::to_string(static_cast<int>(noise));
-  if (anisotropic) text += "_113";
   return text;
 }
 
 void write_header(std::ostream& out) {
-  out << "scenario,field,voxel_mm,renderer,variant,scalar,vertices,slices,per_slice,steps,samples_per_tick,tick_ns_"
-         "median,"
+  out << "scenario,field,voxel_mm,renderer,variant,vertices,slices,per_slice,steps,samples_per_tick,tick_ns_median,"
          "tick_ns_p999,force_error_rel_p50,force_error_rel_p95,force_error_N_p95,direction_error_deg_p99,"
          "torque_error_rel_p95,torque_error_Nm_p95,point_error_voxel_p95,misses,excluded_share,error_kind\n";
 }
@@ -25,13 +22,8 @@ void write(std::ostream& out, const Row& r) {
   const Setting& s = r.setting;
   const bool line = s.renderer == "line";
   out << r.scenario << ',' << r.image.name() << ',' << r.image.voxel_mm << ',' << s.renderer << ',' << s.variant << ','
-      << s.scalar << ',' << (line ? s.vertices : s.sphere) << ',' << (line ? 0 : s.slices) << ','
-      << (line ? 0 : s.per_slice) << ',';
-  // A fixed count as it is, a step length as 1/steps of a voxel.
-  if (s.steps > 0)
-    out << s.steps << ',';
-  else
-    out << "1/" << 1 / s.step << "vx,";
+      << (line ? s.vertices : s.sphere) << ',' << (line ? 0 : s.slices) << ',' << (line ? 0 : s.per_slice) << ',';
+  out << "1/" << 1 / s.step << "vx,";
   const auto number = [&out](double v) { (std::isfinite(v) ? out << v : out) << ','; };
   for (const double v : {r.samples_per_tick, r.tick_ns_median, r.tick_ns_p999, r.force_error_rel_p50,
                          r.force_error_rel_p95, r.force_error_N_p95, r.direction_error_deg_p99, r.torque_error_rel_p95,

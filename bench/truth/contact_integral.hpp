@@ -19,20 +19,15 @@ using Shape = std::function<double(const Vec3d&)>;
 
 /// Integrals over the part of a surface that is in bone. a: way out toward the centre; d: unit direction there.
 struct ContactIntegral {
-  double area = 0;                    ///< ∫ dA [m²]
-  Vec3d spring = Vec3d::Zero();       ///< ∫ a d dA [m³]
-  double entered = 0;                 ///< ∫ m dA with m = min(1, 4a/R), the entry of MeanWeights
-  Vec3d mean_spring = Vec3d::Zero();  ///< ∫ m a d dA
-  double weight = 0;                  ///< ∫ a dA
+  double area = 0;               ///< ∫ dA [m²]
+  Vec3d spring = Vec3d::Zero();  ///< ∫ a d dA [m³]
+  double weight = 0;             ///< ∫ a dA
   Vec3d point = Vec3d::Zero();   ///< ∫ a c dA, c the bone's surface at the end of the way: weight · mean contact
   Vec3d moment = Vec3d::Zero();  ///< ∫ (r_z × a d) dA about the tool's origin, r_z on the axis (Eq. 20)
 
-  void add(double dA, double a, const Vec3d& d, const Vec3d& x, const Vec3d& lever, double radius) {
-    const double m = std::min(1.0, 4 * a / radius);
+  void add(double dA, double a, const Vec3d& d, const Vec3d& x, const Vec3d& lever) {
     area += dA;
     spring += dA * a * d;
-    entered += dA * m;
-    mean_spring += dA * m * a * d;
     weight += dA * a;
     point += dA * a * (x + a * d);
     moment += dA * a * lever.cross(d);
@@ -129,7 +124,7 @@ void integrate_inside(double from, double to, int scan, int pieces, const Inside
           const Vec3d d = -out(theta);
           const Vec3d x = c - radius * d;
           const double dA = w * radius * radius * std::sin(theta) * 2 * std::numbers::pi / azimuths;
-          sum.add(dA, way_out(shape, x, d, radius), d, x, Vec3d::Zero(), radius);
+          sum.add(dA, way_out(shape, x, d, radius), d, x, Vec3d::Zero());
         });
   }
   return sum;
@@ -149,7 +144,7 @@ void integrate_inside(double from, double to, int scan, int pieces, const Inside
       [&](double phi, double w) {
         const Vec3d d = -out(phi);
         const Vec3d x = centre - radius * d;
-        sum.add(w * radius, way_out(shape, x, d, radius), d, x, lever, radius);
+        sum.add(w * radius, way_out(shape, x, d, radius), d, x, lever);
       });
   return sum;
 }
@@ -191,8 +186,6 @@ struct DeepestOnRing {
         const ContactIntegral ring = ring_integral(shape, X_GT, z, r, deepest_on_ring(shape, X_GT, z, r).azimuth);
         sum.area += w * ring.area;
         sum.spring += w * ring.spring;
-        sum.entered += w * ring.entered;
-        sum.mean_spring += w * ring.mean_spring;
         sum.weight += w * ring.weight;
         sum.point += w * ring.point;
         sum.moment += w * ring.moment;

@@ -43,6 +43,12 @@ const Vec3d kMiddle = Vec3d::Constant(kSide / 2);
   return (std::cos(angle) * n + std::sin(angle) * (std::cos(phi) * u + std::sin(phi) * v)).normalized();
 }
 
+/// Anywhere in the middle's voxel, turned any way.
+[[nodiscard]] Posed random_frame(Random& random) {
+  const Vec3d offset{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
+  return make_pose<double>(random.rotation(), kMiddle + kVoxel * offset);
+}
+
 /// A surface that a tip can be pressed on: where, and which way is out.
 struct Spot {
   Vec3d point, normal;
@@ -50,18 +56,23 @@ struct Spot {
 
 // --- Tips -----------------------------------------------------------------------------------------------------------
 
-/// Presses the ball (Surface) or the point (Line) on `to`, by way of `from`, both spots of one smooth face. `cone`: how
-/// far from the normal the shaft may lean.
-void add_tip(Scenario& s, std::size_t bone, const Spot& from, const Spot& to, double least, double most, double cone,
-             bool line, Random& random) {
+/// How deep a tip is pressed [radii], how far from the normal the shaft may lean [rad], whether Line has an exact
+/// answer.
+struct TipOptions {
+  double least = 1.0 / 6, most = 0.8, cone = 0.9;
+  bool line = true;
+};
+
+/// Presses the ball (Surface) or the point (Line) on `to`, by way of `from`, both spots of one smooth face.
+void add_tip(Scenario& s, std::size_t bone, const Spot& from, const Spot& to, const TipOptions& o, Random& random) {
   const double R = s.burr.tip_radius;
   const Shape& shape = s.bones[bone];
   for (int attempt = 0; attempt < 50; ++attempt) {
     Case c;
     c.bone = bone;
     c.deepest = -to.normal;
-    c.depth = random.uniform(least, most) * R;
-    const Vec3d axis = near(to.normal, cone, random);
+    c.depth = random.uniform(o.least, o.most) * R;
+    const Vec3d axis = near(to.normal, o.cone, random);
     const double spin = random.uniform(0, 2 * std::numbers::pi);
     const auto pose = [&](const Spot& spot, double above) {
       return tool_at(spot.point + above * spot.normal, axis, spin);
@@ -78,7 +89,7 @@ void add_tip(Scenario& s, std::size_t bone, const Spot& from, const Spot& to, do
                               s.burr.shaft_radius) < -2.5 * kVoxel;
     if (!free) continue;
     c.ball = ball_integral(shape, last, R, c.deepest, s.smooth ? 96 : 768);
-    if (line) {
+    if (o.line) {
       c.line_path = path(pose(from, 0.3 * R), pose(from, -c.depth), pose(to, -c.depth));
       c.line = c.surface;
       c.line_contact = to.point;
@@ -90,113 +101,86 @@ void add_tip(Scenario& s, std::size_t bone, const Spot& from, const Spot& to, do
   throw std::logic_error("no place for a tip in scenario " + s.name);
 }
 
-struct TipOptions {
-  double least = 1.0 / 6, most = 0.8, cone = 0.9;
-  bool line = true;
+/// A shape in a frame whose z is out of the bone and whose origin is where the tool touches, and places on it.
+struct TipShape {
+  Shape shape;
+  std::function<Spot(Random&)> spot;
+  TipOptions options{};
 };
 
-/// `make(frame, random)` answers the shape in W and `spot(random)` places on it.
-template <class Make>
-void add_tips(Scenario& s, int bones, int per_bone, Random& random, const TipOptions& o, const Make& make) {
-  for (int b = 0; b < bones; ++b) {
-    const Vec3d offset =
-        kVoxel * Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
-    const Posed frame = make_pose<double>(random.rotation(), kMiddle + offset);
-    auto [shape, spot] = make(frame);
-    s.bones.push_back(shape);
-    for (int i = 0; i < per_bone; ++i) {
-      const Spot from = spot(random), to = spot(random);
-      add_tip(s, s.bones.size() - 1, from, to, o.least, o.most, o.cone, o.line, random);
-    }
+[[nodiscard]] TipShape tip_shape(const std::string& name) {
+  constexpr double kReach = 0.0005;  // from the origin to spots on flat or straight shapes [m]
+  const Vec3d origin = Vec3d::Zero(), across = Vec3d::UnitX(), along = Vec3d::UnitY(), up = Vec3d::UnitZ();
+  const auto flat = [=](Random& r) {
+    const double y = r.uniform(-kReach, kReach), x = r.uniform(-kReach, kReach);
+    return Spot{Vec3d(x, y, 0), up};
+  };
+  if (name == "plane") return {HalfSpace{origin, up}, flat};
+  if (name == "plate") return {Plate{-0.0006 * up, up, 0.0012}, flat};
+  if (name == "sphere") {
+    const double radius = 0.0048;
+    const Vec3d centre = -radius * up;
+    return {Ball{centre, radius}, [=](Random& r) {
+              const Vec3d n = near(up, 0.1, r);
+              return Spot{centre + radius * n, n};
+            }};
   }
+  if (name == "socket") {
+    const double radius = 0.003;
+    const Vec3d centre = radius * up;
+    const auto spot = [=](Random& r) {
+      const Vec3d n = -near(-up, 0.3, r);
+      return Spot{centre - radius * n, n};
+    };
+    return {Both{HalfSpace{centre, up}, Hollow{Ball{centre, radius}}}, spot, {.cone = 0.1}};
+  }
+  if (name == "cylinder" || name == "ridge") {
+    const bool ridge = name == "ridge";
+    const double radius = ridge ? 0.0015 : 0.0048;
+    const Vec3d centre = -radius * up;
+    // A ridge is the round rim of a wall.
+    const Rod rod{centre, along, radius};
+    const Both wall{Plate{centre, across, 2 * radius}, HalfSpace{centre, up}};
+    const auto spot = [=](Random& r) {
+      const double lean = r.uniform(-0.1, 0.1);
+      const Vec3d n = std::cos(lean) * up + std::sin(lean) * across;
+      return Spot{centre + radius * n + r.uniform(-kReach, kReach) * along, n};
+    };
+    // A point deeper than half the radius of what it presses on has no clear way out.
+    return {ridge ? Shape(Either{rod, wall}) : Shape(rod), spot, {.most = ridge ? 0.5 : 0.8}};
+  }
+  if (name == "box_edge" || name == "box_corner") {
+    // The block's edge along y or its corner points along z.
+    const bool corner = name == "box_corner";
+    const Vec3d diagonal = Vec3d(1, corner ? 1 : 0, 1).normalized();
+    const Mat3d R = rotation_between<double>(diagonal, up);
+    const Vec3d half(0.004, corner ? 0.004 : 0.02, 0.004), reach(half.x(), corner ? half.y() : 0, half.z());
+    const auto spot = [=](Random& r) { return Spot{(corner ? 0.0 : r.uniform(-kReach, kReach)) * R * along, up}; };
+    return {test::Moved{Block{-reach, half}, make_pose<double>(R, origin)}, spot, {.most = 0.6, .line = false}};
+  }
+  if (name == "slot") {
+    // Narrower than the ball, which rests on both edges; a spot is where its lowest place would be.
+    const auto spot = [=](Random& r) { return Spot{r.uniform(-kReach, kReach) * along, up}; };
+    const TipOptions options{.least = 0.35, .most = 0.75, .line = false};
+    return {Both{HalfSpace{origin, up}, Hollow{Plate{origin, across, 0.0016}}}, spot, options};
+  }
+  throw std::invalid_argument("no scenario is called " + name);
 }
 
-// Shapes are made in a frame whose z is out of the bone and whose origin is where the tool touches.
-struct Placed {
-  Posed X;
-  [[nodiscard]] Vec3d p(double x, double y, double z) const { return X * Vec3d(x, y, z); }
-  [[nodiscard]] Vec3d d(double x, double y, double z) const { return X.linear() * Vec3d(x, y, z); }
-};
-
 void make_tips(Scenario& s, int bones, int per_bone, Random& random) {
-  const auto flat = [](const Placed& f, double reach) {
-    return [f, reach](Random& r) {
-      return Spot{f.p(r.uniform(-reach, reach), r.uniform(-reach, reach), 0), f.d(0, 0, 1)};
+  const TipShape tip = tip_shape(s.name);
+  for (int b = 0; b < bones; ++b) {
+    const Posed X = random_frame(random);
+    s.bones.emplace_back(test::Moved{tip.shape, X});
+    const auto spot = [&] {
+      const Spot local = tip.spot(random);
+      return Spot{X * local.point, X.linear() * local.normal};
     };
-  };
-  if (s.name == "plane")
-    return add_tips(s, bones, per_bone, random, {}, [&](const Posed& X) {
-      const Placed f{X};
-      return std::pair(Shape(HalfSpace{f.p(0, 0, 0), f.d(0, 0, 1)}), flat(f, 0.0005));
-    });
-  if (s.name == "plate")
-    return add_tips(s, bones, per_bone, random, {}, [&](const Posed& X) {
-      const Placed f{X};
-      return std::pair(Shape(Plate{f.p(0, 0, -0.0006), f.d(0, 0, 1), 0.0012}), flat(f, 0.0005));
-    });
-  if (s.name == "sphere")
-    return add_tips(s, bones, per_bone, random, {}, [&](const Posed& X) {
-      const Placed f{X};
-      const Vec3d centre = f.p(0, 0, -0.0048);
-      return std::pair(Shape(Ball{centre, 0.0048}), [f, centre](Random& r) {
-        const Vec3d n = near(f.d(0, 0, 1), 0.1, r);
-        return Spot{centre + 0.0048 * n, n};
-      });
-    });
-  if (s.name == "socket")
-    return add_tips(s, bones, per_bone, random, {.cone = 0.1}, [&](const Posed& X) {
-      const Placed f{X};
-      const Vec3d centre = f.p(0, 0, 0.003);
-      return std::pair(Shape(Both{HalfSpace{centre, f.d(0, 0, 1)}, Hollow{Ball{centre, 0.003}}}),
-                       [f, centre](Random& r) {
-                         const Vec3d n = -near(f.d(0, 0, -1), 0.3, r);
-                         return Spot{centre - 0.003 * n, n};
-                       });
-    });
-  if (s.name == "cylinder" || s.name == "ridge") {
-    const double radius = s.name == "cylinder" ? 0.0048 : 0.0015;
-    // A point deeper than half the radius of what it presses on has no clear way out.
-    const TipOptions depth{.most = s.name == "cylinder" ? 0.8 : 0.5};
-    return add_tips(s, bones, per_bone, random, depth, [&, radius](const Posed& X) {
-      const Placed f{X};
-      const Vec3d centre = f.p(0, 0, -radius);
-      const Vec3d axis = f.d(0, 1, 0);
-      // A ridge is the round rim of a wall.
-      const Rod rod{centre, axis, radius};
-      const Both wall{Plate{centre, f.d(1, 0, 0), 2 * radius}, HalfSpace{centre, f.d(0, 0, 1)}};
-      return std::pair(radius > 0.002 ? Shape(rod) : Shape(Either{rod, wall}), [f, centre, axis, radius](Random& r) {
-        const double lean = r.uniform(-0.1, 0.1);
-        const Vec3d n = std::cos(lean) * f.d(0, 0, 1) + std::sin(lean) * f.d(1, 0, 0);
-        return Spot{centre + radius * n + r.uniform(-0.0005, 0.0005) * axis, n};
-      });
-    });
+    for (int i = 0; i < per_bone; ++i) {
+      const Spot from = spot(), to = spot();
+      add_tip(s, s.bones.size() - 1, from, to, tip.options, random);
+    }
   }
-  if (s.name == "box_edge" || s.name == "box_corner") {
-    const bool corner = s.name == "box_corner";
-    return add_tips(s, bones, per_bone, random, {.most = 0.6, .line = false}, [&, corner](const Posed& X) {
-      const Placed f{X};
-      // The block's edge along y or its corner points along z.
-      const Vec3d diagonal = corner ? Vec3d(1, 1, 1).normalized() : Vec3d(1, 0, 1).normalized();
-      const Mat3d R = f.X.linear() * rotation_between<double>(diagonal.normalized(), Vec3d::UnitZ());
-      const Vec3d half(0.004, corner ? 0.004 : 0.02, 0.004);
-      const Vec3d reach = corner ? half : Vec3d(half.x(), 0, half.z());
-      const test::Moved block{Block{-reach, half}, make_pose<double>(R, f.p(0, 0, 0))};
-      const Vec3d along = R * Vec3d::UnitY();
-      return std::pair(Shape(block), [f, along, corner](Random& r) {
-        return Spot{f.p(0, 0, 0) + (corner ? 0.0 : r.uniform(-0.0005, 0.0005)) * along, f.d(0, 0, 1)};
-      });
-    });
-  }
-  if (s.name == "slot")
-    // Narrower than the ball, which rests on both edges; `point` is where its lowest place would be.
-    return add_tips(s, bones, per_bone, random, {.least = 0.35, .most = 0.75, .line = false}, [&](const Posed& X) {
-      const Placed f{X};
-      const Both shape{HalfSpace{f.p(0, 0, 0), f.d(0, 0, 1)}, Hollow{Plate{f.p(0, 0, 0), f.d(1, 0, 0), 0.0016}}};
-      return std::pair(Shape(shape), [f](Random& r) {
-        return Spot{f.p(0, r.uniform(-0.0005, 0.0005), 0), f.d(0, 0, 1)};
-      });
-    });
-  throw std::invalid_argument("no scenario is called " + s.name);
 }
 
 // --- Shafts ---------------------------------------------------------------------------------------------------------
@@ -251,11 +235,16 @@ void add_shaft(Scenario& s, std::size_t bone, const ShaftLay& lay, Random& rando
   s.cases.push_back(std::move(c));
 }
 
+/// A frame whose z is out of the bone.
+struct Placed {
+  Posed X;
+  [[nodiscard]] Vec3d p(double x, double y, double z) const { return X * Vec3d(x, y, z); }
+  [[nodiscard]] Vec3d d(double x, double y, double z) const { return X.linear() * Vec3d(x, y, z); }
+};
+
 void make_shafts(Scenario& s, int bones, int per_bone, Random& random) {
   for (int b = 0; b < bones; ++b) {
-    const Vec3d offset =
-        kVoxel * Vec3d{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
-    const Placed f{make_pose<double>(random.rotation(), kMiddle + offset)};
+    const Placed f{random_frame(random)};
     if (s.name == "hole") {
       const double hole = 0.002;
       s.bones.emplace_back(Both{HalfSpace{f.p(0, 0, 0), f.d(0, 0, 1)}, Hollow{Rod{f.p(0, 0, 0), f.d(0, 0, 1), hole}}});

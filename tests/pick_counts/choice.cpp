@@ -28,7 +28,7 @@ TEST_CASE("the front, against its definition") {
   for (int round = 0; round < 50; ++round) {
     std::vector<Measured> all;
     for (int i = 0; i < 40; ++i) {
-      const double us = std::floor(random.between(1, 20)), share = std::floor(random.between(1, 20));
+      const double us = std::floor(random.uniform(1, 20)), share = std::floor(random.uniform(1, 20));
       all.push_back(point(us, share, LineSetting{.vertices = i + 1}));
     }
     mark_front(all);

@@ -52,14 +52,6 @@ template <class Shape>
   });
 }
 
-[[nodiscard]] inline Grid copy_of(const Grid& grid) {
-  const auto& n = grid.size();
-  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
-                                   static_cast<std::size_t>(n[2]));
-  grid.copy_voxels(voxels);
-  return {{.size = n, .spacing = grid.spacing(), .X_WG = grid.X_WG()}, voxels};
-}
-
 inline constexpr trephine::Burr kBurr{.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 0.02};
 
 }  // namespace pick::test

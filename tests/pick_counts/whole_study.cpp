@@ -28,13 +28,12 @@ const Measured& measured(const Trial& trial, const Setting& setting) {
 
 TEST_SUITE("timed") {
   TEST_CASE("a recommendation is on the front and within the budget on a second run, and a full sweep bears it out") {
-    const Grid whole = knuckle();
-    Grid milled = copy_of(whole);
-    const StudyOptions options{.cases = {.per_kind = 8, .holes = 4},
+    const Grid bone = knuckle();
+    const StudyOptions options{.cases = {.per_kind = 8},
                                .sweep = {.quick = true, .limits = kLimits, .repetitions = 3},
                                .budget_us = kBudget,
                                .algorithms = {Algorithm::kLine, Algorithm::kSurface}};
-    const Study first = carry_out(whole, milled, kScene, options, kSilent);
+    const Study first = carry_out(bone, kScene, options, kSilent);
     REQUIRE(first.verdict.winner);
 
     // The second run times the front and what lies near it, in another order.
@@ -46,16 +45,14 @@ TEST_SUITE("timed") {
     for (std::size_t i = 0; i < first.trials.size(); ++i)
       for (const Measured& m : first.trials[i].measured)
         if (m.front || m.repetitions > 1) near_front[i].push_back(m.setting);
-    measure(second, near_front, {&whole, &milled, kIsovalue}, kScene, other, kSilent);
+    measure(second, near_front, bone, kScene, other, kSilent);
 
     // A full sweep's truth, at twice as many places drawn from another seed.
     SweepOptions full = options.sweep;
     full.quick = false;
     full.repetitions = 1;
-    Grid milled_full = copy_of(whole);
-    const CaseMaker maker(whole, milled_full, kIsovalue, kBurr,
-                          {.per_kind = 16, .holes = 6, .deepest = 3.3 / 800, .seed = 1234});
-    const Bones bones{&whole, &milled_full, kIsovalue};
+    const Field field(bone, kIsovalue);
+    const CaseOptions other_places{.per_kind = 16, .deepest = 3.3 / 800, .seed = 1234};
 
     for (std::size_t i = 0; i < first.trials.size(); ++i) {
       const std::string name = name_of(first.algorithms[i]);
@@ -75,9 +72,9 @@ TEST_SUITE("timed") {
         CHECK_FALSE((m.worst_share <= again.worst_share && m.p999_us < kNoise * again.p999_us));
 
       std::vector<Trial> trial(1);
-      trial[0].cases = maker.make(first.algorithms[i]);
-      trial[0].truth = find_truth(first.algorithms[i], bones, trial[0].cases, kScene, full, kSilent);
-      measure(trial, {{chosen.setting}}, bones, kScene, full, kSilent);
+      trial[0].cases = make_cases(field, kBurr, first.algorithms[i], other_places);
+      trial[0].truth = find_truth(first.algorithms[i], bone, trial[0].cases, kScene, full, kSilent);
+      measure(trial, {{chosen.setting}}, bone, kScene, full, kSilent);
       const Measured& swept = trial[0].measured[0];
       MESSAGE(name << ": " << describe(chosen.setting) << ", share of the limits " << chosen.worst_share
                    << ", in the full sweep " << swept.worst_share << ", p99.9 " << chosen.p999_us << " us, again "
@@ -89,24 +86,22 @@ TEST_SUITE("timed") {
   }
 
   TEST_CASE("the coupled tool is led through contacts of its own, and there is nothing to choose") {
-    const Grid whole = knuckle();
-    Grid milled = copy_of(whole);
-    const StudyOptions options{.cases = {.per_kind = 8, .holes = 4},
+    const Grid bone = knuckle();
+    const StudyOptions options{.cases = {.per_kind = 8},
                                .sweep = {.quick = true, .limits = kLimits, .repetitions = 3},
                                .budget_us = kBudget,
                                .algorithms = {Algorithm::kCoupled}};
-    const Study study = carry_out(whole, milled, kScene, options, kSilent);
+    const Study study = carry_out(bone, kScene, options, kSilent);
     REQUIRE(study.trials[0].measured.size() == 1);
     CHECK(study.trials[0].measured[0].worst_share == 0);  // it is its own truth
     CHECK(study.verdict.winner == 0U);
   }
 
   TEST_CASE("a bone that offers nothing is refused in words") {
-    const Grid whole = rasterise({20, 20, 20}, trephine::Vec3d::Constant(5e-4), [](const trephine::Vec3d& p) {
+    const Grid bone = rasterise({20, 20, 20}, trephine::Vec3d::Constant(5e-4), [](const trephine::Vec3d& p) {
       return (p - trephine::Vec3d(5e-3, 5e-3, 5e-3)).norm() - 2e-4;
     });
-    Grid milled = copy_of(whole);
-    const StudyOptions options{.cases = {.per_kind = 2, .holes = 1}, .sweep = {.quick = true}};
-    CHECK_THROWS_AS((void)carry_out(whole, milled, kScene, options, kSilent), std::runtime_error);
+    const StudyOptions options{.cases = {.per_kind = 2}, .sweep = {.quick = true}};
+    CHECK_THROWS_AS((void)carry_out(bone, kScene, options, kSilent), std::runtime_error);
   }
 }
