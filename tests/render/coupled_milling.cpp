@@ -148,6 +148,7 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
     CHECK(behind.worst() * kH <= kBehind);
   };
   for (const auto& [depth, none, friction] : kAtRest) {
+    if (kSanitized && depth > 1.5e-3) continue;  // the deeper the longer, through the same code
     check("geometric", depth, Milling{}, Frictionless{}, none);
     check("rate 2e5", depth, Milling{{.rate = 2e5}}, Frictionless{}, none);
     check("geometric, friction", depth, Milling{}, Coulomb(0.3, 0.3), friction);
