@@ -138,14 +138,19 @@ void Session::run_on(Device& device) {
       commands.swap(commands_);
       pending_.store(over_.load());
     }
-    for (const auto& work : commands) work();
+    std::string refused;
+    for (const auto& work : commands) try {
+        work();
+      } catch (const std::exception& e) {
+        refused = std::string("\n") + e.what();  // all stays as it was
+      }
     if (running_.scale != registration_.scale()) registration_ = rescaled(registration_, X_DH_, running_.scale);
     TimedDrill drill(*drill_, running_.drill.stiffness);
     ServoLoop loop(device, drill, registration_, {.rate = running_.rate});
     std::ostringstream text;
     text << loop.capabilities().name << ", " << 1.0 / loop.period() << " Hz";
     for (const std::string& warning : loop.warnings()) text << "\n" << warning;
-    say(text.str());
+    say(text.str() + refused);
 
     const double period = loop.period();
     TickView view;

@@ -177,8 +177,11 @@ void Workbench::act(Action action) {
 void Workbench::change_burr(double factor) {
   SessionOptions o = session_->options();
   trephine::Burr& burr = o.drill.burr;
-  const double least = 3 * loaded_.bone.grid.spacing().minCoeff();
-  const double radius = std::clamp(burr.tip_radius * factor, std::min(least, burr.tip_radius), 6e-3);
+  const drill::Grid& grid = loaded_.bone.grid;
+  const Vec3d size = grid.spacing().cwiseProduct(Vec3d(grid.size()[0], grid.size()[1], grid.size()[2]));
+  const double least = std::min(3 * grid.spacing().minCoeff(), burr.tip_radius);
+  const double most = std::max(std::min(6e-3, 0.2 * size.minCoeff()), burr.tip_radius);
+  const double radius = std::clamp(burr.tip_radius * factor, least, most);
   burr.shaft_radius *= radius / burr.tip_radius;
   burr.tip_radius = radius;
   session_->change(o);

@@ -2,6 +2,7 @@
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/remote.hpp>
 
@@ -12,7 +13,7 @@ using namespace trephine;
 using namespace trephine::test;
 
 static_assert(Tunable<Damping> && Tunable<HuntCrossley> && Tunable<MillingVibration> && Tunable<FirstOrderFilter> &&
-              Tunable<DeviceLimits>);
+              Tunable<DeviceLimits> && Tunable<Milling<RateLimitedCut<>>>);
 static_assert(!Tunable<Add>);
 static_assert(Stage<Remote<Damping>> && !std::is_copy_constructible_v<Mailbox<int>>);
 
@@ -80,4 +81,22 @@ TEST_CASE("mailbox: a posted option takes effect at the next tick, without memor
   knob.post({.linear = 4});
   (void)scene.tick({.X_WT = at(kNaN, 0, 0)}, kTick);  // read even where the input is bad
   CHECK(scene.part<Damping>().options().linear == 4);
+}
+
+TEST_CASE("remote milling: another cut policy cuts from the next tick on") {
+  Mailbox<RateLimitedCut<>> rate;
+  const std::vector<std::int16_t> voxels(20 * 20 * 20, 1000);
+  VoxelGrid<std::int16_t> bone({.size = {20, 20, 20}, .spacing = Vec3d::Constant(1e-3)}, voxels);
+  auto scene = HapticScene{bone, 300, Floor<>{}, Remote{Milling{RateLimitedCut<>{.rate = 1e5}}, rate}};
+  const auto ticks_to_cut = [&](double x) {
+    for (int i = 1; i < 100; ++i)
+      if (scene.tick({.X_WT = at(x, 10e-3, 10e-3), .spindle_on = true}, kTick).removed_mm3 > 0) return i;
+    return 100;
+  };
+  // 700 densities above the isovalue, 100 a tick where the ball covers a voxel wholly.
+  const int slow = ticks_to_cut(5e-3);
+  rate.post({.rate = 1e6});
+  CHECK(slow >= 8);
+  CHECK(slow <= 10);
+  CHECK(ticks_to_cut(14e-3) == 1);
 }
