@@ -8,22 +8,21 @@
 
 namespace trephine {
 
-/// What a carver may know beside the burr's poses.
+/// Inputs of a carver beside the burr's poses.
 struct CarveContext {
   bool spindle_on = false;
   double dt = 0;       ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
   double force_N = 0;  ///< magnitude of this tick's raw contact force [N], before any stage: the pressing force
 };
 
-/// The part of a scene that removes bone. It is called once a tick after contact was found, with the spindle on or off
-/// (the carver decides), on the haptic thread, and lowers densities along the burr's way from `X_GT_previous` to
-/// `X_GT`. The two are equal where there is no way to follow: first tick, after bad input, a jump, a stall longer than
-/// kLongestDt, or a step faster than kMaxSpeed. Returns the removed volume [mm³], finite and >= 0. Its work must be
-/// bounded.
+/// The part of a scene that removes bone. The scene calls it once a tick after contact, on the haptic thread, with the
+/// spindle on or off. It lowers densities along the burr's path from `X_GT_previous` to `X_GT`. The two are equal
+/// without a path: at the first tick, and after bad input, a jump, a stall longer than kLongestDt or a step faster than
+/// kMaxSpeed. It returns the removed volume [mm³], finite and >= 0. Its work must be bounded.
 ///
-/// The poses are the renderer's `cutting_pose()`, or its `cutting_pose(dt)` where it has that and the carver cuts at
-/// once (`kCutsAtOnce`). A carver that wants the probe, the device's own pose, says so by
-/// `follow_probe`: a member function or a data member (may be static constexpr) that converts to bool.
+/// The poses are the renderer's `cutting_pose()`, or its `cutting_pose(dt)` if it has one and the carver cuts at once
+/// (`kCutsAtOnce`). A carver that follows the probe, the device's own pose, has a `follow_probe` that converts to true:
+/// a member function or a data member, which may be static constexpr.
 template <class C, class Grid>
 concept Carver = requires(C c, Grid& grid, double isovalue, const Posed& X_GT, const Burr& burr,
                           const CarveContext& context) {
@@ -31,16 +30,16 @@ concept Carver = requires(C c, Grid& grid, double isovalue, const Posed& X_GT, c
   noexcept->std::same_as<double>;
 };
 
-/// Whether this carver takes at once all that it covers, as a geometric cut does: it says so by a static constexpr
-/// member `kCutsAtOnce`. A cut in time removes by how far it reaches into the bone and for how long; a cut at once
-/// removes by how far it reaches at each tick, so a renderer that pushes its cutting pose ahead gives it a speed
-/// (`cutting_pose(dt)`, dt in s), and the other a length.
+/// True if the carver removes everything that it covers at once, as a geometric cut does; a static constexpr member
+/// `kCutsAtOnce` declares it. A cut in time removes bone by its reach and by the time. A cut at once removes bone by
+/// its reach at each tick. So a renderer that moves its cutting pose ahead gives a cut at once a speed
+/// (`cutting_pose(dt)`, dt in s), and a cut in time a length.
 template <class C>
 inline constexpr bool kCutsAtOnce = requires {
   requires C::kCutsAtOnce;
 };
 
-/// Whether this carver follows the probe instead of the cutting pose.
+/// True if the carver follows the probe instead of the cutting pose.
 template <class C>
 [[nodiscard]] constexpr bool follows_probe(const C& carver) noexcept {
   if constexpr (requires { static_cast<bool>(carver.follow_probe()); })

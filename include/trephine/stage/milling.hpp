@@ -9,15 +9,15 @@
 
 namespace trephine {
 
-/// A way [voxels of the finest spacing] longer than this is not swept: only its end is cut. It bounds a tick's work;
-/// at 0.3 mm and 1 kHz it is a burr at 10 m/s.
+/// Longest path of a tick that is swept [voxels of the finest spacing]; of a longer path only the end is cut. It bounds
+/// a tick's work. At 0.3 mm and 1 kHz it is a burr at 10 m/s.
 inline constexpr double kLongestSweep = 32;
 
-/// A geometric tip that moved less than this [voxels of the finest spacing] since it last cut waits: its cut would
-/// displace the surface by no more.
+/// Smallest motion since the last geometric cut that causes the next one [voxels of the finest spacing]. A smaller
+/// motion would displace the surface by no more than itself.
 inline constexpr double kMinAdvance = 1.0 / 256;
 
-/// What is the same for every milling.
+/// Options that do not depend on the cut policy.
 struct MillingOptions {
   double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope
   bool follow_probe = false;  ///< cut along the device's pose instead of the renderer's cutting pose
@@ -36,9 +36,9 @@ struct TipCuts {
 /// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}
 /// \endcode
 /// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
-/// `kLongestSweep` are not joined. A geometric tip that goes on from where its last tick ended cuts only ahead of its
-/// last cut, and only when it is `kMinAdvance` away from it; a still one costs nothing. The volume removed is the
-/// isosurface's loss. Haptic thread; no allocation.
+/// `kLongestSweep` are not joined. A geometric tip that continues its path cuts only ahead of its last cut, and only
+/// `kMinAdvance` or more away from it, so a still tip costs nothing. The removed volume is the isosurface's loss.
+/// Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
@@ -59,11 +59,11 @@ class Milling {
   }
 
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
-  /// Takes another rate between ticks (haptic thread); one that `validate` accepts.
+  /// Replaces the policy between ticks (haptic thread) by one that `validate` accepts.
   void adopt(const Policy& policy) noexcept { policy_ = policy; }
   [[nodiscard]] bool follow_probe() const noexcept { return options_.follow_probe; }
 
-  /// The dithering starts anew.
+  /// Restarts the dithering.
   void reset() noexcept {
     tick_ = 0;
     last_ = {};
@@ -101,12 +101,12 @@ class Milling {
   }
 
  private:
-  // A geometric cut need not cut again what it left behind a tick ago, unless bone came back (restore).
+  // A geometric cut need not repeat its last cut, unless bone was restored.
   static constexpr bool kRemembers = std::is_same_v<Policy, GeometricCut> && std::is_same_v<Shape, TipCuts>;
   struct LastCut {
     std::uint64_t stamp = 0;
-    Vec3d p_GT = Vec3d::Zero();  // of the last tick
-    Vec3d p_GC = Vec3d::Zero();  // where it last cut
+    Vec3d p_GT = Vec3d::Zero();  // at the last tick
+    Vec3d p_GC = Vec3d::Zero();  // at the last cut
     double radius = 0;
     double isovalue = 0;
     [[nodiscard]] bool is_same_but_at(const LastCut& o, const Vec3d& p) const noexcept {

@@ -14,12 +14,12 @@
 #include <limits>
 #include <type_traits>
 
-/// Volume of bone: of the space in which the trilinear interpolant reaches the isovalue.
+/// Volume of bone: the space in which the trilinear interpolant reaches the isovalue.
 namespace trephine {
 
 namespace detail {
 
-/// The least density that is bone, and whether any is.
+/// Smallest density that is bone, and whether the type has one.
 template <VoxelDensity Density>
 struct LeastBone {
   explicit LeastBone(double isovalue) noexcept {
@@ -41,10 +41,10 @@ struct LeastBone {
 /// Adds up the shares of bone in cells that the surface crosses.
 ///
 /// Along a line parallel to a cell's edge the interpolant is linear, so the line's share of bone is exact:
-/// (p⁺ + q⁺)/(|p| + |q|), p and q the ends' densities above the isovalue. A cell takes lines along the axis of its
-/// steepest mean difference, at the 4 × 4 Gauss points across. A plane in a linear image is exact as long as it leaves
-/// the cell by its sides alone; where it leaves by the ends, neighbours along the axis make up for each other. Cuts of
-/// .3 voxel depth, with rims all round, lose the volume that is told within .6 %; 3 × 3 points leave 1.2 %.
+/// (p⁺ + q⁺)/(|p| + |q|), with p and q the ends' densities above the isovalue. A cell has lines along the axis of its
+/// steepest mean difference, at 4 × 4 Gauss points. A plane in a linear image is exact if it leaves the cell by its
+/// sides alone. If it leaves by the ends, the errors of neighbours along the axis cancel. For cuts of .3 voxel depth,
+/// with their rims, the volume errs by .6 %; with 3 × 3 points by 1.2 %.
 ///
 /// Cost: 16 divisions a cell, in vector code.
 template <VoxelDensity Density>
@@ -52,8 +52,8 @@ class CrossedCells {
  public:
   explicit CrossedCells(double isovalue) noexcept : isovalue_(static_cast<float>(isovalue)) {}
 
-  /// Adds the cells whose bit is set, between four rows: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). Cell i reaches
-  /// from their voxels i to i + 1.
+  /// Adds the cells whose bit is set, between the rows (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). Cell i lies
+  /// between their voxels i and i + 1.
   void add(std::uint64_t cells, const Density* r00, const Density* r10, const Density* r01,
            const Density* r11) noexcept {
     std::size_t to = count_;
@@ -70,7 +70,7 @@ class CrossedCells {
     count_ = to;
   }
 
-  /// Sum of the shares so far, in cells.
+  /// Returns the sum of the shares so far [cells].
   [[nodiscard]] double sum() noexcept {
     add_kept(static_cast<int>(count_));
     count_ = 0;
@@ -81,7 +81,7 @@ class CrossedCells {
 
  private:
   static constexpr int kLanes = 16;
-  /// A voxel and the next; of integers, in the upper and the lower half of the bytes that they take.
+  /// A voxel and the next one. Integers share the bytes: one in the upper half, one in the lower half.
   using Pair = std::conditional_t<std::is_floating_point_v<Density>, std::uint64_t, std::uint32_t>;
   using Lanes = std::array<float, kLanes>;
 
@@ -107,7 +107,7 @@ class CrossedCells {
       constexpr int kBits = 8 * sizeof(Density);
       constexpr bool kLittle = std::endian::native == std::endian::little;
       constexpr int kToFirst = 32 - (kLittle ? 1 : 2) * kBits, kToSecond = 32 - (kLittle ? 2 : 1) * kBits;
-      // As an int that keeps its sign, or one without.
+      // Extended with its sign if the type is signed.
       using Top = std::conditional_t<std::is_signed_v<Density>, std::int32_t, std::uint32_t>;
       for (std::size_t l = 0; l < kLanes; ++l)
         first[l] = static_cast<float>(static_cast<int>(static_cast<Top>(pair[l] << kToFirst) >> (32 - kBits)));
@@ -116,7 +116,7 @@ class CrossedCells {
     }
   }
 
-  // In loops of their own over all lanes, so that they vectorise.
+  // Separate loops over all lanes, so that they are vectorised.
   void add_kept(int count) noexcept {
     std::array<Lanes, 8> c;
     const float isovalue = isovalue_;
@@ -125,8 +125,8 @@ class CrossedCells {
       for (std::size_t l = 0; l < kLanes; ++l) c[2 * m][l] -= isovalue;
       for (std::size_t l = 0; l < kLanes; ++l) c[2 * m + 1][l] -= isovalue;
     }
-    // How much steeper the cell is along x than along y, and along z than along both.
-    // As masks: compilers without blends make jumps of choices, which are wrong half of the time.
+    // Excess of the cell's steepness along x over y, and along z over both. Masks, because compilers without blends
+    // make jumps of choices, half of which are mispredicted.
     std::array<std::uint32_t, kLanes> along_x, along_z;
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float d07 = c[7][l] - c[0][l], d16 = c[6][l] - c[1][l];
@@ -156,7 +156,7 @@ class CrossedCells {
     choose(end[2], c[5], c[6], c[6]);
     constexpr std::array<float, 4> kPlace{0.0694318442F, 0.3300094782F, 0.6699905218F, 0.9305681558F};
     constexpr std::array<float, 4> kWeight{0.1739274226F, 0.3260725774F, 0.3260725774F, 0.1739274226F};
-    Lanes share{};  // of bone, less that of air
+    Lanes share{};  // share of bone minus share of air
     for (std::size_t u = 0; u < 4; ++u) {
       Lanes p0, dp, q0, dq;
       for (std::size_t l = 0; l < kLanes; ++l) {
@@ -174,7 +174,7 @@ class CrossedCells {
           share[l] += kWeight[u] * kWeight[v] * ((p + q + kLeast) / both);
         }
     }
-    // Lanes that no cell is in hold former cells.
+    // Lanes without a cell hold earlier cells.
     for (std::size_t l = 0; l < kLanes; ++l) share[l] = (static_cast<int>(l) < count ? 0.5F : 0.0F) * (1.0F + share[l]);
     for (std::size_t l = 0; l < kLanes; ++l) sums_[l] += static_cast<double>(share[l]);
   }
@@ -182,20 +182,20 @@ class CrossedCells {
   float isovalue_;
   std::size_t count_ = 0;
   std::array<double, kLanes> sums_{};
-  std::array<std::array<Pair, kLanes>, 4> pair_{};  // of corners along x, of cells that no sum has yet
+  std::array<std::array<Pair, kLanes>, 4> pair_{};  // corners along x of cells that are not summed yet
 };
 
 }  // namespace detail
 
-/// Adds up, cell by cell, the share in which the trilinear interpolant reaches the isovalue. A cell has eight voxels as
-/// corners; the border's voxels are corners too. `detail::CrossedCells` tells what a cell's share is taken from.
+/// Adds up the volume in which the trilinear interpolant reaches the isovalue, cell by cell. A cell's corners are eight
+/// voxels, the border's included. `detail::CrossedCells` computes a cell's share.
 ///
 /// Cost: eight comparisons a cell, and 16 divisions a cell that the surface crosses, in vector code. No allocation.
 /// Haptic thread.
 template <VoxelDensity Density>
 class BoneVolume {
  public:
-  /// An isovalue above the type's range has no bone.
+  /// With an isovalue above the type's range there is no bone.
   BoneVolume(const VoxelGrid<Density>& grid, double isovalue) noexcept
       : grid_(grid), least_(isovalue), crossed_(isovalue) {}
 
@@ -209,7 +209,7 @@ class BoneVolume {
     if (i <= last) add_block<kLanes / 2>(row + i, last - i + 1);
   }
 
-  /// Volume added so far, in cells.
+  /// Returns the volume added so far [cells].
   [[nodiscard]] double cells() noexcept { return static_cast<double>(whole_) + crossed_.sum(); }
 
  private:
@@ -220,7 +220,7 @@ class BoneVolume {
   void add_block(const Density* at, int count) noexcept {
     const std::ptrdiff_t y = grid_.row_pitch(), z = grid_.plane_pitch();
     const Density least = least_.density;
-    // Corners in bone; lanes read past the count are of the next row, or spare.
+    // Corners in bone. Lanes beyond the count belong to the next row, or are spare.
     std::array<Mask, kBlock> in{}, crossed, whole;
     for (const std::ptrdiff_t corner : {std::ptrdiff_t{0}, y, z, y + z}) {
       const Density* const r = at + corner;

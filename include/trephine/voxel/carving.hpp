@@ -9,28 +9,28 @@
 #include <cmath>
 #include <cstdint>
 
-/// Removing bone. Haptic thread only; no allocation; work bounded by the voxels in the cutter's box.
+/// Removes bone. Haptic thread only; no allocation. The work is bounded by the voxels in the cutter's box.
 ///
-/// A **geometric cut** lowers every voxel to at most ρ_c = iso + slope · d/h, d the signed distance from the cutter and
-/// h the grid's longest spacing, rounded to the nearest density and clamped to the type's range. ρ_c is linear in
-/// space, so the trilinear interpolant reproduces it and the new isosurface lies on the cutter, whatever the bone's
-/// density; a cut made twice changes nothing; what is lower already stays, so no cut adds bone.
+/// A **geometric cut** lowers every voxel to at most ρ_c = iso + slope · d/h. Here d is the signed distance from the
+/// cutter and h the grid's longest spacing. ρ_c is rounded to the nearest density and clamped to the type's range. It
+/// is linear in space, so the trilinear interpolant reproduces it, and the new isosurface lies on the cutter for bone
+/// of any density. A second equal cut changes nothing. Lower densities stay, so no cut adds bone.
 ///
 /// *Slope* [densities per voxel]: see `auto_slope`. *Reach*: see `cut_reach`.
 namespace trephine {
 
-/// Voxels farther from the cutter than this [m] are left alone: 1.5 voxels where the spacing is the same along all
-/// axes. Beyond a voxel's diagonal they share no cell with the new surface, and those in the diagonal's last seventh
-/// weigh so little in theirs that leaving them moves no digit of the measured surface error.
+/// Returns the largest distance from the cutter at which a voxel is cut [m]: 1.5 voxels if the spacing is isotropic.
+/// Beyond a voxel's diagonal a voxel shares no cell with the new surface. Voxels in the diagonal's last seventh have so
+/// little weight that their cut changes no digit of the measured surface error.
 [[nodiscard]] inline double cut_reach(const Vec3d& spacing) noexcept {
   return std::max(1.5 / std::sqrt(3.0) * spacing.norm(), spacing.maxCoeff());
 }
 
-/// The slope that a cut uses unless told otherwise, in densities per (longest) voxel edge.
+/// Returns a cut's default slope, in densities per (longest) voxel edge.
 ///
-/// Two errors pull on it. Rounding to whole densities displaces the surface by up to 1/(2 slope) voxel; and where the
-/// bone's ρ − iso is below 1.7 slope it cannot hold the whole ramp, and the surface comes out too far. Measured on a
-/// ball of 8 voxels radius (rms distance of the new surface; .022 voxel is the trilinear interpolant's own):
+/// Two errors determine it. Rounding to whole densities displaces the surface by up to 1/(2 slope) voxel. Bone whose
+/// ρ − iso is below 1.7 slope cannot hold the whole ramp, and the surface then recedes too far. Measured on a ball of 8
+/// voxels radius (rms distance of the new surface; .022 voxel is the trilinear interpolant's own):
 /// | slope | 4 | 8 | 16 | 32 | 64 | 120 |
 /// |---|---|---|---|---|---|---|
 /// | 8 bit, bone 127 above the isovalue | .045 | .030 | .024 | .022 | .022 | .022 |
@@ -38,8 +38,8 @@ namespace trephine {
 /// | int16, bone 1700 HU above | | .030 | .024 | .022 | .022 | .022 |
 /// | int16, bone 50 HU above | | .030 | .024 | .022 | .019 | .045 |
 ///
-/// So 16 levels for integers, more where the range is so wide that soft bone still lies far above (1/64 of what is
-/// above the isovalue), and less where there is no room for 16 above the isovalue or below it.
+/// The slope is therefore 16 for integers. It is 1/64 of the range above the isovalue if that is more, and less if the
+/// range has no 16 densities above the isovalue or below it.
 template <VoxelDensity Density>
 [[nodiscard]] double auto_slope(const VoxelGrid<Density>& grid, double isovalue) noexcept {
   const double above = static_cast<double>(grid.original_range().max) - isovalue;
@@ -51,7 +51,7 @@ template <VoxelDensity Density>
   }
 }
 
-/// A slope as it was asked for, or the automatic one where that was not a slope.
+/// Returns the requested slope if it is one, else the automatic slope.
 template <VoxelDensity Density>
 [[nodiscard]] double slope_or_auto(double slope, const VoxelGrid<Density>& grid, double isovalue) noexcept {
   return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
@@ -59,8 +59,8 @@ template <VoxelDensity Density>
 
 namespace detail {
 
-/// Nearest density, halves up, clamped to the type's range. The bounds are members, not constants: compilers that know
-/// them turn the clamps into jumps, which no loop with them survives as vector code.
+/// Rounds to the nearest density, halves up, and clamps to the type's range. The bounds are members, not constants:
+/// compilers turn clamps with constant bounds into jumps, which keep loops from being vectorised.
 template <VoxelDensity Density>
 struct NearestDensity {
   static constexpr int kLowest = static_cast<int>(std::numeric_limits<Density>::lowest());
@@ -79,8 +79,8 @@ struct NearestDensity<float> {
   [[nodiscard]] float operator()(float v) const noexcept { return v; }
 };
 
-/// The first voxel of an axis after a place [voxels] and the last one before it, inside the grid; one beyond it where
-/// there is none.
+/// Return the first voxel of an axis after a place [voxels] and the last voxel before it, within the grid. Without such
+/// a voxel the result lies one beyond the grid.
 [[nodiscard]] inline int voxel_after(double place, int size) noexcept {
   const double most = size;
   const double at = place < 0 ? -1 : place;
@@ -92,10 +92,10 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// A cut in progress: lowers rows, plane by plane in slabs of `kCutRows` and tiles of them along x, and adds up what
-/// the cells lose that their voxels are corners of. What all cells lose is the sum over the tiles, whatever their
-/// order, though two tiles share cells. A limit by steepness sees neighbours as the blocks before left them, so its
-/// order is part of its densities; tools narrower than a tile have one tile.
+/// One cut. It lowers rows plane by plane, in slabs of `kCutRows` rows and in tiles along x. It adds up the volume that
+/// the voxels' cells lose. Two tiles share cells, but the sum over the tiles is the same in any order. A limit by
+/// steepness reads neighbours that earlier blocks have lowered, so its result depends on the blocks' order. A tool
+/// narrower than a tile has a single tile.
 template <VoxelDensity Density, Cutter C, class Limit>
 class Cut {
  public:
@@ -110,7 +110,7 @@ class Cut {
         isovalue_(static_cast<float>(isovalue)),
         per_metre_(static_cast<float>(slope / grid.spacing().maxCoeff())) {}
 
-  /// Removed volume [mm³].
+  /// Returns the removed volume [mm³].
   [[nodiscard]] double run() noexcept {
     const Vec3d& h = grid_.spacing();
     const auto& size = grid_.size();
@@ -137,19 +137,19 @@ class Cut {
     if (!any) return 0;
     grid_.commit();
     const double cells = lost_.cells();
-    // A cell that takes its lines along another axis now may say a hair more than it did.
+    // A cell whose lines run along another axis after the cut may have a slightly larger share than before.
     return cells > 0 ? cells * h.prod() * 1e9 : 0.0;
   }
 
  private:
   using Wide = WideDensity<Density>;
-  /// Then the cut's ramp is kept where it makes the surface: a receding front, being steeper, would be held up by it.
+  /// If true, the cut's ramp stays where it makes the surface. A receding front is steeper and would stop at the ramp.
   static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
   static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
   static constexpr int kNoVoxel = std::numeric_limits<int>::max();
 
-  /// Voxels of the rows of a slab that may be cut, in one plane; none where hi < lo.
+  /// Ranges of voxels that a plane's rows of a slab may cut; a range with hi < lo is empty.
   struct Spans {
     bool any = false;
     int least, most;  // of all rows
@@ -164,7 +164,7 @@ class Cut {
     }
   };
 
-  /// Blocks of lanes that begin here are cut in a tile; their ends may lie beyond `next`.
+  /// Start voxels of a tile's blocks of lanes; the blocks' ends may lie beyond `next`.
   struct Tile {
     int first = 0, next = 0;
     bool is_first = true;
@@ -205,7 +205,7 @@ class Cut {
     for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
     for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
     if (!tile_.is_first || tile_.next <= last_i_) clip(lo, hi);
-    // Where the span is empty, lo > hi.
+    // An empty span has lo > hi.
     int least = kNoVoxel, most = -2;
     for (std::size_t l = 0; l < kCutRows; ++l) {
       const bool any = (static_cast<int>(l) < count) & (lo[l] <= hi[l]);
@@ -219,7 +219,8 @@ class Cut {
     out.most = most;
   }
 
-  /// To the blocks of a tile, from where the row's span begins: so a voxel's distance is the same bits in any tile.
+  /// Visits a tile's blocks, counted from the start of the row's span. A voxel's distance therefore has the same bits
+  /// in every tile.
   void clip(std::array<int, kCutRows>& lo, std::array<int, kCutRows>& hi) const noexcept {
     for (std::size_t l = 0; l < kCutRows; ++l) {
       if (lo[l] < tile_.first) {
@@ -255,12 +256,12 @@ class Cut {
           std::array<Wide, kLanes> target;
           find_targets(d, count, target);
           if constexpr (LimitAtOnce<Limit>) {
-            // Needs no old density; that it adds no bone, VoxelGrid::lower_lanes sees to.
+            // It needs no old density: VoxelGrid::lower_lanes never raises one.
             for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(target[l]);
           } else {
             std::array<Wide, kLanes> from;
             for (std::size_t l = 0; l < kLanes; ++l) from[l] = static_cast<Wide>(old[l]);
-            // Most blocks are cut already, and shares cost more than distances.
+            // Earlier ticks have cut most blocks, and shares cost more than distances.
             if (!any_lane<Wide, kLanes>([&](std::size_t l) { return target[l] < from[l]; })) return;
             std::array<float, kLanes> share;
             cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
@@ -270,7 +271,7 @@ class Cut {
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
 
-  /// How steeply the density falls toward lower neighbours [densities per metre]; 0 where none is lower.
+  /// Returns the slope of the density toward lower neighbours [densities per metre]; 0 without a lower neighbour.
   template <std::size_t kLanes>
   void fall_toward_lower(std::size_t voxel, std::array<float, kLanes>& steepness) const noexcept {
     const Density* const here = grid_.data() + voxel;
@@ -293,15 +294,16 @@ class Cut {
     square_roots(steepness);
   }
 
-  /// Whether no target can be lower than what is there: air, mostly.
+  /// Returns true if no target is lower than the present densities, which is usual in air.
   template <std::size_t kLanes>
   [[nodiscard]] bool is_low(const std::array<Density, kLanes>& old) const noexcept {
     const Density lowest = lowest_target_;
     return !any_lane<Density, kLanes>([&](std::size_t l) { return old[l] > lowest; });
   }
 
-  /// What the geometric cut makes of the first `count` lanes; in others, and beyond the reach, nothing is as high.
-  /// Densities as wide as distances and each step in a loop of its own: mixed widths and long bodies stay scalar.
+  /// Returns the geometric cut's targets for the first `count` lanes, and a target that cuts nothing in other lanes and
+  /// beyond the reach. Densities are as wide as distances, and each step has its own loop: compilers do not vectorise
+  /// mixed widths and long bodies.
   template <std::size_t kLanes>
   void find_targets(const std::array<float, kLanes>& d, int count, std::array<Wide, kLanes>& target) const noexcept {
     const float reach = static_cast<float>(reach_);
@@ -317,7 +319,7 @@ class Cut {
       for (std::size_t l = 0; l < kLanes; ++l) target[l] = d[l] < -reach && target[l] < none ? kLowest : target[l];
   }
 
-  /// Lanes that lie above their target fall as the limit lets them.
+  /// Lowers lanes above their target by as much as the limit allows.
   template <std::size_t kLanes>
   void lower_in_time(std::size_t index, const std::array<float, kLanes>& share, const std::array<Wide, kLanes>& target,
                      const std::array<Wide, kLanes>& from, std::array<Density, kLanes>& value) const noexcept {
@@ -355,10 +357,9 @@ class Cut {
 
 }  // namespace detail
 
-/// Cuts `cutter` out of the grid and returns the bone removed [mm³]: the volume that the isosurface loses
-/// (`BoneVolume`), never negative.
-/// `slope` [densities per voxel], 0: `auto_slope`. A cutter with a non-finite place or away from the grid does nothing,
-/// nor does an isovalue that is not finite.
+/// Cuts `cutter` out of the grid and returns the removed bone [mm³]: the volume that the isosurface loses
+/// (`BoneVolume`), never negative. `slope` is in densities per voxel; 0 selects `auto_slope`. A cutter with a
+/// non-finite place or off the grid, or an isovalue that is not finite, cuts nothing.
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
 double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const Policy& policy = {},
              const CutAllowance& allowance = {}, double slope = 0) noexcept {

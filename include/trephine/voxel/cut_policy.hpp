@@ -10,17 +10,17 @@
 #include <concepts>
 #include <cstdint>
 
-/// How fast a cut goes: at once, or at a rate.
+/// Policies for the speed of a cut: at once, at a rate, or with a receding surface.
 namespace trephine {
 
-/// What a tick allows a cut to do: how much any voxel may fall by.
+/// A tick's allowance for a cut, from which policies derive how far a voxel may fall.
 struct CutAllowance {
   double dt = 0;           ///< [s]
   double force_N = 0;      ///< pressing force [N]
   std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
 };
 
-/// A density as limits compute with it: as wide as the distances, so that loops over both vectorise.
+/// Type in which limits compute densities. It is as wide as the distances, so that loops over both are vectorised.
 template <VoxelDensity Density>
 using WideDensity = std::conditional_t<std::is_floating_point_v<Density>, float, int>;
 
@@ -31,12 +31,12 @@ namespace detail {
   x = (x ^ (x >> 13)) * 0xC2B2AE35U;
   return x ^ (x >> 16);
 }
-/// In [0, 1).
+/// Returns a number in [0, 1).
 [[nodiscard]] inline float unit_of(std::uint32_t bits) noexcept {
   return static_cast<float>(static_cast<int>(bits >> 8)) * 0x1p-24F;
 }
 
-/// `old` less `drop`, not below `target`. Integers fall by whole steps: `dither` decides on the fraction.
+/// Returns `old` − `drop`, but not less than `target`. Integers fall by whole steps; `dither` rounds the fraction.
 template <VoxelDensity Density>
 [[nodiscard]] inline WideDensity<Density> lowered(WideDensity<Density> old, float drop, WideDensity<Density> target,
                                                   std::uint32_t dither) noexcept {
@@ -44,7 +44,7 @@ template <VoxelDensity Density>
     const float value = drop > 0 ? old - drop : old;
     return value > target ? value : target;
   } else {
-    // NaN falls by nothing. A whole range is enough for any fall. Of masks: clamps with known bounds become jumps.
+    // NaN falls by nothing. No fall exceeds the type's range. Masks, because clamps with constant bounds become jumps.
     constexpr std::uint32_t kRange = std::bit_cast<std::uint32_t>(65536.0F);
     const std::uint32_t positive = drop > 0 ? ~0U : 0U;
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(drop) & positive;
@@ -55,14 +55,14 @@ template <VoxelDensity Density>
   }
 }
 
-/// What holds at a force and is proportional to it, up to a bound.
+/// A value that holds at a reference force and is proportional to the force, up to a bound.
 inline void check_force_factor(const char* type, double reference_force, double most_force_factor) {
   if (!(reference_force >= 0) || !std::isfinite(reference_force))
     refuse(type, "reference_force must be >= 0 N", reference_force);
   if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
     refuse(type, "most_force_factor must be > 0", most_force_factor);
 }
-/// What a tick at `rate` comes to; without a reference force that plays no part.
+/// Returns the tick's amount at `rate`. Without a reference force the force has no effect.
 [[nodiscard]] inline float in_a_tick(double rate, const CutAllowance& a, double reference_force,
                                      double most_force_factor) noexcept {
   const double factor = reference_force > 0 ? std::min(a.force_N / reference_force, most_force_factor) : 1.0;
@@ -70,7 +70,7 @@ inline void check_force_factor(const char* type, double reference_force, double 
 }
 }  // namespace detail
 
-/// Cuts at once what the body covers. Independent of the tick rate.
+/// Cuts everything that the body covers at once. Independent of the tick rate.
 struct GeometricCut {
   void validate() const {}
 
@@ -88,25 +88,25 @@ struct GeometricCut {
   }
 };
 
-/// The same resistance whatever the density.
+/// Equal resistance at every density.
 struct UniformHardness {
   [[nodiscard]] float operator()(float /*density*/) const noexcept { return 1.0F; }
 };
 
-/// How hard a density is to cut, as a divisor of the rate; > 0.
+/// Hardness of a density: a divisor of the rate, > 0.
 template <class H>
 concept Hardness = std::copy_constructible<H> && requires(const H& h, float density) {
   { h(density) }
   noexcept->std::convertible_to<float>;
 };
 
-/// Approaches the geometric cut: a voxel falls by at most rate · share · dt / hardness(ρ) a tick, and not below the
-/// geometric target. share goes linearly from 1 at `cut_reach` inside the cutter over 1/2 at its surface to 0 at the
-/// same distance outside: all voxels that the geometric cut would change approach it, inner ones first. It is the mean
-/// over the way of the tick (`Cutter`), so that what a pass removes does not hang on how many ticks it takes.
+/// Approaches the geometric cut in time. A voxel falls by at most rate · share · dt / hardness(ρ) a tick, and never
+/// below the geometric target. The share is 1 at `cut_reach` inside the cutter, 1/2 at its surface and 0 at the same
+/// distance outside, linear between. So every voxel that the geometric cut would change approaches its target, inner
+/// voxels first. The share is the mean over the tick's path (`Cutter`): a pass removes the same in any number of ticks.
 ///
-/// Integer densities fall by whole steps whose mean is exact: the fraction decides by a hash of voxel and tick, so that
-/// slow cuts do not stall and two runs give the same bits.
+/// Integer densities fall by whole steps with an exact mean: a hash of voxel and tick rounds the fraction. So slow cuts
+/// do not stall, and two runs give the same bits.
 template <Hardness H = UniformHardness>
 struct RateLimitedCut {
   double rate = 1e5;           ///< densities/s that a wholly covered voxel of hardness 1 loses, > 0
@@ -140,27 +140,29 @@ struct RateLimitedCut {
   }
 };
 
-/// A limit that takes no time: it asks for no share.
+/// A limit without a duration, which needs no share.
 template <class Limit>
 concept LimitAtOnce = requires {
   requires Limit::kAtOnce;
 };
 
-/// A limit that asks how steeply densities fall, as AdvancingCut's does.
+/// A limit that needs the steepness of the densities, as AdvancingCut's does.
 template <class Limit, class Wide>
 concept LimitBySteepness = requires(const Limit& limit, Wide density) {
   { limit(density, density, 1.0F, std::uint32_t{}, 1.0F) }
   noexcept->std::same_as<Wide>;
 };
 
-/// Lets the surface recede into the bone at a speed, along its normal, where the cutter covers it, and not beyond the
-/// geometric cut; the same on every contrast (within a fifteenth over the first two voxels, where a sharp edge is
-/// rounded first). A voxel falls by speed · share · dt · |∇ρ| a tick, the gradient toward lower neighbours, the share
-/// RateLimitedCut's. So bone ahead of the surface keeps its densities, and what holds the burr goes in micrometres a
-/// tick, while a RateLimitedCut wears all that the burr covers at once, and it lets go at once. At most about a voxel a
-/// tick. Costs six more loads a voxel in the cutter's box.
+/// Moves the surface into the bone at a speed, along its normal, where the cutter covers it, but not beyond the
+/// geometric cut. The speed is the same at every contrast, within a fifteenth over the first two voxels, where a sharp
+/// edge is rounded first.
 ///
-/// Integer densities fall by whole steps whose mean is exact, evenly in time; two runs give the same bits.
+/// A voxel falls by speed · share · dt · |∇ρ| a tick, with the gradient toward lower neighbours and RateLimitedCut's
+/// share. So bone ahead of the surface keeps its densities, and the surface under the burr recedes by micrometres a
+/// tick. A RateLimitedCut wears all bone under the burr together, whose support then ends within a tick. The surface
+/// recedes by about a voxel a tick at most. The cut costs six more loads a voxel in the cutter's box.
+///
+/// Integer densities fall by whole steps with an exact mean, evenly in time. Two runs give the same bits.
 struct AdvancingCut {
   double speed = 1e-3;         ///< of the surface where it is wholly covered [m/s], > 0
   double reference_force = 0;  ///< [N]: the speed holds at this force and is proportional to it; 0: force plays no part
@@ -174,8 +176,8 @@ struct AdvancingCut {
 
   template <VoxelDensity Density>
   struct Limit {
-    float way;            // that a wholly covered surface may recede now [m]
-    std::uint32_t phase;  // of a whole turn of 2^32
+    float way;            // distance by which a wholly covered surface may recede now [m]
+    std::uint32_t phase;  // fraction of a turn, in units of 2^-32
 
     using Wide = WideDensity<Density>;
     /// `steepness` in densities per metre.
@@ -187,7 +189,7 @@ struct AdvancingCut {
 
   template <VoxelDensity Density>
   [[nodiscard]] Limit<Density> limit(const CutAllowance& a) const noexcept {
-    // The golden section: fractions of steps come evenly in time, so that neighbours do not drift apart.
+    // The golden ratio spreads fractions of steps evenly in time, so that neighbours stay in step.
     return {detail::in_a_tick(speed, a, reference_force, most_force_factor), a.tick * 0x9E3779B9U};
   }
 };

@@ -9,19 +9,19 @@
 #include <concepts>
 #include <limits>
 
-/// Bodies that remove bone. Each is the space that a cutting tool sweeps in one tick, in G, in metres.
+/// Bodies that remove bone: the space that a cutting tool sweeps in a tick, in G [m].
 namespace trephine {
 
-/// Voxels are cut this many at a time, or half as many where that is enough, so that plain loops vectorise.
+/// Number of voxels that are cut together, or half of it for shorter ranges, so that plain loops are vectorised.
 inline constexpr int kCutLanes = 16;
 using CutLanes = std::array<float, kCutLanes>;
 using HalfCutLanes = std::array<float, kCutLanes / 2>;
 
-/// Rows are looked at this many at a time, too.
+/// Number of rows that are tested together.
 inline constexpr int kCutRows = 16;
 using RowLanes = std::array<double, kCutRows>;
 
-/// Parts of rows along x; empty where hi < lo.
+/// Ranges of rows along x; a range with hi < lo is empty.
 struct RowSpans {
   RowLanes lo;
   RowLanes hi;
@@ -58,8 +58,8 @@ concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLa
 
 namespace detail {
 
-/// Square roots of all lanes. By Eigen, because std::sqrt may set errno, which keeps loops from being vectorised. 32
-/// bytes at a time, which is what compilers make of the loops around: a wider load waits for the stores before it.
+/// Takes the square roots of all lanes. It uses Eigen, because std::sqrt may set errno, which prevents vectorisation.
+/// It works on 32 bytes, as compilers do in the surrounding loops: a wider load would wait for the stores before it.
 template <class Scalar, std::size_t kLanes>
 void square_roots(std::array<Scalar, kLanes>& x) noexcept {
   constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(Scalar));
@@ -75,7 +75,7 @@ template <std::size_t kLanes>
 void add_shares(const std::array<float, kLanes>& distance, float reach, float weight,
                 std::array<float, kLanes>& out) noexcept {
   const float per_reach = -0.5F / reach;
-  // By Eigen: compilers make jumps of clamps with known bounds. 32 bytes at a time, as roots are taken.
+  // Eigen, because compilers make jumps of clamps with constant bounds; 32 bytes, as for the roots.
   constexpr std::size_t kPart = 8;
   static_assert(kLanes % kPart == 0);
   using Part = Eigen::Array<float, kPart, 1>;
@@ -85,7 +85,7 @@ void add_shares(const std::array<float, kLanes>& distance, float reach, float we
   }
 }
 
-/// A cylinder along a segment: what the rows of slender bodies are cut down to. `along` is zero for a point.
+/// A cylinder along a segment, which bounds the rows of slender bodies. `along` is zero for a point.
 class Rod {
  public:
   Rod() = default;
@@ -103,8 +103,8 @@ class Rod {
   [[nodiscard]] const Vec3d& along() const noexcept { return along_; }
   [[nodiscard]] double length() const noexcept { return length_; }
 
-  /// The x of rows (y[l], z) that lie within radius + reach of the segment's line and, along it, of its ends; with
-  /// `beyond_start` none before the start. In plain loops, as all that is done for each row or voxel.
+  /// Returns the ranges of rows (y[l], z) within radius + reach of the segment's line and, along the line, of its ends.
+  /// With `beyond_start` a range holds nothing before the start. Plain loops, as for all work per row or voxel.
   void rows(const RowLanes& y, double z, double reach, RowSpans& out, bool beyond_start = false) const noexcept {
     const double ax = along_.x(), ay = along_.y(), az = along_.z();
     const double y0 = start_.y(), dz = z - start_.z();
@@ -117,7 +117,7 @@ class Rod {
       q[l] = dy * ay + dz * az;
       c[l] = dy * dy + dz * dz - q[l] * q[l] - r * r;
     }
-    // How far inside the line's reach a row comes, below 0 where it does not; then, which rows are beside the ends.
+    // A row's depth inside the line's reach, negative outside; then the rows beside the ends.
     RowLanes in;
     if (per_across > 0) {
       for (std::size_t l = 0; l < kCutRows; ++l) {
@@ -175,9 +175,9 @@ class Rod {
 
 }  // namespace detail
 
-/// A ball, swept in a straight line from where its centre was to where it is: a capsule, exact for any length, so that
-/// what a tick leaves out the next one does not have to make up for. A still ball has equal centres. Where the ball at
-/// the start is cut already (`start_is_cut`), the rows leave out what is nearest to it: half the work of a short way.
+/// A ball swept in a straight line between two centres: a capsule, exact for any length, so that no tick leaves bone
+/// for the next one. A still ball has equal centres. If the ball at the start is cut already (`start_is_cut`), the rows
+/// leave out the part nearest to it, which is half the work of a short path.
 class SphereCutter {
  public:
   SphereCutter(const Vec3d& p_GC_previous, const Vec3d& p_GC, double radius, bool start_is_cut = false) noexcept
@@ -211,7 +211,7 @@ class SphereCutter {
   template <std::size_t kLanes>
   void distances(float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
     const float ax = along_.x(), ay = along_.y(), az = along_.z();
-    // Bounds in variables: known ones make compilers turn the clamp into jumps, and the loop stays scalar.
+    // Variable bounds: compilers turn clamps with constant bounds into jumps, and the loop stays scalar.
     const float start = start_at_, length = length_;
     const float t0 = y * ay + z * az;
     for (std::size_t l = 0; l < kLanes; ++l) {
@@ -229,8 +229,8 @@ class SphereCutter {
     for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
 
-  /// By three Gauss points of the way; a short one by its middle, which is within .008 of the mean. Ticks that join
-  /// make up a path's whole time, whatever their length.
+  /// Integrates the share over the path with three Gauss points; over a short path with its middle, which is within
+  /// .008 of the mean. Consecutive ticks cover a path's whole duration.
   template <std::size_t kLanes>
   void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
@@ -243,7 +243,7 @@ class SphereCutter {
   /// [reaches]
   static constexpr float kShortWay = 0.125F;
 
-  /// With the ball's centre this far along the way.
+  /// Adds the shares with the ball's centre at this fraction of the path.
   template <std::size_t kLanes>
   void add_shares_at(float t, float weight, float x, float step, float y, float z, float reach,
                      std::array<float, kLanes>& out) const noexcept {

@@ -7,11 +7,11 @@
 
 namespace trephine {
 
-/// How a drill ends; a round one does so at both ends.
+/// Shape of a drill's end; a round drill has it at both ends.
 enum class DrillEnd : unsigned char { kFlat, kCone, kRound };
 
-/// A drill bit: a cylinder round T's z axis from its cutting end to `length` behind T's origin. Whatever the end, its
-/// foremost point is one radius ahead of T's origin, where the ball of a burr ends too.
+/// A drill bit: a cylinder about T's z axis, from its cutting end to `length` behind T's origin. The foremost point of
+/// every end is one radius ahead of T's origin, as with the ball of a burr.
 struct DrillBit {
   double radius = 0.001;
   double length = 0.010;  ///< of the cutting flutes, from T's origin toward the handle
@@ -39,14 +39,14 @@ struct DrillBit {
   }
 };
 
-/// A drill bit swept from a pose to the next, in so many still poses that neighbours lie at most half a voxel apart
-/// anywhere on the bit; ways beyond 16 voxels are still cut in 33 poses, farther apart. A surface along the way is cut
-/// with scallops of (half voxel)²/(8 radius); a sharp rim that moves askew is cut to within a quarter voxel.
+/// A drill bit swept between two poses, as a sequence of still poses. Neighbours lie at most half a voxel apart
+/// anywhere on the bit; paths beyond 16 voxels have 33 poses, farther apart. A surface along the path has scallops of
+/// (half voxel)²/(8 radius). A sharp rim that moves askew is exact within a quarter voxel.
 class DrillCutter {
  public:
   static constexpr int kMostPoses = 33;
 
-  /// `step` [m]: farthest that any point of the bit moves between the poses that are cut.
+  /// `step` [m]: largest motion of any point of the bit between two of the poses.
   DrillCutter(const DrillBit& bit, const Posed& X_GT_previous, const Posed& X_GT, double step) noexcept
       : origin_(X_GT.translation()), profile_(bit) {
     const double motion = way(bit, X_GT_previous, X_GT);
@@ -60,7 +60,7 @@ class DrillCutter {
     }
   }
 
-  /// The farthest that any point of the bit moves between two poses, at most [m].
+  /// Returns an upper bound of the motion of the bit's points between two poses [m].
   [[nodiscard]] static double way(const DrillBit& bit, const Posed& a, const Posed& b) noexcept {
     const double far_point = std::hypot(std::max(bit.length, bit.radius), bit.radius);
     const Mat3d turn = a.linear().transpose() * b.linear();
@@ -109,7 +109,7 @@ class DrillCutter {
     }
   }
 
-  /// By trapezia over the poses.
+  /// Integrates over the poses with the trapezoidal rule.
   template <std::size_t kLanes>
   void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
@@ -123,7 +123,7 @@ class DrillCutter {
   }
 
  private:
-  /// From the bit in one of its poses.
+  /// Distances from the bit in one of its poses.
   template <std::size_t kLanes>
   void distances_at(int pose, float x, float step, float y, float z, std::array<float, kLanes>& out) const noexcept {
     const auto& at = poses_[static_cast<std::size_t>(pose)];

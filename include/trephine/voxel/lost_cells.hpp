@@ -15,9 +15,9 @@
 
 namespace trephine::detail {
 
-/// The bone's volume that a cut takes, from the cells of which a corner changed: others lose nothing. Two planes of
-/// voxels at a time, each a tile of up to `kRows` rows and `kVoxels` voxels of them; a bit stands for a voxel, so that
-/// a row of cells is compared in a few operations.
+/// Computes the volume of bone that a cut removes, from the cells with a changed corner. It keeps two planes of voxels,
+/// each a tile of up to `kRows` rows of `kVoxels` voxels, with a bit a voxel. So a row of cells is compared in a few
+/// operations.
 template <VoxelDensity Density>
 class LostCells {
  public:
@@ -27,14 +27,14 @@ class LostCells {
   LostCells(const VoxelGrid<Density>& grid, double isovalue) noexcept
       : grid_(grid), least_(isovalue), before_(isovalue), after_(isovalue) {}
 
-  /// Begins a tile: rows j to j + kRows − 1, voxels x to x + kVoxels − 1, none of which is the border's.
+  /// Begins a tile of rows j to j + kRows − 1 and voxels x to x + kVoxels − 1, without the border.
   void start(int x, int j) noexcept {
     x_ = x - 1;
     j_ = j - 1;
     here_->changed_rows = 0;
   }
 
-  /// Goes on to plane k, k one more than the last one, of which voxels `from` to `to` may have changed cells.
+  /// Continues with plane k, the one after the last. Its voxels `from` to `to` may have changed cells.
   void enter(int k, int from, int to) noexcept {
     std::swap(here_, last_);
     here_->k = k;
@@ -44,7 +44,7 @@ class LostCells {
     here_->changed_rows = 0;
   }
 
-  /// Takes note of lanes (`changed`) of row j, from voxel x on, that will get these values at once.
+  /// Records the lanes (`changed`) of row j, from voxel x on, that are about to get these values.
   template <std::size_t kLanes>
   void note(int j, int x, std::uint32_t changed, const std::array<Density, kLanes>& value) noexcept {
     if (!least_.is_reached) return;
@@ -65,7 +65,7 @@ class LostCells {
     for (std::uint32_t rows = changed | changed >> 1; rows != 0; rows &= rows - 1) add_row(std::countr_zero(rows));
   }
 
-  /// Volume lost so far [cells].
+  /// Returns the volume lost so far [cells].
   [[nodiscard]] double cells() noexcept { return static_cast<double>(whole_) + before_.sum() - after_.sum(); }
 
  private:
@@ -78,7 +78,7 @@ class LostCells {
     std::array<Row, kRows + 2> old;
   };
 
-  /// Keeps a row's densities, before any of them changes or where none does.
+  /// Copies a row's densities before the first change, or in a row without changes.
   void load(Plane& plane, int row) noexcept {
     if ((plane.loaded_rows >> row & 1U) != 0) return;
     plane.loaded_rows |= 1U << row;
@@ -109,7 +109,7 @@ class LostCells {
     const auto r = static_cast<std::size_t>(row);
     const auto any = [&](const auto& a, const auto& b) { return a[r] | a[r + 1] | b[r] | b[r + 1]; };
     const auto all = [&](const auto& a, const auto& b) { return a[r] & a[r + 1] & b[r] & b[r + 1]; };
-    // Bit i of a cell: of its voxels i and i + 1.
+    // Bit i belongs to the cell between voxels i and i + 1.
     const auto either = [](std::uint64_t v) { return v | v >> 1; };
     const auto both = [](std::uint64_t v) { return v & v >> 1; };
     const std::uint64_t changed = either(any(last_->changed, here_->changed));
@@ -118,7 +118,7 @@ class LostCells {
     const std::uint64_t whole = changed & both(all(last_->bone, here_->bone));
     const std::uint64_t some_after = changed & either(any(last_->bone_after, here_->bone_after));
     const std::uint64_t whole_after = changed & both(all(last_->bone_after, here_->bone_after));
-    // Densities fall: what is whole after the cut was so before.
+    // Densities only fall: a cell that is whole after the cut was whole before.
     whole_ += std::popcount(whole ^ whole_after);
     before_.add(some & ~whole, last_->old[r].data(), last_->old[r + 1].data(), here_->old[r].data(),
                 here_->old[r + 1].data());
@@ -130,7 +130,7 @@ class LostCells {
   LeastBone<Density> least_;
   CrossedCells<Density> before_, after_;
   std::int64_t whole_ = 0;
-  int x_ = 0, j_ = 0;  // of bit 0, of row 0
+  int x_ = 0, j_ = 0;  // voxel of bit 0, row of row 0
   std::array<Plane, 2> planes_;
   Plane* here_ = &planes_[0];
   Plane* last_ = &planes_[1];

@@ -14,7 +14,7 @@
 #include <limits>
 #include <utility>
 
-/// How a VoxelGrid's densities are lowered and put back, and its bricks' marks and versions kept meanwhile.
+/// Member functions of VoxelGrid that lower densities, restore them, and keep the bricks' marks and versions.
 namespace trephine {
 
 template <VoxelDensity Density>
@@ -46,7 +46,7 @@ int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& dens
 template <VoxelDensity Density>
 template <class Edit, class Note>
 bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit, Note&& note) noexcept {
-  // What a block reads past x1 is there: a row of border follows, and after the last one 64 spare bytes.
+  // A block may read past x1: a row of border follows, and 64 spare bytes follow the last row.
   static_assert(kLowerLanes <= static_cast<int>(64 / sizeof(Density)));
   constexpr int kHalf = kLowerLanes / 2;
   const BrickRows bricks = brick_rows(j, k);
@@ -73,7 +73,7 @@ auto VoxelGrid<Density>::brick_rows(int j, int k) const noexcept -> BrickRows {
   return rows;
 }
 
-/// Lowers the first `count` lanes of the block at voxel x; widens [first, last] by those that changed.
+/// Lowers the first `count` lanes of the block at voxel x, and extends [first, last] by the changed lanes.
 template <VoxelDensity Density>
 template <std::size_t kLanes, class Edit, class Note>
 void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last,
@@ -83,14 +83,14 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
   std::memcpy(old.data(), at, sizeof(old));
   std::array<Density, kLanes> value = old;
   edit(x, count, std::as_const(old), value);
-  // In separate loops over all lanes, so that they vectorise.
+  // Separate loops over all lanes, so that they are vectorised.
   for (std::size_t l = 0; l < kLanes; ++l) value[l] = value[l] < old[l] ? value[l] : old[l];
   const std::uint32_t changed = detail::lane_bits<Density, kLanes>([&](std::size_t l) { return value[l] < old[l]; });
   if (changed == 0) return;
   first = std::min(first, x + std::countr_zero(changed));
   last = x + 31 - std::countl_zero(changed);
   note(x, changed, std::as_const(value));
-  // Lanes that did not change too: a fixed count costs less than a short one.
+  // Unchanged lanes too: a fixed count costs less than a variable one.
   [&]<std::size_t... kLane>(std::index_sequence<kLane...>) { (store_relaxed(at[kLane], value[kLane]), ...); }
   (std::make_index_sequence<kLanes>());
   std::array<Density, kLanes> low;
@@ -149,7 +149,7 @@ inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRo
   for (std::size_t r = 0; r < bricks.count; ++r) touch_row(bricks.row[r], from, to);
   if (!edited_.empty())
     for_each_word(own_from, own_to, [&](std::size_t w, std::uint64_t bits) { edited_[own_row * words_ + w] |= bits; });
-  // All voxels that these marks are of, joined with those before where there is no gap.
+  // All voxels of these marks, joined with earlier ones if there is no gap.
   int first = std::max(own_from * kBrick, from == 0 ? 0 : from * kBrick + 1);
   int last = std::min(own_to * kBrick + kBrick - 1, to * kBrick + kBrick - 2);
   if (same_rows && first <= marked_.to + 1 && last >= marked_.from - 1) {
@@ -162,7 +162,7 @@ inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRo
 template <VoxelDensity Density>
 void VoxelGrid<Density>::grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept {
   auto& box = edit_box_;
-  // One by one: of loops over three compilers make more.
+  // Written out: compilers make slower code of loops over three elements.
   if (lo[0] < box.lo[0]) box.lo[0] = lo[0];
   if (lo[1] < box.lo[1]) box.lo[1] = lo[1];
   if (lo[2] < box.lo[2]) box.lo[2] = lo[2];
