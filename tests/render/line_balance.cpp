@@ -114,7 +114,8 @@ TEST_CASE_TEMPLATE("Line: contacts add up to the wrench, force and moment, with 
 
 TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no energy") {
   CAPTURE(kSeed);
-  // A median needs all paths, under a sanitizer too. The tip's part is the gradient of an energy, the shaft's but for its lever, and for the tip's entry.
+  // A median needs all paths, under a sanitizer too. The tip's part is the gradient of an energy, the shaft's but for
+  // its lever, and for the tip's entry.
   const Loops in = loops<LineApproxRenderer<double>>({}, 24, false);
   const Loops out = loops<LineApproxRenderer<double>>({}, 24, true);
   MESSAGE("net work, tip always in contact: ", in.changed, ", gained at most ", in.gained.worst(),
