@@ -105,11 +105,15 @@ Bone load_bone(const Options& options) {
   return bone;
 }
 
-std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W, const Options& options) {
+double wanted_voxel(const Grid& grid, const Options& options) {
   constexpr double kFine = 0.4e-3;  // a burr of 1.5 mm has four voxels of radius
+  return options.voxel.value_or(grid.spacing().maxCoeff() > 1.25 * kFine ? kFine : 0);
+}
+
+std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W, const Options& options) {
   constexpr double kReach = 24e-3;  // hole, rim and what a picture shows of them
   const trephine::Vec3d& h = bone.grid.spacing();
-  const double voxel = options.voxel.value_or(h.maxCoeff() > 1.25 * kFine ? kFine : 0);
+  const double voxel = wanted_voxel(bone.grid, options);
   if (!(voxel > 0)) return std::nullopt;
   const trephine::Vec3d u = (bone.grid.X_WG().inverse() * p_W).cwiseQuotient(h);
   trephine::VoxelBox box;

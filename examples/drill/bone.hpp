@@ -32,6 +32,9 @@ struct Bone {
 /// round and its way out of bone is more than one sample; in steps of half a millimetre, or of 0.1 mm below 1 mm.
 [[nodiscard]] trephine::Burr fitting_burr(const Grid& grid, const Options& options);
 
+/// The spacing [m] to resample to: the options' own, or 0.4 mm where voxels are clearly coarser; 0: as read.
+[[nodiscard]] double wanted_voxel(const Grid& grid, const Options& options);
+
 /// The bone within reach of a drill at `p_W`, resampled to the spacing that the options ask for, with a burr that fits
 /// these voxels; nothing where the voxels stay as read. Throws std::invalid_argument as `trephine::resampled`.
 [[nodiscard]] std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_W,

@@ -6,10 +6,13 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 /// OpenGL objects that delete themselves. All of it belongs to the thread of the context.
 namespace live::gl {
@@ -85,6 +88,18 @@ template <class Made>
     throw std::runtime_error("the shaders do not link: " + log.substr(0, static_cast<std::size_t>(length)));
   }
   return program;
+}
+
+/// Reads the framebuffer in use, `channels` values a pixel, top row first.
+template <class Value>
+[[nodiscard]] std::vector<Value> read_pixels(int width, int height, std::size_t channels, GLenum format, GLenum type) {
+  const std::size_t row = channels * static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
+  std::vector<Value> bottom_up(row * rows), out(row * rows);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width, height, format, type, bottom_up.data());
+  for (std::size_t y = 0; y < rows; ++y)
+    std::copy_n(bottom_up.data() + (rows - 1 - y) * row, row, out.data() + y * row);
+  return out;
 }
 
 /// A texture to draw into, with a depth texture if asked.

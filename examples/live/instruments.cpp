@@ -121,8 +121,8 @@ void Instruments::state(Workbench& bench) {
   ImGui::PopTextWrapPos();
 }
 
-void Instruments::plots(const Workbench& bench) {
-  const std::vector<TickSample> samples = const_cast<Workbench&>(bench).session().history().last(kShown);
+void Instruments::plots(Workbench& bench) {
+  const std::vector<TickSample> samples = bench.session().history().last(kShown);
   std::vector<float> force, torque, time;
   for (const TickSample& s : samples) {
     force.push_back(s.force);

@@ -14,7 +14,7 @@ class Instruments {
 
  private:
   void state(Workbench& bench);
-  void plots(const Workbench& bench);
+  void plots(Workbench& bench);
   void sliders(Workbench& bench);
   static void help();
   static void hints(const Workbench& bench, double seconds);

@@ -186,26 +186,9 @@ void ScenePicture::present(int width, int height) const {
   glActiveTexture(GL_TEXTURE0);
 }
 
-std::vector<std::uint8_t> ScenePicture::colours() const {
-  const gl::Target& t = shown();
-  const std::size_t row = 3 * static_cast<std::size_t>(t.width);
-  std::vector<std::uint8_t> bottom_up(row * static_cast<std::size_t>(t.height)), out(bottom_up.size());
-  glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer.name());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, t.width, t.height, GL_RGB, GL_UNSIGNED_BYTE, bottom_up.data());
-  for (std::size_t y = 0; y < static_cast<std::size_t>(t.height); ++y)
-    std::copy_n(bottom_up.data() + (static_cast<std::size_t>(t.height) - 1 - y) * row, row, out.data() + y * row);
-  return out;
-}
-
 std::vector<float> ScenePicture::depths() const {
-  const std::size_t row = static_cast<std::size_t>(frame_.width);
-  std::vector<float> bottom_up(row * static_cast<std::size_t>(frame_.height)), out(bottom_up.size());
   glBindFramebuffer(GL_FRAMEBUFFER, frame_.framebuffer.name());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, frame_.width, frame_.height, GL_DEPTH_COMPONENT, GL_FLOAT, bottom_up.data());
-  for (std::size_t y = 0; y < static_cast<std::size_t>(frame_.height); ++y)
-    std::copy_n(bottom_up.data() + (static_cast<std::size_t>(frame_.height) - 1 - y) * row, row, out.data() + y * row);
+  auto out = gl::read_pixels<float>(frame_.width, frame_.height, 1, GL_DEPTH_COMPONENT, GL_FLOAT);
   for (float& d : out) {
     const double z = kNear * kFar / (kFar - static_cast<double>(d) * (kFar - kNear));
     d = static_cast<float>(std::min(z, kFar));

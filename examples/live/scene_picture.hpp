@@ -57,8 +57,6 @@ class ScenePicture {
   /// Copies the last picture to the framebuffer in use, which is `width` x `height`.
   void present(int width, int height) const;
 
-  /// Returns the last picture's colours, 8-bit RGB, top row first.
-  [[nodiscard]] std::vector<std::uint8_t> colours() const;
   /// Returns the last moving picture's depths in front of the eye [m], top row first; kFar where there is nothing.
   [[nodiscard]] std::vector<float> depths() const;
   /// Returns how many samples the mean of a still scene has.

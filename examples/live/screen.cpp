@@ -173,14 +173,8 @@ std::vector<std::uint8_t> Screen::shot(double time) {
   bench_.picture().present(width_, height_);
   draw_instruments(time);
   glFinish();
-  const std::size_t row = 3 * static_cast<std::size_t>(width_);
-  std::vector<std::uint8_t> bottom_up(row * static_cast<std::size_t>(height_)), out(bottom_up.size());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadBuffer(GL_BACK);
-  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, bottom_up.data());
-  for (std::size_t y = 0; y < static_cast<std::size_t>(height_); ++y)
-    std::copy_n(bottom_up.data() + (static_cast<std::size_t>(height_) - 1 - y) * row, row, out.data() + y * row);
-  return out;
+  return gl::read_pixels<std::uint8_t>(width_, height_, 3, GL_RGB, GL_UNSIGNED_BYTE);
 }
 
 }  // namespace live

@@ -144,7 +144,7 @@ class Session {
   std::atomic<bool> heard_spindle_{false};
   std::atomic<double> heard_force_{0}, heard_removal_{0};
 
-  // Of the haptic thread, and of commands, which run there.
+  // The haptic thread's, and its commands'.
   SessionOptions running_;
   trephine::Registration registration_;
   Posed X_DH_ = Posed::Identity();  // at the last tick

@@ -11,8 +11,6 @@
 namespace live {
 namespace {
 
-using trephine::VoxelBox;
-
 /// The tool at `height` over the spot, leaning away from the viewer so that he sees where it works.
 Posed start_pose(const drill::Spot& spot, const Vec3d& aside, double height) {
   const Vec3d axis = (spot.normal_W - 0.35 * aside).normalized();
@@ -38,7 +36,6 @@ OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
   return camera;
 }
 
-constexpr double kFine = 0.4e-3;       // [m]: below it voxels do not show
 constexpr double kMostVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
 
 }  // namespace
@@ -47,7 +44,7 @@ Loaded load(const drill::Options& options) {
   drill::Bone bone = drill::load_bone(options);
   drill::Spot spot = options.at ? drill::spot_near(bone, *options.at) : drill::find_spot(bone);
   const Vec3d h = bone.grid.spacing();
-  const double voxel = options.voxel.value_or(h.maxCoeff() > 1.25 * kFine ? kFine : 0);
+  const double voxel = drill::wanted_voxel(bone.grid, options);
   if (voxel > 0) {
     double voxels = 1;
     for (std::size_t a = 0; a < 3; ++a) voxels *= bone.grid.size()[a] * h[static_cast<Eigen::Index>(a)] / voxel;
