@@ -19,6 +19,7 @@ Screen& screen_of(GLFWwindow* window) { return *static_cast<Screen*>(glfwGetWind
 
 /// Dear ImGui's own font is small and of pixels; the system's is used where it has one of these.
 void choose_font(float scale) {
+  ImGui::GetIO().Fonts->Clear();
   constexpr std::array kFonts{"dejavu/DejaVuSans.ttf", "noto/NotoSans-Regular.ttf", "ubuntu/Ubuntu-R.ttf",
                               "liberation/LiberationSans-Regular.ttf", "liberation2/LiberationSans-Regular.ttf"};
   ImGuiIO& io = ImGui::GetIO();
@@ -50,15 +51,15 @@ Screen::Screen(Window& window, Workbench& bench, bool by_hand) : window_(window)
   }
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;
-  float x = 1, y = 1;
-  glfwGetWindowContentScale(w, &x, &y);
-  choose_font(x);
-  ImGui::StyleColorsDark();
-  ImGui::GetStyle().WindowRounding = 5;
-  ImGui::GetStyle().ScaleAllSizes(x);
   // The callbacks above come first and are called by Dear ImGui's.
   ImGui_ImplGlfw_InitForOpenGL(w, by_hand);
   ImGui_ImplOpenGL3_Init("#version 330");
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(w, &x, &y);
+  set_content_scale(x);
+  // A window that moves to another monitor, or whose monitor is set up anew.
+  glfwSetWindowContentScaleCallback(w,
+                                    [](GLFWwindow* h, float scale, float) { screen_of(h).set_content_scale(scale); });
   read_size();
 }
 
@@ -67,6 +68,17 @@ Screen::~Screen() {
   ImGui_ImplGlfw_Shutdown();
   ImGui::DestroyContext();
   glfwSetWindowUserPointer(window_.handle(), nullptr);
+}
+
+void Screen::set_content_scale(float scale) {
+  if (!(scale > 0)) return;
+  choose_font(scale);
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+  ImGui::GetStyle() = ImGuiStyle();
+  ImGui::StyleColorsDark();
+  ImGui::GetStyle().WindowRounding = 5;
+  ImGui::GetStyle().ScaleAllSizes(scale);
 }
 
 void Screen::read_size() {

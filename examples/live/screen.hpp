@@ -23,6 +23,8 @@ class Screen {
   void frame(double dt, double time);
   /// Draws scene and instruments in full and returns them, 8-bit RGB, top row first.
   [[nodiscard]] std::vector<std::uint8_t> shot(double time);
+  /// Draws the instruments for a monitor of this scale, 1 for the usual 96 dots per inch. Between frames.
+  void set_content_scale(float scale);
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   /// Returns the keys that the user pressed since the last call.

@@ -405,6 +405,35 @@ TEST_SUITE("picture") {
     }
     CHECK(window.gl_errors() == "");
   }
+
+  TEST_CASE("the instruments follow the scale of the monitor, there and back") {
+    Window window(640, 480, true, true);
+    drill::Bone bone = ball(Vec3d::Constant(0.5e-3), 6e-3);
+    const drill::Spot spot = drill::find_spot(bone);
+    Workbench bench({std::move(bone), spot}, LiveOptions{});
+    {
+      Screen screen(window, bench, true);
+      // Columns from the first that the panel changes to the window's right side.
+      const auto panel_width = [&](float scale) {
+        screen.set_content_scale(scale);
+        (void)screen.shot(1);  // panels take their sizes from the last frame
+        const auto with = screen.shot(1);
+        bench.act(Action::kPanels);
+        const auto without = screen.shot(1);
+        bench.act(Action::kPanels);
+        const auto columns = static_cast<std::size_t>(screen.width());
+        for (std::size_t x = 0; x < columns; ++x)
+          for (std::size_t y = 12; y < 40; ++y)
+            if (with[3 * (y * columns + x)] != without[3 * (y * columns + x)]) return static_cast<double>(columns - x);
+        return 0.0;
+      };
+      const double usual = panel_width(1), doubled = panel_width(2), again = panel_width(1);
+      CHECK(usual > 100);
+      CHECK(doubled / usual == doctest::Approx(2).epsilon(0.05));
+      CHECK(again == usual);
+    }
+    CHECK(window.gl_errors() == "");
+  }
 }
 
 }  // namespace
