@@ -10,6 +10,8 @@
 #include <cstdio>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace drill {
 namespace {
@@ -66,23 +68,25 @@ class Finder {
     const Vec3d p = bone_.grid.X_WG().inverse() * p_W;
     const double reach = 10 * R_;
     const double step = 0.7 * field_.voxel();
-    std::optional<Vec3d> found;
-    double distance = reach;
+    std::vector<std::pair<double, Vec3d>> found;  // by distance
     const int steps = static_cast<int>(std::ceil(reach / step));
     for (int k = -steps; k <= steps; ++k)
       for (int j = -steps; j <= steps; ++j)
         for (int i = -steps; i <= steps; ++i) {
           const Vec3d q = p + step * Vec3d(i, j, k);
           const double d = (q - p).norm();
-          if (d >= distance || !near_surface(q)) continue;
-          found = q;
-          distance = d;
+          if (d < reach && near_surface(q)) found.emplace_back(d, q);
         }
-    const auto patch = found ? settle(*found) : std::nullopt;
+    // Jagged bone has places, often the nearest, where a burr finds no plane to stand on.
+    const auto nearer = [](const auto& a, const auto& b) { return a.first < b.first; };
+    std::sort(found.begin(), found.end(), nearer);
+    std::optional<Patch> patch;
+    for (std::size_t c = 0; c < found.size() && !patch; ++c) patch = settle(found[c].second);
     if (!patch) {
       std::array<char, 160> text{};
-      std::snprintf(text.data(), text.size(), "--at %g %g %g: no open bone surface within %g mm of there",
-                    1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z(), 1e3 * reach);
+      std::snprintf(text.data(), text.size(),
+                    "no open bone surface within %g mm of %g %g %g (choose another place, --at)", 1e3 * reach,
+                    1e3 * p_W.x(), 1e3 * p_W.y(), 1e3 * p_W.z());
       throw std::runtime_error(text.data());
     }
     return in_world(*patch, depth_below(*patch));
