@@ -81,6 +81,7 @@ int run(const LiveOptions& options, int& code) {
   std::size_t frames = 0;
   double paused = 0;
   while (glfwWindowShouldClose(window.handle()) == GLFW_FALSE && !bench.quit()) {
+    screen.follow_mouse(next == events.size());
     glfwPollEvents();
     const double time = seconds_since(start) - paused, dt = std::min(seconds_since(last), 0.1);
     last = Clock::now();

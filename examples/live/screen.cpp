@@ -111,7 +111,7 @@ void Screen::on_key(int key, int) {
 void Screen::on_button(int button, bool down) {
   if (down && ImGui::GetIO().WantCaptureMouse) return;
   if (button == GLFW_MOUSE_BUTTON_LEFT) {
-    if (down != left_) bench_.hold_spindle(down);
+    if (down != left_ && follows_mouse_) bench_.hold_spindle(down);
     left_ = down;
   }
   if (button == GLFW_MOUSE_BUTTON_MIDDLE) middle_ = down;
@@ -123,7 +123,7 @@ void Screen::on_move(double x, double y) {
   mouse_ = now;
   // A window that opens under a resting mouse, or without it, is told of its place; the drill waits for a motion in it.
   if (!std::exchange(entered_, glfwGetWindowAttrib(window_.handle(), GLFW_HOVERED) == GLFW_TRUE)) return;
-  bench_.mouse_at(now.x(), now.y());
+  if (follows_mouse_) bench_.mouse_at(now.x(), now.y());
   if (middle_) {
     if (shift())
       bench_.pan(d.x(), d.y());
@@ -131,7 +131,7 @@ void Screen::on_move(double x, double y) {
       bench_.orbit(d.x(), d.y());
     return;
   }
-  if (ImGui::GetIO().WantCaptureMouse && !left_ && !right_) return;
+  if (!follows_mouse_ || (ImGui::GetIO().WantCaptureMouse && !left_ && !right_)) return;
   if (right_)
     bench_.push_drill(-kDragStep * d.y());
   else if (control())
@@ -144,7 +144,7 @@ void Screen::on_wheel(double notches) {
   if (ImGui::GetIO().WantCaptureMouse) return;
   if (shift())
     bench_.zoom(notches);
-  else
+  else if (follows_mouse_)
     bench_.push_drill(kWheelStep * notches);
 }
 
@@ -152,7 +152,7 @@ void Screen::on_focus(bool has) {
   // Without the focus no release of a button or key is heard: the spindle must not go on turning.
   if (has) return;
   left_ = middle_ = right_ = false;
-  bench_.hold_spindle(false);
+  if (follows_mouse_) bench_.hold_spindle(false);
 }
 
 void Screen::frame(double dt, double time) {

@@ -23,6 +23,8 @@ class Screen {
   void frame(double dt, double time);
   /// Draws scene and instruments in full and returns them, 8-bit RGB, top row first.
   [[nodiscard]] std::vector<std::uint8_t> shot(double time);
+  /// Whether the mouse moves the drill: not while a session is replayed. It turns the view in any case.
+  void follow_mouse(bool follows) { follows_mouse_ = follows; }
   /// Draws the instruments for a monitor of this scale, 1 for the usual 96 dots per inch. Between frames.
   void set_content_scale(float scale);
   [[nodiscard]] int width() const { return width_; }
@@ -52,7 +54,7 @@ class Screen {
   double pixels_ = 1;  // of the framebuffer a unit of the mouse
   int width_ = 0, height_ = 0;
   bool middle_ = false, right_ = false, left_ = false;
-  bool entered_ = false;
+  bool entered_ = false, follows_mouse_ = true;
 };
 
 }  // namespace live
