@@ -5,7 +5,9 @@
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/drill_cutter.hpp>
 
+#include <cstdint>
 #include <type_traits>
+#include <utility>
 
 namespace trephine {
 
@@ -43,7 +45,8 @@ template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
   using Options = Policy;  ///< what a `Remote<Milling>` receives
-  static constexpr bool kCutsAtOnce = std::is_same_v<Policy, GeometricCut>;
+  static constexpr bool kCutsAtOnce =
+      LimitAtOnce<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>;
 
   explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})
       : policy_(policy), options_(options), shape_(shape) {
@@ -57,6 +60,13 @@ class Milling {
     if (!(options_.slope >= 0) || !std::isfinite(options_.slope))
       refuse("Milling", "slope must be >= 0 densities per voxel", options_.slope);
   }
+
+  /// Throws std::invalid_argument for a policy that is not for this bone and isovalue.
+  template <class Grid>
+  void validate_for(const Grid& bone, double isovalue) const requires requires(const Policy& p) {
+    p.validate_for(bone, isovalue);
+  }
+  { policy_.validate_for(bone, isovalue); }
 
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
   /// Replaces the policy between ticks (haptic thread) by one that `validate` accepts.
@@ -102,7 +112,7 @@ class Milling {
 
  private:
   // A geometric cut need not repeat its last cut, unless bone was restored.
-  static constexpr bool kRemembers = std::is_same_v<Policy, GeometricCut> && std::is_same_v<Shape, TipCuts>;
+  static constexpr bool kRemembers = kCutsAtOnce && std::is_same_v<Shape, TipCuts>;
   struct LastCut {
     std::uint64_t stamp = 0;
     Vec3d p_GT = Vec3d::Zero();  // at the last tick

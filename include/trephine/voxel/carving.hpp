@@ -255,6 +255,7 @@ class Cut {
           cutter_.distances(x, step, y, z, d);
           std::array<Wide, kLanes> target;
           find_targets(d, count, target);
+          if constexpr (LimitWithFloor<Limit>) limit_.floor().raise(i, j, k, count, old, target);
           if constexpr (LimitAtOnce<Limit>) {
             // It needs no old density: VoxelGrid::lower_lanes never raises one.
             for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(target[l]);
@@ -267,6 +268,7 @@ class Cut {
             cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
             lower_in_time(grid_.index(i, j, k), share, target, from, value);
           }
+          if constexpr (LimitWithFloor<Limit>) limit_.floor().count_taken(i, j, k, count, old, value);
         },
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
@@ -365,6 +367,8 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
              const CutAllowance& allowance = {}, double slope = 0) noexcept {
   if (!std::isfinite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
+  if constexpr (LimitWithFloor<decltype(limit)>)
+    if (!limit.floor().fits(grid, isovalue)) return 0;  // rather no cut than one without its floors
   const double s = slope_or_auto(slope, grid, isovalue);
   return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
 }

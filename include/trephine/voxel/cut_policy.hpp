@@ -146,6 +146,12 @@ concept LimitAtOnce = requires {
   requires Limit::kAtOnce;
 };
 
+/// A limit with floors, densities below which no voxel falls (CutFloor).
+template <class Limit>
+concept LimitWithFloor = requires(const Limit& limit) {
+  limit.floor();
+};
+
 /// A limit that needs the steepness of the densities, as AdvancingCut's does.
 template <class Limit, class Wide>
 concept LimitBySteepness = requires(const Limit& limit, Wide density) {

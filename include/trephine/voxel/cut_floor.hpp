@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/voxel/carving.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace trephine {
+
+/// Lowest densities that cuts may leave, for bone that must not be cut.
+///
+/// A body's distance c [m], negative inside, gives every voxel near it the floor iso − slope · c/h, rounded up: the
+/// densities of a geometric cut of everything outside the body. A cut with floors lowers a voxel to max(target, floor),
+/// so the wall that stays is as smooth as a cut. The bone inside the body is the set where the trilinear interpolant of
+/// the floors reaches the isovalue. No cut takes any of it:
+/// - where all corners of a cell had at least their floors, the interpolant stays at or above the floors' interpolant;
+/// - where a corner was lower, as at the bone's own surface, all corners of the cell are frozen (`seal`).
+///
+/// Each voxel near a body has an owner, a number from 0 to 254. The floor counts what it refused, and what cuts took of
+/// bodies that are only watched, as whole voxels, each once.
+///
+/// Memory: 11 to 21 bytes a voxel in bricks of 8³ near a body, 4 bytes a brick elsewhere.
+/// Threads: build on any thread before the scene ticks; then the haptic thread alone. Cuts allocate nothing.
+template <VoxelDensity Density>
+class CutFloor {
+ public:
+  static constexpr int kBrick = VoxelGrid<Density>::kBrick;
+  static constexpr int kOwners = 255;
+  using Wide = WideDensity<Density>;
+
+  /// An empty floor for this bone. Throws std::invalid_argument for an isovalue that is not finite.
+  CutFloor(const VoxelGrid<Density>& grid, double isovalue)
+      : size_(grid.size()),
+        bricks_(grid.bricks()),
+        isovalue_(isovalue),
+        per_metre_(auto_slope(grid, isovalue) / grid.spacing().maxCoeff()),
+        reach_(grid.spacing().norm() + grid.spacing().maxCoeff() / 4),
+        voxel_mm3_(grid.spacing().prod() * 1e9),
+        block_of_(grid.brick_count(), kNone) {
+    if (!std::isfinite(isovalue)) refuse("CutFloor", "isovalue must be finite", isovalue);
+    if constexpr (std::is_floating_point_v<Density>)
+      threshold_ = static_cast<Density>(isovalue);
+    else
+      threshold_ = static_cast<Wide>(std::clamp(std::ceil(isovalue), double{kLowest}, double{kMost}));
+  }
+
+  /// Distance from a body within which its voxels need floors [m].
+  [[nodiscard]] double reach() const noexcept { return reach_; }
+
+  /// Protects a body: `distance(i, j, k)` is a voxel's signed distance from it [m]. `box` must hold every voxel nearer
+  /// than `reach()`. Of several bodies the highest floor counts.
+  template <class Distance>
+  void protect(int owner, const VoxelBox& box, Distance&& distance) {
+    for_each_voxel(box, [&](int i, int j, int k) {
+      const double c = distance(i, j, k);
+      if (!(c < reach_)) return;
+      const Density floor = rounded_up(isovalue_ - per_metre_ * c);
+      Block& block = block_at(i, j, k);
+      const std::size_t v = voxel_in_brick(i, j, k);
+      if (block.owner[v] != 0 && !(block.floor[v] < floor)) return;
+      block.floor[v] = floor;
+      block.owner[v] = static_cast<std::uint8_t>(owner + 1);
+      set(block.watched, v, false);
+    });
+  }
+
+  /// Watches a body that may be cut: voxels for which `inside(i, j, k)` is true, unless another body protects them.
+  template <class Inside>
+  void watch(int owner, const VoxelBox& box, Inside&& inside) {
+    for_each_voxel(box, [&](int i, int j, int k) {
+      if (!inside(i, j, k)) return;
+      Block& block = block_at(i, j, k);
+      const std::size_t v = voxel_in_brick(i, j, k);
+      if (block.owner[v] != 0) return;
+      block.owner[v] = static_cast<std::uint8_t>(owner + 1);
+      set(block.watched, v, true);
+    });
+  }
+
+  /// Freezes cells whose bone does not reach its floors. Call it once after all bodies. Frozen voxels are never cut.
+  void seal(const VoxelGrid<Density>& grid) {
+    std::vector<std::array<int, 3>> frozen;
+    for (std::size_t brick = 0; brick < block_of_.size(); ++brick) {
+      if (block_of_[brick] == kNone) continue;
+      // Cells with a corner in the brick; its neighbours find some of them again.
+      std::array<int, 3> lo = grid.brick_coordinates(brick);
+      for (int& at : lo) at *= kBrick;
+      for (int k = lo[2] - 1; k < lo[2] + kBrick; ++k)
+        for (int j = lo[1] - 1; j < lo[1] + kBrick; ++j)
+          for (int i = lo[0] - 1; i < lo[0] + kBrick; ++i)
+            if (must_freeze(grid, i, j, k)) frozen.push_back({i, j, k});
+    }
+    for (const auto& cell : frozen)
+      for (int c = 0; c < 8; ++c) {
+        const int i = cell[0] + (c & 1), j = cell[1] + (c >> 1 & 1), k = cell[2] + (c >> 2);
+        if (!grid.contains(i, j, k)) continue;
+        Block& block = block_at(i, j, k);
+        block.floor[voxel_in_brick(i, j, k)] = kMost;
+      }
+  }
+
+  /// Returns the voxel's floor; the lowest density where there is none. The voxel must lie in the grid.
+  [[nodiscard]] Density floor_at(int i, int j, int k) const noexcept {
+    const std::int32_t b = block_of_[brick_at(i, j, k)];
+    return b == kNone ? kLowest : blocks_[static_cast<std::size_t>(b)].floor[voxel_in_brick(i, j, k)];
+  }
+  /// Returns true if the voxel is protected itself: its floor reaches the isovalue.
+  [[nodiscard]] bool is_protected(int i, int j, int k) const noexcept { return !(floor_at(i, j, k) < threshold_); }
+
+  /// True if the floor was made for a grid of this size and this isovalue.
+  [[nodiscard]] bool fits(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
+    return grid.size() == size_ && isovalue == isovalue_;
+  }
+
+  /// Return the volume of the owner's voxels that cuts would have taken, and took of a watched body [mm³].
+  [[nodiscard]] double refused_mm3(int owner) const noexcept { return voxel_mm3_ * counts(refused_, owner); }
+  [[nodiscard]] double taken_mm3(int owner) const noexcept { return voxel_mm3_ * counts(taken_, owner); }
+  /// The same for all owners.
+  [[nodiscard]] double refused_mm3() const noexcept { return voxel_mm3_ * static_cast<double>(all_refused_); }
+  [[nodiscard]] double taken_mm3() const noexcept { return voxel_mm3_ * static_cast<double>(all_taken_); }
+
+  /// Forgets what was refused and taken.
+  void reset_counts() noexcept {
+    refused_.fill(0);
+    taken_.fill(0);
+    all_refused_ = all_taken_ = 0;
+    for (Block& block : blocks_) block.counted.fill(0);
+  }
+
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return blocks_.size() * sizeof(Block) + block_of_.size() * sizeof(std::int32_t);
+  }
+
+  // --- For cuts, haptic thread ---------------------------------------------------------------------------------------
+  /// Raises the targets of voxels (i, j, k) to (i + count − 1, j, k) to their floors, and counts what that refuses.
+  template <std::size_t kLanes>
+  void raise(int i, int j, int k, int count, const std::array<Density, kLanes>& old,
+             std::array<Wide, kLanes>& target) noexcept {
+    for_each_part(i, j, k, count, [&](Block& block, std::size_t v, std::size_t l) {
+      const Wide floor = block.floor[v];
+      if (!(target[l] < floor)) return;
+      const bool would_go = target[l] < threshold_ && !(old[l] < threshold_);
+      target[l] = floor;
+      if (would_go && !(floor < threshold_)) count_once(block, v, refused_, all_refused_);
+    });
+  }
+
+  /// Counts the watched voxels that fall from `old` to `value` through the isovalue.
+  template <std::size_t kLanes>
+  void count_taken(int i, int j, int k, int count, const std::array<Density, kLanes>& old,
+                   const std::array<Density, kLanes>& value) noexcept {
+    for_each_part(i, j, k, count, [&](Block& block, std::size_t v, std::size_t l) {
+      if (!is_set(block.watched, v) || old[l] < threshold_ || !(value[l] < threshold_)) return;
+      count_once(block, v, taken_, all_taken_);
+    });
+  }
+
+ private:
+  static constexpr std::int32_t kNone = -1;
+  static constexpr std::size_t kVoxels = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
+  static constexpr Density kLowest = std::numeric_limits<Density>::lowest();
+  static constexpr Density kMost = std::numeric_limits<Density>::max();
+  using Bits = std::array<std::uint64_t, kVoxels / 64>;
+
+  struct Block {
+    std::array<Density, kVoxels> floor;
+    std::array<std::uint8_t, kVoxels> owner{};  // 0: none, else owner + 1
+    Bits watched{}, counted{};
+    Block() noexcept { floor.fill(kLowest); }
+  };
+
+  static void set(Bits& bits, std::size_t v, bool on) noexcept {
+    const std::uint64_t bit = std::uint64_t{1} << (v % 64);
+    bits[v / 64] = on ? bits[v / 64] | bit : bits[v / 64] & ~bit;
+  }
+  [[nodiscard]] static bool is_set(const Bits& bits, std::size_t v) noexcept {
+    return (bits[v / 64] >> (v % 64) & 1) != 0;
+  }
+
+  void count_once(Block& block, std::size_t v, std::array<std::uint64_t, kOwners>& counts,
+                  std::uint64_t& all) noexcept {
+    if (is_set(block.counted, v)) return;
+    set(block.counted, v, true);
+    ++all;
+    if (block.owner[v] > 0) ++counts[block.owner[v] - 1U];
+  }
+  [[nodiscard]] static double counts(const std::array<std::uint64_t, kOwners>& counts, int owner) noexcept {
+    return owner >= 0 && owner < kOwners ? static_cast<double>(counts[static_cast<std::size_t>(owner)]) : 0.0;
+  }
+
+  [[nodiscard]] std::size_t brick_at(int i, int j, int k) const noexcept {
+    return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(k / kBrick) * bricks_[1] + j / kBrick) * bricks_[0] +
+                                    i / kBrick);
+  }
+  [[nodiscard]] static std::size_t voxel_in_brick(int i, int j, int k) noexcept {
+    return static_cast<std::size_t>((k % kBrick * kBrick + j % kBrick) * kBrick + i % kBrick);
+  }
+  Block& block_at(int i, int j, int k) {
+    std::int32_t& b = block_of_[brick_at(i, j, k)];
+    if (b == kNone) {
+      b = static_cast<std::int32_t>(blocks_.size());
+      blocks_.emplace_back();
+    }
+    return blocks_[static_cast<std::size_t>(b)];
+  }
+
+  [[nodiscard]] Density rounded_up(double density) const noexcept {
+    if constexpr (std::is_floating_point_v<Density>)
+      return static_cast<Density>(density);
+    else
+      return static_cast<Density>(std::clamp(std::ceil(density), double{kLowest}, double{kMost}));
+  }
+
+  template <class Visit>
+  void for_each_voxel(const VoxelBox& box, Visit&& visit) const {
+    for (int k = std::max(box.lo[2], 0); k <= std::min(box.hi[2], size_[2] - 1); ++k)
+      for (int j = std::max(box.lo[1], 0); j <= std::min(box.hi[1], size_[1] - 1); ++j)
+        for (int i = std::max(box.lo[0], 0); i <= std::min(box.hi[0], size_[0] - 1); ++i) visit(i, j, k);
+  }
+
+  /// Visits the owned and frozen voxels of a part of a row, which spans up to three bricks.
+  template <class Visit>
+  void for_each_part(int i, int j, int k, int count, Visit&& visit) noexcept {
+    for (int l = 0; l < count;) {
+      const int x = i + l;
+      const int end = std::min(l + kBrick - x % kBrick, count);
+      const std::int32_t b = block_of_[brick_at(x, j, k)];
+      if (b == kNone) {
+        l = end;
+        continue;
+      }
+      Block& block = blocks_[static_cast<std::size_t>(b)];
+      std::size_t v = voxel_in_brick(x, j, k);
+      for (; l < end; ++l, ++v) visit(block, v, static_cast<std::size_t>(l));
+    }
+  }
+
+  /// Whether the cell holds protected bone and a corner with less than its floor.
+  [[nodiscard]] bool must_freeze(const VoxelGrid<Density>& grid, int i, int j, int k) const noexcept {
+    bool holds = false, lower = false;
+    for (int c = 0; c < 8; ++c) {
+      const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2);
+      if (!grid.contains(x, y, z)) {
+        lower = true;  // the border is as it is
+        continue;
+      }
+      const Density floor = floor_at(x, y, z);
+      holds = holds || !(floor < threshold_);
+      lower = lower || grid.at(x, y, z) < floor;
+    }
+    return holds && lower;
+  }
+
+  std::array<int, 3> size_;
+  std::array<int, 3> bricks_;
+  double isovalue_;
+  double per_metre_;
+  double reach_;
+  double voxel_mm3_;
+  Wide threshold_{};  // the lowest density that is bone
+  std::vector<std::int32_t> block_of_;
+  std::vector<Block> blocks_;
+  std::array<std::uint64_t, kOwners> refused_{}, taken_{};
+  std::uint64_t all_refused_ = 0, all_taken_ = 0;
+};
+
+}  // namespace trephine
