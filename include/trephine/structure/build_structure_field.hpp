@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/refuse.hpp>
+#include <trephine/structure/label_surface.hpp>
+#include <trephine/structure/label_volume.hpp>
+#include <trephine/structure/parallel_tasks.hpp>
+#include <trephine/structure/structure_field.hpp>
+#include <trephine/structure/surfel_search.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace trephine {
+namespace detail {
+
+/// Builds a StructureField in three sets of parallel tasks: surfels, bands of each structure, nearest structure.
+class StructureFieldBuilder {
+ public:
+  StructureFieldBuilder(const LabelVolume& volume, const StructureFieldOptions& options, BuildProgress* progress)
+      : volume_(volume), options_(options), progress_(progress), threads_(thread_count(options.threads)) {
+    volume.validate();
+    quantum_ = volume.spacing.maxCoeff() / kQuanta;
+    const double most = kLargest * quantum_;
+    if (!(options.reach > 0)) refuse("StructureFieldOptions", "reach must be > 0 m", options.reach);
+    if (!(options.reach <= most))
+      refuse("StructureFieldOptions", "reach must be at most 127 longest spacings", options.reach);
+    if (options.threads < 0) refuse("StructureFieldOptions", "threads must be >= 0", options.threads);
+    find_bricks();
+  }
+
+  [[nodiscard]] std::unique_ptr<const StructureField> build() {
+    if (!find_surfels() || !find_bands()) return nullptr;
+    parts_.size = volume_.size;
+    parts_.spacing = volume_.spacing;
+    parts_.quantum = quantum_;
+    parts_.reach = options_.reach;
+    if (!find_nearest()) return nullptr;
+    if (progress_ != nullptr) progress_->done.store(1.0F, std::memory_order_relaxed);
+    return std::make_unique<const StructureField>(std::move(parts_));
+  }
+
+ private:
+  static constexpr int kQuanta = 256;     // in the longest spacing: 0.002 voxels of rounding
+  static constexpr int kLargest = 32767;  // of 16 bits
+  static constexpr int kBrick = SurfelSearch::kBrick;
+  static constexpr int kNone = 256;                       // structures and "no structure", as bits of a brick
+  using Present = std::array<std::uint64_t, kNone / 64>;  // bit l: a voxel has label l
+
+  struct BandBrick {
+    std::array<int, 3> at;
+    std::int32_t kind;  // 0: with samples; else DistanceBand::kInside
+    std::array<std::int16_t, kBrick * kBrick * kBrick> samples;
+  };
+
+  void find_bricks() {
+    for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (volume_.size[a] + kBrick - 1) / kBrick;
+    present_.resize(static_cast<std::size_t>(bricks_[0]) * static_cast<std::size_t>(bricks_[1]) *
+                    static_cast<std::size_t>(bricks_[2]));
+    std::size_t n = 0;
+    for (int k = 0; k < volume_.size[2]; ++k)
+      for (int j = 0; j < volume_.size[1]; ++j)
+        for (int i = 0; i < volume_.size[0]; ++i, ++n) {
+          const std::uint8_t label = volume_.structure[n];
+          present_[brick_index(i / kBrick, j / kBrick, k / kBrick)][label / 64] |= std::uint64_t{1} << (label % 64);
+          if (label == 0) continue;
+          if (label > boxes_.size()) boxes_.resize(label, LatticeBox{volume_.size, {-1, -1, -1}});
+          LatticeBox& box = boxes_[label - std::size_t{1}];
+          const std::array<int, 3> at{i, j, k};
+          for (std::size_t a = 0; a < 3; ++a) {
+            box.lo[a] = std::min(box.lo[a], at[a]);
+            box.hi[a] = std::max(box.hi[a], at[a]);
+          }
+        }
+  }
+
+  [[nodiscard]] std::size_t brick_index(int bx, int by, int bz) const noexcept {
+    return static_cast<std::size_t>(bx) +
+           static_cast<std::size_t>(bricks_[0]) *
+               (static_cast<std::size_t>(by) + static_cast<std::size_t>(bricks_[1]) * static_cast<std::size_t>(bz));
+  }
+
+  /// True if a brick that meets the box has a voxel of label `label` (0: none, or beyond the volume).
+  [[nodiscard]] bool has(const LatticeBox& box, std::uint32_t label) const noexcept {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (label == 0 && (box.lo[a] < 0 || box.hi[a] >= volume_.size[a])) return true;
+      if (box.hi[a] < 0 || box.lo[a] >= volume_.size[a]) return false;
+    }
+    const auto lo = [&](std::size_t a) { return std::max(box.lo[a], 0) / kBrick; };
+    const auto hi = [&](std::size_t a) { return std::min(box.hi[a], volume_.size[a] - 1) / kBrick; };
+    for (int z = lo(2); z <= hi(2); ++z)
+      for (int y = lo(1); y <= hi(1); ++y)
+        for (int x = lo(0); x <= hi(0); ++x)
+          if ((present_[brick_index(x, y, z)][label / 64] >> (label % 64) & 1) != 0) return true;
+    return false;
+  }
+
+  [[nodiscard]] bool find_surfels() {
+    struct Block {
+      int structure;
+      std::array<int, 3> first;
+    };
+    std::vector<Block> blocks;
+    constexpr int kBlock = LabelSurface::kBlock;
+    for (std::size_t s = 0; s < boxes_.size(); ++s) {
+      const auto& [lo, hi] = boxes_[s];
+      for (int z = lo[2] / kBlock; z <= hi[2] / kBlock && hi[2] >= 0; ++z)
+        for (int y = lo[1] / kBlock; y <= hi[1] / kBlock; ++y)
+          for (int x = lo[0] / kBlock; x <= hi[0] / kBlock; ++x)
+            if (has({{x * kBlock, y * kBlock, z * kBlock},
+                     {(x + 1) * kBlock - 1, (y + 1) * kBlock - 1, (z + 1) * kBlock - 1}},
+                    static_cast<std::uint32_t>(s + 1)))
+              blocks.push_back({static_cast<int>(s), {x * kBlock, y * kBlock, z * kBlock}});
+    }
+    std::vector<std::vector<Surfel>> found(blocks.size());
+    std::vector<LabelSurface> finders(static_cast<std::size_t>(threads_), LabelSurface(volume_, options_.smooth));
+    if (!run_tasks(blocks.size(), threads_, {progress_, 0.0F, 0.1F}, [&](std::size_t task, int thread) {
+          finders[static_cast<std::size_t>(thread)].find(blocks[task].structure, blocks[task].first, found[task]);
+        }))
+      return false;
+    std::size_t sum = 0;
+    for (const auto& f : found) sum += f.size();
+    surfels_.reserve(sum);
+    first_surfel_.assign(boxes_.size() + 1, 0);
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      surfels_.insert(surfels_.end(), found[b].begin(), found[b].end());
+      found[b] = {};
+      first_surfel_[static_cast<std::size_t>(blocks[b].structure) + 1] = surfels_.size();
+    }
+    for (std::size_t s = 1; s < first_surfel_.size(); ++s)
+      first_surfel_[s] = std::max(first_surfel_[s], first_surfel_[s - 1]);
+    return true;
+  }
+
+  [[nodiscard]] std::span<const Surfel> surfels_of(std::size_t structure) const noexcept {
+    return std::span<const Surfel>(surfels_).subspan(first_surfel_[structure],
+                                                     first_surfel_[structure + 1] - first_surfel_[structure]);
+  }
+
+  [[nodiscard]] std::int16_t stored(float distance, bool inside) const noexcept {
+    const double quanta = std::clamp(std::round(static_cast<double>(distance) / quantum_), 1.0, 1.0 * kLargest);
+    return static_cast<std::int16_t>(inside ? -quanta : quanta);
+  }
+
+  /// Samples of the nearest structure: one beyond the volume on each side.
+  [[nodiscard]] std::size_t dense_index(int i, int j, int k) const noexcept {
+    return static_cast<std::size_t>(i + 1) +
+           static_cast<std::size_t>(volume_.size[0] + 2) *
+               (static_cast<std::size_t>(j + 1) +
+                static_cast<std::size_t>(volume_.size[1] + 2) * static_cast<std::size_t>(k + 1));
+  }
+
+  struct Cell {
+    std::size_t structure;
+    std::array<int, 3> first;
+  };
+
+  /// Box of whole bricks with every sample that is nearer than reach to a structure's surface or in it.
+  [[nodiscard]] LatticeBox region(std::size_t structure) const noexcept {
+    LatticeBox box = boxes_[structure];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const int margin =
+          static_cast<int>(std::ceil(options_.reach / volume_.spacing[static_cast<Eigen::Index>(a)])) + 1;
+      box.lo[a] = (box.lo[a] - margin) & ~(kBrick - 1);
+      box.hi[a] = (box.hi[a] + margin) | (kBrick - 1);
+    }
+    return box;
+  }
+
+  static void add_cells(std::size_t structure, const LatticeBox& box, std::vector<Cell>& cells) {
+    constexpr int kRoot = SurfelSearch::kRoot;
+    for (int z = box.lo[2]; z <= box.hi[2]; z += kRoot)
+      for (int y = box.lo[1]; y <= box.hi[1]; y += kRoot)
+        for (int x = box.lo[0]; x <= box.hi[0]; x += kRoot) cells.push_back({structure, {x, y, z}});
+  }
+
+  [[nodiscard]] bool find_bands() {
+    const std::size_t samples = dense_index(volume_.size[0], volume_.size[1], volume_.size[2]) + 1;
+    parts_.distance.resize(samples);
+    parts_.structure.resize(samples);
+    std::vector<Cell> cells;
+    for (std::size_t s = 0; s < boxes_.size(); ++s)
+      if (boxes_[s].hi[0] >= 0) add_cells(s, region(s), cells);
+    std::vector<std::vector<BandBrick>> found(cells.size());
+    if (!run_tasks(cells.size(), threads_, {progress_, 0.1F, 0.5F},
+                   [&](std::size_t task, int) { find_band(cells[task], found[task]); }))
+      return false;
+    parts_.bands.resize(boxes_.size());
+    for (std::size_t s = 0; s < boxes_.size(); ++s) {
+      if (boxes_[s].hi[0] < 0) continue;
+      const LatticeBox box = region(s);
+      DistanceBand& band = parts_.bands[s];
+      for (std::size_t a = 0; a < 3; ++a) {
+        band.first[a] = box.lo[a] / kBrick;
+        band.count[a] = (box.hi[a] + 1 - box.lo[a]) / kBrick;
+      }
+      band.table.assign(static_cast<std::size_t>(band.count[0]) * static_cast<std::size_t>(band.count[1]) *
+                            static_cast<std::size_t>(band.count[2]),
+                        DistanceBand::kOutside);
+    }
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      DistanceBand& band = parts_.bands[cells[c].structure];
+      for (const BandBrick& b : found[c]) {
+        const std::size_t entry =
+            static_cast<std::size_t>(b.at[0] - band.first[0]) +
+            static_cast<std::size_t>(band.count[0]) *
+                (static_cast<std::size_t>(b.at[1] - band.first[1]) +
+                 static_cast<std::size_t>(band.count[1]) * static_cast<std::size_t>(b.at[2] - band.first[2]));
+        if (b.kind != 0) {
+          band.table[entry] = b.kind;
+          continue;
+        }
+        band.table[entry] = static_cast<std::int32_t>(band.bricks.size());
+        band.bricks.push_back(b.at);
+        band.samples.insert(band.samples.end(), b.samples.begin(), b.samples.end());
+      }
+      found[c] = {};
+    }
+    for (DistanceBand& band : parts_.bands) {
+      band.bricks.shrink_to_fit();
+      band.samples.shrink_to_fit();
+    }
+    return true;
+  }
+
+  void find_band(const Cell& cell, std::vector<BandBrick>& out) {
+    const auto label = static_cast<std::uint8_t>(cell.structure + 1);
+    SurfelSearch search(surfels_of(cell.structure), volume_.spacing);
+    const auto reach = static_cast<float>(options_.reach);
+    bool near = false;
+    search.run(
+        cell.first, region(cell.structure),
+        [&](const LatticeBox& box, float distance) {
+          near = distance < reach;
+          return near || has(box, label);
+        },
+        [&](int i, int j, int k) { return near || volume_.at(i, j, k) == label; },
+        [&](const LatticeBox& box, const std::array<int, 3>& first, const SurfelSearch::Brick& brick) {
+          BandBrick b{};
+          b.at = {first[0] / kBrick, first[1] / kBrick, first[2] / kBrick};
+          bool in_band = false, any_inside = false;
+          for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+            for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+              for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+                const bool inside = volume_.at(i, j, k) == label;
+                if (!near && !inside) continue;
+                const std::size_t n = SurfelSearch::brick_offset(i, j, k);
+                b.samples[n] = stored(brick[n].distance, inside);
+                in_band = in_band || brick[n].distance < reach;
+                any_inside = any_inside || inside;
+                if (!inside) continue;
+                parts_.distance[dense_index(i, j, k)] = b.samples[n];
+                parts_.structure[dense_index(i, j, k)] = static_cast<std::uint8_t>(cell.structure);
+              }
+          if (!in_band && !any_inside) return;
+          b.kind = in_band ? 0 : DistanceBand::kInside;
+          out.push_back(b);
+        });
+  }
+
+  [[nodiscard]] bool find_nearest() {
+    std::vector<Cell> cells;
+    const LatticeBox all{{-1, -1, -1}, volume_.size};
+    add_cells(0, {{-kBrick, -kBrick, -kBrick}, all.hi}, cells);
+    return run_tasks(cells.size(), threads_, {progress_, 0.5F, 1.0F}, [&](std::size_t task, int) {
+      SurfelSearch search(surfels_, volume_.spacing);
+      const auto needed = [&](int i, int j, int k) { return volume_.at(i, j, k) == 0; };
+      search.run(
+          cells[task].first, all, [&](const LatticeBox& box, float) { return has(box, 0); }, needed,
+          [&](const LatticeBox& box, const std::array<int, 3>&, const SurfelSearch::Brick& brick) {
+            for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+              for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+                for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+                  if (!needed(i, j, k)) continue;
+                  const NearestSurfel& d = brick[SurfelSearch::brick_offset(i, j, k)];
+                  parts_.distance[dense_index(i, j, k)] = stored(d.distance, false);
+                  parts_.structure[dense_index(i, j, k)] = static_cast<std::uint8_t>(d.structure);
+                }
+          });
+    });
+  }
+
+  const LabelVolume& volume_;
+  const StructureFieldOptions& options_;
+  BuildProgress* progress_;
+  int threads_;
+  double quantum_ = 0;
+  std::array<int, 3> bricks_{};
+  std::vector<Present> present_;
+  std::vector<LatticeBox> boxes_;  // of each structure's voxels; hi is negative if there are none
+  std::vector<Surfel> surfels_;    // by structure
+  std::vector<std::size_t> first_surfel_;
+  StructureFieldParts parts_;
+};
+
+}  // namespace detail
+
+/// Builds the distances to all structures of a label volume. Null if `progress->cancel` was set before the end.
+[[nodiscard]] inline std::unique_ptr<const StructureField> build_structure_field(
+    const LabelVolume& volume, const StructureFieldOptions& options = {}, BuildProgress* progress = nullptr) {
+  return detail::StructureFieldBuilder(volume, options, progress).build();
+}
+
+}  // namespace trephine

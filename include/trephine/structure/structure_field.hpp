@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace trephine {
+
+/// Signed distance to the nearest structure's surface.
+struct NearestStructure {
+  double distance;  ///< [m], negative inside of the structure
+  int structure;    ///< its number, from 0; -1 at a point that is not finite
+};
+
+/// A brick of 8³ samples of one structure's signed distance.
+struct StructureBrick {
+  std::array<int, 3> first{};  ///< sample (i, j, k) of the brick's first one, a multiple of 8; may be negative
+  std::span<const std::int16_t> samples;  ///< 512, x fastest, in quanta (`StructureField::quantum`)
+};
+
+namespace detail {
+
+/// Samples of one structure's distance in sparse bricks.
+struct DistanceBand {
+  static constexpr std::int32_t kOutside = -1;  // no brick: beyond reach, outside of the structure
+  static constexpr std::int32_t kInside = -2;   // no brick: beyond reach, inside
+  std::array<int, 3> first{};                   // brick coordinates of the table's first entry
+  std::array<int, 3> count{};                   // bricks in the table along each axis
+  std::vector<std::int32_t> table;              // number of a brick's samples, x fastest
+  std::vector<std::array<int, 3>> bricks;       // brick coordinates, by number
+  std::vector<std::int16_t> samples;            // 512 a brick [quanta]
+
+  [[nodiscard]] std::int32_t brick(int bx, int by, int bz) const noexcept {
+    const int x = bx - first[0], y = by - first[1], z = bz - first[2];
+    if (x < 0 || y < 0 || z < 0 || x >= count[0] || y >= count[1] || z >= count[2]) return kOutside;
+    return table[static_cast<std::size_t>(x) +
+                 static_cast<std::size_t>(count[0]) *
+                     (static_cast<std::size_t>(y) + static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(z))];
+  }
+};
+
+/// What a builder hands to a StructureField.
+struct StructureFieldParts {
+  std::array<int, 3> size{};  // of the label volume
+  Vec3d spacing = Vec3d::Zero();
+  double quantum = 0;
+  double reach = 0;
+  std::vector<std::int16_t> distance;   // (size + 2)³ samples from voxel (-1, -1, -1), x fastest [quanta]
+  std::vector<std::uint8_t> structure;  // the same samples: the nearest structure
+  std::vector<DistanceBand> bands;      // by structure
+};
+
+}  // namespace detail
+
+/// Signed distances to structures that must not be cut. `build_structure_field` makes it from labels.
+///
+/// Frame S: the centre of voxel (i, j, k) of the labels lies at `spacing * (i, j, k)`. Distances are in metres,
+/// negative inside of a structure. Samples are 16-bit multiples of `quantum`, which is 1/256 of the longest spacing.
+/// They are clamped at ±127.99 longest spacings. A structure ends where the volume ends.
+///
+/// Memory: 3 bytes a voxel for the nearest structure, and 1 KiB for each brick of 8³ samples near a structure's
+/// surface. Immutable: any number of threads may look up at a time. Lookups take no memory and do not throw.
+class StructureField {
+ public:
+  static constexpr int kBrick = 8;  ///< edge of a brick [samples]
+
+  explicit StructureField(detail::StructureFieldParts parts) noexcept : parts_(std::move(parts)) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      per_metre_[axis] = 1 / parts_.spacing[axis];
+      last_[axis] = parts_.size[a] + 1;
+      pitch_[a] = a == 0 ? 1 : pitch_[a - 1] * static_cast<std::size_t>(parts_.size[a - 1] + 2);
+    }
+  }
+
+  [[nodiscard]] std::array<int, 3> size() const noexcept { return parts_.size; }  ///< of the label volume [voxels]
+  [[nodiscard]] const Vec3d& spacing() const noexcept { return parts_.spacing; }  ///< [m]
+  [[nodiscard]] double quantum() const noexcept { return parts_.quantum; }        ///< step of a stored distance [m]
+  [[nodiscard]] double reach() const noexcept { return parts_.reach; }            ///< half width of the bands [m]
+  [[nodiscard]] int structures() const noexcept { return static_cast<int>(parts_.bands.size()); }
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    std::size_t sum = parts_.distance.size() * sizeof(std::int16_t) + parts_.structure.size();
+    for (const auto& b : parts_.bands)
+      sum += b.table.size() * sizeof(std::int32_t) + b.bricks.size() * sizeof(b.bricks[0]) +
+             b.samples.size() * sizeof(std::int16_t);
+    return sum;
+  }
+
+  /// Signed distance at p_S [m] to the nearest structure's surface, trilinear between samples, and the structure that
+  /// is nearest to the nearest sample.
+  ///
+  /// Beyond the volume: the root of the sum of squares of the distance from the volume and the distance at the volume's
+  /// nearest point. It is a lower bound, because every structure lies in the volume and the volume is convex.
+  [[nodiscard]] NearestStructure nearest(const Vec3d& p_S) const noexcept {
+    Cell c;
+    if (!locate(p_S, c)) return {0, -1};
+    return {beyond(interpolate(c), c), parts_.structure[c.nearest]};
+  }
+
+  /// The same, and the gradient at p_S, of about unit length: the direction of increasing distance.
+  [[nodiscard]] NearestStructure nearest(const Vec3d& p_S, Vec3d& gradient) const noexcept {
+    Cell c;
+    gradient.setZero();
+    if (!locate(p_S, c)) return {0, -1};
+    const double inside = interpolate(c), d = beyond(inside, c);
+    slope(c, gradient);
+    if (c.beyond.squaredNorm() > 0) {
+      for (Eigen::Index a = 0; a < 3; ++a)
+        if (c.beyond[a] != 0) gradient[a] = 0;
+      gradient = d > 0 ? Vec3d((inside * gradient + c.beyond) / d) : Vec3d(c.beyond.normalized());
+    }
+    return {d, parts_.structure[c.nearest]};
+  }
+
+  /// Signed distance at p_S [m] to the surface of `structure`, in [0, structures()), clamped to ±reach(). Trilinear
+  /// between samples. 0 at a point that is not finite.
+  [[nodiscard]] double distance(int structure, const Vec3d& p_S) const noexcept {
+    Corners d;
+    Vec3d t;
+    if (!corners(structure, p_S, d, t)) return 0;
+    return std::clamp(trilinear(d, t), -reach(), reach());
+  }
+
+  /// The same, and the gradient at p_S; zero where the distance is clamped.
+  [[nodiscard]] double distance(int structure, const Vec3d& p_S, Vec3d& gradient) const noexcept {
+    Corners d;
+    Vec3d t;
+    gradient.setZero();
+    if (!corners(structure, p_S, d, t)) return 0;
+    const double v = trilinear(d, t);
+    if (!(std::abs(v) < reach())) return std::clamp(v, -reach(), reach());
+    trilinear_slope(d, t, gradient);
+    return v;
+  }
+
+  /// True if p_S is nearer than reach() to the surface of `structure`, from either side.
+  [[nodiscard]] bool reaches(int structure, const Vec3d& p_S) const noexcept {
+    return std::abs(distance(structure, p_S)) < reach();
+  }
+
+  /// Bricks with samples of `structure`, and one of them by its number. Every sample nearer than reach() is in one.
+  [[nodiscard]] std::size_t brick_count(int structure) const noexcept { return band(structure).bricks.size(); }
+  [[nodiscard]] StructureBrick brick(int structure, std::size_t number) const noexcept {
+    const auto& b = band(structure);
+    const auto& at = b.bricks[number];
+    return {{at[0] * kBrick, at[1] * kBrick, at[2] * kBrick},
+            std::span<const std::int16_t>(b.samples).subspan(number * kSamples, kSamples)};
+  }
+
+  /// Calls `visit(structure)` for each structure with samples in the brick of sample (i, j, k), in ascending order.
+  template <class Visit>
+  void structures_near(int i, int j, int k, const Visit& visit) const {
+    for (int s = 0; s < structures(); ++s)
+      if (band(s).brick(i >> kShift, j >> kShift, k >> kShift) >= 0) visit(s);
+  }
+
+  /// Signed distance of `structure` at sample (i, j, k), at `spacing * (i, j, k)` [m]; ±reach() beyond the band.
+  [[nodiscard]] double sample(int structure, int i, int j, int k) const noexcept {
+    return sample(band(structure), i, j, k);
+  }
+
+ private:
+  static constexpr int kShift = 3;  // log2 of kBrick
+  static constexpr std::size_t kSamples = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
+  static constexpr double kFarthest = 1e9;  // [samples] coordinates beyond it give no structure
+
+  /// The eight samples about a point, of which 1 counts as `t` along an axis.
+  using Corners = std::array<double, 8>;
+
+  /// A point among the samples of the nearest structure.
+  struct Cell {
+    std::size_t base, nearest;  // samples: the cell's first, and the one nearest to the point
+    Vec3d t;                    // place in the cell, 0 to 1
+    Vec3d beyond;               // from the samples' box to the point [m]
+    Corners d;                  // the cell's samples [quanta]
+  };
+
+  [[nodiscard]] const detail::DistanceBand& band(int structure) const noexcept {
+    return parts_.bands[static_cast<std::size_t>(structure)];
+  }
+
+  [[nodiscard]] bool locate(const Vec3d& p_S, Cell& c) const noexcept {
+    c.base = 0;
+    c.nearest = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double u = p_S[axis] * per_metre_[axis] + 1;
+      if (!(std::abs(u) < kFarthest)) return false;
+      const double inside = std::clamp(u, 0.0, last_[axis]);
+      const int i = std::min(static_cast<int>(inside), static_cast<int>(last_[axis]) - 1);
+      c.t[axis] = inside - i;
+      c.beyond[axis] = (u - inside) * parts_.spacing[axis];
+      c.base += static_cast<std::size_t>(i) * pitch_[a];
+      c.nearest += static_cast<std::size_t>(c.t[axis] < 0.5 ? i : i + 1) * pitch_[a];
+    }
+    const std::int16_t* const first = parts_.distance.data() + c.base;
+    for (std::size_t n = 0; n < 8; ++n) c.d[n] = first[(n & 1) + (n >> 1 & 1) * pitch_[1] + (n >> 2) * pitch_[2]];
+    return true;
+  }
+  [[nodiscard]] double interpolate(const Cell& c) const noexcept { return trilinear(c.d, c.t) * parts_.quantum; }
+  void slope(const Cell& c, Vec3d& gradient) const noexcept {
+    trilinear_slope(c.d, c.t, gradient);
+    gradient *= parts_.quantum;
+  }
+  [[nodiscard]] static double beyond(double inside, const Cell& c) noexcept {
+    const double square = c.beyond.squaredNorm();
+    return square > 0 ? std::sqrt(square + inside * inside) : inside;
+  }
+
+  [[nodiscard]] static double trilinear(const Corners& d, const Vec3d& t) noexcept {
+    const double x0 = d[0] + t.x() * (d[1] - d[0]), x1 = d[2] + t.x() * (d[3] - d[2]);
+    const double x2 = d[4] + t.x() * (d[5] - d[4]), x3 = d[6] + t.x() * (d[7] - d[6]);
+    const double y0 = x0 + t.y() * (x1 - x0), y1 = x2 + t.y() * (x3 - x2);
+    return y0 + t.z() * (y1 - y0);
+  }
+  void trilinear_slope(const Corners& d, const Vec3d& t, Vec3d& gradient) const noexcept {
+    const auto across = [](double a, double b, double c, double e, double u, double v) {
+      const double low = a + u * (b - a), high = c + u * (e - c);
+      return low + v * (high - low);
+    };
+    gradient.x() = across(d[1] - d[0], d[3] - d[2], d[5] - d[4], d[7] - d[6], t.y(), t.z()) * per_metre_.x();
+    gradient.y() = across(d[2] - d[0], d[3] - d[1], d[6] - d[4], d[7] - d[5], t.x(), t.z()) * per_metre_.y();
+    gradient.z() = across(d[4] - d[0], d[5] - d[1], d[6] - d[2], d[7] - d[3], t.x(), t.y()) * per_metre_.z();
+  }
+
+  [[nodiscard]] double sample(const detail::DistanceBand& b, int i, int j, int k) const noexcept {
+    const std::int32_t n = b.brick(i >> kShift, j >> kShift, k >> kShift);
+    if (n < 0) return n == detail::DistanceBand::kInside ? -reach() : reach();
+    constexpr int kMask = kBrick - 1;
+    const int offset = (i & kMask) + kBrick * ((j & kMask) + kBrick * (k & kMask));
+    const double d = b.samples[static_cast<std::size_t>(n) * kSamples + static_cast<std::size_t>(offset)];
+    return std::clamp(d * parts_.quantum, -reach(), reach());
+  }
+
+  [[nodiscard]] bool corners(int structure, const Vec3d& p_S, Corners& d, Vec3d& t) const noexcept {
+    std::array<int, 3> at{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double u = p_S[axis] * per_metre_[axis];
+      if (!(std::abs(u) < kFarthest)) return false;
+      const double low = std::floor(u);
+      at[a] = static_cast<int>(low);
+      t[axis] = u - low;
+    }
+    const auto& b = band(structure);
+    for (std::size_t n = 0; n < 8; ++n)
+      d[n] = sample(b, at[0] + static_cast<int>(n & 1), at[1] + static_cast<int>(n >> 1 & 1),
+                    at[2] + static_cast<int>(n >> 2));
+    return true;
+  }
+
+  detail::StructureFieldParts parts_;
+  Vec3d per_metre_ = Vec3d::Zero();
+  Vec3d last_ = Vec3d::Zero();  // largest coordinate among the samples
+  std::array<std::size_t, 3> pitch_{};
+};
+
+}  // namespace trephine

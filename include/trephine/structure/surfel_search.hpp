@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+#include <trephine/structure/label_surface.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+/// Distances from lattice points to a set of surfels, by descent through a tree of cells.
+namespace trephine::detail {
+
+/// Distance of a point from a set of surfels: an average over the surfels that are about as near as the nearest.
+///
+/// A surfel's own distance is that of a disc about it. Weights fall from 1 at the nearest to 0 where the squared
+/// distance to the surfel's centre exceeds the smallest by `kBlend`² longest spacings. On a plane this is a fixed
+/// lateral window.
+struct SurfelDistance {
+  static constexpr float kBlend = 1.0F;  ///< [longest spacings]
+  static constexpr float kDisc = 0.5F;   ///< radius of a surfel's disc [longest spacings]
+};
+
+/// Surfels that may be nearest to a point of a cell; arrays are padded with points far away.
+struct Candidates {
+  static constexpr std::size_t kLanes = 8;
+  std::vector<float> x, y, z;
+  std::vector<std::uint32_t> index;
+  std::size_t count = 0;
+
+  void clear() {
+    count = 0;
+    x.clear(), y.clear(), z.clear(), index.clear();
+  }
+  void add(float px, float py, float pz, std::uint32_t i) {
+    x.push_back(px), y.push_back(py), z.push_back(pz), index.push_back(i);
+    ++count;
+  }
+  void pad() {
+    constexpr float kFarAway = 1e6F;  // [m]
+    while (x.size() % kLanes != 0) x.push_back(kFarAway), y.push_back(0.0F), z.push_back(0.0F), index.push_back(0);
+  }
+};
+
+/// The nearest surface to a lattice point.
+struct NearestSurfel {
+  float distance;  ///< [m], >= 0
+  std::uint32_t structure;
+};
+
+/// Searches one set of surfels. One per thread: it owns the lists of candidates.
+class SurfelSearch {
+ public:
+  static constexpr int kRoot = 64;  ///< edge of the largest cell [samples]
+  static constexpr int kBrick = 8;  ///< edge of the cells that `wanted` and `leaf` are told of
+  using Brick = std::array<NearestSurfel, kBrick * kBrick * kBrick>;
+
+  SurfelSearch(std::span<const Surfel> surfels, const Vec3d& spacing) : surfels_(surfels) {
+    for (std::size_t a = 0; a < 3; ++a) spacing_[a] = static_cast<float>(spacing[static_cast<Eigen::Index>(a)]);
+    const float h = std::max({spacing_[0], spacing_[1], spacing_[2]});
+    blend_ = SurfelDistance::kBlend * SurfelDistance::kBlend * h * h;
+    disc_ = SurfelDistance::kDisc * h;
+  }
+
+  /// Computes the distances at the samples of a cell, of `kRoot` samples an edge from `first`, and in `within`.
+  ///
+  /// `wanted(box, distance)` is asked of each cell, with a lower bound of its samples' distances [m]; where it is false
+  /// nothing is computed. `needed(i, j, k)` is asked of each sample of wanted bricks. `leaf(box, brick)` takes a
+  /// brick's distances, x fastest, at its offsets from the brick's first sample, which `box.lo` is unless clipped.
+  template <class Wanted, class Needed, class Leaf>
+  void run(const std::array<int, 3>& first, const LatticeBox& within, const Wanted& wanted, const Needed& needed,
+           const Leaf& leaf) {
+    if (lists_[0].count == 0) {
+      lists_[0].clear();
+      for (std::size_t i = 0; i < surfels_.size(); ++i) {
+        const auto& p = surfels_[i].position;
+        lists_[0].add(p[0], p[1], p[2], static_cast<std::uint32_t>(i));
+      }
+      lists_[0].pad();
+    }
+    if (lists_[0].count == 0) return;
+    descend(0, kRoot, first, within, wanted, needed, leaf);
+  }
+
+ private:
+  static constexpr std::size_t kLanes = Candidates::kLanes;
+  using Lanes = std::array<float, kLanes>;
+  using Float3 = std::array<float, 3>;
+
+  template <class Wanted, class Needed, class Leaf>
+  void descend(std::size_t level, int edge, const std::array<int, 3>& first, const LatticeBox& within,
+               const Wanted& wanted, const Needed& needed, const Leaf& leaf) {
+    LatticeBox box;
+    Float3 centre, half;
+    for (std::size_t a = 0; a < 3; ++a) {
+      box.lo[a] = std::max(first[a], within.lo[a]);
+      box.hi[a] = std::min(first[a] + edge - 1, within.hi[a]);
+      if (box.lo[a] > box.hi[a]) return;
+      centre[a] = 0.5F * static_cast<float>(box.lo[a] + box.hi[a]) * spacing_[a];
+      half[a] = 0.5F * static_cast<float>(box.hi[a] - box.lo[a]) * spacing_[a];
+    }
+    const float nearest = cull(lists_[level], centre, half, lists_[level + 1]);
+    const float reach = std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]) + disc_;
+    if (edge >= kBrick && !wanted(box, nearest - reach)) return;
+    if (edge == kLeaf) return evaluate(lists_[level + 1], box, first, needed);
+    const int step = edge / 2;
+    for (int child = 0; child < 8; ++child)
+      descend(level + 1, step,
+              {first[0] + (child & 1) * step, first[1] + (child >> 1 & 1) * step, first[2] + (child >> 2) * step},
+              within, wanted, needed, leaf);
+    if (edge == kBrick) leaf(box, first, brick_);
+  }
+
+  /// Writes to `out` the candidates that may count at a sample of the cell `centre` ± `half`. Returns the distance of
+  /// the centre from the nearest.
+  ///
+  /// The difference of squared distances from two points is linear in position. So b rules out a in the whole cell if
+  /// it does at each corner: |a|² - |b|² - 2 sum of half |a - b| >= blend, for a and b from the cell's centre.
+  [[nodiscard]] float cull(const Candidates& in, const Float3& centre, const Float3& half, Candidates& out) {
+    const std::size_t lines = in.x.size() / kLanes;
+    std::array<Lanes, kRivals> best;
+    std::array<std::array<std::uint32_t, kLanes>, kRivals> at{};
+    for (Lanes& b : best) b.fill(std::numeric_limits<float>::max());
+    for (std::size_t line = 0; line < lines; ++line) {
+      const std::size_t n = line * kLanes;
+      Lanes x, y, z, square;
+      relative(in, n, centre, x, y, z, square);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        x[l] *= 2 * half[0];
+        y[l] *= 2 * half[1];
+        z[l] *= 2 * half[2];
+      }
+      for (std::size_t c = 0; c < kRivals; ++c) {
+        const float sx = c == 8         ? 0.0F
+                         : (c & 1) != 0 ? -1.0F
+                                        : 1.0F,
+                    sy = c == 8         ? 0.0F
+                         : (c & 2) != 0 ? -1.0F
+                                        : 1.0F,
+                    sz = c == 8         ? 0.0F
+                         : (c & 4) != 0 ? -1.0F
+                                        : 1.0F;
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          const float d = square[l] + sx * x[l] + sy * y[l] + sz * z[l];
+          const bool nearer = d < best[c][l];
+          best[c][l] = nearer ? d : best[c][l];
+          at[c][l] = nearer ? static_cast<std::uint32_t>(n) : at[c][l];
+        }
+      }
+    }
+    std::array<std::array<float, 4>, kRivals> rivals{};
+    std::size_t count = 0;
+    float nearest = 0;
+    for (std::size_t c = kRivals; c-- > 0;) {
+      std::size_t l = 0;
+      for (std::size_t m = 1; m < kLanes; ++m)
+        if (best[c][m] < best[c][l]) l = m;
+      const std::size_t n = at[c][l] + l;
+      const std::array<float, 3> q{in.x[n] - centre[0], in.y[n] - centre[1], in.z[n] - centre[2]};
+      const std::array<float, 4> r{q[0], q[1], q[2], q[0] * q[0] + q[1] * q[1] + q[2] * q[2]};
+      if (c == kRivals - 1) nearest = std::sqrt(r[3]);
+      if (std::find(rivals.begin(), rivals.begin() + static_cast<std::ptrdiff_t>(count), r) ==
+          rivals.begin() + static_cast<std::ptrdiff_t>(count))
+        rivals[count++] = r;
+    }
+    out.clear();
+    for (std::size_t line = 0; line < lines; ++line) {
+      const std::size_t n = line * kLanes;
+      Lanes x, y, z, square, ruled_out;
+      relative(in, n, centre, x, y, z, square);
+      ruled_out.fill(-1.0F);
+      for (std::size_t r = 0; r < count; ++r)
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          const float across = half[0] * std::abs(x[l] - rivals[r][0]) + half[1] * std::abs(y[l] - rivals[r][1]) +
+                               half[2] * std::abs(z[l] - rivals[r][2]);
+          const float by = square[l] - rivals[r][3] - 2 * across;
+          ruled_out[l] = ruled_out[l] > by ? ruled_out[l] : by;
+        }
+      for (std::size_t l = 0; l < kLanes; ++l)
+        if (ruled_out[l] < blend_) out.add(in.x[n + l], in.y[n + l], in.z[n + l], in.index[n + l]);
+    }
+    out.pad();
+    return nearest;
+  }
+
+  static void relative(const Candidates& in, std::size_t n, const Float3& centre, Lanes& x, Lanes& y, Lanes& z,
+                       Lanes& square) noexcept {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      x[l] = in.x[n + l] - centre[0];
+      y[l] = in.y[n + l] - centre[1];
+      z[l] = in.z[n + l] - centre[2];
+      square[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+    }
+  }
+
+  template <class Needed>
+  void evaluate(const Candidates& in, const LatticeBox& box, const std::array<int, 3>& first, const Needed& needed) {
+    squares_.resize(in.x.size());
+    for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+      for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+        for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+          if (!needed(i, j, k)) continue;
+          const Float3 p{static_cast<float>(i) * spacing_[0], static_cast<float>(j) * spacing_[1],
+                         static_cast<float>(k) * spacing_[2]};
+          brick_[brick_offset(i, j, k)] = distance(in, p);
+        }
+    (void)first;
+  }
+
+ public:
+  /// Offset of a sample in its brick; bricks start at multiples of `kBrick`.
+  [[nodiscard]] static constexpr std::size_t brick_offset(int i, int j, int k) noexcept {
+    return static_cast<std::size_t>((i & (kBrick - 1)) + kBrick * ((j & (kBrick - 1)) + kBrick * (k & (kBrick - 1))));
+  }
+
+ private:
+  [[nodiscard]] NearestSurfel distance(const Candidates& in, const Float3& p) noexcept {
+    Lanes least;
+    least.fill(std::numeric_limits<float>::max());
+    for (std::size_t n = 0; n < in.x.size(); n += kLanes) {
+      Lanes x, y, z, square;
+      relative(in, n, p, x, y, z, square);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        squares_[n + l] = square[l];
+        least[l] = square[l] < least[l] ? square[l] : least[l];
+      }
+    }
+    const float smallest = *std::min_element(least.begin(), least.end());
+    const float limit = smallest + blend_;
+    const Surfel* nearest = nullptr;
+    for (std::size_t n = 0; n < in.count && nearest == nullptr; ++n)
+      if (squares_[n] == smallest) nearest = &surfels_[in.index[n]];
+    float sum = 0, weights = 0;
+    for (std::size_t n = 0; n < in.count; ++n) {
+      if (!(squares_[n] < limit)) continue;
+      const Surfel& s = surfels_[in.index[n]];
+      if (s.structure != nearest->structure) continue;
+      const auto& m = s.normal;
+      const auto& o = nearest->normal;
+      const float agreement = m[0] * o[0] + m[1] * o[1] + m[2] * o[2];
+      if (!(agreement > 0)) continue;
+      const float height =
+          (p[0] - s.position[0]) * m[0] + (p[1] - s.position[1]) * m[1] + (p[2] - s.position[2]) * m[2];
+      const float lateral = std::sqrt(std::max(squares_[n] - height * height, 0.0F)) - disc_;
+      const float own = lateral > 0 ? std::sqrt(height * height + lateral * lateral) : std::abs(height);
+      const float part = 1 - (squares_[n] - smallest) / blend_, weight = part * part * agreement;
+      sum += weight * own;
+      weights += weight;
+    }
+    return {sum / weights, nearest->structure};
+  }
+
+  static constexpr std::size_t kRivals = 9;  // the nearest to each corner and to the centre of a cell
+  static constexpr int kLeaf = 4;            // edge of the smallest cell [samples]
+  static constexpr std::size_t kLevels = 6;  // 64, 32, 16, 8, 4 and the root's own
+
+  std::span<const Surfel> surfels_;
+  Float3 spacing_{};
+  float blend_ = 0, disc_ = 0;
+  std::array<Candidates, kLevels> lists_;
+  std::vector<float> squares_;
+  Brick brick_{};
+};
+
+}  // namespace trephine::detail
