@@ -6,6 +6,7 @@
 #include <trephine/structure/label_volume.hpp>
 #include <trephine/structure/parallel_tasks.hpp>
 #include <trephine/structure/structure_field.hpp>
+#include <trephine/structure/surface_fit.hpp>
 #include <trephine/structure/surfel_search.hpp>
 
 #include <algorithm>
@@ -30,6 +31,8 @@ class StructureFieldBuilder {
     quantum_ = volume.spacing.maxCoeff() / kQuanta;
     const double most = kLargest * quantum_;
     if (!(options.reach > 0)) refuse("StructureFieldOptions", "reach must be > 0 m", options.reach);
+    if (!(options.reach >= volume.spacing.maxCoeff()))
+      refuse("StructureFieldOptions", "reach must be at least the longest spacing", options.reach);
     if (!(options.reach <= most))
       refuse("StructureFieldOptions", "reach must be at most 127 longest spacings", options.reach);
     if (options.threads < 0) refuse("StructureFieldOptions", "threads must be >= 0", options.threads);
@@ -120,7 +123,7 @@ class StructureFieldBuilder {
               blocks.push_back({static_cast<int>(s), {x * kBlock, y * kBlock, z * kBlock}});
     }
     std::vector<std::vector<Surfel>> found(blocks.size());
-    std::vector<LabelSurface> finders(static_cast<std::size_t>(threads_), LabelSurface(volume_, options_.smooth));
+    std::vector<LabelSurface> finders(static_cast<std::size_t>(threads_), LabelSurface(volume_));
     if (!run_tasks(blocks.size(), threads_, {progress_, 0.0F, 0.1F}, [&](std::size_t task, int thread) {
           finders[static_cast<std::size_t>(thread)].find(blocks[task].structure, blocks[task].first, found[task]);
         }))
@@ -128,14 +131,21 @@ class StructureFieldBuilder {
     std::size_t sum = 0;
     for (const auto& f : found) sum += f.size();
     surfels_.reserve(sum);
-    first_surfel_.assign(boxes_.size() + 1, 0);
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      surfels_.insert(surfels_.end(), found[b].begin(), found[b].end());
-      found[b] = {};
-      first_surfel_[static_cast<std::size_t>(blocks[b].structure) + 1] = surfels_.size();
+    for (auto& f : found) {
+      surfels_.insert(surfels_.end(), f.begin(), f.end());
+      f = {};
     }
-    for (std::size_t s = 1; s < first_surfel_.size(); ++s)
-      first_surfel_[s] = std::max(first_surfel_[s], first_surfel_[s - 1]);
+    if (options_.smooth) {
+      SurfaceFit fit(std::move(surfels_), volume_.spacing);
+      if (!fit.run(threads_, {progress_, 0.1F, 0.4F})) return false;
+      surfels_ = fit.take();
+    }
+    first_surfel_.resize(boxes_.size() + 1);
+    for (std::size_t s = 0; s < first_surfel_.size(); ++s)
+      first_surfel_[s] = static_cast<std::size_t>(
+          std::lower_bound(surfels_.begin(), surfels_.end(), s,
+                           [](const Surfel& a, std::size_t structure) { return a.structure < structure; }) -
+          surfels_.begin());
     return true;
   }
 
@@ -189,7 +199,7 @@ class StructureFieldBuilder {
     for (std::size_t s = 0; s < boxes_.size(); ++s)
       if (boxes_[s].hi[0] >= 0) add_cells(s, region(s), cells);
     std::vector<std::vector<BandBrick>> found(cells.size());
-    if (!run_tasks(cells.size(), threads_, {progress_, 0.1F, 0.5F},
+    if (!run_tasks(cells.size(), threads_, {progress_, 0.4F, 0.7F},
                    [&](std::size_t task, int) { find_band(cells[task], found[task]); }))
       return false;
     parts_.bands.resize(boxes_.size());
@@ -269,7 +279,7 @@ class StructureFieldBuilder {
     std::vector<Cell> cells;
     const LatticeBox all{{-1, -1, -1}, volume_.size};
     add_cells(0, {{-kBrick, -kBrick, -kBrick}, all.hi}, cells);
-    return run_tasks(cells.size(), threads_, {progress_, 0.5F, 1.0F}, [&](std::size_t task, int) {
+    return run_tasks(cells.size(), threads_, {progress_, 0.7F, 1.0F}, [&](std::size_t task, int) {
       SurfelSearch search(surfels_, volume_.spacing);
       const auto needed = [&](int i, int j, int k) { return volume_.at(i, j, k) == 0; };
       search.run(
@@ -281,7 +291,7 @@ class StructureFieldBuilder {
                   if (!needed(i, j, k)) continue;
                   const NearestSurfel& d = brick[SurfelSearch::brick_offset(i, j, k)];
                   parts_.distance[dense_index(i, j, k)] = stored(d.distance, false);
-                  parts_.structure[dense_index(i, j, k)] = static_cast<std::uint8_t>(d.structure);
+                  parts_.structure[dense_index(i, j, k)] = d.structure;
                 }
           });
     });

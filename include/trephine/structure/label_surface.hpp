@@ -18,7 +18,8 @@ namespace trephine::detail {
 struct Surfel {
   std::array<float, 3> position;  ///< [m]
   std::array<float, 3> normal;    ///< unit length, out of the structure
-  std::uint32_t structure;
+  std::uint8_t structure;
+  std::uint8_t side;  ///< of the voxel that it belongs to: +x, -x, +y, -y, +z, -z
 };
 
 /// Integer box of voxels, both ends included.
@@ -26,31 +27,17 @@ struct LatticeBox {
   std::array<int, 3> lo{}, hi{};
 };
 
-/// Weights of a smoothing kernel along one axis: a Gaussian times a parabola, so that the second moment is 0.
-///
-/// A Gaussian alone shrinks a surface of mean curvature H by sigma² H. That shift is proportional to the kernel's
-/// second moment, so this kernel has none: a ball keeps its radius to the fourth order in sigma / R.
+/// Weights of a Gaussian along one axis.
 class SmoothingKernel {
  public:
   static constexpr int kRadius = 4;      ///< [voxels]
-  static constexpr double kSigma = 1.2;  ///< of the Gaussian [voxels]
+  static constexpr double kSigma = 1.2;  ///< [voxels]: normals stray by 5 degrees
 
   SmoothingKernel() noexcept {
-    double m0 = 0, m2 = 0, m4 = 0;
-    std::array<double, kRadius + 1> g{};
-    for (int i = 0; i <= kRadius; ++i) {
-      const double i2 = i * i, w = std::exp(-i2 / (2 * kSigma * kSigma)) * (i == 0 ? 1 : 2);
-      g[static_cast<std::size_t>(i)] = w;
-      m0 += w;
-      m2 += w * i2;
-      m4 += w * i2 * i2;
-    }
-    // weight = g (a - b i²) with sum 1 and second moment 0.
-    const double b = m2 / (m0 * m4 - m2 * m2), a = b * m4 / m2;
-    for (int i = 0; i <= kRadius; ++i) {
-      const auto n = static_cast<std::size_t>(i);
-      weight_[n] = static_cast<float>(g[n] * (a - b * i * i) / (i == 0 ? 1 : 2));
-    }
+    double sum = 0;
+    for (int i = -kRadius; i <= kRadius; ++i) sum += std::exp(-i * i / (2 * kSigma * kSigma));
+    for (int i = 0; i <= kRadius; ++i)
+      weight_[static_cast<std::size_t>(i)] = static_cast<float>(std::exp(-i * i / (2 * kSigma * kSigma)) / sum);
   }
   [[nodiscard]] float operator[](int i) const noexcept { return weight_[static_cast<std::size_t>(i < 0 ? -i : i)]; }
 
@@ -63,12 +50,7 @@ class LabelSurface {
  public:
   static constexpr int kBlock = 32;  ///< edge of a block [voxels]
 
-  LabelSurface(const LabelVolume& volume, bool smooth) : volume_(&volume), smooth_(smooth) {
-    if (smooth) {
-      occupancy_.resize(kVolume);
-      scratch_.resize(kVolume);
-    }
-  }
+  explicit LabelSurface(const LabelVolume& volume) : volume_(&volume), occupancy_(kVolume), scratch_(kVolume) {}
 
   /// Appends the surfels on all edges from voxels of `structure` in the block at `first` to voxels not of it.
   void find(int structure, const std::array<int, 3>& first, std::vector<Surfel>& out) {
@@ -86,11 +68,11 @@ class LabelSurface {
             const auto axis = static_cast<std::size_t>(side / 2);
             other[axis] += side % 2 == 0 ? 1 : -1;
             if (volume_->at(other[0], other[1], other[2]) == label) continue;
-            if (smooth_ && !blurred) {
+            if (!blurred) {
               blur(label, first);
               blurred = true;
             }
-            out.push_back(surfel(structure, first, {i, j, k}, axis, side % 2 == 0 ? 1 : -1));
+            out.push_back(surfel(structure, first, {i, j, k}, side));
           }
         }
   }
@@ -99,9 +81,6 @@ class LabelSurface {
   static constexpr int kHalo = SmoothingKernel::kRadius + 2;  // the gradient beside the block reads one more
   static constexpr int kEdge = kBlock + 2 * kHalo;
   static constexpr std::size_t kVolume = static_cast<std::size_t>(kEdge) * kEdge * kEdge;
-  // A surface keeps this far from voxel centres [share of the edge].
-  static constexpr double kClosest = 0.05;
-
   [[nodiscard]] static std::size_t at(int x, int y, int z) noexcept {
     return static_cast<std::size_t>(x) +
            static_cast<std::size_t>(kEdge) * (static_cast<std::size_t>(y) + kEdge * static_cast<std::size_t>(z));
@@ -136,35 +115,32 @@ class LabelSurface {
     return per_voxel.cwiseQuotient(volume_->spacing);
   }
 
+  /// The surfel midway along the edge from `voxel` to its neighbour. Its normal is the smoothed occupancy's gradient,
+  /// or without smoothing the edge.
   [[nodiscard]] Surfel surfel(int structure, const std::array<int, 3>& first, const std::array<int, 3>& voxel,
-                              std::size_t axis, int step) const noexcept {
-    double t = 0.5;
+                              int side) const noexcept {
+    const auto axis = static_cast<Eigen::Index>(side / 2);
+    const int step = side % 2 == 0 ? 1 : -1;
     Vec3d normal = Vec3d::Zero();
-    normal[static_cast<Eigen::Index>(axis)] = step;
-    if (smooth_) {
-      const std::size_t in = at(voxel[0] - first[0] + kHalo, voxel[1] - first[1] + kHalo, voxel[2] - first[2] + kHalo);
-      const std::size_t pitch = axis == 0 ? at(1, 0, 0) : axis == 1 ? at(0, 1, 0) : at(0, 0, 1);
-      const std::size_t out = step > 0 ? in + pitch : in - pitch;
-      const double inside = static_cast<double>(occupancy_[in]) - 0.5,
-                   outside = static_cast<double>(occupancy_[out]) - 0.5;
-      if (inside > 0 && outside < 0) t = std::clamp(inside / (inside - outside), kClosest, 1 - kClosest);
-      const Vec3d slope = -((1 - t) * gradient(in) + t * gradient(out));
-      if (slope.dot(normal) > 0) normal = slope.normalized();
-    }
+    normal[axis] = step;
+    const std::size_t in = at(voxel[0] - first[0] + kHalo, voxel[1] - first[1] + kHalo, voxel[2] - first[2] + kHalo);
+    const std::size_t pitch = side < 2 ? at(1, 0, 0) : side < 4 ? at(0, 1, 0) : at(0, 0, 1);
+    const Vec3d slope = -gradient(in) - gradient(step > 0 ? in + pitch : in - pitch);
+    if (slope.dot(normal) > 0) normal = slope.normalized();
     Vec3d u(voxel[0], voxel[1], voxel[2]);
-    u[static_cast<Eigen::Index>(axis)] += step * t;
+    u[axis] += 0.5 * step;
     const Vec3d p = u.cwiseProduct(volume_->spacing);
     Surfel s{};
     for (std::size_t a = 0; a < 3; ++a) {
       s.position[a] = static_cast<float>(p[static_cast<Eigen::Index>(a)]);
       s.normal[a] = static_cast<float>(normal[static_cast<Eigen::Index>(a)]);
     }
-    s.structure = static_cast<std::uint32_t>(structure);
+    s.structure = static_cast<std::uint8_t>(structure);
+    s.side = static_cast<std::uint8_t>(side);
     return s;
   }
 
   const LabelVolume* volume_;
-  bool smooth_;
   SmoothingKernel kernel_;
   std::vector<float> occupancy_, scratch_;
 };

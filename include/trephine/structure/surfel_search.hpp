@@ -50,7 +50,7 @@ struct Candidates {
 /// The nearest surface to a lattice point.
 struct NearestSurfel {
   float distance;  ///< [m], >= 0
-  std::uint32_t structure;
+  std::uint8_t structure;
 };
 
 /// Searches one set of surfels. One per thread: it owns the lists of candidates.
