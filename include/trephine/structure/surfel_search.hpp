@@ -23,7 +23,8 @@ namespace trephine::detail {
 /// lateral window.
 struct SurfelDistance {
   static constexpr float kBlend = 1.0F;  ///< [longest spacings]
-  static constexpr float kDisc = 0.5F;   ///< radius of a surfel's disc [longest spacings]
+  static constexpr float kDisc = 0.5F;   ///< radius of a surfel's disc [longest spacings] ...
+  static constexpr float kNear = 2.0F;   ///< ... up to this distance [longest spacings]; then inverse to the distance
 };
 
 /// Surfels that may be nearest to a point of a cell; arrays are padded with points far away.
@@ -65,6 +66,7 @@ class SurfelSearch {
     const float h = std::max({spacing_[0], spacing_[1], spacing_[2]});
     blend_ = SurfelDistance::kBlend * SurfelDistance::kBlend * h * h;
     disc_ = SurfelDistance::kDisc * h;
+    near_ = SurfelDistance::kNear * h;
   }
 
   /// Computes the distances at the samples of a cell, of `kRoot` samples an edge from `first`, and in `within`.
@@ -91,6 +93,7 @@ class SurfelSearch {
   static constexpr std::size_t kLanes = Candidates::kLanes;
   using Lanes = std::array<float, kLanes>;
   using Float3 = std::array<float, 3>;
+  static constexpr std::size_t kCorners = 8;  // of a cell
 
   template <class Wanted, class Needed, class Leaf>
   void descend(std::size_t level, int edge, const std::array<int, 3>& first, const LatticeBox& within,
@@ -107,7 +110,7 @@ class SurfelSearch {
     const float nearest = cull(lists_[level], centre, half, lists_[level + 1]);
     const float reach = std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]) + disc_;
     if (edge >= kBrick && !wanted(box, nearest - reach)) return;
-    if (edge == kLeaf) return evaluate(lists_[level + 1], box, first, needed);
+    if (edge == kLeaf) return evaluate(lists_[level + 1], box, needed);
     const int step = edge / 2;
     for (int child = 0; child < 8; ++child)
       descend(level + 1, step,
@@ -116,76 +119,96 @@ class SurfelSearch {
     if (edge == kBrick) leaf(box, first, brick_);
   }
 
+  /// A surfel that rules out others: its place from a cell's centre, and the square of its distance from there.
+  using Rival = std::array<float, 4>;
+
   /// Writes to `out` the candidates that may count at a sample of the cell `centre` ± `half`. Returns the distance of
   /// the centre from the nearest.
   ///
   /// The difference of squared distances from two points is linear in position. So b rules out a in the whole cell if
-  /// it does at each corner: |a|² - |b|² - 2 sum of half |a - b| >= blend, for a and b from the cell's centre.
+  /// it does at each corner: |a|² - |b|² - 2 sum of half |a - b| >= blend, for a and b from the cell's centre. The
+  /// surfel nearest to the centre comes first, and those nearest to the corners judge what it leaves.
   [[nodiscard]] float cull(const Candidates& in, const Float3& centre, const Float3& half, Candidates& out) {
-    const std::size_t lines = in.x.size() / kLanes;
-    std::array<Lanes, kRivals> best;
-    std::array<std::array<std::uint32_t, kLanes>, kRivals> at{};
-    for (Lanes& b : best) b.fill(std::numeric_limits<float>::max());
-    for (std::size_t line = 0; line < lines; ++line) {
-      const std::size_t n = line * kLanes;
+    const Rival middle = nearest_to_centre(in, centre);
+    keep(in, centre, half, std::span<const Rival>(&middle, 1), passed_);
+    std::array<Rival, kCorners> rivals{};
+    const std::size_t count = nearest_to_corners(passed_, centre, half, rivals);
+    keep(passed_, centre, half, std::span<const Rival>(rivals).first(count), out);
+    return std::sqrt(middle[3]);
+  }
+
+  [[nodiscard]] static Rival rival(const Candidates& in, std::size_t n, const Float3& centre) noexcept {
+    const float x = in.x[n] - centre[0], y = in.y[n] - centre[1], z = in.z[n] - centre[2];
+    return {x, y, z, x * x + y * y + z * z};
+  }
+
+  [[nodiscard]] static Rival nearest_to_centre(const Candidates& in, const Float3& centre) noexcept {
+    Lanes best;
+    std::array<std::uint32_t, kLanes> at{};
+    best.fill(std::numeric_limits<float>::max());
+    for (std::size_t n = 0; n < in.x.size(); n += kLanes) {
       Lanes x, y, z, square;
       relative(in, n, centre, x, y, z, square);
       for (std::size_t l = 0; l < kLanes; ++l) {
-        x[l] *= 2 * half[0];
-        y[l] *= 2 * half[1];
-        z[l] *= 2 * half[2];
+        const bool nearer = square[l] < best[l];
+        best[l] = nearer ? square[l] : best[l];
+        at[l] = nearer ? static_cast<std::uint32_t>(n) : at[l];
       }
-      for (std::size_t c = 0; c < kRivals; ++c) {
-        const float sx = c == 8         ? 0.0F
-                         : (c & 1) != 0 ? -1.0F
-                                        : 1.0F,
-                    sy = c == 8         ? 0.0F
-                         : (c & 2) != 0 ? -1.0F
-                                        : 1.0F,
-                    sz = c == 8         ? 0.0F
-                         : (c & 4) != 0 ? -1.0F
-                                        : 1.0F;
+    }
+    const auto l = static_cast<std::size_t>(std::min_element(best.begin(), best.end()) - best.begin());
+    return rival(in, at[l] + l, centre);
+  }
+
+  /// Finds the candidates nearest to the cell's corners, each once, and returns how many.
+  [[nodiscard]] static std::size_t nearest_to_corners(const Candidates& in, const Float3& centre, const Float3& half,
+                                                      std::array<Rival, kCorners>& rivals) noexcept {
+    std::array<Lanes, kCorners> best;
+    std::array<std::array<std::uint32_t, kLanes>, kCorners> at{};
+    for (Lanes& b : best) b.fill(std::numeric_limits<float>::max());
+    for (std::size_t n = 0; n < in.x.size(); n += kLanes) {
+      Lanes x, y, z, square;
+      relative(in, n, centre, x, y, z, square);
+      for (std::size_t c = 0; c < kCorners; ++c) {
+        const float ex = (c & 1) != 0 ? -2 * half[0] : 2 * half[0], ey = (c & 2) != 0 ? -2 * half[1] : 2 * half[1],
+                    ez = (c & 4) != 0 ? -2 * half[2] : 2 * half[2];
         for (std::size_t l = 0; l < kLanes; ++l) {
-          const float d = square[l] + sx * x[l] + sy * y[l] + sz * z[l];
+          const float d = square[l] + ex * x[l] + ey * y[l] + ez * z[l];
           const bool nearer = d < best[c][l];
           best[c][l] = nearer ? d : best[c][l];
           at[c][l] = nearer ? static_cast<std::uint32_t>(n) : at[c][l];
         }
       }
     }
-    std::array<std::array<float, 4>, kRivals> rivals{};
     std::size_t count = 0;
-    float nearest = 0;
-    for (std::size_t c = kRivals; c-- > 0;) {
-      std::size_t l = 0;
-      for (std::size_t m = 1; m < kLanes; ++m)
-        if (best[c][m] < best[c][l]) l = m;
-      const std::size_t n = at[c][l] + l;
-      const std::array<float, 3> q{in.x[n] - centre[0], in.y[n] - centre[1], in.z[n] - centre[2]};
-      const std::array<float, 4> r{q[0], q[1], q[2], q[0] * q[0] + q[1] * q[1] + q[2] * q[2]};
-      if (c == kRivals - 1) nearest = std::sqrt(r[3]);
-      if (std::find(rivals.begin(), rivals.begin() + static_cast<std::ptrdiff_t>(count), r) ==
-          rivals.begin() + static_cast<std::ptrdiff_t>(count))
-        rivals[count++] = r;
+    for (std::size_t c = 0; c < kCorners; ++c) {
+      const auto l = static_cast<std::size_t>(std::min_element(best[c].begin(), best[c].end()) - best[c].begin());
+      const Rival r = rival(in, at[c][l] + l, centre);
+      const auto end = rivals.begin() + static_cast<std::ptrdiff_t>(count);
+      if (std::find(rivals.begin(), end, r) == end) rivals[count++] = r;
     }
+    return count;
+  }
+
+  /// Writes to `out` the candidates that no rival rules out.
+  void keep(const Candidates& in, const Float3& centre, const Float3& half, std::span<const Rival> rivals,
+            Candidates& out) const {
     out.clear();
-    for (std::size_t line = 0; line < lines; ++line) {
-      const std::size_t n = line * kLanes;
+    for (std::size_t n = 0; n < in.x.size(); n += kLanes) {
       Lanes x, y, z, square, ruled_out;
       relative(in, n, centre, x, y, z, square);
       ruled_out.fill(-1.0F);
-      for (std::size_t r = 0; r < count; ++r)
+      for (const Rival& r : rivals) {
         for (std::size_t l = 0; l < kLanes; ++l) {
-          const float across = half[0] * std::abs(x[l] - rivals[r][0]) + half[1] * std::abs(y[l] - rivals[r][1]) +
-                               half[2] * std::abs(z[l] - rivals[r][2]);
-          const float by = square[l] - rivals[r][3] - 2 * across;
+          const float across =
+              half[0] * std::abs(x[l] - r[0]) + half[1] * std::abs(y[l] - r[1]) + half[2] * std::abs(z[l] - r[2]);
+          const float by = square[l] - r[3] - 2 * across;
           ruled_out[l] = ruled_out[l] > by ? ruled_out[l] : by;
         }
+      }
       for (std::size_t l = 0; l < kLanes; ++l)
         if (ruled_out[l] < blend_) out.add(in.x[n + l], in.y[n + l], in.z[n + l], in.index[n + l]);
     }
     out.pad();
-    return nearest;
   }
 
   static void relative(const Candidates& in, std::size_t n, const Float3& centre, Lanes& x, Lanes& y, Lanes& z,
@@ -199,7 +222,7 @@ class SurfelSearch {
   }
 
   template <class Needed>
-  void evaluate(const Candidates& in, const LatticeBox& box, const std::array<int, 3>& first, const Needed& needed) {
+  void evaluate(const Candidates& in, const LatticeBox& box, const Needed& needed) {
     squares_.resize(in.x.size());
     for (int k = box.lo[2]; k <= box.hi[2]; ++k)
       for (int j = box.lo[1]; j <= box.hi[1]; ++j)
@@ -209,7 +232,6 @@ class SurfelSearch {
                          static_cast<float>(k) * spacing_[2]};
           brick_[brick_offset(i, j, k)] = distance(in, p);
         }
-    (void)first;
   }
 
  public:
@@ -232,6 +254,7 @@ class SurfelSearch {
     }
     const float smallest = *std::min_element(least.begin(), least.end());
     const float limit = smallest + blend_;
+    const float disc = disc_ * near_ / std::max(std::sqrt(smallest), near_);
     const Surfel* nearest = nullptr;
     for (std::size_t n = 0; n < in.count && nearest == nullptr; ++n)
       if (squares_[n] == smallest) nearest = &surfels_[in.index[n]];
@@ -246,7 +269,7 @@ class SurfelSearch {
       if (!(agreement > 0)) continue;
       const float height =
           (p[0] - s.position[0]) * m[0] + (p[1] - s.position[1]) * m[1] + (p[2] - s.position[2]) * m[2];
-      const float lateral = std::sqrt(std::max(squares_[n] - height * height, 0.0F)) - disc_;
+      const float lateral = std::sqrt(std::max(squares_[n] - height * height, 0.0F)) - disc;
       const float own = lateral > 0 ? std::sqrt(height * height + lateral * lateral) : std::abs(height);
       const float part = 1 - (squares_[n] - smallest) / blend_, weight = part * part * agreement;
       sum += weight * own;
@@ -255,14 +278,14 @@ class SurfelSearch {
     return {sum / weights, nearest->structure};
   }
 
-  static constexpr std::size_t kRivals = 9;  // the nearest to each corner and to the centre of a cell
   static constexpr int kLeaf = 4;            // edge of the smallest cell [samples]
   static constexpr std::size_t kLevels = 6;  // 64, 32, 16, 8, 4 and the root's own
 
   std::span<const Surfel> surfels_;
   Float3 spacing_{};
-  float blend_ = 0, disc_ = 0;
+  float blend_ = 0, disc_ = 0, near_ = 0;
   std::array<Candidates, kLevels> lists_;
+  Candidates passed_;
   std::vector<float> squares_;
   Brick brick_{};
 };
