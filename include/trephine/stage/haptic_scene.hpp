@@ -144,7 +144,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         std::exchange(last_increase_stamp_, bone_->increase_stamp()) != bone_->increase_stamp();
     if (may_be_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
 
-    TickContext context{input};
+    TickContext context{input, X_WG};
     context.dt = clamped_dt(dt);
     context.contact = found.contact;
     context.status = result.status;

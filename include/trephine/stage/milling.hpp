@@ -5,6 +5,7 @@
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/drill_cutter.hpp>
 
+#include <concepts>
 #include <cstdint>
 #include <type_traits>
 #include <utility>
@@ -48,7 +49,8 @@ class Milling {
   static constexpr bool kCutsAtOnce =
       LimitAtOnce<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>;
 
-  explicit Milling(const Policy& policy = {}, const MillingOptions& options = {}, const Shape& shape = {})
+  Milling() requires std::default_initializable<Policy> : Milling(Policy{}) {}
+  explicit Milling(const Policy& policy, const MillingOptions& options = {}, const Shape& shape = {})
       : policy_(policy), options_(options), shape_(shape) {
     validate();
   }

@@ -1,0 +1,425 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/wrench.hpp>
+#include <trephine/render/stiffness_budget.hpp>
+#include <trephine/structure/structure_field.hpp>
+#include <trephine/tool/shape.hpp>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace trephine {
+
+/// What a guard does about one structure.
+enum class GuardMode : std::uint8_t {
+  kOff,   ///< nothing: the structure counts for no distance
+  kWarn,  ///< reports its distance
+  kPush,  ///< also pushes the tool out of its margin
+};
+
+/// How a guard keeps the tool from one structure.
+struct GuardedStructure {
+  GuardMode mode = GuardMode::kPush;
+  double margin = 1e-3;       ///< distance at which the push begins [m], >= 0
+  double stiffness = 1000;    ///< of the push [N/m], > 0
+  double greatest_force = 2;  ///< the push grows no further [N], > 0
+  double damping = 2;         ///< of motion toward the structure, at the margin's full depth [N·s/m], >= 0
+
+  /// Throws std::invalid_argument if a number is out of range.
+  void validate() const {
+    if (!(margin >= 0) || !(margin <= 0.05)) refuse("GuardedStructure", "margin must be 0 to 0.05 m", margin);
+    if (!(stiffness > 0) || !std::isfinite(stiffness))
+      refuse("GuardedStructure", "stiffness must be > 0 N/m", stiffness);
+    if (!(greatest_force > 0) || !std::isfinite(greatest_force))
+      refuse("GuardedStructure", "greatest_force must be > 0 N", greatest_force);
+    if (!(damping >= 0) || !std::isfinite(damping)) refuse("GuardedStructure", "damping must be >= 0 N·s/m", damping);
+  }
+};
+
+/// Options of a GuardPotential for all structures.
+struct GuardPotentialOptions {
+  /// Spacing of the knots of the smooth distances [m]. The push turns over this length where the nearest part of a
+  /// structure changes, by at most 2 · force / smoothing [N/m]. Distances near a surface of radius r read too long by
+  /// smoothing² / (4 r).
+  double smoothing = 0.6e-3;
+  std::optional<StiffnessBudget> budget{};  ///< of the whole guard; contact's stiffness adds to it
+};
+
+/// A push out of the margins of all structures, as the gradient of one potential of the tool's pose.
+///
+/// A tool of revolution is a union of balls on its axis: one of the tip's radius at T's origin, and balls of the
+/// shaft's radius at samples z along the shaft. u_iz = margin_i + radius_z − d_i is how deep ball z is in the margin of
+/// structure i. d_i is the structure's distance at the ball's centre, smoothed by quadratic B-splines, so it has a
+/// continuous gradient everywhere, also where two parts of a structure are equally near.
+///
+///     U = Σ_i Ψ_i(v_i),   v_i = (Σ_z w_z u_iz^p)^(1/p),  p = 4,   Ψ(v) = ½ k v²,  linear beyond the greatest force
+///
+/// The norm is close to the deepest ball's u. The tip has the weight 1, and all samples of the shaft together have 1.
+/// So the push of a structure is at most 2^(1/p) = 1.19 times its greatest force. Its spring is at most 2^(2/p) k where
+/// balls are pushed the same way, and `kPinch` k where two are pushed against each other.
+/// Forces and torques are exact derivatives of U: a closed path does no work.
+///
+/// Frame S of the structures is fixed to the bone: `X_GS`. Immutable after construction; threads may share it.
+class GuardPotential {
+ public:
+  static constexpr int kNorm = 4;
+  static constexpr int kMostSamples = 96;  ///< along the shaft
+  /// Stiffness of two equal balls between parts of a structure over one ball's: (p − 1) 2^(2/p).
+  static constexpr double kPinch = 4.2427;
+
+  /// One ball in the margin of one structure.
+  struct Push {
+    int structure = 0;
+    double z = 0;                    ///< of the ball's centre, in T [m]
+    double depth = 0;                ///< u [m]
+    double weight = 0;               ///< w
+    Vec3d gradient = Vec3d::Zero();  ///< of d, in S; points away from the structure
+    [[nodiscard]] double powered() const noexcept {
+      const double u2 = depth * depth;
+      return weight * u2 * u2;
+    }
+  };
+
+  /// `structures` has an entry for each structure of the field, in its order. Throws std::invalid_argument for options
+  /// out of range, another number of structures, a pose that is not rigid, or a field whose bands do not reach
+  /// `required_reach`.
+  GuardPotential(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Burr& burr,
+                 std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
+      : field_(std::move(field)), X_GS_(X_GS), burr_(burr), H_(options.smoothing) {
+    if (field_ == nullptr) refuse("GuardPotential", "it needs a StructureField", "none");
+    burr.validate();
+    if (!(H_ >= 0.05e-3) || !(H_ <= 0.01)) refuse("GuardPotential", "smoothing must be 0.00005 to 0.01 m", H_);
+    if (structures.size() != static_cast<std::size_t>(field_->structures()))
+      refuse("GuardPotential", "structures must have one entry for each of the field's",
+             static_cast<double>(structures.size()));
+    if (options.budget) options.budget->validate();
+    structures_.assign(structures.begin(), structures.end());
+    for (const GuardedStructure& s : structures_) {
+      s.validate();
+      if (s.mode == GuardMode::kOff) continue;
+      widest_margin_ = std::max(widest_margin_, s.margin);
+    }
+    const double reach = required_reach(burr, widest_margin_, H_);
+    if (field_->reach() < reach)
+      refuse("GuardPotential",
+             "the field's bands must reach margin + tool's radius + 2.6 smoothing = " + std::to_string(1e3 * reach) +
+                 " mm",
+             1e3 * field_->reach());
+    knots_.reserve(structures_.size());
+    for (int s = 0; s < field_->structures(); ++s) {
+      const GuardedStructure& g = structures_[static_cast<std::size_t>(s)];
+      const double zone = g.margin + largest_radius();
+      knots_.emplace_back(*field_, s, H_, g.mode == GuardMode::kPush ? zone : -1);
+    }
+    find_stiffness();
+    if (options.budget) keep_to(*options.budget);
+    place_samples(options.budget);
+  }
+
+  /// Returns the reach that a field's bands need [m].
+  [[nodiscard]] static double required_reach(const Burr& burr, double widest_margin, double smoothing) noexcept {
+    const double radius = burr.has_shaft() ? std::max(burr.tip_radius, burr.shaft_radius) : burr.tip_radius;
+    return widest_margin + radius + 2.6 * smoothing;  // a knot of a spline is up to 1.5 √3 spacings away
+  }
+
+  [[nodiscard]] const StructureField& field() const noexcept { return *field_; }
+  [[nodiscard]] const Posed& X_GS() const noexcept { return X_GS_; }
+  [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
+  /// Returns the structures' options; a budget has lowered stiffness, force and damping.
+  [[nodiscard]] std::span<const GuardedStructure> structures() const noexcept { return structures_; }
+  [[nodiscard]] double widest_margin() const noexcept { return widest_margin_; }
+
+  /// Returns the largest stiffness of the push [N/m]: of one ball with all structures in whose margins it is, found at
+  /// the knots and between them, or of a tool with a shaft that is pinched by one structure. A shaft along several
+  /// structures that lie apart adds theirs.
+  [[nodiscard]] double stiffness() const noexcept { return stiffness_; }
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    std::size_t bytes = 0;
+    for (const Knots& k : knots_) bytes += k.blocks.size() * sizeof(Block) + k.block_of.size() * sizeof(std::int32_t);
+    return bytes;
+  }
+  /// Returns the most pushes that `find` can give.
+  [[nodiscard]] std::size_t most_pushes() const noexcept { return (samples_.size() + 1) * structures_.size(); }
+
+  /// Finds the balls of a tool at X_ST that lie in margins, and writes them to `out`, which must hold `most_pushes`.
+  /// Returns their number. Cost: one lookup of the nearest structure for each stretch of the axis that is clear, and
+  /// 27 samples for each ball and structure near it.
+  [[nodiscard]] std::size_t find(const Posed& X_ST, std::span<Push> out) const noexcept {
+    std::size_t count = 0;
+    const Vec3d tip = X_ST.translation(), axis = X_ST.linear().col(2);
+    if (clear_length(tip, burr_.tip_radius) <= 0) add(tip, {0, burr_.tip_radius, 1}, out, count);
+    for (std::size_t n = 0; n < samples_.size();) {
+      const Sample& s = samples_[n];
+      const Vec3d p = tip + s.z * axis;
+      const double clear = clear_length(p, s.radius);
+      if (clear > 0) {
+        n += 1 + static_cast<std::size_t>(clear / sample_step_);
+        continue;
+      }
+      add(p, s, out, count);
+      ++n;
+    }
+    return count;
+  }
+
+  /// All pushes of one structure.
+  struct Load {
+    double powered = 0;  ///< Σ w u^p
+    double per_u3 = 0;   ///< force of a ball over w u^(p−1)
+  };
+
+  /// Returns the energy of the pushes [J], and writes each structure's load to `loads`, one for each structure.
+  double energy(std::span<const Push> pushes, std::span<Load> loads) const noexcept {
+    for (Load& load : loads) load = {};
+    for (const Push& p : pushes) loads[static_cast<std::size_t>(p.structure)].powered += p.powered();
+    double energy = 0;
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      if (!(loads[i].powered > 0)) continue;
+      const GuardedStructure& s = structures_[i];
+      const double v = std::sqrt(std::sqrt(loads[i].powered));
+      const double linear_from = s.greatest_force / s.stiffness;
+      const bool capped = v > linear_from;
+      const double force = capped ? s.greatest_force : s.stiffness * v;
+      energy += capped ? s.greatest_force * (v - linear_from / 2) : force * v / 2;
+      loads[i].per_u3 = force / (v * v * v);
+    }
+    return energy;
+  }
+
+  /// Returns the smooth distance of a structure that pushes [m] at p_S, with its gradient; nothing beyond its margin.
+  [[nodiscard]] std::optional<double> smooth_distance(int structure, const Vec3d& p_S, Vec3d& gradient) const noexcept {
+    return knots_[static_cast<std::size_t>(structure)].at(p_S, gradient);
+  }
+
+ private:
+  static constexpr int kBlock = 8, kSide = kBlock + 2;
+  /// Distances [m] at 8³ knots and one around them.
+  struct Block {
+    std::array<float, static_cast<std::size_t>(kSide) * kSide * kSide> d;
+  };
+
+  /// The smooth distance of one structure: a quadratic B-spline whose coefficients are distances at knots.
+  struct Knots {
+    double H;
+    std::array<int, 3> first{0, 0, 0}, blocks_along{0, 0, 0};  // first: knot index of block 0
+    std::vector<std::int32_t> block_of;
+    std::vector<Block> blocks;
+    std::vector<Vec3d> places;  // knots in the zone, until stiffness is found
+
+    /// `zone`: distance below which the spline is needed; negative for none.
+    Knots(const StructureField& field, int structure, double spacing, double zone) : H(spacing) {
+      if (zone < 0 || field.brick_count(structure) == 0) return;
+      Eigen::AlignedBox3d box;
+      for (std::size_t b = 0; b < field.brick_count(structure); ++b) {
+        const StructureBrick brick = field.brick(structure, b);
+        const Vec3d lo(brick.first[0], brick.first[1], brick.first[2]);
+        box.extend(Vec3d(lo.cwiseProduct(field.spacing())));
+        box.extend(Vec3d((lo + Vec3d::Constant(8)).cwiseProduct(field.spacing())));
+      }
+      for (int a = 0; a < 3; ++a) {
+        const auto axis = static_cast<std::size_t>(a);
+        first[axis] = static_cast<int>(std::floor(box.min()[a] / H)) - 2;
+        const int last = static_cast<int>(std::ceil(box.max()[a] / H)) + 2;
+        blocks_along[axis] = (last - first[axis]) / kBlock + 1;
+      }
+      block_of.assign(
+          static_cast<std::size_t>(blocks_along[0]) * static_cast<std::size_t>(blocks_along[1] * blocks_along[2]), -1);
+      for (int z = 0; z < blocks_along[2]; ++z)
+        for (int y = 0; y < blocks_along[1]; ++y)
+          for (int x = 0; x < blocks_along[0]; ++x) add_block(field, structure, {x, y, z}, zone);
+    }
+
+    void add_block(const StructureField& field, int structure, const std::array<int, 3>& at, double zone) {
+      const Vec3d lo = H * Vec3d(first[0] + kBlock * at[0], first[1] + kBlock * at[1], first[2] + kBlock * at[2]);
+      // A point in the block is at most half its diagonal from its middle.
+      const Vec3d middle = lo + Vec3d::Constant(H * (kBlock - 1) / 2);
+      const double half = H * (kBlock + 2) / 2 * std::sqrt(3.0);
+      if (std::min(field.distance(structure, middle), field.reach()) > zone + half && zone + half < field.reach())
+        return;
+      Block block;
+      bool near = false;
+      std::size_t n = 0;
+      for (int k = -1; k <= kBlock; ++k)
+        for (int j = -1; j <= kBlock; ++j)
+          for (int i = -1; i <= kBlock; ++i, ++n) {
+            const double d = field.distance(structure, lo + H * Vec3d(i, j, k));
+            block.d[n] = static_cast<float>(d);
+            near = near || d < zone + H;
+          }
+      if (!near) return;
+      block_of[table_index(at)] = static_cast<std::int32_t>(blocks.size());
+      blocks.push_back(block);
+      note_places(block, lo, zone);
+    }
+
+    [[nodiscard]] std::size_t table_index(const std::array<int, 3>& at) const noexcept {
+      return static_cast<std::size_t>((at[2] * blocks_along[1] + at[1]) * blocks_along[0] + at[0]);
+    }
+
+    void note_places(const Block& block, const Vec3d& lo, double zone) {
+      for (int k = 0; k < kBlock; ++k)
+        for (int j = 0; j < kBlock; ++j)
+          for (int i = 0; i < kBlock; ++i)
+            if (static_cast<double>(block.d[static_cast<std::size_t>(((k + 1) * kSide + j + 1) * kSide + i + 1)]) <
+                zone + H)
+              places.push_back(lo + H * Vec3d(i, j, k));
+    }
+
+    [[nodiscard]] std::optional<double> at(const Vec3d& p, Vec3d& gradient) const noexcept {
+      std::array<std::array<double, 3>, 3> w, dw;  // by axis
+      std::array<int, 3> block{}, in{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double x = p[static_cast<Eigen::Index>(a)] / H - first[a];
+        if (!(x >= 0) || !(x < kBlock * blocks_along[a] - 1)) return std::nullopt;
+        const int nearest = static_cast<int>(x + 0.5);
+        const double t = x - nearest, below = 0.5 - t, above = 0.5 + t;
+        block[a] = nearest / kBlock;
+        in[a] = nearest % kBlock;
+        w[a] = {below * below / 2, 0.75 - t * t, above * above / 2};
+        dw[a] = {-below, -2 * t, above};
+      }
+      const std::int32_t found = block_of[table_index(block)];
+      if (found < 0) return std::nullopt;
+      const float* d = blocks[static_cast<std::size_t>(found)].d.data() + (in[2] * kSide + in[1]) * kSide + in[0];
+      double value = 0;
+      Vec3d g = Vec3d::Zero();
+      for (std::size_t k = 0; k < 3; ++k, d += kSide * (kSide - 3))
+        for (std::size_t j = 0; j < 3; ++j, d += kSide) {
+          const double d0 = static_cast<double>(d[0]), d1 = static_cast<double>(d[1]), d2 = static_cast<double>(d[2]);
+          const double row = w[0][0] * d0 + w[0][1] * d1 + w[0][2] * d2;
+          const double slope = dw[0][0] * d0 + dw[0][1] * d1 + dw[0][2] * d2;
+          value += w[2][k] * w[1][j] * row;
+          g += Vec3d(w[2][k] * w[1][j] * slope, w[2][k] * dw[1][j] * row, dw[2][k] * w[1][j] * row);
+        }
+      gradient = g / H;
+      return value;
+    }
+  };
+
+  struct Sample {
+    double z, radius, weight;
+  };
+
+  [[nodiscard]] double largest_radius() const noexcept {
+    return burr_.has_shaft() ? std::max(burr_.tip_radius, burr_.shaft_radius) : burr_.tip_radius;
+  }
+
+  /// Returns how far a ball's centre can move before it may touch a margin [m]; <= 0 if it may touch one.
+  [[nodiscard]] double clear_length(const Vec3d& p_S, double radius) const noexcept {
+    return field_->nearest(p_S).distance - radius - widest_margin_ - kSlack * H_;
+  }
+
+  void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
+    for (std::size_t i = 0; i < knots_.size(); ++i) {
+      if (knots_[i].blocks.empty()) continue;
+      Push push{static_cast<int>(i), s.z, 0, s.weight, Vec3d::Zero()};
+      const std::optional<double> d = knots_[i].at(p_S, push.gradient);
+      if (!d) continue;
+      push.depth = structures_[i].margin + s.radius - *d;
+      if (push.depth > 0 && count < out.size()) out[count++] = push;
+    }
+  }
+
+  void place_samples(const std::optional<StiffnessBudget>& budget) {
+    if (!burr_.has_shaft()) return;
+    const double from = burr_.tip_radius, length = burr_.shaft_length - from;
+    if (!(length > 0)) return;
+    const int count = std::clamp(static_cast<int>(std::ceil(length / H_)), 1, kMostSamples);
+    sample_step_ = length / count;
+    double stiffest = 0;
+    for (const GuardedStructure& s : structures_) stiffest = std::max(stiffest, s.stiffness);
+    for (int n = 0; n < count; ++n) {
+      Sample s{from + (n + 0.5) * sample_step_, burr_.shaft_radius, 1.0 / count};
+      // A ball far from T turns with its lever.
+      if (budget) {
+        const double rocking = kPinch * stiffest * s.z * s.z;
+        s.weight *= std::pow(std::min(1.0, budget->angular / rocking), kNorm / 2.0);
+      }
+      samples_.push_back(s);
+    }
+  }
+
+  /// Second derivative of the pushes' energy of one ball at p_S, without the shaft's other balls [N/m]:
+  /// Σ k g gᵀ − F ∇²d. The second term is a tool's that lies between two parts, where the push turns over.
+  [[nodiscard]] Mat3d stiffness_at(const Vec3d& p_S, double radius) const noexcept {
+    Mat3d K = Mat3d::Zero();
+    for (std::size_t i = 0; i < knots_.size(); ++i) {
+      if (knots_[i].blocks.empty()) continue;
+      const GuardedStructure& s = structures_[i];
+      Vec3d g;
+      const std::optional<double> d = knots_[i].at(p_S, g);
+      if (!d) continue;
+      const double u = s.margin + radius - *d;
+      if (!(u > 0)) continue;
+      Mat3d second;
+      for (int a = 0; a < 3; ++a) {
+        Vec3d more = g, less = g;
+        (void)knots_[i].at(p_S + 0.25 * H_ * Vec3d::Unit(a), more);
+        (void)knots_[i].at(p_S - 0.25 * H_ * Vec3d::Unit(a), less);
+        second.col(a) = (more - less) / (0.5 * H_);
+      }
+      const double force = std::min(s.stiffness * u, s.greatest_force);
+      if (force < s.greatest_force) K += std::sqrt(2.0) * s.stiffness * g * g.transpose();
+      K -= 0.5 * force * (second + second.transpose());
+    }
+    return K;
+  }
+
+  /// Finds the largest stiffness of a ball, at the knots and midway between four of them.
+  void find_stiffness() {
+    stiffness_ = 0;
+    const double tip = burr_.tip_radius, shaft = burr_.has_shaft() ? burr_.shaft_radius : tip;
+    for (Knots& knots : knots_) {
+      for (const Vec3d& knot : knots.places)
+        for (const double shift : {0.0, 0.5 * H_})
+          for (const double radius : {tip, shaft}) {
+            const Mat3d K = stiffness_at(knot + Vec3d::Constant(shift), radius);
+            if (K.trace() <= 0 && stiffness_ > 0) continue;
+            const Eigen::SelfAdjointEigenSolver<Mat3d> solver(K, Eigen::EigenvaluesOnly);
+            stiffness_ = std::max(stiffness_, solver.eigenvalues().maxCoeff());
+          }
+      knots.places = {};
+    }
+    if (!burr_.has_shaft()) return;
+    for (const GuardedStructure& s : structures_)
+      if (s.mode == GuardMode::kPush) stiffness_ = std::max(stiffness_, kPinch * s.stiffness);
+  }
+
+  void keep_to(const StiffnessBudget& budget) {
+    const double factor = std::min(1.0, budget.linear / std::max(stiffness_, 1e-300));
+    for (GuardedStructure& s : structures_) {
+      s.stiffness *= factor;
+      s.greatest_force *= factor;
+      s.damping *= factor;
+    }
+    stiffness_ *= factor;
+  }
+
+  // Smooth distances are at most this many knot spacings below the distances: a spline's mean distance from its point.
+  static constexpr double kSlack = 1.0;
+
+  std::shared_ptr<const StructureField> field_;
+  Posed X_GS_;
+  Burr burr_;
+  double H_;
+  std::vector<GuardedStructure> structures_;
+  std::vector<Knots> knots_;
+  std::vector<Sample> samples_;
+  double sample_step_ = 1;
+  double widest_margin_ = 0;
+  double stiffness_ = 0;
+};
+
+}  // namespace trephine

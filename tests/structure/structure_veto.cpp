@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// No cut takes a structure: adversarial ticks of whole scenes, against the structures' formulas.
+#include "structure/phantom.hpp"
+#include "support/cases.hpp"
+#include "support/random.hpp"
+
+#include <trephine/core/units.hpp>
+#include <trephine/structure/structure_guard.hpp>
+#include <trephine/structure/structure_veto.hpp>
+#include <trephine/trephine.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <vector>
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::literals;
+
+namespace {
+
+constexpr double kIso = 300;
+constexpr int kSize = 48;
+constexpr double kVoxel = 0.35e-3;
+const Burr kBurr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 12_mm};
+using Bone = VoxelGrid<std::int16_t>;
+
+LabelledTubes canals() {
+  const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
+  return {.tubes = {{mm(2, 8, 7), mm(14, 8, 9), 0.8_mm},
+                    {mm(8, 2, 12), mm(8, 14, 11), 0.6_mm},
+                    {mm(4.5, 11.5, 5), mm(4.5, 11.5, 5), 1.6_mm}},
+          .structure = {0, 1, 2},
+          .size = {58, 58, 58}};
+}
+
+/// Bone with caves and its own surface, askew to the labels.
+Bone cavernous(unsigned seed) {
+  Random random(seed);
+  std::vector<Vec3d> waves;
+  for (int w = 0; w < 5; ++w) waves.push_back(random.arrow(0.2, 0.7));
+  std::vector<std::int16_t> voxels;
+  for (int k = 0; k < kSize; ++k)
+    for (int j = 0; j < kSize; ++j)
+      for (int i = 0; i < kSize; ++i) {
+        double v = 700;
+        for (const Vec3d& w : waves) v += 500 * std::sin(w.dot(Vec3d(i, j, k)));
+        voxels.push_back(static_cast<std::int16_t>(std::clamp(v, -1000.0, 1500.0)));
+      }
+  return {{.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(kVoxel), .outside = -1000}, voxels};
+}
+
+Posed askew() { return make_pose<double>(rotation_from_vector<double>(Vec3d(0.1, -0.15, 0.2)), Vec3d(0.5_mm, 0, 0)); }
+
+double interpolated(const std::vector<std::int16_t>& v, const Vec3d& u) {
+  double sum = 0;
+  const Vec3d lo = u.array().floor();
+  for (int c = 0; c < 8; ++c) {
+    double weight = 1;
+    std::size_t at = 0, pitch = 1;
+    for (int a = 0; a < 3; ++a) {
+      const int one = c >> a & 1;
+      weight *= one != 0 ? u[a] - lo[a] : 1 - (u[a] - lo[a]);
+      at += pitch * static_cast<std::size_t>(lo[a] + one);
+      pitch *= kSize;
+    }
+    sum += weight * static_cast<double>(v[at]);
+  }
+  return sum;
+}
+
+std::vector<std::int16_t> densities(const Bone& bone) {
+  std::vector<std::int16_t> v(static_cast<std::size_t>(kSize) * kSize * kSize);
+  bone.copy_voxels(v);
+  return v;
+}
+
+/// Ticks a scene as no hand would: fast, with jumps, turns, bad poses, stalls and restores.
+template <class Scene>
+void rage(Scene& scene, Bone& bone, Random& random, int ticks, double& removed) {
+  Posed X = make_pose<double>(random.rotation(),
+                              kSize * kVoxel * Vec3d{random.uniform(), random.uniform(), random.uniform()});
+  Vec3d v = Vec3d::Zero(), w = Vec3d::Zero();
+  for (int n = 0; n < ticks; ++n) {
+    if (random.below(40) == 0) v = random.arrow(0, 1);
+    if (random.below(40) == 0) w = random.arrow(0, 30);
+    const double dt = random.below(10) == 0 ? std::pow(10.0, random.uniform(-4, -2)) : 1e-3;
+    X.translation() += dt * v;
+    X.linear() = rotation_from_vector<double>(Vec3d(dt * w)) * X.linear();
+    const Vec3d middle = Vec3d::Constant(0.5 * kSize * kVoxel);
+    if (random.below(300) == 0 || (X.translation() - middle).norm() > 1.2 * kSize * kVoxel)
+      X = make_pose<double>(random.rotation(), Vec3d(middle + random.arrow(0, 0.6) * kSize * kVoxel));
+    TickInput input{.X_WT = X, .spindle_on = random.below(20) != 0};
+    if (random.below(200) == 0) input.X_WT.translation()[random.below(3)] = std::numeric_limits<double>::quiet_NaN();
+    if (random.below(200) == 0) input.X_WT.linear() *= 2;
+    removed += scene.tick(input, random.below(300) == 0 ? std::numeric_limits<double>::quiet_NaN() : dt).removed_mm3;
+    if (random.below(4000) == 0) (void)bone.restore(static_cast<std::size_t>(random.below(60)));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("hostile ticks take none of a structure, under every policy") {
+  const LabelledTubes truth = canals();
+  const auto field = truth.field(5_mm);
+  const Posed X_GS = askew(), X_SG = X_GS.inverse();
+  const std::array<StructureVeto, 3> vetoes{StructureVeto{.margin = 0.4_mm}, StructureVeto{.margin = 0.8_mm},
+                                            StructureVeto{.margin = 0}};
+  const std::vector<GuardedStructure> guards(3);
+  const auto potential = std::make_shared<const GuardPotential>(field, X_GS, kBurr, guards);
+  Random random(21);
+  const char* const wished = std::getenv("HOSTILE_TICKS");  // of all four together
+  const int ticks = wished != nullptr ? std::atoi(wished) / 4 : kSanitized ? 2000 : 40000;
+  double deepest = 0;
+  const auto judge = [&](auto policy, auto shape, bool guard, unsigned seed) {
+    CAPTURE(seed);
+    Bone bone = cavernous(seed);
+    const std::vector<std::int16_t> before = densities(bone);
+    const auto floor = make_cut_floor(*field, X_GS, bone, kIso, vetoes);
+    double removed = 0;
+    Milling milling{ProtectedCut{policy, floor}, {.follow_probe = true}, shape};
+    if (guard) {
+      HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}, milling,
+                        StructureGuard{potential}};
+      rage(scene, bone, random, ticks, removed);
+    } else {
+      HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}, milling};
+      rage(scene, bone, random, ticks, removed);
+    }
+    const std::vector<std::int16_t> after = densities(bone);
+    int points = 0, taken = 0, elsewhere = 0, left = 0;
+    for (int n = 0; n < 300000; ++n) {
+      const Vec3d u = (kSize - 1.001) * Vec3d{random.uniform(), random.uniform(), random.uniform()};
+      if (interpolated(before, u) < kIso) continue;
+      const bool bone_now = interpolated(after, u) >= kIso;
+      // What the veto protects: by the field's distances at the eight voxels around the point.
+      bool guarded = false, far = true;
+      for (int s = 0; s < 3; ++s) {
+        const double margin = vetoes[static_cast<std::size_t>(s)].margin;
+        double c = 0;
+        const Vec3d lo = u.array().floor();
+        for (int corner = 0; corner < 8; ++corner) {
+          const Vec3d at = lo + Vec3d(corner & 1, corner >> 1 & 1, corner >> 2);
+          const Vec3d weight = Vec3d::Ones() - (u - at).cwiseAbs();
+          c += weight.prod() * (field->distance(s, X_SG * Vec3d(kVoxel * at)) - margin);
+        }
+        guarded = guarded || c <= 0;
+        const double d = truth.distance(s, X_SG * Vec3d(kVoxel * u)) - margin;
+        far = far && d > 2 * kVoxel;
+        if (!bone_now) deepest = std::max(deepest, -d);
+      }
+      if (guarded) {
+        ++points;
+        taken += bone_now ? 0 : 1;
+      } else if (far) {
+        ++elsewhere;
+        left += bone_now ? 1 : 0;
+      }
+    }
+    CHECK(points > 1000);
+    CHECK(taken == 0);
+    CHECK(removed > 0);
+    CHECK(floor->refused_mm3() > 0);
+    if (!kSanitized) CHECK(left < 0.7 * elsewhere);
+  };
+  judge(GeometricCut{}, TipCuts{}, true, 31);
+  judge(RateLimitedCut<>{.rate = 3e6}, TipCuts{}, false, 32);
+  judge(AdvancingCut{.speed = 0.2}, TipCuts{}, false, 33);
+  judge(GeometricCut{}, DrillBit{.radius = 1_mm, .length = 6_mm}, false, 34);
+  MESSAGE((4 * ticks) << " ticks; the deepest cut lies " << deepest / truth.voxel
+                      << " label voxels within a true margin");
+  CHECK(deepest < 0.5 * truth.voxel);  // labels place a surface within half a voxel
+}
+
+TEST_CASE("a structure that may break is counted, and a free one is not") {
+  const LabelledTubes truth = canals();
+  const auto field = truth.field(3_mm);
+  const std::vector<std::int16_t> voxels(static_cast<std::size_t>(kSize) * kSize * kSize, 1200);
+  Bone bone({.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(kVoxel), .outside = -1000}, voxels);
+  using Mode = StructureVeto::Mode;
+  const std::array<StructureVeto, 3> vetoes{StructureVeto{.mode = Mode::kFree}, StructureVeto{.mode = Mode::kWatch},
+                                            StructureVeto{.mode = Mode::kProtect}};
+  const auto floor = make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes);
+  Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  const Burr huge{.tip_radius = 16_mm};
+  const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d::Constant(0.5 * kSize * kVoxel));
+  (void)milling.carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  const auto volume = [](const Tube& t) {
+    const double r = 1e3 * t.radius;
+    return 3.14159265 * r * r * (1e3 * (t.to - t.from).norm() + 4.0 / 3 * r);
+  };
+  CHECK(floor->taken_mm3(0) == 0);
+  // Labels place the surface of a tube of two voxels radius within a tenth of a voxel: a tenth of its volume.
+  CHECK(floor->taken_mm3(1) == doctest::Approx(volume(truth.tubes[1])).epsilon(0.1));
+  CHECK(floor->refused_mm3(2) == doctest::Approx(volume(truth.tubes[2])).epsilon(0.04));
+  CHECK(floor->refused_mm3(1) == 0);
+}
+
+TEST_CASE("what a veto cannot use is refused") {
+  const LabelledTubes truth = canals();
+  const auto field = truth.field(1_mm);
+  const Bone bone = cavernous(3);
+  const std::array<StructureVeto, 2> few{};
+  CHECK_THROWS_AS((void)make_cut_floor(*field, Posed::Identity(), bone, kIso, few), std::invalid_argument);
+  std::array<StructureVeto, 3> vetoes{};
+  vetoes[1].margin = 0.9_mm;
+  CHECK_THROWS_AS((void)make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes), std::invalid_argument);
+  vetoes[1].margin = -1;
+  CHECK_THROWS_AS((void)make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes), std::invalid_argument);
+  vetoes[1].margin = 0;
+  Posed scaled = Posed::Identity();
+  scaled.linear() *= 2;
+  CHECK_THROWS_AS((void)make_cut_floor(*field, scaled, bone, kIso, vetoes), std::invalid_argument);
+  CHECK(make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes) != nullptr);
+}
