@@ -3,7 +3,7 @@
 
 #include <trephine/core/math.hpp>
 #include <trephine/core/refuse.hpp>
-#include <trephine/core/tolerances.hpp>
+#include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class VoxelGrid {
   /// Moves the grid to the pose X_WG, between ticks, on the haptic thread. Throws std::invalid_argument if the pose is
   /// not rigid or lies farther than kFarthestPosition.
   void set_X_WG(const Posed& X_WG) {
-    check_pose(X_WG);
+    detail::check_grid_pose("VoxelGrid", "X_WG", X_WG);
     X_WG_ = X_WG;
   }
 
@@ -161,7 +161,6 @@ class VoxelGrid {
   friend class GridReader;
 
   [[nodiscard]] static std::uint64_t next_increase_stamp() noexcept;
-  static void check_pose(const Posed& X);
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
   [[nodiscard]] DensityRange<Density> scan_range(std::size_t b) const noexcept;

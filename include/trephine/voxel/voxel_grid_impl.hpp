@@ -5,32 +5,13 @@
 
 namespace trephine {
 
-// Numbers that decide which input is refused.
-inline constexpr double kMinGridSpacing = 1e-9;       // [m] single precision can still invert it
-inline constexpr int kMaxGridSize = 1 << 20;          // [voxels] along an axis; keeps products of sizes within 64 bits
+// Decides which input is refused.
 inline constexpr double kMaxDensityMagnitude = 1e30;  // differences of densities stay finite in single precision
 
 template <VoxelDensity Density>
 VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options)
     : size_(geometry.size), spacing_(geometry.spacing), X_WG_(geometry.X_WG) {
-  std::int64_t count = 1;
-  std::int64_t padded = 1;
-  for (const int n : size_) {
-    if (!(n >= 1)) refuse("VoxelGrid", "each size must be >= 1 voxel", n);
-    if (n > kMaxGridSize) refuse("VoxelGrid", "each size must be at most 2^20 voxels", n);
-    count *= n;
-    padded *= n + 4;
-    // 32-bit voxel indices: the sampling kernel then has one vector register per lane.
-    if (padded > std::numeric_limits<std::int32_t>::max()) refuse("VoxelGrid", "at most 2^31 voxels fit", padded);
-  }
-  for (int a = 0; a < 3; ++a) {
-    if (!(spacing_[a] > 0)) refuse("VoxelGrid", "spacing must be > 0 m", spacing_[a]);
-    if (!(spacing_[a] >= kMinGridSpacing)) refuse("VoxelGrid", "spacing must be at least 1 nm", spacing_[a]);
-    refuse_beyond("VoxelGrid", "spacing", kLargestSpacing, spacing_[a]);
-  }
-  check_pose(X_WG_);
-  if (static_cast<std::int64_t>(voxels.size()) != count)
-    refuse("VoxelGrid", "the buffer must hold " + std::to_string(count) + " voxels", voxels.size());
+  detail::check_grid("VoxelGrid", "X_WG", geometry, voxels.size());
 
   original_range_ = {voxels[0], voxels[0]};
   for (const Density v : voxels) {
@@ -75,16 +56,6 @@ inline std::atomic<std::uint64_t> increase_count{0};
 template <VoxelDensity Density>
 std::uint64_t VoxelGrid<Density>::next_increase_stamp() noexcept {
   return detail::increase_count.fetch_add(1, std::memory_order_relaxed) + 1;
-}
-
-template <VoxelDensity Density>
-void VoxelGrid<Density>::check_pose(const Posed& X) {
-  const Mat3d R = X.linear();
-  const double off = (R.transpose() * R - Mat3d::Identity()).cwiseAbs().maxCoeff();
-  if (!(off <= kRotationTolerance) || !(R.determinant() > 0))
-    refuse("VoxelGrid", "X_WG must hold a right-handed rotation", off);
-  if (!(X.translation().norm() <= kFarthestPosition))
-    refuse("VoxelGrid", "X_WG must lie within 1 km of the origin", X.translation().norm());
 }
 
 template <VoxelDensity Density>
