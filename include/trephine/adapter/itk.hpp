@@ -5,6 +5,7 @@
 #include <trephine/adapter/itk_dicom.hpp>
 #include <trephine/adapter/itk_image.hpp>
 #include <trephine/adapter/volume_options.hpp>
+#include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <itkGDCMImageIO.h>
@@ -51,41 +52,50 @@ inline itk::ImageIOBase::Pointer reader_for(const std::string& file) {
   return nullptr;
 }
 
-inline Source open_file(const std::string& file) {
+/// Returns a reader of the file that has read the header.
+inline itk::ImageIOBase::Pointer open_image(const std::string& file) {
   // If both exist, the NIfTI library opens the uncompressed file, which may be another patient's.
   const std::filesystem::path path = file;
   if (path.extension() == ".gz" && std::filesystem::exists(path.parent_path() / path.stem()))
     refuse_volume(file, path.stem().string() + " lies beside it and would be read in its place; move one away");
   const auto io = reader_for(file);
-  if (io == nullptr) {
-    if (itk::GDCMImageIO::New()->CanReadFile(file.c_str()))
-      refuse_volume(file, "is a single DICOM file; give the folder that holds its series");
+  if (io == nullptr)
     refuse_volume(file, "is no image that can be read here: a DICOM folder, or an NRRD, NIfTI or MetaImage file");
-  }
   io->SetFileName(file);
   try {
     io->ReadImageInformation();
   } catch (const itk::ExceptionObject& e) {
     refuse_volume(file, "its header cannot be read (" + last_line(e.GetDescription()) + "); fetch it again");
   }
+  return io;
+}
+
+/// Returns the geometry of an image's first three dimensions; it has no fewer.
+inline ImageGeometry geometry_of(const itk::ImageIOBase& io, const std::string& file) {
+  ImageGeometry geometry;
+  for (unsigned a = 0; a < 3; ++a) {
+    if (io.GetDimensions(a) > std::size_t{kMaxGridSize})
+      refuse_volume(file, "is larger than 2^20 voxels along an axis");
+    geometry.size[a] = static_cast<int>(io.GetDimensions(a));
+    geometry.spacing_mm[a] = io.GetSpacing(a);
+    geometry.origin_mm[a] = io.GetOrigin(a);
+    const auto axis = io.GetDirection(a);
+    for (unsigned b = 0; b < 3; ++b) geometry.direction(b, a) = axis[b];
+  }
+  return geometry;
+}
+
+inline Source open_file(const std::string& file) {
+  if (reader_for(file) == nullptr && itk::GDCMImageIO::New()->CanReadFile(file.c_str()))
+    refuse_volume(file, "is a single DICOM file; give the folder that holds its series");
+  const auto io = open_image(file);
   if (io->GetNumberOfComponents() != 1)
     refuse_volume(file, "has several numbers per voxel; a density is a single number");
   const unsigned dimensions = io->GetNumberOfDimensions();
   for (unsigned a = 3; a < dimensions; ++a)
     if (io->GetDimensions(a) != 1) refuse_volume(file, "holds several volumes (a time series?); extract one");
   if (dimensions < 3 || io->GetDimensions(2) < 2) refuse_volume(file, "is a single slice; a volume needs two or more");
-
-  Source source{.where = file, .geometry = {}, .files = {file}};
-  for (unsigned a = 0; a < 3; ++a) {
-    if (io->GetDimensions(a) > std::size_t{kMaxGridSize})
-      refuse_volume(file, "is larger than 2^20 voxels along an axis");
-    source.geometry.size[a] = static_cast<int>(io->GetDimensions(a));
-    source.geometry.spacing_mm[a] = io->GetSpacing(a);
-    source.geometry.origin_mm[a] = io->GetOrigin(a);
-    const auto axis = io->GetDirection(a);
-    for (unsigned b = 0; b < 3; ++b) source.geometry.direction(b, a) = axis[b];
-  }
-  return source;
+  return {.where = file, .geometry = geometry_of(*io, file), .files = {file}};
 }
 
 inline Source open_volume(const std::filesystem::path& path, const VolumeOptions& options) {
@@ -144,7 +154,7 @@ void read_pixels(const Source& source, const std::string& file, std::size_t coun
     case Component::DOUBLE:
       return as(0.0);
     default:
-      refuse_volume(file, "its voxels have a type that cannot be a density");
+      refuse_volume(file, "its voxels are no plain numbers");
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <trephine/adapter/volume_options.hpp>
 #include <trephine/core/tolerances.hpp>
+#include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 // Eigen must precede ITK's headers: ITK includes an older Eigen with the same include guards, so each module comes from
@@ -60,7 +61,7 @@ inline RigidGeometry to_rigid(ImageGeometry image, const VolumeOptions& options,
   if (options.spacing_m) image.spacing_mm = 1e3 * *options.spacing_m;
   if (!(image.spacing_mm.minCoeff() > 0) || !is_finite(image.spacing_mm)) {
     std::ostringstream s;
-    s << "the spacing must be > 0 mm, is " << image.spacing_mm.transpose() << "; give VolumeOptions::spacing_m";
+    s << "the spacing must be > 0 mm, is " << image.spacing_mm.transpose() << "; give spacing_m in the options";
     refuse_volume(where, s.str());
   }
   const double skew = (image.direction.transpose() * image.direction - Mat3d::Identity()).cwiseAbs().maxCoeff();

@@ -82,6 +82,29 @@ class TemporaryFile {
   bool moved_ = false;
 };
 
+/// Throws VolumeError unless the path's folder exists.
+inline void check_folder(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) refuse_saving(path, "there is no folder " + folder.string());
+}
+
+/// Writes voxels to a temporary file, and replaces `path` by it if `is_complete(file)` is true.
+template <class IsComplete>
+void write_and_replace(const std::filesystem::path& path, itk::ImageIOBase& io, const void* voxels,
+                       IsComplete&& is_complete) {
+  TemporaryFile temporary(path);
+  io.SetFileName(temporary.file().string());
+  try {
+    io.Write(voxels);
+  } catch (const itk::ExceptionObject& e) {
+    refuse_saving(path, "cannot be written (" + last_line(e.GetDescription()) + ")");
+  }
+  // Some of ITK's writers do not report a full disk.
+  if (!is_complete(temporary.file())) refuse_saving(path, "cannot be written in full (is the disk full?)");
+  temporary.replace_target();
+}
+
 /// Sets the header of a file: geometry in millimetres, and the density outside.
 inline void describe(itk::ImageIOBase& io, const std::array<int, 3>& size, const Vec3d& spacing, const Posed& X_WG,
                      double outside) {
@@ -122,9 +145,7 @@ void save_volume(const std::filesystem::path& path, const GridReader<Density>& b
   const itk::ImageIOBase::Pointer io = itk_detail::writer_for(path);
   if (n[2] < 2) refuse_saving(path, "a single slice is no volume");
   if (!X_WG.matrix().allFinite()) refuse_saving(path, "the bone's pose is not finite");
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  std::error_code error;
-  if (!std::filesystem::is_directory(folder, error)) refuse_saving(path, "there is no folder " + folder.string());
+  itk_detail::check_folder(path);
 
   std::vector<Density> voxels;
   voxels.reserve(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]));
@@ -132,20 +153,13 @@ void save_volume(const std::filesystem::path& path, const GridReader<Density>& b
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) voxels.push_back(bone.voxel(i, j, k));
 
-  itk_detail::TemporaryFile temporary(path);
   itk_detail::describe(*io, n, bone.spacing(), X_WG, static_cast<double>(bone.voxel(-1, -1, -1)));
   io->SetComponentType(itk_detail::component_of<Density>());
-  io->SetFileName(temporary.file().string());
-  try {
-    io->Write(voxels.data());
-  } catch (const itk::ExceptionObject& e) {
-    refuse_saving(path, "cannot be written (" + itk_detail::last_line(e.GetDescription()) + ")");
-  }
-  // Some of ITK's writers do not report a full disk.
-  const auto written = std::filesystem::file_size(temporary.file(), error);
-  if (error || written < voxels.size() * sizeof(Density))
-    refuse_saving(path, "cannot be written in full (is the disk full?)");
-  temporary.replace_target();
+  itk_detail::write_and_replace(path, *io, voxels.data(), [&voxels](const std::filesystem::path& file) {
+    std::error_code error;
+    const auto written = std::filesystem::file_size(file, error);
+    return !error && written >= voxels.size() * sizeof(Density);
+  });
 }
 
 /// The same on the haptic thread between ticks, or while no scene ticks.
