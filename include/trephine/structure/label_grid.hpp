@@ -153,9 +153,8 @@ class LabelGrid {
       const std::string own = "'" + s->name + "'";
       if (s->name.empty()) refuse(kType, "each structure needs a name", "none for label " + std::to_string(s->label));
       const auto breaks_line = [](char c) { return static_cast<unsigned char>(c) < ' '; };
-      if (std::any_of(s->name.begin(), s->name.end(), breaks_line))
-        refuse(kType, "a name must be one line without control characters",
-               "another for label " + std::to_string(s->label));
+      if (std::any_of(s->name.begin(), s->name.end(), breaks_line) || s->name.front() == ' ' || s->name.back() == ' ')
+        refuse(kType, "a name must be one line without spaces at its ends", own);
       if (s->label == 0)
         refuse(kType, "label 0 means no structure, so a structure's label must be >= 1", "0 for " + own);
       if (s->label > std::numeric_limits<Label>::max())
