@@ -94,7 +94,8 @@ Torques torques_of(const RunLog& log, const Surgeon& surgeon) {
   trephine::FirstOrderFilter filter({.cutoff = kFilterCutoff});
   for (const LogRow& r : log.rows) {
     const trephine::TickInput input{.X_WT = r.probe, .spindle_on = false};
-    trephine::TickContext context{input};
+    const trephine::Posed X_WG = trephine::Posed::Identity();
+    trephine::TickContext context{input, X_WG};
     context.dt = 1e-3;
     trephine::Wrenchd wrench = r.wrench;
     filter.apply(context, wrench);

@@ -27,6 +27,7 @@
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
+#include <trephine/structure/guides.hpp>
 #include <trephine/structure/label_grid.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>

@@ -79,6 +79,8 @@ template <class Density, class R>
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),
                      FirstOrderFilter(FirstOrderFilter::Options{}),
+                     AxisGuide({.point_G = {0.5 * kBlockSize * kVoxel, 0.5 * kBlockSize * kVoxel, 0}, .force = 0.3}),
+                     DepthStop({.point_G = {0, 0, kSurfaceHeight - 2e-3}, .force = 0.3}),
                      PassivityController(PassivityController::Options{}),
                      WrenchRateLimit(WrenchRateLimit::Options{}),
                      DeviceLimits{kForceLimit, kTorqueLimit}};

@@ -112,6 +112,7 @@ struct Look {
   Twist twist_to_bone{};
   double dt = 0;
   double removed_mm3 = 0;
+  Posed X_WG = Posed::Identity();
   int ticks = 0;
   int resets = 0;
   void reset() noexcept { ++resets; }
@@ -121,6 +122,7 @@ struct Look {
     twist_to_bone = c.twist_to_bone;
     dt = c.dt;
     removed_mm3 = c.removed_mm3;
+    X_WG = c.X_WG;
   }
 };
 
@@ -133,9 +135,10 @@ inline VoxelGrid<std::int16_t> small_grid(const Posed& X_WG = Posed::Identity(),
 inline Posed at(double x, double y, double z) { return make_pose<double>(Mat3d::Identity(), Vec3d(x, y, z)); }
 inline Posed turned(const Vec3d& w, const Vec3d& p) { return make_pose<double>(rotation_from_vector<double>(w), p); }
 
-/// A context in contact with the spindle on.
-inline TickContext touching(const TickInput& input, double dt = kTick) {
-  TickContext c{input};
+/// A context in contact with the spindle on, with the bone in the world's frame unless given.
+inline const Posed kBoneInWorld = Posed::Identity();
+inline TickContext touching(const TickInput& input, double dt = kTick, const Posed& X_WG = kBoneInWorld) {
+  TickContext c{input, X_WG};
   c.dt = dt;
   c.contact = {1, true, false, 1e-3};
   return c;

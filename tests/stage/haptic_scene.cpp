@@ -142,6 +142,7 @@ TEST_CASE("twists: in the world and to the bone") {
   CHECK(look.twist.linear.norm() < 1e-9);
   CHECK((look.twist_to_bone.linear - Vec3d(0, -1.5, 0)).norm() < 1e-9);
   CHECK(look.dt == 2 * kTick);
+  CHECK(look.X_WG.matrix() == at(0, 0.003, 0).matrix());
   bone.set_X_WG(at(0, 0.5, 0));  // put elsewhere, which is no velocity
   (void)scene.tick({.X_WT = turned({0, 0, 0.002}, {0.001, 0, 1})}, kTick);
   CHECK(look.twist_to_bone.linear == Vec3d::Zero());

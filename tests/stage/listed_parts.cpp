@@ -14,6 +14,7 @@
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
+#include <trephine/structure/guides.hpp>
 
 #include <doctest/doctest.h>
 
@@ -76,6 +77,8 @@ struct Listed {
     const Damping damping{Damping::Options{}};
     const FirstOrderFilter filter{{.cutoff = 1e9}};
     const PassivityController passivity{{.damping = 0, .angular_damping = 0}};
+    const AxisGuide guide{{.force = 0, .torque = 0}};
+    const DepthStop stop{{.force = 0}};
     const WrenchRateLimit rate{{.force = 1e12, .torque = 1e12}};
     const DeviceLimits limits{.force = 1e12, .torque = 1e12};
     compare(name + ", Milling", with(), with(milling), reach);
@@ -84,10 +87,12 @@ struct Listed {
     compare(name + ", Damping", with(), with(damping), reach);
     compare(name + ", FirstOrderFilter", with(), with(filter), reach);
     compare(name + ", PassivityController", with(), with(passivity), reach);
+    compare(name + ", AxisGuide", with(), with(guide), reach);
+    compare(name + ", DepthStop", with(), with(stop), reach);
     compare(name + ", WrenchRateLimit", with(), with(rate), reach);
     compare(name + ", DeviceLimits", with(), with(limits), reach);
-    compare(name + ", all of them", with(), with(milling, hunt_crossley, damping, filter, passivity, rate, limits),
-            reach);
+    compare(name + ", all of them", with(),
+            with(milling, hunt_crossley, damping, filter, guide, stop, passivity, rate, limits), reach);
     // A part of no bytes costs none, and a part costs its own.
     CHECK(sizeof(with(ForceOnly{})) == sizeof(with()));
     CHECK(sizeof(with(limits)) <= sizeof(with()) + sizeof(limits) + alignof(std::max_align_t));

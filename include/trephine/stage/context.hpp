@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/math.hpp>
 #include <trephine/core/tick.hpp>
 
 #include <concepts>
 
 namespace trephine {
 
-/// Pose of a bone that rests in the world's frame.
-inline const Posed kRestingBone = Posed::Identity();
-
 /// Read-only data of one tick for its stages, filled in by the scene after contact and carving.
 struct TickContext {
-  const TickInput& input;            ///< the argument of `tick`, already checked
-  const Posed& X_WG = kRestingBone;  ///< pose of the bone
-  Twist twist{};                     ///< velocity of the tool in the world: T's origin, W axes [m/s, rad/s]
-  Twist twist_to_bone{};             ///< velocity of the tool relative to the bone; equals `twist` for a fixed grid
-  double dt = 0;                     ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
-  ContactSummary contact{};          ///< the renderer's contact
-  double removed_mm3 = 0;            ///< bone removed in this tick [mm³]
+  const TickInput& input;    ///< the argument of `tick`, already checked
+  const Posed& X_WG;         ///< the bone's pose in this tick
+  Twist twist{};             ///< velocity of the tool in the world: T's origin, W axes [m/s, rad/s]
+  Twist twist_to_bone{};     ///< velocity of the tool relative to the bone; equals `twist` for a fixed grid
+  double dt = 0;             ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
+  ContactSummary contact{};  ///< the renderer's contact
+  double removed_mm3 = 0;    ///< bone removed in this tick [mm³]
   Status status = Status::kOk;
 };
 

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+#include <trephine/core/refuse.hpp>
+#include <trephine/core/tick.hpp>
+#include <trephine/stage/context.hpp>
+#include <trephine/structure/guide_parts.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+/// Guides: stages that lead the tool along an axis (`AxisGuide`) and stop it at a depth (`DepthStop`), in the bone's
+/// frame G. They move with the bone.
+///
+/// The spring of each guide is the gradient of one potential, in closed form: along closed paths it does no work. Its
+/// stiffness holds near the guide, its force and torque are bounded, and neither steps anywhere. A capture radius or
+/// angle ends the potential, so that the tool enters and leaves the guide without a gain of energy. Damping opposes the
+/// motion relative to the bone; it only dissipates. Only the gain changes in time: it rises from 0 in `ramp` seconds
+/// when a guide is enabled or its scene starts, and falls likewise. Enabling a guide with the tool off it gives the
+/// spring its energy.
+///
+/// Each adds to the wrench: list it after stages that scale contact forces (`HuntCrossley`) and before limits. Its
+/// stiffness counts in what the device must bear. Haptic thread; options change between ticks or through `Remote`.
+/// Cost: a few square roots, and the twists that the scene computes.
+namespace trephine {
+
+/// Holds T's origin on a line of the bone, and T's +z along it: a drill guide. Motion along the line and rotation about
+/// it are free.
+///
+/// With r the distance of T's origin from the line, and c the chord 2 sin(θ/2) of the angle θ between T's +z and the
+/// axis, the springs store ½ k r² + ½ k_θ c² until they reach their greatest force and torque. The torque is k_θ sin θ
+/// near the axis, and falls to 0 at 180°. The two springs are independent: far off the line the torque acts in full,
+/// unless a capture ends it.
+///
+/// Capture: leaving the guide takes the same energy in each direction, so radius and angle bound the potential's depth
+/// together. The tool is free at `capture_radius` on the axis' direction, or at `capture_angle` on the line, or nearer.
+/// Springs act in full up to a quarter of the depth. On the way out the force falls by at most 8/3 k a metre.
+///
+/// A scene with `ForceOnly` drops the torque: set `angular_stiffness` to 0 then, or rotation changes the force.
+class AxisGuide {
+ public:
+  struct Options {
+    Vec3d point_G = Vec3d::Zero();   ///< a point of the line [m]
+    Vec3d axis_G = Vec3d::UnitZ();   ///< direction of the line out of the bone, as T's +z; any length above 0
+    double stiffness = 400;          ///< k [N/m], >= 0
+    double angular_stiffness = 0.2;  ///< k_θ [N·m/rad], >= 0
+    double force = 2;                ///< greatest force of spring and damping together [N], >= 0
+    double torque = 0.05;            ///< greatest torque of both [N·m], >= 0
+    double damping = 0;              ///< across the line [N·s/m], >= 0
+    double angular_damping = 0;      ///< of the tilt [N·m·s/rad], >= 0
+    double capture_radius = std::numeric_limits<double>::infinity();  ///< [m], > 0; infinite: acts at any distance
+    double capture_angle = std::numeric_limits<double>::infinity();   ///< [rad], > 0; infinite: acts at any angle
+    bool enabled = true;
+    double ramp = 0.5;  ///< time of the gain from 0 to 1 [s], >= 0.05
+
+    /// Throws std::invalid_argument if an option is out of range.
+    void validate() const {
+      detail::check_line(kType, point_G, axis_G);
+      detail::check_at_least_zero(kType, "stiffness", "N/m", stiffness);
+      detail::check_at_least_zero(kType, "angular_stiffness", "N·m/rad", angular_stiffness);
+      detail::check_at_least_zero(kType, "force", "N", force);
+      detail::check_at_least_zero(kType, "torque", "N·m", torque);
+      detail::check_at_least_zero(kType, "damping", "N·s/m", damping);
+      detail::check_at_least_zero(kType, "angular_damping", "N·m·s/rad", angular_damping);
+      detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
+      detail::check_above_zero(kType, "capture_angle", "rad", capture_angle);
+      detail::check_ramp(kType, ramp);
+      if (std::isfinite(capture_radius) && !(stiffness > 0 && force > 0))
+        refuse(kType, "a capture radius needs a stiffness and a force > 0", stiffness);
+      if (std::isfinite(capture_angle) && !(angular_stiffness > 0 && torque > 0))
+        refuse(kType, "a capture angle needs an angular stiffness and a torque > 0", angular_stiffness);
+    }
+    /// Returns true if the other options give the same wrench at a gain of 1.
+    [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
+      return point_G == o.point_G && axis_G == o.axis_G && stiffness == o.stiffness &&
+             angular_stiffness == o.angular_stiffness && force == o.force && torque == o.torque &&
+             damping == o.damping && angular_damping == o.angular_damping && capture_radius == o.capture_radius &&
+             capture_angle == o.capture_angle;
+    }
+    static constexpr const char* kType = "AxisGuide";
+  };
+
+  /// Throws std::invalid_argument if an option is out of range.
+  explicit AxisGuide(const Options& options) : gain_(options) { options.validate(); }
+
+  /// Returns the latest options; a new law acts once the gain of the old one has fallen to 0.
+  [[nodiscard]] const Options& options() const noexcept { return gain_.wanted(); }
+  /// Replaces the options, which `validate` must accept, without a step of the wrench; between ticks, haptic thread.
+  void adopt(const Options& options) noexcept { gain_.adopt(options); }
+  void reset() noexcept { gain_.restart(); }
+
+  /// Returns the present gain, in [0, 1].
+  [[nodiscard]] double gain() const noexcept { return gain_.gain(); }
+  /// Returns the spring's energy [J] at a gain of 1: 0 on the guide.
+  [[nodiscard]] double energy(const Posed& X_GT) const noexcept { return evaluate(Posed::Identity(), X_GT).energy; }
+  /// Returns the spring's wrench on the tool about T's origin, in G axes, at a gain of 1.
+  [[nodiscard]] Wrenchd spring(const Posed& X_GT) const noexcept { return evaluate(Posed::Identity(), X_GT).spring; }
+
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
+    if (context.status >= Status::kJump) gain_.restart();
+    const double gain = gain_.advance(context.dt);
+    if (gain == 0) return;
+    const Options& o = gain_.active();
+    const Evaluation now = evaluate(context.X_WG, context.input.X_WT);
+    const Vec3d& v = context.twist_to_bone.linear;
+    const Vec3d& w = context.twist_to_bone.angular;
+    const Vec3d across = v - now.axis.dot(v) * now.axis;
+    const Vec3d tilting = w - now.shaft.dot(w) * now.shaft;
+    const Vec3d force = now.spring.force - now.share * o.damping * across;
+    const Vec3d torque = now.spring.torque - now.share * o.angular_damping * tilting;
+    wrench.force += gain * detail::shortened(force, o.force);
+    wrench.torque += gain * detail::shortened(torque, o.torque);
+  }
+
+ private:
+  struct Evaluation {
+    double energy;  // [J]
+    Wrenchd spring;
+    double share;  // of the guide, 0 beyond its capture
+    Vec3d axis;    // unit
+    Vec3d shaft;   // T's +z, unit
+  };
+
+  /// Evaluates the potential and its gradient in the axes that both poses map to.
+  [[nodiscard]] Evaluation evaluate(const Posed& X_WG, const Posed& X_WT) const noexcept {
+    const Options& o = gain_.active();
+    const Vec3d axis = (X_WG.linear() * o.axis_G).normalized();
+    const Vec3d shaft = X_WT.linear().col(2).normalized();
+    const Vec3d from_point = X_WT.translation() - X_WG * o.point_G;
+    const Vec3d offset = from_point - axis.dot(from_point) * axis;
+    const double distance = offset.norm();
+    const double chord = (shaft - axis).norm();
+    const detail::BoundedSpring lateral{o.stiffness, o.force};
+    const detail::BoundedSpring angular{o.angular_stiffness, o.torque};
+    detail::CaptureWell well;
+    if (std::isfinite(o.capture_radius)) well.depth = lateral.energy(o.capture_radius);
+    if (std::isfinite(o.capture_angle)) {
+      const double widest = 2 * std::sin(0.5 * std::min(o.capture_angle, std::numbers::pi));
+      well.depth = std::min(well.depth, angular.energy(widest));
+    }
+    const auto [energy, share] = well.at(lateral.energy(distance) + angular.energy(chord));
+    const Vec3d force = -share * lateral.secant(distance) * offset;
+    const Vec3d torque = share * angular.secant(chord) * shaft.cross(axis);
+    return {energy, {force, torque}, share, axis, shaft};
+  }
+
+  detail::GuideGain<Options> gain_;
+};
+
+/// Stops the tool at a plane across an axis: beyond it a spring pushes back along the axis. It only pushes, never
+/// pulls.
+///
+/// The depth is `reach` − (p_GT − point_G)·axis, with p_GT the position of T's origin. `reach` is how far the tool
+/// extends beyond its origin: the tip's radius for a burr. The force acts at T's origin, without torque.
+///
+/// Without a capture radius the stop is the whole plane, and its force is `force` however deep the tool is. With one,
+/// the stop is a round peg with rounded edges, whose side pushes out. A force that is bounded and ends at a radius
+/// cannot hold a tool forever: from depths of half the capture radius on, the push along the axis weakens, and a tool
+/// deeper than the radius is pushed aside. Choose a radius well above force/stiffness. The force changes by at most 6 k
+/// a metre.
+class DepthStop {
+ public:
+  struct Options {
+    Vec3d point_G = Vec3d::Zero();  ///< where the axis meets the plane [m]
+    Vec3d axis_G = Vec3d::UnitZ();  ///< direction of the push, out of the bone; any length above 0
+    double reach = 0;               ///< of the tool beyond T's origin [m], >= 0: the tip's radius
+    double stiffness = 800;         ///< k [N/m], >= 0
+    double force = 3;               ///< greatest force of spring and damping together [N], >= 0
+    double damping = 0;             ///< along the force [N·s/m], >= 0; in full from force/stiffness beyond the stop on
+    double capture_radius = std::numeric_limits<double>::infinity();  ///< about the axis [m], > 0; infinite: a plane
+    bool enabled = true;
+    double ramp = 0.5;  ///< time of the gain from 0 to 1 [s], >= 0.05
+
+    /// Throws std::invalid_argument if an option is out of range.
+    void validate() const {
+      detail::check_line(kType, point_G, axis_G);
+      detail::check_at_least_zero(kType, "reach", "m", reach);
+      refuse_beyond(kType, "reach", kLongestShaft, reach);
+      detail::check_at_least_zero(kType, "stiffness", "N/m", stiffness);
+      detail::check_at_least_zero(kType, "force", "N", force);
+      detail::check_at_least_zero(kType, "damping", "N·s/m", damping);
+      detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
+      detail::check_ramp(kType, ramp);
+    }
+    /// Returns true if the other options give the same wrench at a gain of 1.
+    [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
+      return point_G == o.point_G && axis_G == o.axis_G && reach == o.reach && stiffness == o.stiffness &&
+             force == o.force && damping == o.damping && capture_radius == o.capture_radius;
+    }
+    static constexpr const char* kType = "DepthStop";
+  };
+
+  /// Throws std::invalid_argument if an option is out of range.
+  explicit DepthStop(const Options& options) : gain_(options) { options.validate(); }
+
+  /// Returns the latest options; a new law acts once the gain of the old one has fallen to 0.
+  [[nodiscard]] const Options& options() const noexcept { return gain_.wanted(); }
+  /// Replaces the options, which `validate` must accept, without a step of the wrench; between ticks, haptic thread.
+  void adopt(const Options& options) noexcept { gain_.adopt(options); }
+  void reset() noexcept { gain_.restart(); }
+
+  /// Returns the present gain, in [0, 1].
+  [[nodiscard]] double gain() const noexcept { return gain_.gain(); }
+  /// Returns the spring's energy [J] at a gain of 1: 0 before the stop.
+  [[nodiscard]] double energy(const Posed& X_GT) const noexcept { return evaluate(Posed::Identity(), X_GT).energy; }
+  /// Returns the spring's wrench on the tool about T's origin, in G axes, at a gain of 1.
+  [[nodiscard]] Wrenchd spring(const Posed& X_GT) const noexcept {
+    const Evaluation now = evaluate(Posed::Identity(), X_GT);
+    return {now.push * now.direction, Vec3d::Zero()};
+  }
+
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
+    if (context.status >= Status::kJump) gain_.restart();
+    const double gain = gain_.advance(context.dt);
+    if (gain == 0) return;
+    const Options& o = gain_.active();
+    const Evaluation now = evaluate(context.X_WG, context.input.X_WT);
+    if (!(now.push > 0)) return;
+    // Damping grows with the push, so that it does not start with a step.
+    const double rate = now.direction.dot(context.twist_to_bone.linear);
+    const double damped = now.push - o.damping * (now.push / o.force) * rate;
+    wrench.force += gain * std::clamp(damped, 0.0, o.force) * now.direction;
+  }
+
+ private:
+  /// Parts of the capture radius: over which the peg's top turns into its side, and within which its side is blunt.
+  static constexpr double kBlend = 0.25;
+  static constexpr double kBlunt = 0.25;
+
+  struct Evaluation {
+    double energy;    // [J]
+    double push;      // [N], >= 0
+    Vec3d direction;  // no longer than 1
+  };
+
+  /// Evaluates the potential and its gradient in the axes that both poses map to.
+  [[nodiscard]] Evaluation evaluate(const Posed& X_WG, const Posed& X_WT) const noexcept {
+    const Options& o = gain_.active();
+    const Vec3d axis = (X_WG.linear() * o.axis_G).normalized();
+    const Vec3d from_point = X_WT.translation() - X_WG * o.point_G;
+    const double along = axis.dot(from_point);
+    double depth = o.reach - along;
+    Vec3d direction = axis;
+    if (std::isfinite(o.capture_radius)) {
+      const Vec3d offset = from_point - along * axis;
+      const double blunt = kBlunt * o.capture_radius;
+      const double blunted = std::hypot(offset.norm(), blunt);
+      const double to_side = std::hypot(o.capture_radius, blunt) - blunted;
+      const auto nearer = detail::SmoothMinimum::of(depth, to_side, kBlend * o.capture_radius);
+      depth = nearer.value;
+      direction = nearer.share * axis + ((1 - nearer.share) / blunted) * offset;
+    }
+    if (!(depth > 0)) return {0, 0, direction};
+    const detail::BoundedSpring spring{o.stiffness, o.force};
+    return {spring.energy(depth), spring.pull(depth), direction};
+  }
+
+  detail::GuideGain<Options> gain_;
+};
+
+}  // namespace trephine
