@@ -227,7 +227,8 @@ TEST_CASE("lists of structures that mean nothing are refused with the reason") {
   holds(list({1, "a"}, {1, "b"}), "each label must be listed once, got 1 for 'a' and 'b'");
   holds(list({1, "a"}, {2, "a"}), "each name must be listed once, got 'a' for labels 1 and 2");
   holds(list({1, ""}, {2, "b"}), "each structure needs a name, got none for label 1");
-  holds(list({1, "a\nb"}, {2, "b"}), "one line");
+  for (const std::string bad : {"a\nb", "a\tb", " a", "a "})
+    holds(list({1, bad}, {2, "b"}), "a name must be one line without spaces at its ends, got '");
   holds(list({256, "far"}, {2, "b"}), "labels must fit the voxels' type, got 256 for 'far'");
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const float bad : {-0.1F, 1.1F, nan, 255.0F})

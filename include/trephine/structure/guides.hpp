@@ -3,7 +3,9 @@
 
 #include <trephine/core/math.hpp>
 #include <trephine/core/refuse.hpp>
-#include <trephine/core/tick.hpp>
+#include <trephine/core/status.hpp>
+#include <trephine/core/tolerances.hpp>
+#include <trephine/core/wrench.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/structure/guide_parts.hpp>
 

@@ -150,10 +150,11 @@ class LabelGrid {
   void check_structures() const {
     if (structures_.size() > kMaxStructures) refuse(kType, "at most 255 structures fit", structures_.size());
     for (auto s = structures_.begin(); s != structures_.end(); ++s) {
-      const std::string own = "'" + s->name + "'";
       if (s->name.empty()) refuse(kType, "each structure needs a name", "none for label " + std::to_string(s->label));
-      const auto breaks_line = [](char c) { return static_cast<unsigned char>(c) < ' '; };
-      if (std::any_of(s->name.begin(), s->name.end(), breaks_line) || s->name.front() == ' ' || s->name.back() == ' ')
+      const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
+      std::string own = "'" + s->name + "'";
+      std::replace_if(own.begin(), own.end(), is_control, '?');
+      if (std::any_of(s->name.begin(), s->name.end(), is_control) || s->name.front() == ' ' || s->name.back() == ' ')
         refuse(kType, "a name must be one line without spaces at its ends", own);
       if (s->label == 0)
         refuse(kType, "label 0 means no structure, so a structure's label must be >= 1", "0 for " + own);
