@@ -28,6 +28,8 @@
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/structure/guides.hpp>
+#include <trephine/structure/structure_guard.hpp>
+#include <trephine/structure/structure_veto.hpp>
 #include <trephine/structure/label_grid.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>

@@ -78,7 +78,8 @@ Posed near_pose(Random& random) {
 }
 
 TickContext context_at(const TickInput& input) {
-  TickContext c{input};
+  static const Posed kInWorld = Posed::Identity();
+  TickContext c{input, kInWorld};
   c.dt = 1e-3;
   return c;
 }

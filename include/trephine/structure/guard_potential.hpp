@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/wrench.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/tool/shape.hpp>
@@ -13,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/tolerances.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/guard_potential.hpp>

@@ -5,9 +5,6 @@
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
