@@ -67,7 +67,7 @@ template <class S>
 
 inline constexpr double kForceLimit = 3.3;
 inline constexpr double kTorqueLimit = 0.1;
-inline constexpr double kMiddle = 0.5 * kBlockSize * kVoxel;
+inline constexpr double kBlockMiddle = 0.5 * kBlockSize * kVoxel;
 inline constexpr double kGuideForce = 0.02;  ///< [N] weak, so that guides do not hold the drill off the bone
 
 /// The renderer with everything a scene can list.
@@ -81,7 +81,7 @@ template <class Density, class R>
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),
                      FirstOrderFilter(FirstOrderFilter::Options{}),
-                     AxisGuide({.point_G = {kMiddle, kMiddle, 0}, .force = kGuideForce, .torque = 1e-3}),
+                     AxisGuide({.point_G = {kBlockMiddle, kBlockMiddle, 0}, .force = kGuideForce, .torque = 1e-3}),
                      DepthStop({.point_G = {0, 0, kSurfaceHeight - 2e-3}, .force = kGuideForce}),
                      PassivityController(PassivityController::Options{}),
                      WrenchRateLimit(WrenchRateLimit::Options{}),
@@ -93,7 +93,7 @@ template <class Density, class R>
   const double down = t < 0.4 ? t / 0.4 : t < 0.8 ? 1.0 : 1.0 - (t - 0.8) / 0.2;
   const double lean = t < 0.4 ? 0.0 : t < 0.8 ? 0.6 * std::sin((t - 0.4) / 0.4 * 3.14159265358979) : 0.0;
   const Mat3d R = rotation_from_vector(Vec3d(0, lean, 0)) * rotation_from_vector(Vec3d(0, 0, 3 * t));
-  return make_pose<double>(R, Vec3d(kMiddle + 1e-3 * t, kMiddle, kSurfaceHeight + 2e-3 - 5e-3 * down));
+  return make_pose<double>(R, Vec3d(kBlockMiddle + 1e-3 * t, kBlockMiddle, kSurfaceHeight + 2e-3 - 5e-3 * down));
 }
 
 }  // namespace trephine::test
