@@ -54,6 +54,8 @@ class StructureFieldBuilder {
   static constexpr int kQuanta = 256;     // in the longest spacing: 0.002 voxels of rounding
   static constexpr int kLargest = 32767;  // of 16 bits
   static constexpr int kBrick = SurfelSearch::kBrick;
+  static constexpr int kShift = 3;  // log2 of kBrick
+  static constexpr std::size_t kSamples = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
   static constexpr int kNone = 256;                       // structures and "no structure", as bits of a brick
   using Present = std::array<std::uint64_t, kNone / 64>;  // bit l: a voxel has label l
 
@@ -247,7 +249,7 @@ class StructureFieldBuilder {
     bool near = false;
     search.run(
         cell.first, region(cell.structure),
-        [&](const LatticeBox& box, float distance) {
+        [&](const LatticeBox& box, int, float distance) {
           near = distance < reach;
           return near || has(box, label);
         },
@@ -275,15 +277,20 @@ class StructureFieldBuilder {
         });
   }
 
+  /// Distances outside of structures: the least of the bands, and beyond their reach that of all surfels.
   [[nodiscard]] bool find_nearest() {
     std::vector<Cell> cells;
     const LatticeBox all{{-1, -1, -1}, volume_.size};
     add_cells(0, {{-kBrick, -kBrick, -kBrick}, all.hi}, cells);
     return run_tasks(cells.size(), threads_, {progress_, 0.7F, 1.0F}, [&](std::size_t task, int) {
       SurfelSearch search(surfels_, volume_.spacing);
-      const auto needed = [&](int i, int j, int k) { return volume_.at(i, j, k) == 0; };
+      const auto needed = [&](int i, int j, int k) { return parts_.distance[dense_index(i, j, k)] == 0; };
       search.run(
-          cells[task].first, all, [&](const LatticeBox& box, float) { return has(box, 0); }, needed,
+          cells[task].first, all,
+          [&](const LatticeBox& box, int edge, float) {
+            return has(box, 0) && (edge > kBrick || !take_from_bands(box));
+          },
+          needed,
           [&](const LatticeBox& box, const std::array<int, 3>&, const SurfelSearch::Brick& brick) {
             for (int k = box.lo[2]; k <= box.hi[2]; ++k)
               for (int j = box.lo[1]; j <= box.hi[1]; ++j)
@@ -295,6 +302,39 @@ class StructureFieldBuilder {
                 }
           });
     });
+  }
+
+  /// Fills in the distances of a brick's samples that lie in no structure and within reach of one. Returns true if no
+  /// sample is left.
+  [[nodiscard]] bool take_from_bands(const LatticeBox& box) noexcept {
+    const auto reach = static_cast<std::int16_t>(std::ceil(options_.reach / quantum_));
+    bool all = true;
+    std::array<std::pair<const std::int16_t*, std::uint8_t>, kNone> near;
+    std::size_t count = 0;
+    for (std::size_t s = 0; s < parts_.bands.size(); ++s) {
+      const DistanceBand& band = parts_.bands[s];
+      const std::int32_t n = band.brick(box.lo[0] >> kShift, box.lo[1] >> kShift, box.lo[2] >> kShift);
+      if (n >= 0)
+        near[count++] = {band.samples.data() + static_cast<std::size_t>(n) * kSamples, static_cast<std::uint8_t>(s)};
+    }
+    for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+      for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+        for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+          const std::size_t to = dense_index(i, j, k);
+          if (parts_.distance[to] != 0) continue;
+          std::int16_t least = reach;
+          for (std::size_t b = 0; b < count; ++b) {
+            const std::int16_t d = near[b].first[SurfelSearch::brick_offset(i, j, k)];
+            if (d >= least) continue;
+            least = d;
+            parts_.structure[to] = near[b].second;
+          }
+          if (least < reach)
+            parts_.distance[to] = least;
+          else
+            all = false;
+        }
+    return all;
   }
 
   const LabelVolume& volume_;

@@ -26,6 +26,15 @@ struct StructureBrick {
   std::span<const std::int16_t> samples;  ///< 512, x fastest, in quanta (`StructureField::quantum`)
 };
 
+/// The part of a line from a point to where it leaves the point's cell of eight samples.
+struct LinePiece {
+  double distance = 0;  ///< signed, at the point [m]
+  double length = 0;    ///< of the part [m]
+  double least = 0;     ///< least distance on the part [m] ...
+  double at = 0;        ///< ... and its place, from the point [m]
+  bool valid = false;   ///< false if the point is not finite
+};
+
 namespace detail {
 
 /// Samples of one structure's distance in sparse bricks.
@@ -120,6 +129,35 @@ class StructureField {
     return {d, parts_.structure[c.nearest]};
   }
 
+  /// Least distance on the line from p_S in the unit direction `u_S`, as far as it stays in a cell, and at most `reach`
+  /// [m] far: exact for the trilinear interpolant in the volume. It is not computed, but is the distance at p_S, where
+  /// it cannot be below `bound` [m] by `slack()`. Beyond the volume the part ends after four of the longest spacings,
+  /// or where the volume's nearest point leaves its cell, and a cubic through four points gives the least distance.
+  [[nodiscard]] LinePiece line_piece(const Vec3d& p_S, const Vec3d& u_S, double reach, double bound) const noexcept {
+    Cell c;
+    if (!locate(p_S, c)) return {};
+    LinePiece piece{.distance = beyond(interpolate(c), c), .length = kLongestPiece * longest(), .valid = true};
+    piece.least = piece.distance;
+    Vec3d rate = u_S.cwiseProduct(per_metre_), outward = Vec3d::Zero();
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      double way = rate[a] > 0 ? 1 - c.t[a] : c.t[a], speed = std::abs(rate[a]);
+      if (c.beyond[a] != 0) {  // the volume's nearest point does not move along this axis
+        outward[a] = u_S[a];
+        rate[a] = 0;
+        way = std::abs(c.beyond[a]);
+        speed = -std::copysign(u_S[a], u_S[a] * c.beyond[a]);
+      }
+      if (way < speed * piece.length) piece.length = way / speed;
+    }
+    piece.length = std::min(piece.length, reach);
+    if (piece.distance - bound <= piece.length + slack()) least_on(c, rate, outward, piece);
+    return piece;
+  }
+
+  /// Most by which distances at two points differ beyond the points' own distance [m]: a quarter of the longest
+  /// spacing.
+  [[nodiscard]] double slack() const noexcept { return kSlack * longest(); }
+
   /// Signed distance at p_S [m] to the surface of `structure`, in [0, structures()), clamped to ±reach(). Trilinear
   /// between samples. 0 at a point that is not finite.
   [[nodiscard]] double distance(int structure, const Vec3d& p_S) const noexcept {
@@ -170,7 +208,10 @@ class StructureField {
  private:
   static constexpr int kShift = 3;  // log2 of kBrick
   static constexpr std::size_t kSamples = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
-  static constexpr double kFarthest = 1e9;  // [samples] coordinates beyond it give no structure
+  static constexpr double kQuanta = 256;      // in the longest spacing
+  static constexpr double kSlack = 0.25;      // [longest spacings]
+  static constexpr double kLongestPiece = 4;  // of a line [longest spacings]: more than a cell's diagonal
+  static constexpr double kFarthest = 1e9;    // [samples] coordinates beyond it give no structure
 
   /// The eight samples about a point, of which 1 counts as `t` along an axis.
   using Corners = std::array<double, 8>;
@@ -183,6 +224,7 @@ class StructureField {
     Corners d;                  // the cell's samples [quanta]
   };
 
+  [[nodiscard]] double longest() const noexcept { return kQuanta * parts_.quantum; }  // spacing [m]
   [[nodiscard]] const detail::DistanceBand& band(int structure) const noexcept {
     return parts_.bands[static_cast<std::size_t>(structure)];
   }
@@ -213,6 +255,33 @@ class StructureField {
   [[nodiscard]] static double beyond(double inside, const Cell& c) noexcept {
     const double square = c.beyond.squaredNorm();
     return square > 0 ? std::sqrt(square + inside * inside) : inside;
+  }
+
+  /// Fills in the least distance on a piece of a line. Its place moves by `rate` cells a metre, and beyond the volume
+  /// by `outward` metres a metre. The interpolant is a cubic on it.
+  void least_on(const Cell& c, const Vec3d& rate, const Vec3d& outward, LinePiece& piece) const noexcept {
+    const auto value = [&](double share) {
+      const double way = share * piece.length;
+      const double inside = trilinear(c.d, Vec3d(c.t + way * rate)) * parts_.quantum;
+      const double square = (c.beyond + way * outward).squaredNorm();
+      return square > 0 ? std::sqrt(square + inside * inside) : inside;
+    };
+    const double v0 = piece.distance, v1 = value(1.0 / 3), v2 = value(2.0 / 3), v3 = value(1);
+    const auto offer = [&](double share, double v) {
+      if (!(v < piece.least)) return;
+      piece.least = v;
+      piece.at = share * piece.length;
+    };
+    offer(1, v3);
+    // v = v0 + a x + b x² + e x³ with x = 3 share; extrema where a + 2 b x + 3 e x² = 0.
+    const double first = v1 - v0, second = v2 - 2 * v1 + v0, third = v3 - 3 * v2 + 3 * v1 - v0;
+    const double a = first - second / 2 + third / 3, b = second / 2 - third / 2, e = third / 6;
+    const double root = b * b - 3 * a * e;
+    if (!(root >= 0)) return;
+    // The minimum: where the slope rises through 0.
+    const double down = b + std::sqrt(root);
+    const double x = b > 0 ? -a / down : (e != 0 ? (std::sqrt(root) - b) / (3 * e) : -1.0);
+    if (x > 0 && x < 3) offer(x / 3, v0 + x * (a + x * (b + x * e)));
   }
 
   [[nodiscard]] static double trilinear(const Corners& d, const Vec3d& t) noexcept {

@@ -57,8 +57,8 @@ class SurfaceFit {
   static constexpr double kWindow = 2.5;    // radius of the fit [longest spacings]
   static constexpr double kCell = 3.0;      // edge of a cell [longest spacings]: the window and the moves of surfels
   static constexpr float kFacing = 0.3F;    // least cosine between normals of surfels that count
-  static constexpr double kSlack = 0.02;    // added to the sums of squares: weight of no slope ...
-  static constexpr double kFlat = 0.1;      // ... and of no curvature, where few surfels are near
+  static constexpr double kSlack = 0.01;    // added to the sums of squares: weight of no slope ...
+  static constexpr double kFlat = 0.01;     // ... and of no curvature, where few surfels are near
   static constexpr double kGrazing = 0.2;   // least cosine between normal and edge, for the move along the edge
   static constexpr double kClosest = 0.05;  // share of its edge that a surfel keeps from voxel centres
   static constexpr std::size_t kCellsPerTask = 256;

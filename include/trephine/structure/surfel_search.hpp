@@ -71,8 +71,8 @@ class SurfelSearch {
 
   /// Computes the distances at the samples of a cell, of `kRoot` samples an edge from `first`, and in `within`.
   ///
-  /// `wanted(box, distance)` is asked of each cell, with a lower bound of its samples' distances [m]; where it is false
-  /// nothing is computed. `needed(i, j, k)` is asked of each sample of wanted bricks. `leaf(box, brick)` takes a
+  /// `wanted(box, edge, distance)` is asked of each cell, with a lower bound of its samples' distances [m]; where it is
+  /// false nothing is computed. `needed(i, j, k)` is asked of each sample of wanted bricks. `leaf(box, brick)` takes a
   /// brick's distances, x fastest, at its offsets from the brick's first sample, which `box.lo` is unless clipped.
   template <class Wanted, class Needed, class Leaf>
   void run(const std::array<int, 3>& first, const LatticeBox& within, const Wanted& wanted, const Needed& needed,
@@ -109,7 +109,7 @@ class SurfelSearch {
     }
     const float nearest = cull(lists_[level], centre, half, lists_[level + 1]);
     const float reach = std::sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]) + disc_;
-    if (edge >= kBrick && !wanted(box, nearest - reach)) return;
+    if (edge >= kBrick && !wanted(box, edge, nearest - reach)) return;
     if (edge == kLeaf) return evaluate(lists_[level + 1], box, needed);
     const int step = edge / 2;
     for (int child = 0; child < 8; ++child)
@@ -264,14 +264,11 @@ class SurfelSearch {
       const Surfel& s = surfels_[in.index[n]];
       if (s.structure != nearest->structure) continue;
       const auto& m = s.normal;
-      const auto& o = nearest->normal;
-      const float agreement = m[0] * o[0] + m[1] * o[1] + m[2] * o[2];
-      if (!(agreement > 0)) continue;
       const float height =
           (p[0] - s.position[0]) * m[0] + (p[1] - s.position[1]) * m[1] + (p[2] - s.position[2]) * m[2];
       const float lateral = std::sqrt(std::max(squares_[n] - height * height, 0.0F)) - disc;
       const float own = lateral > 0 ? std::sqrt(height * height + lateral * lateral) : std::abs(height);
-      const float part = 1 - (squares_[n] - smallest) / blend_, weight = part * part * agreement;
+      const float part = 1 - (squares_[n] - smallest) / blend_, weight = part * part;
       sum += weight * own;
       weights += weight;
     }
