@@ -54,6 +54,7 @@ struct Shape {
 constexpr int kShapes = 5;
 
 /// A ball, tube, plate, torus or two balls about `centre`, of random size and direction; `h` is the longest spacing.
+/// Only plates are thinner than three voxels.
 [[nodiscard]] inline Shape random_shape(int kind, const Vec3d& centre, double h, Random& rng) {
   const Mat3d R = rng.rotation();
   const auto local = [=](const Vec3d& p) { return Vec3d(R.transpose() * (p - centre)); };
@@ -63,7 +64,7 @@ constexpr int kShapes = 5;
     return {"ball", [=](const Vec3d& p) { return (p - centre).norm() - r; }};
   }
   if (kind == 1) {
-    const double r = rng.uniform(1.2, 5) * h, half = rng.uniform(3, 9) * h;
+    const double r = rng.uniform(1.5, 5) * h, half = rng.uniform(3, 9) * h;
     return {"tube", [=](const Vec3d& p) {
               const Vec3d q = local(p);
               return Vec3d(q.x(), q.y(), beyond(q.z(), half)).norm() - r;

@@ -139,8 +139,11 @@ TEST_CASE("Distances to analytic shapes sampled as labels, raw and smoothed") {
 
 TEST_CASE("The search among cells gives what all surfels give") {
   constexpr unsigned kSeed = 21;
+  constexpr double kReach = 1e-3;
+  // Beyond reach the structure is that of the nearest surfel's centre. Another's disc may be nearer, by its radius.
+  const double disc = detail::SurfelDistance::kDisc * detail::SurfelDistance::kNear / (kReach / 5e-4);
   Random rng(kSeed);
-  Figures errors, nearest;
+  Figures errors, beyond;
   for (const Vec3d& h : {Vec3d(3e-4, 3e-4, 3e-4), Vec3d(2e-4, 2e-4, 5e-4)})
     for (const bool smooth : {false, true}) {
       Labels labels({45, 40, 28}, h);
@@ -148,7 +151,7 @@ TEST_CASE("The search among cells gives what all surfels give") {
         const Vec3d centre = labels.end().cwiseProduct(Vec3d{rng.uniform(), rng.uniform(), rng.uniform()});
         labels.fill(random_shape(rng.below(kShapes), centre, 0.4 * h.maxCoeff(), rng).distance, s + 1);
       }
-      const auto field = build_structure_field(labels.view(), {.smooth = smooth, .reach = 1e-3, .threads = 1});
+      const auto field = build_structure_field(labels.view(), {.smooth = smooth, .reach = kReach, .threads = 1});
       const auto surfels = surfels_of(labels.view(), 4, smooth);
       std::vector<std::vector<detail::Surfel>> own(4);
       for (const auto& s : surfels) own[s.structure].push_back(s);
@@ -162,13 +165,239 @@ TEST_CASE("The search among cells gives what all surfels give") {
           const double d = plain_distance(own[s], p, h.maxCoeff()) * (label == static_cast<int>(s) + 1 ? -1 : 1);
           truth = std::min(truth, d);
           const double band = field->sample(static_cast<int>(s), v[0], v[1], v[2]);
-          errors.add(std::abs(band - std::clamp(d, -1e-3, 1e-3)) / h.maxCoeff());
+          errors.add(std::abs(band - std::clamp(d, -kReach, kReach)) / h.maxCoeff());
         }
-        nearest.add(std::abs(field->nearest(p).distance - truth) / h.maxCoeff());
+        const double error = std::abs(field->nearest(p).distance - truth) / h.maxCoeff();
+        (truth < kReach ? errors : beyond).add(error);
       }
     }
-  std::cout << "search against all surfels [longest spacings]: " << errors << "; nearest structure: " << nearest
-            << '\n';
+  std::cout << "search against all surfels [longest spacings]: " << errors << "; beyond reach: " << beyond << '\n';
   CHECK(errors.worst() < 0.02);
-  CHECK(nearest.worst() < 0.02);
+  CHECK(beyond.share(0.99) < 0.02);
+  CHECK(beyond.worst() < disc);
+}
+
+TEST_CASE("Tubes thinner than three voxels") {
+  constexpr unsigned kSeed = 22;
+  Random rng(kSeed);
+  // Labels of so thin a tube come apart where its axis misses voxel centres: the error is the labels' own resolution.
+  constexpr double kMost = 0.6, kMedian = 0.2;  // p99 and median [longest spacings]
+  for (const double radius : {0.8, 1.0, 1.2, 1.4}) {
+    Figures errors, signed_errors;
+    for (int c = 0; c < 6; ++c) {
+      const double h = 3e-4, half = 9 * h;
+      Labels labels({32, 32, 32}, Vec3d::Constant(h));
+      const Vec3d centre = 0.5 * labels.end() + rng.arrow(0, h), axis = rng.unit();
+      const auto shape = [&](const Vec3d& p) {
+        const Vec3d q = p - centre;
+        return (q - std::clamp(q.dot(axis), -half, half) * axis).norm() - radius * h;
+      };
+      labels.fill(shape, 1);
+      const auto field = build_structure_field(labels.view(), {.threads = 1});
+      for (int n = 0; n < 3000; ++n) {
+        const Vec3d p = labels.end().cwiseProduct(Vec3d{rng.uniform(), rng.uniform(), rng.uniform()});
+        if (std::abs((p - centre).dot(axis)) > half || shape(p) < 0) continue;
+        signed_errors.add((field->nearest(p).distance - shape(p)) / h);
+        errors.add(std::abs(signed_errors.all().back()));
+      }
+    }
+    std::cout << "tube of radius " << radius << " voxels: ";
+    print("error", errors);
+    CHECK(errors.share(0.99) < kMost);
+    CHECK(errors.median() < kMedian);
+  }
+}
+
+TEST_CASE("Plates of one voxel, single voxels and structures that touch keep their surfaces") {
+  const double h = 3e-4;
+  Labels labels({32, 30, 28}, Vec3d::Constant(h));
+  labels.set([](int i, int j, int k) {
+    if (k == 10 && i > 3 && i < 28 && j > 3 && j < 26) return 1;  // a plate
+    if (i == 20 && j == 15 && k == 20) return 2;                  // a voxel
+    if (i >= 0 && i < 6 && j < 6 && k < 5) return 3;              // in the volume's corner
+    if (i >= 6 && i < 12 && j < 6 && k < 5) return 4;             // beside it
+    return 0;
+  });
+  for (const bool smooth : {false, true}) {
+    const auto field = build_structure_field(labels.view(), {.smooth = smooth, .reach = 5 * h, .threads = 1});
+    REQUIRE(field->structures() == 4);
+    int wrong = 0;
+    for (int k = -1; k <= 28; ++k)
+      for (int j = -1; j <= 30; ++j)
+        for (int i = -1; i <= 32; ++i) {
+          const Vec3d p = h * Vec3d(i, j, k);
+          const int label = labels.view().at(i, j, k);
+          const NearestStructure d = field->nearest(p);
+          wrong += (d.distance < 0) != (label > 0) || (label > 0 && d.structure != label - 1) ? 1 : 0;
+          for (int s = 0; s < 4; ++s) wrong += (field->distance(s, p) < 0) != (label == s + 1) ? 1 : 0;
+        }
+    CHECK(wrong == 0);
+    const auto at = [&](double i, double j, double k) { return field->nearest(h * Vec3d(i, j, k)).distance / h; };
+    CHECK(at(15, 15, 12) == doctest::Approx(1.5).epsilon(0.02));   // above the plate
+    CHECK(at(15, 15, 10) == doctest::Approx(-0.5).epsilon(0.02));  // in it
+    CHECK(at(20, 15, 23) == doctest::Approx(2.5).epsilon(0.1));    // above the voxel
+    CHECK(at(3, 3, -0.5) < 0.1);                                   // the volume's end
+    CHECK(at(3, 3, -2.5) < 2.1);                                   // below it
+    CHECK(at(3, 3, -2.5) > 1.4);
+    // Where two structures touch, each ends.
+    CHECK(field->distance(2, h * Vec3d(5, 2, 2)) / h == doctest::Approx(-0.5).epsilon(0.1));
+    CHECK(field->distance(2, h * Vec3d(8, 2, 2)) / h == doctest::Approx(2.5).epsilon(0.1));
+    CHECK(field->distance(3, h * Vec3d(3, 2, 2)) / h == doctest::Approx(2.5).epsilon(0.1));
+  }
+}
+
+TEST_CASE("Beyond the volume distances are lower bounds") {
+  constexpr unsigned kSeed = 23;
+  Random rng(kSeed);
+  const double h = 3e-4;
+  Labels labels({24, 20, 16}, Vec3d::Constant(h));
+  const Vec3d centre = h * Vec3d(11.3, 9.6, 8.2);
+  const double radius = 5.5 * h;
+  labels.fill([&](const Vec3d& p) { return (p - centre).norm() - radius; }, 1);
+  const auto field = build_structure_field(labels.view(), {.reach = 4 * h, .threads = 1});
+  constexpr double kError = 0.25;  // of the field in the volume [voxels]
+  for (int n = 0; n < 20000; ++n) {
+    const Vec3d p = centre + rng.arrow(0, 60 * h), q = p + rng.arrow(0, 2 * h);
+    const double d = field->nearest(p).distance;
+    const bool in_volume = (p.array() > -h).all() && (p.array() < labels.end().array() + h).all();
+    if (!in_volume) CHECK_UNARY(d < (p - centre).norm() - radius + kError * h);
+    CHECK_UNARY(std::abs(field->nearest(q).distance - d) < (q - p).norm() + field->slack());
+    Vec3d gradient;
+    CHECK_UNARY(field->nearest(p, gradient).distance == d);
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  CHECK(field->nearest(Vec3d(kInfinity, 0, 0)).structure == -1);
+  CHECK(field->nearest(Vec3d(0, std::numeric_limits<double>::quiet_NaN(), 0)).structure == -1);
+  CHECK(field->distance(0, Vec3d(0, 0, -kInfinity)) == 0);
+}
+
+TEST_CASE("Gradients are those of the interpolant") {
+  constexpr unsigned kSeed = 24;
+  Random rng(kSeed);
+  Labels labels({24, 24, 12}, Vec3d(2e-4, 2e-4, 5e-4));
+  labels.fill(random_shape(1, 0.5 * labels.end(), 3e-4, rng).distance, 1);
+  const auto field = build_structure_field(labels.view(), {.threads = 1});
+  constexpr double kStep = 1e-8;  // [m]
+  int kinks = 0;
+  for (int n = 0; n < 3000; ++n) {
+    const Vec3d p =
+        labels.end().cwiseProduct(Vec3d{rng.uniform(-0.3, 1.3), rng.uniform(-0.3, 1.3), rng.uniform(-0.3, 1.3)});
+    Vec3d nearest, own, by_step, own_by_step;
+    (void)field->nearest(p, nearest);
+    (void)field->distance(0, p, own);
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      const Vec3d step = kStep * Vec3d::Unit(a);
+      by_step[a] = (field->nearest(p + step).distance - field->nearest(p - step).distance) / (2 * kStep);
+      own_by_step[a] = (field->distance(0, p + step) - field->distance(0, p - step)) / (2 * kStep);
+    }
+    kinks += (by_step - nearest).norm() > 1e-4 || (own_by_step - own).norm() > 1e-4 ? 1 : 0;
+  }
+  CHECK(kinks < 10);  // points within a step of a cell's face
+}
+
+TEST_CASE("A structure's bricks hold every sample within reach") {
+  constexpr unsigned kSeed = 25;
+  Random rng(kSeed);
+  Labels labels({40, 36, 30}, Vec3d::Constant(3e-4));
+  for (int s = 0; s < 3; ++s)
+    labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(1e-3, 3e-3), 2e-4, rng).distance, s + 1);
+  const auto field = build_structure_field(labels.view(), {.reach = 1e-3, .threads = 2});
+  for (int s = 0; s < field->structures(); ++s) {
+    std::size_t stored = 0, found = 0;
+    for (std::size_t b = 0; b < field->brick_count(s); ++b) {
+      const StructureBrick brick = field->brick(s, b);
+      REQUIRE(brick.samples.size() == 512);
+      std::size_t n = 0;
+      for (int k = 0; k < 8; ++k)
+        for (int j = 0; j < 8; ++j)
+          for (int i = 0; i < 8; ++i, ++n) {
+            const double d = brick.samples[n] * field->quantum();
+            if (std::abs(d) < field->reach()) ++stored;
+            const int x = brick.first[0] + i, y = brick.first[1] + j, z = brick.first[2] + k;
+            CHECK_UNARY(field->sample(s, x, y, z) == std::clamp(d, -field->reach(), field->reach()));
+          }
+      bool listed = false;
+      field->structures_near(brick.first[0], brick.first[1], brick.first[2], [&](int t) { listed = listed || t == s; });
+      CHECK(listed);
+    }
+    for (int k = -16; k < 48; ++k)
+      for (int j = -16; j < 56; ++j)
+        for (int i = -16; i < 56; ++i) found += std::abs(field->sample(s, i, j, k)) < field->reach() ? 1U : 0U;
+    CHECK(stored == found);
+    CHECK(stored > 500);
+  }
+}
+
+TEST_CASE("Labels at their edges: refused, all one, one voxel, 255 structures") {
+  const Vec3d h = Vec3d::Constant(3e-4);
+  Labels empty({8, 8, 8}, h);
+  CHECK_THROWS_AS((void)build_structure_field(empty.view()), std::invalid_argument);
+  LabelVolume wrong = empty.view();
+  wrong.size[0] = 9;
+  CHECK_THROWS_AS((void)build_structure_field(wrong), std::invalid_argument);
+  Labels full({9, 8, 7}, h);
+  full.set([](int, int, int) { return 1; });
+  LabelVolume bad = full.view();
+  bad.spacing.y() = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS((void)build_structure_field(bad), std::invalid_argument);
+  CHECK_THROWS_AS((void)build_structure_field(full.view(), {.reach = 0}), std::invalid_argument);
+  CHECK_THROWS_AS((void)build_structure_field(full.view(), {.reach = 1}), std::invalid_argument);
+  CHECK_THROWS_AS((void)build_structure_field(full.view(), {.threads = -1}), std::invalid_argument);
+  const auto block = build_structure_field(full.view());
+  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, 3))).distance / h.x() == doctest::Approx(-3.5).epsilon(0.05));
+  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, -5))).distance / h.x() == doctest::Approx(4.25).epsilon(0.06));
+  Labels voxel({1, 1, 1}, h);
+  voxel.set([](int, int, int) { return 7; });
+  const auto one = build_structure_field(voxel.view());
+  CHECK(one->structures() == 7);
+  CHECK(one->nearest(Vec3d::Zero()).structure == 6);
+  CHECK(one->nearest(h.cwiseProduct(Vec3d(3, 0, 0))).distance / h.x() == doctest::Approx(2.25).epsilon(0.12));
+  CHECK(one->distance(6, h.cwiseProduct(Vec3d(3, 0, 0))) / h.x() == doctest::Approx(2.5).epsilon(0.1));
+  CHECK(one->distance(0, Vec3d::Zero()) == one->reach());  // a structure without voxels is nowhere near
+  CHECK(one->brick_count(0) == 0);
+  constexpr unsigned kSeed = 26;
+  Random rng(kSeed);
+  Labels noise({24, 24, 24}, h);
+  noise.set([&](int, int, int) { return rng.below(256); });
+  const auto many = build_structure_field(noise.view(), {.reach = 6e-4, .threads = 2});
+  CHECK(many->structures() == 255);
+  int wrong_signs = 0;
+  for (int k = 0; k < 24; ++k)
+    for (int j = 0; j < 24; ++j)
+      for (int i = 0; i < 24; ++i) {
+        const NearestStructure d = many->nearest(h.cwiseProduct(Vec3d(i, j, k)));
+        const int label = noise.view().at(i, j, k);
+        wrong_signs += (d.distance < 0) != (label > 0) || (label > 0 && d.structure != label - 1) ? 1 : 0;
+      }
+  CHECK(wrong_signs == 0);
+}
+
+TEST_CASE("Lookups take no memory, and a build does not depend on its threads") {
+  constexpr unsigned kSeed = 27;
+  Random rng(kSeed);
+  Labels labels({50, 40, 70}, Vec3d(2e-4, 2e-4, 3e-4));
+  for (int s = 0; s < 4; ++s)
+    labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(1e-3, 3e-3), 2e-4, rng).distance, s + 1);
+  const auto one = build_structure_field(labels.view(), {.threads = 1}),
+             three = build_structure_field(labels.view(), {.threads = 3});
+  CHECK(one->bytes() == three->bytes());
+  int differ = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec3d p =
+        labels.end().cwiseProduct(Vec3d{rng.uniform(-0.2, 1.2), rng.uniform(-0.2, 1.2), rng.uniform(-0.2, 1.2)});
+    differ += one->nearest(p).distance != three->nearest(p).distance ? 1 : 0;
+    for (int s = 0; s < 4; ++s) differ += one->distance(s, p) != three->distance(s, p) ? 1 : 0;
+  }
+  CHECK(differ == 0);
+  Vec3d gradient;
+  const Vec3d p = 0.4 * labels.end();
+  const auto calls = heap_calls([&] {
+    (void)one->nearest(p);
+    (void)one->nearest(p, gradient);
+    (void)one->distance(1, p, gradient);
+    (void)one->reaches(1, p);
+  });
+  CHECK(calls == 0);
+  static_assert(noexcept(one->nearest(p))&& noexcept(one->nearest(p, gradient)));
+  static_assert(noexcept(one->distance(0, p))&& noexcept(one->distance(0, p, gradient))&& noexcept(one->reaches(0, p)));
 }
