@@ -218,6 +218,42 @@ TEST_CASE("far from all margins there is nothing") {
   CHECK(guard.report().share == 1);
 }
 
+TEST_CASE("a tool within a margin is reported with its distance, also where nothing pushes") {
+  Random random(20);
+  auto some = options();
+  some[0].mode = GuardMode::kWarn;
+  some[1].mode = GuardMode::kOff;
+  const LabelledTubes truth = nerves();
+  StructureGuard guard(std::make_shared<const GuardPotential>(truth.field(kReach), Posed::Identity(), kBurr, some));
+  int warned = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Posed X = near_pose(random);
+    const TickInput input{.X_WT = X};
+    Wrenchd w = Wrenchd::zero();
+    guard.apply(context_at(input), w);
+    // The tool is a ball and a rod; the least distance over points of its axis, less its radius there.
+    double nearest = 1;
+    int of = -1;
+    for (int s = 0; s < 4; ++s)
+      for (double z = 0; z <= kBurr.shaft_length; z += 0.05_mm) {
+        const double radius = z > 0 ? kBurr.shaft_radius : kBurr.tip_radius;
+        const double d = truth.distance(s, X.translation() + z * X.linear().col(2)) - radius;
+        if (d < nearest) {
+          nearest = d;
+          of = s;
+        }
+      }
+    const GuardReport& r = guard.report();
+    // Within two tubes at once the least of their distances is not the structure's.
+    if (nearest > 0) CHECK(std::abs(r.nearest.distance - nearest) < 0.5 * truth.voxel);
+    const auto s = static_cast<std::size_t>(r.nearest.structure);
+    if (std::abs(nearest - some[s].margin) < 0.5 * truth.voxel || r.nearest.structure != of) continue;
+    CHECK(r.warns == (s != 1 && nearest < some[s].margin));
+    warned += r.warns ? 1 : 0;
+  }
+  CHECK(warned > 50);
+}
+
 TEST_CASE("the push fades in after a start, a switch and a jump, and out when switched off") {
   Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(9_mm, 9_mm, 9_mm));
   X.linear().col(1) *= -1;

@@ -22,8 +22,8 @@ namespace trephine {
 
 /// What a guard does about one structure.
 enum class GuardMode : std::uint8_t {
-  kOff,   ///< nothing: the structure counts for no distance
-  kWarn,  ///< reports its distance
+  kOff,   ///< nothing
+  kWarn,  ///< warns within its margin
   kPush,  ///< also pushes the tool out of its margin
 };
 

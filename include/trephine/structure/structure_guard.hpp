@@ -4,6 +4,7 @@
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/guard_potential.hpp>
+#include <trephine/structure/tool_distance.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -15,20 +16,23 @@ namespace trephine {
 
 /// Output of a guard in one tick.
 struct GuardReport {
-  Wrenchd push;        ///< on the tool, about T's origin, in W axes; part of the tick's wrench
-  double energy = 0;   ///< of the push [J], at its present share
-  double share = 0;    ///< of the push that acts: 0 when switched on, 1 after the ramp
-  double depth = 0;    ///< of the deepest ball of the tool in a margin [m]; 0 outside of all margins
-  int structure = -1;  ///< in whose margin that ball is; -1 outside of all
+  Wrenchd push;          ///< on the tool, about T's origin, in W axes; part of the tick's wrench
+  double energy = 0;     ///< of the push [J], at its present share
+  double share = 0;      ///< of the push that acts: 0 when switched on, 1 after the ramp
+  double depth = 0;      ///< of the deepest ball of the tool in a margin [m]; 0 outside of all margins
+  int structure = -1;    ///< in whose margin that ball is; -1 outside of all
+  ToolDistance nearest;  ///< of the whole tool at the device's pose to any structure, in S
+  bool warns = false;    ///< the nearest structure is guarded and nearer than its margin
 };
 
 /// A stage that pushes the tool out of the margins of structures: the force of a GuardPotential, with damping.
 /// \code
 /// auto potential = std::make_shared<const GuardPotential>(field, X_GS, burr, structures);
-/// HapticScene{bone, 300, renderer, Milling{...}, StructureGuard{potential}, DeviceLimits{.force = 3.3, .torque =
-/// 0.1}}; \endcode It acts on the device's pose, so the push is conservative in what the hand does, with every
-/// renderer. Its stiffness adds to the contact's. Damping acts on motion toward a structure and grows from 0 at the
-/// margin's border. It never pulls: the push of a ball on its structure is at least 0.
+/// HapticScene{bone, 300, renderer, Milling{...}, StructureGuard{potential}, DeviceLimits{.force = 3.3}};
+/// \endcode
+/// It acts on the device's pose, so the push is conservative in what the hand does, with every renderer. Its stiffness
+/// adds to the contact's. Damping acts on motion toward a structure and grows from 0 at the margin's border. It never
+/// pulls: the push of a ball on its structure is at least 0.
 ///
 /// The push fades in and out over `ramp_time` if the tool is in a margin when the guard is switched, at the first tick,
 /// and after a jump or a reset. A switch outside of all margins takes effect at once.
@@ -77,6 +81,11 @@ class StructureGuard {
     const double energy = potential_->energy(pushes, loads_);
     advance(context, energy > 0);
     report_.share = share_;
+    report_.nearest = tool_distance(potential_->field(), potential_->burr(), X_ST);
+    if (report_.nearest.structure >= 0) {
+      const GuardedStructure& s = potential_->structures()[static_cast<std::size_t>(report_.nearest.structure)];
+      report_.warns = s.mode != GuardMode::kOff && report_.nearest.distance < s.margin;
+    }
     if (count == 0) return;
 
     const Mat3d R_WS = context.X_WG.linear() * potential_->X_GS().linear();
