@@ -27,9 +27,9 @@
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
-#include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/guides.hpp>
 #include <trephine/structure/label_grid.hpp>
+#include <trephine/structure/labelled_field.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/structure/tool_distance.hpp>
