@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything but the adapters, which need libraries of their own. Include single headers where compile time matters.
+/// Everything but structures, the compiled library and the adapters. Include single headers where compile time matters.
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/units.hpp>
@@ -27,12 +27,6 @@
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
-#include <trephine/structure/guides.hpp>
-#include <trephine/structure/label_grid.hpp>
-#include <trephine/structure/labelled_field.hpp>
-#include <trephine/structure/structure_guard.hpp>
-#include <trephine/structure/structure_veto.hpp>
-#include <trephine/structure/tool_distance.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>

@@ -61,8 +61,12 @@ class StructureFieldBuilder {
 
   struct BandBrick {
     std::array<int, 3> at;
-    std::int32_t kind;  // 0: with samples; else DistanceBand::kInside
-    std::array<std::int16_t, kBrick * kBrick * kBrick> samples;
+    bool sampled;  // false: inside, beyond reach
+  };
+  /// Bricks of a cell, and the samples of those that have them.
+  struct BandPart {
+    std::vector<BandBrick> bricks;
+    std::vector<std::int16_t> samples;
   };
 
   void find_bricks() {
@@ -169,6 +173,18 @@ class StructureFieldBuilder {
                 static_cast<std::size_t>(volume_.size[1] + 2) * static_cast<std::size_t>(k + 1));
   }
 
+  /// The search that a thread goes on with while its tasks are of the same structure.
+  struct ThreadSearch {
+    std::size_t structure = 0;
+    std::unique_ptr<SurfelSearch> search;
+
+    [[nodiscard]] SurfelSearch& of(std::size_t s, std::span<const Surfel> surfels, const Vec3d& spacing) {
+      if (search == nullptr || structure != s) search = std::make_unique<SurfelSearch>(surfels, spacing);
+      structure = s;
+      return *search;
+    }
+  };
+
   struct Cell {
     std::size_t structure;
     std::array<int, 3> first;
@@ -200,9 +216,13 @@ class StructureFieldBuilder {
     std::vector<Cell> cells;
     for (std::size_t s = 0; s < boxes_.size(); ++s)
       if (boxes_[s].hi[0] >= 0) add_cells(s, region(s), cells);
-    std::vector<std::vector<BandBrick>> found(cells.size());
-    if (!run_tasks(cells.size(), threads_, {progress_, 0.4F, 0.7F},
-                   [&](std::size_t task, int) { find_band(cells[task], found[task]); }))
+    std::vector<BandPart> found(cells.size());
+    std::vector<ThreadSearch> searches(static_cast<std::size_t>(threads_));
+    if (!run_tasks(cells.size(), threads_, {progress_, 0.4F, 0.7F}, [&](std::size_t task, int thread) {
+          const std::size_t s = cells[task].structure;
+          find_band(cells[task], searches[static_cast<std::size_t>(thread)].of(s, surfels_of(s), volume_.spacing),
+                    found[task]);
+        }))
       return false;
     parts_.bands.resize(boxes_.size());
     for (std::size_t s = 0; s < boxes_.size(); ++s) {
@@ -219,20 +239,16 @@ class StructureFieldBuilder {
     }
     for (std::size_t c = 0; c < cells.size(); ++c) {
       DistanceBand& band = parts_.bands[cells[c].structure];
-      for (const BandBrick& b : found[c]) {
+      for (const BandBrick& b : found[c].bricks) {
         const std::size_t entry =
             static_cast<std::size_t>(b.at[0] - band.first[0]) +
             static_cast<std::size_t>(band.count[0]) *
                 (static_cast<std::size_t>(b.at[1] - band.first[1]) +
                  static_cast<std::size_t>(band.count[1]) * static_cast<std::size_t>(b.at[2] - band.first[2]));
-        if (b.kind != 0) {
-          band.table[entry] = b.kind;
-          continue;
-        }
-        band.table[entry] = static_cast<std::int32_t>(band.bricks.size());
-        band.bricks.push_back(b.at);
-        band.samples.insert(band.samples.end(), b.samples.begin(), b.samples.end());
+        band.table[entry] = b.sampled ? static_cast<std::int32_t>(band.bricks.size()) : DistanceBand::kInside;
+        if (b.sampled) band.bricks.push_back(b.at);
       }
+      band.samples.insert(band.samples.end(), found[c].samples.begin(), found[c].samples.end());
       found[c] = {};
     }
     for (DistanceBand& band : parts_.bands) {
@@ -242,9 +258,8 @@ class StructureFieldBuilder {
     return true;
   }
 
-  void find_band(const Cell& cell, std::vector<BandBrick>& out) {
+  void find_band(const Cell& cell, SurfelSearch& search, BandPart& out) {
     const auto label = static_cast<std::uint8_t>(cell.structure + 1);
-    SurfelSearch search(surfels_of(cell.structure), volume_.spacing);
     const auto reach = static_cast<float>(options_.reach);
     bool near = false;
     search.run(
@@ -255,8 +270,7 @@ class StructureFieldBuilder {
         },
         [&](int i, int j, int k) { return near || volume_.at(i, j, k) == label; },
         [&](const LatticeBox& box, const std::array<int, 3>& first, const SurfelSearch::Brick& brick) {
-          BandBrick b{};
-          b.at = {first[0] / kBrick, first[1] / kBrick, first[2] / kBrick};
+          std::array<std::int16_t, kSamples> samples{};
           bool in_band = false, any_inside = false;
           for (int k = box.lo[2]; k <= box.hi[2]; ++k)
             for (int j = box.lo[1]; j <= box.hi[1]; ++j)
@@ -264,16 +278,16 @@ class StructureFieldBuilder {
                 const bool inside = volume_.at(i, j, k) == label;
                 if (!near && !inside) continue;
                 const std::size_t n = SurfelSearch::brick_offset(i, j, k);
-                b.samples[n] = stored(brick[n].distance, inside);
+                samples[n] = stored(brick[n].distance, inside);
                 in_band = in_band || brick[n].distance < reach;
                 any_inside = any_inside || inside;
                 if (!inside) continue;
-                parts_.distance[dense_index(i, j, k)] = b.samples[n];
+                parts_.distance[dense_index(i, j, k)] = samples[n];
                 parts_.structure[dense_index(i, j, k)] = static_cast<std::uint8_t>(cell.structure);
               }
           if (!in_band && !any_inside) return;
-          b.kind = in_band ? 0 : DistanceBand::kInside;
-          out.push_back(b);
+          out.bricks.push_back({{first[0] / kBrick, first[1] / kBrick, first[2] / kBrick}, in_band});
+          if (in_band) out.samples.insert(out.samples.end(), samples.begin(), samples.end());
         });
   }
 
@@ -282,8 +296,9 @@ class StructureFieldBuilder {
     std::vector<Cell> cells;
     const LatticeBox all{{-1, -1, -1}, volume_.size};
     add_cells(0, {{-kBrick, -kBrick, -kBrick}, all.hi}, cells);
-    return run_tasks(cells.size(), threads_, {progress_, 0.7F, 1.0F}, [&](std::size_t task, int) {
-      SurfelSearch search(surfels_, volume_.spacing);
+    std::vector<ThreadSearch> searches(static_cast<std::size_t>(threads_));
+    return run_tasks(cells.size(), threads_, {progress_, 0.7F, 1.0F}, [&](std::size_t task, int thread) {
+      SurfelSearch& search = searches[static_cast<std::size_t>(thread)].of(0, surfels_, volume_.spacing);
       const auto needed = [&](int i, int j, int k) { return parts_.distance[dense_index(i, j, k)] == 0; };
       search.run(
           cells[task].first, all,
@@ -352,7 +367,21 @@ class StructureFieldBuilder {
 
 }  // namespace detail
 
-/// Builds the distances to all structures of a label volume. Null if `progress->cancel` was set before the end.
+/// Builds the distances to all structures of a label volume. Returns null if `progress->cancel` was set before the end.
+///
+/// Surfaces: an oriented disc (surfel) on each voxel edge that leaves a structure, midway, and with `options.smooth`
+/// moved along the edge onto quadrics fitted to the discs around it. A labelled voxel's centre stays inside, any
+/// other's outside, so a structure of one voxel keeps its surface. A sample's distance averages the discs about as near
+/// as the nearest. It is exact for the discs within reach of a structure, and for the nearest structure's discs beyond.
+///
+/// Errors against analytic shapes of three voxels across and more, at the 99th percentile and in longest spacings: 0.26
+/// smoothed, 0.47 raw. Tubes of 1.6 to 3 voxels: 0.41 smoothed (`tests/structure/structure_field.cpp`).
+///
+/// Cost: 11 to 13 s of processor time for 256³ voxels with 15 structures, divided among the threads. Memory while it
+/// works: 56 bytes an edge that leaves a structure, 16 more a thread, and twice the bands.
+///
+/// Throws std::invalid_argument for what `LabelVolume::validate` refuses, and unless reach is in [1, 127] longest
+/// spacings and threads are >= 0. Any thread; the volume must not change meanwhile.
 [[nodiscard]] inline std::unique_ptr<const StructureField> build_structure_field(
     const LabelVolume& volume, const StructureFieldOptions& options = {}, BuildProgress* progress = nullptr) {
   return detail::StructureFieldBuilder(volume, options, progress).build();

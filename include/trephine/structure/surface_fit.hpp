@@ -62,13 +62,24 @@ class SurfaceFit {
   static constexpr double kGrazing = 0.2;   // least cosine between normal and edge, for the move along the edge
   static constexpr double kClosest = 0.05;  // share of its edge that a surfel keeps from voxel centres
   static constexpr std::size_t kCellsPerTask = 256;
-  static constexpr int kTerms = 6;  // height, two slopes, three curvatures
+  static constexpr std::size_t kTerms = 6;  // height, two slopes, three curvatures
 
   struct Cell {
     std::uint64_t key;  // structure, z, y, x: neighbours along x follow each other
     std::size_t first;  // of its surfels
   };
-  using Window = std::vector<Surfel>;
+  static constexpr std::size_t kLanes = 8;
+  using Lanes = std::array<float, kLanes>;
+  /// The surfels around a cell, and those around one of its surfels: place along two tangents, height and weight.
+  struct Window {
+    std::vector<Surfel> surfels;
+    std::vector<float> p, q, height, weight;
+
+    void add(float along, float across, float above, float w) {
+      p.push_back(along), q.push_back(across), height.push_back(above), weight.push_back(w);
+    }
+    void clear() { p.clear(), q.clear(), height.clear(), weight.clear(); }
+  };
 
   [[nodiscard]] static std::uint64_t key(std::uint64_t structure, std::uint64_t x, std::uint64_t y,
                                          std::uint64_t z) noexcept {
@@ -96,7 +107,7 @@ class SurfaceFit {
 
   /// Fits the surfels of one cell.
   void fit(std::size_t cell, Window& window) {
-    window.clear();
+    window.surfels.clear();
     const std::uint64_t at = cells_[cell].key;
     for (std::uint64_t z = 0; z < 3; ++z)
       for (std::uint64_t y = 0; y < 3; ++y) {
@@ -105,40 +116,81 @@ class SurfaceFit {
                                   [](const Cell& a, std::uint64_t k) { return a.key < k; });
         const std::size_t first = c->first;
         while (c->key <= from + 2) ++c;
-        window.insert(window.end(), old_.begin() + static_cast<std::ptrdiff_t>(first),
-                      old_.begin() + static_cast<std::ptrdiff_t>(c->first));
+        window.surfels.insert(window.surfels.end(), old_.begin() + static_cast<std::ptrdiff_t>(first),
+                              old_.begin() + static_cast<std::ptrdiff_t>(c->first));
       }
     for (std::size_t i = cells_[cell].first; i < cells_[cell + 1].first; ++i) new_[i] = fitted(old_[i], window);
   }
 
-  [[nodiscard]] Surfel fitted(const Surfel& s, const Window& window) const noexcept {
+  [[nodiscard]] Surfel fitted(const Surfel& s, Window& window) const {
     const Vec3d n(s.normal[0], s.normal[1], s.normal[2]);
     const Vec3d u = n.unitOrthogonal(), v = n.cross(u);
+    const Eigen::Vector3f nf = n.cast<float>(), uf = u.cast<float>(), vf = v.cast<float>();
     const auto per_metre = static_cast<float>(1 / longest_);
     constexpr auto kSquare = static_cast<float>(kWindow * kWindow);
-    Eigen::Matrix<double, kTerms, kTerms> H = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-    Eigen::Matrix<double, kTerms, 1> b = Eigen::Matrix<double, kTerms, 1>::Zero(), fit;
-    for (const Surfel& o : window) {
-      const float x = (o.position[0] - s.position[0]) * per_metre, y = (o.position[1] - s.position[1]) * per_metre,
-                  z = (o.position[2] - s.position[2]) * per_metre;
-      const float square = x * x + y * y + z * z;
-      const float facing = o.normal[0] * s.normal[0] + o.normal[1] * s.normal[1] + o.normal[2] * s.normal[2];
+    window.clear();
+    for (const Surfel& o : window.surfels) {
+      const Eigen::Vector3f d((o.position[0] - s.position[0]) * per_metre, (o.position[1] - s.position[1]) * per_metre,
+                              (o.position[2] - s.position[2]) * per_metre);
+      const float square = d.squaredNorm();
+      const float facing = o.normal[0] * nf[0] + o.normal[1] * nf[1] + o.normal[2] * nf[2];
       if (!(square < kSquare && facing > kFacing)) continue;
-      const double near = 1 - static_cast<double>(square / kSquare);
-      const double weight = near * near * static_cast<double>(facing * std::abs(o.normal[o.side / 2U]));
-      const Vec3d d(x, y, z);
-      const double p = d.dot(u), q = d.dot(v), height = d.dot(n);
-      const std::array<double, kTerms> t{1, p, q, p * p, p * q, q * q};
-      for (std::size_t r = 0; r < kTerms; ++r) {
-        const auto row = static_cast<Eigen::Index>(r);
-        const double w = weight * t[r];
-        for (std::size_t c = 0; c <= r; ++c) H(row, static_cast<Eigen::Index>(c)) += w * t[c];
-        b[row] += w * height;
-      }
+      const float near = 1 - square / kSquare;
+      window.add(d.dot(uf), d.dot(vf), d.dot(nf), near * near * facing * std::abs(o.normal[o.side / 2U]));
     }
-    for (Eigen::Index i = 1; i < kTerms; ++i) H(i, i) += i < 3 ? kSlack : kFlat;
-    if (!solve_positive_definite<kTerms>(H, b, fit)) return s;
+    while (window.p.size() % kLanes != 0) window.add(0, 0, 0, 0);
+    Eigen::Matrix<double, kTerms, 1> fit;
+    if (!solve(window, fit)) return s;
     return moved(s, n, u, v, fit);
+  }
+
+  /// Weighted least squares for the height 1, p, q, p², pq, q². The sums are those of weight p^a q^b up to the fourth
+  /// degree.
+  [[nodiscard]] static bool solve(const Window& window, Eigen::Matrix<double, kTerms, 1>& fit) noexcept {
+    constexpr std::size_t kMoments = 15;
+    std::array<Lanes, kMoments> moments{};
+    std::array<Lanes, kTerms> heights{};
+    for (std::size_t n = 0; n < window.p.size(); n += kLanes) {
+      // Products by degree: w, wp, wq, wpp, wpq, wqq, ... of the degree before, times p, and the last times q.
+      std::array<Lanes, kMoments> product;
+      Lanes p, q, height;
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        p[l] = window.p[n + l];
+        q[l] = window.q[n + l];
+        height[l] = window.height[n + l];
+        product[0][l] = window.weight[n + l];
+      }
+      for (std::size_t degree = 1, to = 1, from = 0; degree < 5; ++degree) {
+        for (std::size_t m = 0; m < degree; ++m, ++to, ++from)
+          for (std::size_t l = 0; l < kLanes; ++l) product[to][l] = product[from][l] * p[l];
+        for (std::size_t l = 0; l < kLanes; ++l) product[to][l] = product[from - 1][l] * q[l];
+        ++to;
+      }
+      for (std::size_t m = 0; m < kMoments; ++m)
+        for (std::size_t l = 0; l < kLanes; ++l) moments[m][l] += product[m][l];
+      for (std::size_t t = 0; t < kTerms; ++t)
+        for (std::size_t l = 0; l < kLanes; ++l) heights[t][l] += product[t][l] * height[l];
+    }
+    const auto sum = [](const Lanes& lanes) {
+      double all = 0;
+      for (const float x : lanes) all += static_cast<double>(x);
+      return all;
+    };
+    constexpr std::array<std::size_t, kTerms> kDegree{0, 1, 1, 2, 2, 2}, kOfQ{0, 0, 1, 0, 1, 2};
+    Eigen::Matrix<double, kTerms, kTerms> H;
+    Eigen::Matrix<double, kTerms, 1> b;
+    std::array<double, kMoments> total{};
+    for (std::size_t m = 0; m < kMoments; ++m) total[m] = sum(moments[m]);
+    for (std::size_t r = 0; r < kTerms; ++r) {
+      const auto row = static_cast<Eigen::Index>(r);
+      for (std::size_t c = 0; c <= r; ++c) {
+        const std::size_t degree = kDegree[r] + kDegree[c];
+        H(row, static_cast<Eigen::Index>(c)) = total[degree * (degree + 1) / 2 + kOfQ[r] + kOfQ[c]];
+      }
+      b[row] = sum(heights[r]);
+      if (r > 0) H(row, row) += r < 3 ? kSlack : kFlat;
+    }
+    return solve_positive_definite<kTerms>(H, b, fit);
   }
 
   [[nodiscard]] Surfel moved(const Surfel& s, const Vec3d& n, const Vec3d& u, const Vec3d& v,

@@ -6,6 +6,7 @@
 #include <trephine/tool/shape.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace trephine {
 
@@ -20,8 +21,21 @@ struct ToolDistance {
 };
 
 namespace detail {
+
 /// Step past the end of a cell [longest spacings]: more than rounding, less than is felt.
 inline constexpr double kIntoNext = 1e-6;
+/// Roughness of the interpolant that a march allows for [longest spacings]: its errors on neighbouring samples.
+inline constexpr double kRoughness = 0.1;
+
+/// Length of a line that can be skipped from a point at `distance`, as no distance on it is a minimum below `bound`.
+///
+/// At a minimum, x, the direction to the structure is across the line. So distance² <= x² + way², which is far more
+/// than distance <= x + way for short ways. The latter holds within structures, too.
+[[nodiscard]] inline double line_to_skip(double distance, double bound, double slack, double rough) noexcept {
+  const double straight = distance - bound - slack, sure = distance - rough;
+  return bound > 0 && sure > bound ? std::max(straight, std::sqrt(sure * sure - bound * bound)) : straight;
+}
+
 }  // namespace detail
 
 /// Distance of a burr, ball and shaft, from the nearest structure, at the pose `X_ST` of the tool in S.
@@ -29,10 +43,9 @@ inline constexpr double kIntoNext = 1e-6;
 /// The burr is the union of balls on its axis: the tip's at T's origin, and the shaft's from there to its end. So its
 /// distance is the least of field minus radius along the axis. The shaft's flat end counts as a half ball beyond it.
 ///
-/// Marches along the axis. From a point whose distance exceeds the least so far by c, no nearer point is closer than
-/// c - `field.slack()`, so the march skips to there. Where that is less than a cell it takes the cell's exact least
-/// value. The result is the least value of the interpolant, to 0.02 longest spacings. The field's own error comes on
-/// top, as for a point.
+/// Marches along the axis and skips what cannot hold the minimum (`detail::line_to_skip`). Where that is less than a
+/// cell it takes the cell's exact least value. The result is the least value of the interpolant, to 0.02 longest
+/// spacings. The field's own error comes on top, as for a point.
 ///
 /// At most 10 + length (1/h_x + 1/h_y + 1/h_z + 1/max h) lookups for spacings h. No memory, no exceptions, any thread.
 [[nodiscard]] inline ToolDistance tool_distance(const StructureField& field, const Burr& burr,
@@ -43,18 +56,26 @@ inline constexpr double kIntoNext = 1e-6;
   double radius = burr.tip_radius;
   r.distance = field.nearest(origin).distance - radius;
   r.lookups = 2;  // the first and the last
+  const auto offer = [&](double distance, double z) {
+    if (!(distance - burr.shaft_radius < r.distance)) return;
+    r.distance = distance - burr.shaft_radius;
+    radius = burr.shaft_radius;
+    r.z_T = z;
+  };
+  if (burr.has_shaft()) {  // an end need not be a minimum of the line
+    offer(field.nearest(origin + burr.shaft_length * axis).distance, burr.shaft_length);
+    ++r.lookups;
+  }
+  const double roughness = detail::kRoughness * field.spacing().maxCoeff();
   const double into_next = detail::kIntoNext * field.spacing().maxCoeff();
   for (double z = 0; burr.has_shaft() && z <= burr.shaft_length;) {
     const Vec3d p = origin + z * axis;
     const LinePiece piece = field.line_piece(p, axis, burr.shaft_length - z, r.distance + burr.shaft_radius);
     ++r.lookups;
     if (!piece.valid) break;
-    if (piece.least - burr.shaft_radius < r.distance) {
-      r.distance = piece.least - burr.shaft_radius;
-      radius = burr.shaft_radius;
-      r.z_T = z + piece.at;
-    }
-    z += into_next + std::max(piece.length, piece.distance - burr.shaft_radius - r.distance - field.slack());
+    offer(piece.least, z + piece.at);
+    z += into_next + std::max(piece.length, detail::line_to_skip(piece.distance, r.distance + burr.shaft_radius,
+                                                                 field.slack(), roughness));
   }
   const Vec3d p = origin + r.z_T * axis;
   r.structure = field.nearest(p, r.direction_S).structure;
