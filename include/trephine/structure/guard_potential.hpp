@@ -316,7 +316,7 @@ class GuardPotential {
 
   /// Returns how far a ball's centre can move before it may touch a margin [m]; <= 0 if it may touch one.
   [[nodiscard]] double clear_length(const Vec3d& p_S, double radius) const noexcept {
-    return field_->nearest(p_S).distance - radius - widest_margin_ - kSlack * H_;
+    return field_->nearest(p_S).distance - radius - widest_margin_ - kSplineReach * H_ - field_->slack();
   }
 
   void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
@@ -405,8 +405,8 @@ class GuardPotential {
     stiffness_ *= factor;
   }
 
-  // Smooth distances are at most this many knot spacings below the distances: a spline's mean distance from its point.
-  static constexpr double kSlack = 1.0;
+  // A smooth distance is a mean of distances. Its points lie √3/2 knot spacings away, in root mean square.
+  static constexpr double kSplineReach = 0.8661;
 
   std::shared_ptr<const StructureField> field_;
   Posed X_GS_;
