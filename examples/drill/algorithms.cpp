@@ -11,9 +11,6 @@ namespace {
 
 using namespace trephine;
 
-/// Of the simulated device [N, N·m].
-constexpr double kMostForce = 8.5, kMostTorque = 0.188;
-
 template <class Renderer>
 auto simulated_scene(Grid& bone, const Bone& about, const Renderer& renderer) {
   return scene_of(bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque});

@@ -111,6 +111,17 @@ std::vector<std::uint8_t> Canvas::srgb() const {
   return bytes;
 }
 
+Canvas tiled(std::vector<Canvas> pictures, int columns) {
+  const int w = pictures.front().width(), h = pictures.front().height();
+  const int count = static_cast<int>(pictures.size());
+  Canvas all(w * columns, h * ((count + columns - 1) / columns));
+  for (int i = 0; i < count; ++i)
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x)
+        all.pixel(i % columns * w + x, i / columns * h + y) = pictures[static_cast<std::size_t>(i)].pixel(x, y);
+  return all;
+}
+
 void write_png(const Canvas& canvas, const std::string& path) {
   write_png(canvas.width(), canvas.height(), canvas.srgb(), path);
 }

@@ -51,6 +51,9 @@ class Canvas {
 /// A colour as people write it, 0xRRGGBB in sRGB, made linear.
 [[nodiscard]] Vec3f colour(unsigned rrggbb);
 
+/// Pictures of one size in rows of `columns`.
+[[nodiscard]] Canvas tiled(std::vector<Canvas> pictures, int columns);
+
 /// Throws std::runtime_error as `write_png` of bytes does.
 void write_png(const Canvas& canvas, const std::string& path);
 

@@ -5,6 +5,7 @@
 #include "pictures.hpp"
 #include "plots.hpp"
 #include "spot.hpp"
+#include "structure_show.hpp"
 #include "verification.hpp"
 
 #include <chrono>
@@ -73,23 +74,25 @@ int verify(const Options& options, bool plots) {
   return failed;
 }
 
+void take(const Options& options, const std::vector<Shot>& shots) {
+  for (const Shot& shot : shots) {
+    const auto start = std::chrono::steady_clock::now();
+    write_png(draw(shot.picture), (fs::path(options.out) / shot.file).string());
+    std::printf("  %-22s %.1f s\n", shot.file.c_str(), seconds_since(start));
+    std::fflush(stdout);
+  }
+}
+
 void take_pictures(const Options& options, const Bone& whole, const Bone& bone, const Surgeon& surgeon,
                    const std::vector<Run>& runs) {
   const PicturedBone before(bone.grid, bone.isovalue);
-  const auto take = [&](const std::vector<Shot>& shots) {
-    for (const Shot& shot : shots) {
-      const auto start = std::chrono::steady_clock::now();
-      write_png(draw(shot.picture), (fs::path(options.out) / shot.file).string());
-      std::printf("  %-22s %.1f s\n", shot.file.c_str(), seconds_since(start));
-      std::fflush(stdout);
-    }
-  };
   if (&whole == &bone)
-    take({shot_of_whole(whole, before, surgeon)});
+    take(options, {shot_of_whole(whole, before, surgeon)});
   else
-    take({shot_of_whole(whole, PicturedBone(whole.grid, whole.isovalue), surgeon)});
-  take({shot_of_spot(bone, before, surgeon)});
-  for (const Run& run : runs) take(shots_of_run(bone, before, PicturedBone(run.bone, bone.isovalue), surgeon, run.log));
+    take(options, {shot_of_whole(whole, PicturedBone(whole.grid, whole.isovalue), surgeon)});
+  take(options, {shot_of_spot(bone, before, surgeon)});
+  for (const Run& run : runs)
+    take(options, shots_of_run(bone, before, PicturedBone(run.bone, bone.isovalue), surgeon, run.log));
 }
 
 /// All that a wrong argument or file can stop; nothing is written before it is through.
@@ -112,12 +115,61 @@ Prepared prepare(const Options& options) {
   return {std::move(whole), std::move(fine), surgeon};
 }
 
+/// Says where results are and what is not among them.
+void say_what_is_left(const Options& options, bool plots, bool pictures) {
+  std::printf("\nleft in %s: logs (*.csv)%s%s\n", options.out.c_str(), plots ? ", plots (*.png, scripts *.gp)" : "",
+              pictures ? ", pictures (*.png)" : "");
+  if (!plots) std::printf("left out: plots, for want of gnuplot (Debian: gnuplot-nox)\n");
+  if (!options.pictures) std::printf("left out: pictures, as asked\n");
+  if (options.pictures && !can_write_png())
+    std::printf("left out: pictures, for want of libpng when this was built (Debian: libpng-dev)\n");
+#ifndef TREPHINE_EXAMPLE_HAS_ITK
+  std::printf("left out: --ct, for want of ITK when this was built (Debian: libinsighttoolkit5-dev)\n");
+#endif
+}
+
+/// The bone before and after, in one picture.
+void picture_structures(const Options& options, const Bone& bone, const Surgeon& surgeon, const StructureShow& show) {
+  const auto start = std::chrono::steady_clock::now();
+  const PicturedBone before(bone.grid, bone.isovalue);
+  const trephine::Posed X_SG = show.made.labels.X_WS().inverse() * bone.grid.X_WG();
+  const auto drawn = [&](const PicturedBone& surface, const auto& left, const Show* each) {
+    const DrawnStructures structures(show.field, left, show.made.labels.structures(), X_SG);
+    return draw(picture_of_structures(bone, before, surface, structures, surgeon, each), 720, 640);
+  };
+  std::vector<Canvas> parts{drawn(before, show.field, nullptr)};
+  for (const Show& each : show.shows) parts.push_back(drawn(PicturedBone(each.bone, bone.isovalue), each.left, &each));
+  const std::string file = "structures_section.png";
+  write_png(tiled(std::move(parts), 2), (fs::path(options.out) / file).string());
+  std::printf("  %-22s %.1f s\n", file.c_str(), seconds_since(start));
+}
+
+/// 0; or 1 where a structure was not taken without protection, or was with it.
+int perform_structures(const Options& options, const Bone& bone, const Surgeon& surgeon) {
+  std::printf("\nstraight onto three made structures: with nothing, with a guard, with a guard and a veto\n");
+  const StructureShow show = show_structures(bone, options, surgeon);
+  write_csv(show, (fs::path(options.out) / "structures.csv").string());
+  print_table(show);
+  const int failed = check(show);
+  const bool plots = have_gnuplot();
+  if (plots) plot_structures(options.out, show);
+  const bool pictures = options.pictures && can_write_png();
+  if (pictures) {
+    std::printf("\npictures\n");
+    picture_structures(options, bone, surgeon, show);
+  }
+  say_what_is_left(options, plots, pictures);
+  if (failed > 0) std::printf("%d of the checks failed\n", failed);
+  return failed == 0 ? 0 : 1;
+}
+
 /// 0; or 1 where a check of the verification failed.
 int perform(const Options& options, const Prepared& prepared) {
   const Bone& whole = prepared.whole;
   const Bone& bone = prepared.bone();
   const Surgeon& surgeon = prepared.surgeon;
   introduce(whole, bone, surgeon);
+  if (options.structures) return perform_structures(options, bone, surgeon);
   const bool plots = have_gnuplot();
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
               options.real_time ? "real time" : "simulated time");
@@ -143,15 +195,7 @@ int perform(const Options& options, const Prepared& prepared) {
     std::printf("\npictures\n");
     take_pictures(options, whole, bone, surgeon, runs);
   }
-  std::printf("\nleft in %s: logs (*.csv)%s%s\n", options.out.c_str(), plots ? ", plots (*.png, scripts *.gp)" : "",
-              pictures ? ", pictures (*.png)" : "");
-  if (!plots) std::printf("left out: plots, for want of gnuplot (Debian: gnuplot-nox)\n");
-  if (!options.pictures) std::printf("left out: pictures, as asked\n");
-  if (options.pictures && !can_write_png())
-    std::printf("left out: pictures, for want of libpng when this was built (Debian: libpng-dev)\n");
-#ifndef TREPHINE_EXAMPLE_HAS_ITK
-  std::printf("left out: --ct, for want of ITK when this was built (Debian: libinsighttoolkit5-dev)\n");
-#endif
+  say_what_is_left(options, plots, pictures);
   if (failed > 0) std::printf("%d of the verification's checks failed\n", failed);
   return failed == 0 ? 0 : 1;
 }

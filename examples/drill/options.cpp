@@ -84,6 +84,8 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.slices = whole(v[0], 1, 10000); }},
     Entry{"--per-slice", 1, "N", "Surface: vertices on a slice (8)",
           [](Options& o, Values v) { o.per_slice = whole(v[0], 3, 1000); }},
+    Entry{"--structures", 0, "", "only drill toward made structures, with nothing, a guard, and a guard and a veto",
+          [](Options& o, Values) { o.structures = true; }},
     Entry{"--seconds", 1, "S", "simulated length of an algorithm's run (8)",
           [](Options& o, Values v) { o.seconds = number(v[0], 2, 600, " s"); }},
     Entry{"--real-time", 0, "", "keep pace with the clock instead of running as fast as possible",

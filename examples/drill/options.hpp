@@ -31,6 +31,7 @@ struct Options {
   std::optional<double> voxel;                                   // around the spot [m]; 0: as read
   int line_vertices = 50;
   std::optional<int> sphere_vertices, slices, per_slice;
+  bool structures = false;  ///< only the part with labelled structures
   double seconds = 8;
   bool real_time = false;
   std::string out = "build/drill";

@@ -93,6 +93,10 @@ void draw_labels(Canvas& canvas, const Picture& picture) {
   };
   std::vector<Entry> entries;  // from the bottom up
   if (!picture.points.empty()) entries.push_back({picture.points_label, kDotColour()});
+  if (picture.structures != nullptr)
+    for (int i = static_cast<int>(picture.structures->structures().size()) - 1; i >= 0; --i)
+      entries.push_back(
+          {picture.structures->structures()[static_cast<std::size_t>(i)].name, picture.structures->colour_of(i)});
   if (picture.ghost) entries.push_back({picture.ghost_label, kGhostColour(), true});
   if (picture.tool) entries.push_back({picture.tool_label, colour(0xc3cad3)});
   if (picture.uncut != nullptr) entries.push_back({"bone cut by the drill", kCutColour()});

@@ -174,4 +174,35 @@ std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, con
           {log.algorithm + "_after.png", hole}};
 }
 
+Picture picture_of_structures(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
+                              const DrawnStructures& structures, const Surgeon& surgeon, const Show* show) {
+  const Studio studio(bone, surgeon);
+  Picture p = studio.picture(after);
+  p.structures = &structures;
+  p.section = true;
+  p.camera = studio.along_section(13, -3.0F);
+  p.tool_label = "drill";
+  if (show == nullptr) {
+    p.tool = studio.in_G(surgeon(surgeon.ends(Surgeon::kApproach)).X_DH);
+    p.title = "Before, cut open";
+    p.subtitle = "labels made by thresholds, not anatomy";
+    return p;
+  }
+  double taken = 0, push = 0;
+  for (const ShowRun& run : show->runs) {
+    taken += run.taken_mm3;
+    push = std::max(push, run.greatest_guard());
+  }
+  p.uncut = &before;
+  p.tool = studio.in_G(show->runs[MadeStructures::kDura].deepest);
+  p.title = capitalised(show->protection == Protection::kNothing ? "no protection" : name_of(show->protection));
+  std::array<char, 160> figures{};
+  const int length = std::snprintf(figures.data(), figures.size(), "%.2g mm^3 of structures taken", taken);
+  if (push > 0)
+    std::snprintf(figures.data() + length, figures.size() - static_cast<std::size_t>(length), ", push up to %.2g N",
+                  push);
+  p.subtitle = figures.data();
+  return p;
+}
+
 }  // namespace drill

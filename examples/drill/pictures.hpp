@@ -4,6 +4,7 @@
 #include "bone.hpp"
 #include "picture.hpp"
 #include "run_log.hpp"
+#include "structure_show.hpp"
 #include "surgeon.hpp"
 
 #include <string>
@@ -27,5 +28,10 @@ struct Shot {
 /// surface serves all.
 [[nodiscard]] std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
                                              const Surgeon& surgeon, const RunLog& log);
+
+/// The bone cut open along the ways to the structures. `show`: what was drilled; null for the bone before.
+[[nodiscard]] Picture picture_of_structures(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
+                                            const DrawnStructures& structures, const Surgeon& surgeon,
+                                            const Show* show);
 
 }  // namespace drill

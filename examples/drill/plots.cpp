@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "plots.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -28,6 +29,9 @@ constexpr std::array<const char*, 6> kColours{"#0b6fb8", "#d1495b", "#2a9d5c", "
 class Script {
  public:
   Script(const std::string& name, const std::string& title, int panels, const Surgeon& surgeon)
+      : Script(name, title, panels, surgeon.seconds(), &surgeon) {}
+  /// Without phases to mark where there is no surgeon.
+  Script(const std::string& name, const std::string& title, int panels, double seconds, const Surgeon* surgeon)
       : name_(name), panels_(panels), surgeon_(surgeon) {
     s_ << "# gnuplot " << name << ".gp\n"
        << "if (strstrt(GPVAL_TERMINALS, 'pngcairo') > 0) {\n"
@@ -39,8 +43,7 @@ class Script {
        << "set border 3 linecolor '#5a6472'\nset tics nomirror textcolor '#39424e'\n"
        << "set grid xtics ytics linecolor '#dfe3e8' linetype 1\n"
        << "set key top left horizontal samplen 2 textcolor '#39424e' opaque\n"
-       << "set xrange [0:" << surgeon.seconds()
-       << "]\nset lmargin 11\nset rmargin 9\nset offsets 0, 0, graph 0.2, graph 0.03\n"
+       << "set xrange [0:" << seconds << "]\nset lmargin 11\nset rmargin 9\nset offsets 0, 0, graph 0.2, graph 0.03\n"
        << "set multiplot title '" << title << "' font 'sans,16'\n";
   }
 
@@ -58,12 +61,12 @@ class Script {
       s_ << "set y2tics textcolor '#39424e'\nset y2label '" << y2_label << "'\nset border 11\n";
     s_ << "set yrange " << y_range << "\nset y2range [0:*]\nunset label\nunset arrow\n";
     double from = 0;
-    for (std::size_t i = 0; i < kPhaseNames.size(); ++i) {
-      const double to = surgeon_.ends(static_cast<Surgeon::Phase>(i));
+    for (std::size_t i = 0; i < kPhaseNames.size() && surgeon_ != nullptr; ++i) {
+      const double to = surgeon_->ends(static_cast<Surgeon::Phase>(i));
       if (i + 1 < kPhaseNames.size())
         s_ << "set arrow from " << to << ", graph 0 to " << to
            << ", graph 1 nohead linecolor '#aab2bd' dashtype 3 linewidth 1\n";
-      if (index_ == 0 && to - from > 0.035 * surgeon_.seconds())
+      if (index_ == 0 && to - from > 0.035 * surgeon_->seconds())
         s_ << "set label '" << kPhaseNames[i] << "' at " << 0.5 * (from + to)
            << ", graph 1.07 center font 'sans,10' textcolor '#7b8794'\n";
       from = to;
@@ -99,7 +102,7 @@ class Script {
   std::string name_;
   int panels_;
   int index_ = 0;
-  const Surgeon& surgeon_;
+  const Surgeon* surgeon_;
   std::ostringstream s_;
 };
 
@@ -191,6 +194,31 @@ std::string plot_surface_verification(const std::string& folder, const Surgeon& 
   script.panel("reaction force [N]", "[0:*]", each("$5"));
   script.panel("torque [mN m]", "[0:*]", each("1e3*$6"));
   script.panel("total torque [mN m]", "[0:*]", curve(csv, "(1e3*$7)", "sum over the slices", 5));
+  return script.run(folder);
+}
+
+std::string plot_structures(const std::string& folder, const StructureShow& show) {
+  double seconds = 0;
+  for (const ShowRun& run : show.shows.front().runs) seconds = std::max(seconds, run.rows.back().time);
+  Script script("structures", "Straight onto structures: distance of the drill, and the push of the guard",
+                2 * MadeStructures::kCount, seconds, nullptr);
+  constexpr std::array<std::size_t, kProtections.size()> kNth{1, 3, 2};
+  for (const auto& structure : show.made.labels.structures()) {
+    const auto each = [&](const std::string& value) {
+      std::string curves;
+      for (std::size_t p = 0; p < kProtections.size(); ++p) {
+        const std::string name = name_of(kProtections[p]);
+        curves += (p > 0 ? "," : "") +
+                  curve("structures.csv",
+                        "(strcol(2) eq '" + structure.name + "' && strcol(3) eq '" + name + "' ? " + value + " : NaN)",
+                        name, kNth[p]);
+      }
+      return curves;
+    };
+    script.panel(structure.name + ": distance [mm]", "[*:*]",
+                 "0 with lines linecolor '#39424e' notitle," + each("1e3*$4"));
+    script.panel("guard pushes [N]", "[0:*]", each("$6"));
+  }
   return script.run(folder);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "structure_show.hpp"
 #include "surgeon.hpp"
 
 #include <string>
@@ -19,5 +20,7 @@ std::string plot_line_verification(const std::string& folder, const Surgeon& sur
 /// `slices`: those that ever collide, counted from the tip.
 std::string plot_surface_verification(const std::string& folder, const Surgeon& surgeon,
                                       const std::vector<int>& slices);
+/// Distance and guard's push on the way to each structure, of `structures.csv`.
+std::string plot_structures(const std::string& folder, const StructureShow& show);
 
 }  // namespace drill

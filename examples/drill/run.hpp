@@ -84,10 +84,11 @@ void add_details(const Renderer& renderer, const trephine::Posed& X_WG, RunLog& 
   return options;
 }
 
-/// Lets the surgeon drill with the scene. `pictured` [s]: the moment whose contact points are kept.
-template <class Scene>
-[[nodiscard]] RunLog perform(const std::string& algorithm, Scene& scene, const Surgeon& surgeon, double pictured,
-                             bool real_time, const std::string& label) {
+/// Lets a hand, the surgeon's for one, drill with the scene. `pictured` [s]: the moment whose contact points are kept.
+/// `watch` sees each row after its tick, on the haptic thread.
+template <class Scene, class Hand, class Watch>
+[[nodiscard]] RunLog perform(const std::string& algorithm, Scene& scene, const Hand& surgeon, double pictured,
+                             bool real_time, const std::string& label, const Watch& watch) {
   RunLog log;
   log.algorithm = algorithm;
   log.real_time = real_time;
@@ -123,6 +124,7 @@ template <class Scene>
                         .removed_mm3 = removed,
                         .status = tick.result.status});
     add_details(scene.renderer(), scene.bone().X_WG(), log);
+    watch(log.rows.back());
     progress.publish(tick.time, tick.result.wrench.force.norm(), removed);
   };
 
@@ -139,6 +141,11 @@ template <class Scene>
   }
   log.touching.resize(touching);
   return log;
+}
+template <class Scene>
+[[nodiscard]] RunLog perform(const std::string& algorithm, Scene& scene, const Surgeon& surgeon, double pictured,
+                             bool real_time, const std::string& label) {
+  return perform(algorithm, scene, surgeon, pictured, real_time, label, [](const LogRow&) noexcept {});
 }
 
 }  // namespace drill

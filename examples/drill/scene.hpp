@@ -17,18 +17,24 @@ namespace drill {
 /// no part: Line's tip is a point, feels nothing in a pit, and would leave the pit's walls uncut.
 [[nodiscard]] inline trephine::AdvancingCut bite(const Bone& bone) { return {.speed = bone.burr.tip_radius / 0.2}; }
 
-/// The scene. `bone` may be a copy of `about`'s grid; `limits` are the device's.
-template <class Renderer>
-[[nodiscard]] auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer,
-                            const trephine::DeviceLimits& limits) {
+/// The scene, with a cut and more stages after it. `bone` may be a copy of `about`'s grid; `limits` are the device's.
+template <class Renderer, class Cut, class... More>
+[[nodiscard]] auto scene_with(Grid& bone, const Bone& about, const Renderer& renderer,
+                              const trephine::DeviceLimits& limits, const Cut& cut, const More&... more) {
   using namespace trephine;
   return HapticScene{bone,
                      about.isovalue,
                      renderer,
-                     Milling{bite(about)},
+                     Milling{cut},
+                     more...,
                      MillingVibration{{.frequency = 180, .per_force = 0.08}},
                      Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}},
                      limits};
+}
+template <class Renderer>
+[[nodiscard]] auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer,
+                            const trephine::DeviceLimits& limits) {
+  return scene_with(bone, about, renderer, limits, bite(about));
 }
 
 }  // namespace drill

@@ -124,6 +124,8 @@ Vec3f Shading::bone_colour(const Vec3f& p, int seed) const {
     const float missing = picture_.uncut->above(p + 0.5F * bone.voxel() * n) / bone.most_above();
     albedo = mix(albedo, kCutColour(), 0.8F * smooth(0.0F, 0.12F, missing));
   }
+  if (picture_.structures != nullptr)
+    if (const auto s = picture_.structures->at(p)) albedo = picture_.structures->colour_of(*s);
   return lit(albedo, n, light_at(p, n, seed), 0.07F);
 }
 
@@ -140,6 +142,14 @@ Vec3f Shading::section_colour(const Vec3f& p) const {
   const float edge = bone.above(p) / std::max(1e-3F, std::hypot(gx, gy));
   c *= 0.35F + 0.65F * smooth(0.0F, 0.006F * camera_.height, edge);
   return 0.85F * c;
+}
+
+Vec3f Shading::structure_colour(const DrawnStructures::Hit& hit, const Vec3f& p, bool cut_face, int seed) const {
+  const Vec3f c = picture_.structures->colour_of(hit.structure);
+  if (!cut_face) return lit(c, hit.at.normal, light_at(p, hit.at.normal, seed), 0.15F);
+  // Where the section cuts it: flat, with a dark line along its edge.
+  const float inside = -picture_.structures->distance(p);
+  return c * (0.35F + 0.65F * smooth(0.0F, 0.006F * camera_.height, inside));
 }
 
 Vec3f Shading::surroundings(const Vec3f& d) const {
@@ -198,9 +208,14 @@ Vec3f Shading::seen(const Vec2f& at, int seed) const {
   const float step = spread_ > 0 ? 0.5F : 0.12F;  // from near, the thin lips that a burr leaves show
   const auto bone = picture_.bone->hit(ray, from, 2 * far_, step);
   const auto tool = tool_ ? tool_->hit(ray) : std::nullopt;
+  const auto structure = picture_.structures != nullptr ? picture_.structures->hit(ray, from, 2 * far_) : std::nullopt;
   Vec3f c;
   float nearest = 2 * far_;
-  if (tool && (!bone || tool->t < *bone)) {
+  if (structure && (!bone || structure->at.t <= *bone) && (!tool || structure->at.t <= tool->t)) {
+    nearest = structure->at.t;
+    const bool cut_face = picture_.section && nearest <= far_ + 1e-6F;
+    c = structure_colour(*structure, ray.origin + nearest * ray.direction, cut_face, seed);
+  } else if (tool && (!bone || tool->t < *bone)) {
     nearest = tool->t;
     c = steel_colour(ray.origin + nearest * ray.direction, tool->normal);
   } else if (bone) {

@@ -32,6 +32,7 @@ class Shading {
   [[nodiscard]] Vec3f lit(const Vec3f& albedo, const Vec3f& n, const Lit& light, float gloss) const;
   [[nodiscard]] Vec3f bone_colour(const Vec3f& p, int seed) const;
   [[nodiscard]] Vec3f section_colour(const Vec3f& p) const;
+  [[nodiscard]] Vec3f structure_colour(const DrawnStructures::Hit& hit, const Vec3f& p, bool cut_face, int seed) const;
   [[nodiscard]] Vec3f steel_colour(const Vec3f& p, Vec3f n) const;
   [[nodiscard]] Vec3f surroundings(const Vec3f& direction) const;
   [[nodiscard]] Vec3f with_ghosts(Vec3f colour, const Ray& ray, float nearest,
