@@ -218,4 +218,10 @@ TEST_CASE("what a veto cannot use is refused") {
   scaled.linear() *= 2;
   CHECK_THROWS_AS((void)make_cut_floor(*field, scaled, bone, kIso, vetoes), std::invalid_argument);
   CHECK(make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes) != nullptr);
+  // The reach that is asked for is enough, and little less is not.
+  vetoes[1].margin = 0.9_mm;
+  const double reach = required_veto_reach(bone, 0.9_mm);
+  CHECK(make_cut_floor(*truth.field(1.001 * reach), Posed::Identity(), bone, kIso, vetoes) != nullptr);
+  CHECK_THROWS_AS((void)make_cut_floor(*truth.field(0.999 * reach), Posed::Identity(), bone, kIso, vetoes),
+                  std::invalid_argument);
 }

@@ -29,6 +29,12 @@ struct StructureVeto {
   }
 };
 
+/// Returns the reach that a field's bands need for the floors of a bone [m].
+template <VoxelDensity Density>
+[[nodiscard]] double required_veto_reach(const VoxelGrid<Density>& bone, double widest_margin) {
+  return widest_margin + CutFloor<Density>::reach_of(bone.spacing());
+}
+
 /// Makes the floors of a bone for structures: the cut policy `ProtectedCut` then spares them, whatever cuts.
 /// \code
 /// auto floor = make_cut_floor(*field, X_GS, bone, 300, vetoes);
@@ -39,7 +45,7 @@ struct StructureVeto {
 /// the structures' frame in the bone's. Distances are taken at the bone's voxels: the wall is off by the field's error.
 ///
 /// Throws std::invalid_argument for another number of entries, a margin out of range, a pose that is not rigid, or a
-/// field whose bands do not reach `margin + required_reach`. Not for the haptic thread: it allocates, and takes about
+/// field whose bands do not reach `required_veto_reach`. Not for the haptic thread: it allocates, and takes about
 /// a tenth of a second for a million voxels near structures.
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<CutFloor<Density>> make_cut_floor(const StructureField& field, const Posed& X_GS,

@@ -40,7 +40,7 @@ class CutFloor {
         bricks_(grid.bricks()),
         isovalue_(isovalue),
         per_metre_(auto_slope(grid, isovalue) / grid.spacing().maxCoeff()),
-        reach_(grid.spacing().norm() + grid.spacing().maxCoeff() / 4),
+        reach_(reach_of(grid.spacing())),
         voxel_mm3_(grid.spacing().prod() * 1e9),
         block_of_(grid.brick_count(), kNone) {
     if (!std::isfinite(isovalue)) refuse("CutFloor", "isovalue must be finite", isovalue);
@@ -50,7 +50,10 @@ class CutFloor {
       threshold_ = static_cast<Wide>(std::clamp(std::ceil(isovalue), double{kLowest}, double{kMost}));
   }
 
-  /// Distance from a body within which its voxels need floors [m].
+  /// Distance from a body within which its voxels need floors [m]: the diagonal of a cell, and what rounding adds.
+  [[nodiscard]] static double reach_of(const Vec3d& spacing) noexcept {
+    return spacing.norm() + spacing.maxCoeff() / 4;
+  }
   [[nodiscard]] double reach() const noexcept { return reach_; }
 
   /// Protects a body: `distance(i, j, k)` is a voxel's signed distance from it [m]. `box` must hold every voxel nearer
