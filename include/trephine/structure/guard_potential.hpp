@@ -2,13 +2,13 @@
 #pragma once
 
 #include <trephine/render/stiffness_budget.hpp>
+#include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -115,11 +115,11 @@ class GuardPotential {
              "the field's bands must reach margin + tool's radius + 2.6 smoothing = " + std::to_string(1e3 * reach) +
                  " mm",
              1e3 * field_->reach());
-    knots_.reserve(structures_.size());
+    smooth_.reserve(structures_.size());
     for (int s = 0; s < field_->structures(); ++s) {
       const GuardedStructure& g = structures_[static_cast<std::size_t>(s)];
       const double zone = g.margin + largest_radius();
-      knots_.emplace_back(*field_, s, H_, g.mode == GuardMode::kPush ? zone : -1);
+      smooth_.emplace_back(*field_, s, H_, g.mode == GuardMode::kPush ? zone : -1);
     }
     find_stiffness();
     if (options.budget) keep_to(*options.budget);
@@ -145,7 +145,7 @@ class GuardPotential {
   [[nodiscard]] double stiffness() const noexcept { return stiffness_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
     std::size_t bytes = 0;
-    for (const Knots& k : knots_) bytes += k.blocks.size() * sizeof(Block) + k.block_of.size() * sizeof(std::int32_t);
+    for (const SmoothDistance& d : smooth_) bytes += d.bytes();
     return bytes;
   }
   /// Returns the most pushes that `find` can give.
@@ -198,114 +198,10 @@ class GuardPotential {
 
   /// Returns the smooth distance of a structure that pushes [m] at p_S, with its gradient; nothing beyond its margin.
   [[nodiscard]] std::optional<double> smooth_distance(int structure, const Vec3d& p_S, Vec3d& gradient) const noexcept {
-    return knots_[static_cast<std::size_t>(structure)].at(p_S, gradient);
+    return smooth_[static_cast<std::size_t>(structure)].at(p_S, gradient);
   }
 
  private:
-  static constexpr int kBlock = 8, kSide = kBlock + 2;
-  /// Distances [m] at 8³ knots and one around them.
-  struct Block {
-    std::array<float, static_cast<std::size_t>(kSide) * kSide * kSide> d;
-  };
-
-  /// The smooth distance of one structure: a quadratic B-spline whose coefficients are distances at knots.
-  struct Knots {
-    double H;
-    std::array<int, 3> first{0, 0, 0}, blocks_along{0, 0, 0};  // first: knot index of block 0
-    std::vector<std::int32_t> block_of;
-    std::vector<Block> blocks;
-    std::vector<Vec3d> places;  // knots in the zone, until stiffness is found
-
-    /// `zone`: distance below which the spline is needed; negative for none.
-    Knots(const StructureField& field, int structure, double spacing, double zone) : H(spacing) {
-      if (zone < 0 || field.brick_count(structure) == 0) return;
-      Eigen::AlignedBox3d box;
-      for (std::size_t b = 0; b < field.brick_count(structure); ++b) {
-        const StructureBrick brick = field.brick(structure, b);
-        const Vec3d lo(brick.first[0], brick.first[1], brick.first[2]);
-        box.extend(Vec3d(lo.cwiseProduct(field.spacing())));
-        box.extend(Vec3d((lo + Vec3d::Constant(8)).cwiseProduct(field.spacing())));
-      }
-      for (int a = 0; a < 3; ++a) {
-        const auto axis = static_cast<std::size_t>(a);
-        first[axis] = static_cast<int>(std::floor(box.min()[a] / H)) - 2;
-        const int last = static_cast<int>(std::ceil(box.max()[a] / H)) + 2;
-        blocks_along[axis] = (last - first[axis]) / kBlock + 1;
-      }
-      block_of.assign(
-          static_cast<std::size_t>(blocks_along[0]) * static_cast<std::size_t>(blocks_along[1] * blocks_along[2]), -1);
-      for (int z = 0; z < blocks_along[2]; ++z)
-        for (int y = 0; y < blocks_along[1]; ++y)
-          for (int x = 0; x < blocks_along[0]; ++x) add_block(field, structure, {x, y, z}, zone);
-    }
-
-    void add_block(const StructureField& field, int structure, const std::array<int, 3>& at, double zone) {
-      const Vec3d lo = H * Vec3d(first[0] + kBlock * at[0], first[1] + kBlock * at[1], first[2] + kBlock * at[2]);
-      // A point in the block is at most half its diagonal from its middle.
-      const Vec3d middle = lo + Vec3d::Constant(H * (kBlock - 1) / 2);
-      const double half = H * (kBlock + 2) / 2 * std::sqrt(3.0);
-      if (std::min(field.distance(structure, middle), field.reach()) > zone + half && zone + half < field.reach())
-        return;
-      Block block;
-      bool near = false;
-      std::size_t n = 0;
-      for (int k = -1; k <= kBlock; ++k)
-        for (int j = -1; j <= kBlock; ++j)
-          for (int i = -1; i <= kBlock; ++i, ++n) {
-            const double d = field.distance(structure, lo + H * Vec3d(i, j, k));
-            block.d[n] = static_cast<float>(d);
-            near = near || d < zone + H;
-          }
-      if (!near) return;
-      block_of[table_index(at)] = static_cast<std::int32_t>(blocks.size());
-      blocks.push_back(block);
-      note_places(block, lo, zone);
-    }
-
-    [[nodiscard]] std::size_t table_index(const std::array<int, 3>& at) const noexcept {
-      return static_cast<std::size_t>((at[2] * blocks_along[1] + at[1]) * blocks_along[0] + at[0]);
-    }
-
-    void note_places(const Block& block, const Vec3d& lo, double zone) {
-      for (int k = 0; k < kBlock; ++k)
-        for (int j = 0; j < kBlock; ++j)
-          for (int i = 0; i < kBlock; ++i)
-            if (static_cast<double>(block.d[static_cast<std::size_t>(((k + 1) * kSide + j + 1) * kSide + i + 1)]) <
-                zone + H)
-              places.push_back(lo + H * Vec3d(i, j, k));
-    }
-
-    [[nodiscard]] std::optional<double> at(const Vec3d& p, Vec3d& gradient) const noexcept {
-      std::array<std::array<double, 3>, 3> w, dw;  // by axis
-      std::array<int, 3> block{}, in{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        const double x = p[static_cast<Eigen::Index>(a)] / H - first[a];
-        if (!(x >= 0) || !(x < kBlock * blocks_along[a] - 1)) return std::nullopt;
-        const int nearest = static_cast<int>(x + 0.5);
-        const double t = x - nearest, below = 0.5 - t, above = 0.5 + t;
-        block[a] = nearest / kBlock;
-        in[a] = nearest % kBlock;
-        w[a] = {below * below / 2, 0.75 - t * t, above * above / 2};
-        dw[a] = {-below, -2 * t, above};
-      }
-      const std::int32_t found = block_of[table_index(block)];
-      if (found < 0) return std::nullopt;
-      const float* d = blocks[static_cast<std::size_t>(found)].d.data() + (in[2] * kSide + in[1]) * kSide + in[0];
-      double value = 0;
-      Vec3d g = Vec3d::Zero();
-      for (std::size_t k = 0; k < 3; ++k, d += kSide * (kSide - 3))
-        for (std::size_t j = 0; j < 3; ++j, d += kSide) {
-          const double d0 = static_cast<double>(d[0]), d1 = static_cast<double>(d[1]), d2 = static_cast<double>(d[2]);
-          const double row = w[0][0] * d0 + w[0][1] * d1 + w[0][2] * d2;
-          const double slope = dw[0][0] * d0 + dw[0][1] * d1 + dw[0][2] * d2;
-          value += w[2][k] * w[1][j] * row;
-          g += Vec3d(w[2][k] * w[1][j] * slope, w[2][k] * dw[1][j] * row, dw[2][k] * w[1][j] * row);
-        }
-      gradient = g / H;
-      return value;
-    }
-  };
-
   struct Sample {
     double z, radius, weight;
   };
@@ -320,10 +216,10 @@ class GuardPotential {
   }
 
   void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
-    for (std::size_t i = 0; i < knots_.size(); ++i) {
-      if (knots_[i].blocks.empty()) continue;
+    for (std::size_t i = 0; i < smooth_.size(); ++i) {
+      if (smooth_[i].empty()) continue;
       Push push{static_cast<int>(i), s.z, 0, s.weight, Vec3d::Zero()};
-      const std::optional<double> d = knots_[i].at(p_S, push.gradient);
+      const std::optional<double> d = smooth_[i].at(p_S, push.gradient);
       if (!d) continue;
       push.depth = structures_[i].margin + s.radius - *d;
       if (push.depth > 0 && count < out.size()) out[count++] = push;
@@ -353,19 +249,19 @@ class GuardPotential {
   /// Σ k g gᵀ − F ∇²d. The second term is a tool's that lies between two parts, where the push turns over.
   [[nodiscard]] Mat3d stiffness_at(const Vec3d& p_S, double radius) const noexcept {
     Mat3d K = Mat3d::Zero();
-    for (std::size_t i = 0; i < knots_.size(); ++i) {
-      if (knots_[i].blocks.empty()) continue;
+    for (std::size_t i = 0; i < smooth_.size(); ++i) {
+      if (smooth_[i].empty()) continue;
       const GuardedStructure& s = structures_[i];
       Vec3d g;
-      const std::optional<double> d = knots_[i].at(p_S, g);
+      const std::optional<double> d = smooth_[i].at(p_S, g);
       if (!d) continue;
       const double u = s.margin + radius - *d;
       if (!(u > 0)) continue;
       Mat3d second;
       for (int a = 0; a < 3; ++a) {
         Vec3d more = g, less = g;
-        (void)knots_[i].at(p_S + 0.25 * H_ * Vec3d::Unit(a), more);
-        (void)knots_[i].at(p_S - 0.25 * H_ * Vec3d::Unit(a), less);
+        (void)smooth_[i].at(p_S + 0.25 * H_ * Vec3d::Unit(a), more);
+        (void)smooth_[i].at(p_S - 0.25 * H_ * Vec3d::Unit(a), less);
         second.col(a) = (more - less) / (0.5 * H_);
       }
       const double force = std::min(s.stiffness * u, s.greatest_force);
@@ -379,8 +275,8 @@ class GuardPotential {
   void find_stiffness() {
     stiffness_ = 0;
     const double tip = burr_.tip_radius, shaft = burr_.has_shaft() ? burr_.shaft_radius : tip;
-    for (Knots& knots : knots_) {
-      for (const Vec3d& knot : knots.places)
+    for (SmoothDistance& smooth : smooth_) {
+      for (const Vec3d& knot : smooth.knots())
         for (const double shift : {0.0, 0.5 * H_})
           for (const double radius : {tip, shaft}) {
             const Mat3d K = stiffness_at(knot + Vec3d::Constant(shift), radius);
@@ -388,7 +284,7 @@ class GuardPotential {
             const Eigen::SelfAdjointEigenSolver<Mat3d> solver(K, Eigen::EigenvaluesOnly);
             stiffness_ = std::max(stiffness_, solver.eigenvalues().maxCoeff());
           }
-      knots.places = {};
+      smooth.release_knots();
     }
     if (!burr_.has_shaft()) return;
     for (const GuardedStructure& s : structures_)
@@ -413,7 +309,7 @@ class GuardPotential {
   Burr burr_;
   double H_;
   std::vector<GuardedStructure> structures_;
-  std::vector<Knots> knots_;
+  std::vector<SmoothDistance> smooth_;  // of each structure
   std::vector<Sample> samples_;
   double sample_step_ = 1;
   double widest_margin_ = 0;

@@ -60,7 +60,7 @@ template <VoxelDensity Density>
   auto floor = std::make_shared<CutFloor<Density>>(bone, isovalue);
   const Posed X_SG = X_GS.inverse();
   const Vec3d& h = bone.spacing();
-  // Blocks of voxels whose middle tells that no voxel of theirs is near are left out.
+  // Blocks of voxels whose middle is farther than half their diagonal from what is near are left out.
   constexpr int kBlock = 4;
   const double half = 0.5 * (kBlock - 1) * h.norm();
   for (int s = 0; s < field.structures(); ++s) {
