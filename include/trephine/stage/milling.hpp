@@ -45,7 +45,7 @@ struct TipCuts {
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
  public:
-  using Options = Policy;  ///< what a `Remote<Milling>` receives
+  using Options = CutOptionsOf<Policy>;  ///< what a `Remote<Milling>` receives
   static constexpr bool kCutsAtOnce =
       LimitAtOnce<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>;
 
@@ -71,8 +71,8 @@ class Milling {
   { policy_.validate_for(bone, isovalue); }
 
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
-  /// Replaces the policy between ticks (haptic thread) by one that `validate` accepts.
-  void adopt(const Policy& policy) noexcept { policy_ = policy; }
+  /// Replaces the policy's options between ticks (haptic thread) by valid ones.
+  void adopt(const Options& options) noexcept { adopt_cut_options(policy_, options); }
   [[nodiscard]] bool follow_probe() const noexcept { return options_.follow_probe; }
 
   /// Restarts the dithering.

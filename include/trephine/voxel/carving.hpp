@@ -266,6 +266,7 @@ class Cut {
             if (!any_lane<Wide, kLanes>([&](std::size_t l) { return target[l] < from[l]; })) return;
             std::array<float, kLanes> share;
             cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+            if constexpr (LimitWithTissues<Limit>) limit_.tissues().scale(i, j, k, count, share);
             lower_in_time(grid_.index(i, j, k), share, target, from, value);
           }
           if constexpr (LimitWithFloor<Limit>) limit_.floor().count_taken(i, j, k, count, old, value);
@@ -369,6 +370,8 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
   const auto limit = policy.template limit<Density>(allowance);
   if constexpr (LimitWithFloor<decltype(limit)>)
     if (!limit.floor().fits(grid, isovalue)) return 0;  // rather no cut than one without its floors
+  if constexpr (LimitWithTissues<decltype(limit)>)
+    if (!limit.tissues().fits(grid)) return 0;
   const double s = slope_or_auto(slope, grid, isovalue);
   return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
 }

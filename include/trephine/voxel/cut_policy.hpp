@@ -152,6 +152,12 @@ concept LimitWithFloor = requires(const Limit& limit) {
   limit.floor();
 };
 
+/// A limit with factors on the rate at each voxel (TissueMap).
+template <class Limit>
+concept LimitWithTissues = requires(const Limit& limit) {
+  limit.tissues();
+};
+
 /// A limit that needs the steepness of the densities, as AdvancingCut's does.
 template <class Limit, class Wide>
 concept LimitBySteepness = requires(const Limit& limit, Wide density) {
@@ -206,5 +212,28 @@ concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
   { policy.template limit<std::uint8_t>(allowance) }
   noexcept;
 };
+
+/// Options that may change between ticks: the policy itself, or for a policy that holds another and memory beside it
+/// (`ProtectedCut`, `TissueCut`) the inner policy's.
+template <class Policy>
+struct CutOptions {
+  using type = Policy;
+};
+template <class Policy>
+requires requires { typename Policy::Options; }
+struct CutOptions<Policy> {
+  using type = typename Policy::Options;
+};
+template <class Policy>
+using CutOptionsOf = typename CutOptions<Policy>::type;
+
+/// Replaces a policy's options by valid ones.
+template <class Policy>
+void adopt_cut_options(Policy& policy, const CutOptionsOf<Policy>& options) noexcept {
+  if constexpr (requires { policy.adopt(options); })
+    policy.adopt(options);
+  else
+    policy = options;
+}
 
 }  // namespace trephine

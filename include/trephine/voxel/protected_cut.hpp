@@ -18,6 +18,8 @@ namespace trephine {
 /// Copies share the floor. Haptic thread; no allocation.
 template <VoxelDensity Density, CutPolicy Policy>
 struct ProtectedCut {
+  using Options = CutOptionsOf<Policy>;
+
   ProtectedCut(const Policy& cut, std::shared_ptr<CutFloor<Density>> below) : policy(cut), floor(std::move(below)) {
     validate();
   }
@@ -36,7 +38,10 @@ struct ProtectedCut {
     static_assert(std::same_as<Bone, Density>, "trephine::ProtectedCut: the floor is for bone of another density type");
     if (!floor->fits(bone, isovalue))
       refuse("ProtectedCut", "the floor must be made for the scene's bone and isovalue", isovalue);
+    if constexpr (requires { policy.validate_for(bone, isovalue); }) policy.validate_for(bone, isovalue);
   }
+  /// Replaces the inner policy's options, which must be valid. The floor stays.
+  void adopt(const Options& options) noexcept { adopt_cut_options(policy, options); }
 
   template <VoxelDensity Bone>
   struct Limit : Policy::template Limit<Bone> {
