@@ -32,6 +32,6 @@
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/protected_cut.hpp>
-#include <trephine/voxel/tissue_cut.hpp>
 #include <trephine/voxel/resample.hpp>
+#include <trephine/voxel/tissue_cut.hpp>
 #include <trephine/voxel/voxel_grid.hpp>

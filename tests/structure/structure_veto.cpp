@@ -202,6 +202,87 @@ TEST_CASE("a structure that may break is counted, and a free one is not") {
   CHECK(floor->refused_mm3(1) == 0);
 }
 
+TEST_CASE("hostile ticks take nothing outside of planned cavities") {
+  // A nerve crosses a wide tube that a ball touches; both are to be drilled out, but for the nerve.
+  const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
+  const LabelledTubes truth{.tubes = {{mm(8, 2, 9), mm(8, 15, 8), 0.7_mm},
+                                      {mm(4, 7, 8), mm(10, 8, 9), 2.6_mm},
+                                      {mm(12, 11, 9), mm(12, 11, 9), 2.5_mm}},
+                            .structure = {1, 0, 2},
+                            .size = {58, 58, 58}};
+  const auto field = truth.field(5_mm);
+  const Posed X_GS = askew(), X_SG = X_GS.inverse();
+  using Mode = StructureVeto::Mode;
+  const std::array<StructureVeto, 3> vetoes{StructureVeto{.mode = Mode::kKeepIn, .margin = 0.1_mm},
+                                            StructureVeto{.mode = Mode::kProtect, .margin = 0.2_mm},
+                                            StructureVeto{.mode = Mode::kKeepIn}};
+  Random random(23);
+  const auto judge = [&](auto policy, auto shape, unsigned seed) {
+    CAPTURE(seed);
+    Bone bone = cavernous(seed);
+    const std::vector<std::int16_t> before = densities(bone);
+    const auto floor = make_cut_floor(*field, X_GS, bone, kIso, vetoes);
+    double removed = 0;
+    HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}},
+                      Milling{ProtectedCut{policy, floor}, {.follow_probe = true}, shape}};
+    rage(scene, bone, random, kSanitized ? 2000 : 40000, removed);
+    const std::vector<std::int16_t> after = densities(bone);
+    int outside = 0, taken = 0, inside = 0, left = 0;
+    for (int n = 0; n < 300000; ++n) {
+      const Vec3d u = (kSize - 1.001) * Vec3d{random.uniform(), random.uniform(), random.uniform()};
+      if (interpolated(before, u) < kIso) continue;
+      const bool bone_now = interpolated(after, u) >= kIso;
+      const Vec3d p_S = X_SG * Vec3d(kVoxel * u);
+      const double c = std::min(truth.distance(0, p_S) + 0.1_mm, truth.distance(2, p_S));
+      const double d = truth.distance(1, p_S) - 0.2_mm;
+      // Labels place a surface within half a voxel.
+      if (c > truth.voxel / 2 || d < -truth.voxel / 2) {
+        ++outside;
+        taken += bone_now ? 0 : 1;
+      } else if (c < -2 * kVoxel && d > 2 * kVoxel) {
+        ++inside;
+        left += bone_now ? 1 : 0;
+      }
+    }
+    CHECK(outside > 1000);
+    CHECK(taken == 0);
+    CHECK(removed > 0);
+    CHECK(floor->refused_mm3(0) > 0);
+    CHECK(floor->refused_mm3(1) > 0);
+    CHECK(floor->refused_mm3(2) > 0);
+    if (!kSanitized) CHECK(left < 0.8 * inside);  // the drill reaches what it may take
+  };
+  judge(GeometricCut{}, TipCuts{}, 41);
+  judge(AdvancingCut{.speed = 0.2}, TipCuts{}, 43);
+  judge(GeometricCut{}, DrillBit{.radius = 1_mm, .length = 6_mm}, 44);
+}
+
+TEST_CASE("a huge burr drills a planned cavity and no more, and what lies far outside takes little memory") {
+  const LabelledTubes truth{
+      .tubes = {{Vec3d::Constant(8.4_mm), Vec3d::Constant(8.4_mm), 3_mm}}, .structure = {0}, .size = {58, 58, 58}};
+  const auto field = truth.field(5_mm);
+  const std::vector<std::int16_t> voxels(static_cast<std::size_t>(kSize) * kSize * kSize, 1200);
+  Bone bone({.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(kVoxel), .outside = -1000}, voxels);
+  const std::array vetoes{StructureVeto{.mode = StructureVeto::Mode::kKeepIn, .margin = 0.4_mm}};
+  const auto floor = make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes);
+  const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d::Constant(0.5 * kSize * kVoxel));
+  const Burr huge{.tip_radius = 20_mm};
+  const Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  const double removed = Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  const double cavity = 4.0 / 3 * 3.14159265 * std::pow(2.6, 3), all = std::pow(kSize * kVoxel * 1e3, 3);
+  CHECK(removed == doctest::Approx(cavity).epsilon(0.03));
+  CHECK(floor->refused_mm3(0) == doctest::Approx(all - cavity).epsilon(0.01));
+  // A second carving takes nothing and counts nothing anew; reset counts anew.
+  const double refused = floor->refused_mm3();
+  CHECK(Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3}) == 0);
+  CHECK(floor->refused_mm3() == refused);
+  floor->reset_counts();
+  CHECK(floor->refused_mm3() == 0);
+  (void)Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  CHECK(floor->refused_mm3() == refused);
+  CHECK(static_cast<double>(floor->bytes()) < 8.0 * kSize * kSize * kSize);
+}
+
 TEST_CASE("what a veto cannot use is refused") {
   const LabelledTubes truth = canals();
   const auto field = truth.field(1_mm);

@@ -25,7 +25,7 @@ namespace trephine {
 /// Each voxel near a body has an owner, a number from 0 to 254. The floor counts what it refused, and what cuts took of
 /// bodies that are only watched, as whole voxels, each once.
 ///
-/// Memory: 11 to 21 bytes a voxel in bricks of 8³ near a body, 4 bytes a brick elsewhere.
+/// Memory: 11 to 21 bytes a voxel in bricks of 8³ near a body, 80 bytes a frozen brick, 4 bytes a brick elsewhere.
 /// Threads: build on any thread before the scene ticks; then the haptic thread alone. Cuts allocate nothing.
 template <VoxelDensity Density>
 class CutFloor {
@@ -63,6 +63,7 @@ class CutFloor {
     for_each_voxel(box, [&](int i, int j, int k) {
       const double c = distance(i, j, k);
       if (!(c < reach_)) return;
+      if (is_frozen(brick_at(i, j, k))) return;
       const Density floor = rounded_up(isovalue_ - per_metre_ * c);
       Block& block = block_at(i, j, k);
       const std::size_t v = voxel_in_brick(i, j, k);
@@ -77,7 +78,7 @@ class CutFloor {
   template <class Inside>
   void watch(int owner, const VoxelBox& box, Inside&& inside) {
     for_each_voxel(box, [&](int i, int j, int k) {
-      if (!inside(i, j, k)) return;
+      if (!inside(i, j, k) || is_frozen(brick_at(i, j, k))) return;
       Block& block = block_at(i, j, k);
       const std::size_t v = voxel_in_brick(i, j, k);
       if (block.owner[v] != 0) return;
@@ -86,11 +87,26 @@ class CutFloor {
     });
   }
 
+  /// Protects all voxels of a brick of the grid, which must lie deeper than `reach()` in the owner's body.
+  void freeze_brick(int owner, std::size_t brick) {
+    const auto owned_by = static_cast<std::uint8_t>(owner + 1);
+    std::int32_t& b = block_of_[brick];
+    if (b >= 0) {
+      Block& block = blocks_[static_cast<std::size_t>(b)];
+      block.floor.fill(kMost);
+      block.owner.fill(owned_by);
+      block.watched.fill(0);
+    } else if (b == kNone) {
+      b = kFirstFrozen - static_cast<std::int32_t>(frozen_.size());
+      frozen_.push_back({.owner = owned_by});
+    }
+  }
+
   /// Freezes cells whose bone does not reach its floors. Call it once after all bodies. Frozen voxels are never cut.
   void seal(const VoxelGrid<Density>& grid) {
     std::vector<std::array<int, 3>> frozen;
     for (std::size_t brick = 0; brick < block_of_.size(); ++brick) {
-      if (block_of_[brick] == kNone) continue;
+      if (block_of_[brick] < 0) continue;
       // Cells with a corner in the brick; its neighbours find some of them again.
       std::array<int, 3> lo = grid.brick_coordinates(brick);
       for (int& at : lo) at *= kBrick;
@@ -102,7 +118,7 @@ class CutFloor {
     for (const auto& cell : frozen)
       for (int c = 0; c < 8; ++c) {
         const int i = cell[0] + (c & 1), j = cell[1] + (c >> 1 & 1), k = cell[2] + (c >> 2);
-        if (!grid.contains(i, j, k)) continue;
+        if (!grid.contains(i, j, k) || is_frozen(brick_at(i, j, k))) continue;
         Block& block = block_at(i, j, k);
         block.floor[voxel_in_brick(i, j, k)] = kMost;
       }
@@ -111,7 +127,8 @@ class CutFloor {
   /// Returns the voxel's floor; the lowest density where there is none. The voxel must lie in the grid.
   [[nodiscard]] Density floor_at(int i, int j, int k) const noexcept {
     const std::int32_t b = block_of_[brick_at(i, j, k)];
-    return b == kNone ? kLowest : blocks_[static_cast<std::size_t>(b)].floor[voxel_in_brick(i, j, k)];
+    if (b < 0) return b == kNone ? kLowest : kMost;
+    return blocks_[static_cast<std::size_t>(b)].floor[voxel_in_brick(i, j, k)];
   }
   /// Returns true if the voxel is protected itself: its floor reaches the isovalue.
   [[nodiscard]] bool is_protected(int i, int j, int k) const noexcept { return !(floor_at(i, j, k) < threshold_); }
@@ -134,10 +151,11 @@ class CutFloor {
     taken_.fill(0);
     all_refused_ = all_taken_ = 0;
     for (Block& block : blocks_) block.counted.fill(0);
+    for (Frozen& brick : frozen_) brick.counted.fill(0);
   }
 
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return blocks_.size() * sizeof(Block) + block_of_.size() * sizeof(std::int32_t);
+    return blocks_.size() * sizeof(Block) + frozen_.size() * sizeof(Frozen) + block_of_.size() * sizeof(std::int32_t);
   }
 
   // --- For cuts, haptic thread ---------------------------------------------------------------------------------------
@@ -145,27 +163,33 @@ class CutFloor {
   template <std::size_t kLanes>
   void raise(int i, int j, int k, int count, const std::array<Density, kLanes>& old,
              std::array<Wide, kLanes>& target) noexcept {
-    for_each_part(i, j, k, count, [&](Block& block, std::size_t v, std::size_t l) {
+    const auto would_go = [&](std::size_t l) { return target[l] < threshold_ && !(old[l] < threshold_); };
+    const auto raise_to_floor = [&](Block& block, std::size_t v, std::size_t l) {
       const Wide floor = block.floor[v];
       if (!(target[l] < floor)) return;
-      const bool would_go = target[l] < threshold_ && !(old[l] < threshold_);
+      if (would_go(l) && !(floor < threshold_)) count_once(block.counted, block.owner[v], v, refused_, all_refused_);
       target[l] = floor;
-      if (would_go && !(floor < threshold_)) count_once(block, v, refused_, all_refused_);
-    });
+    };
+    const auto freeze = [&](Frozen& brick, std::size_t v, std::size_t l) {
+      if (would_go(l)) count_once(brick.counted, brick.owner, v, refused_, all_refused_);
+      target[l] = kMost;
+    };
+    for_each_part(i, j, k, count, raise_to_floor, freeze);
   }
 
   /// Counts the watched voxels that fall from `old` to `value` through the isovalue.
   template <std::size_t kLanes>
   void count_taken(int i, int j, int k, int count, const std::array<Density, kLanes>& old,
                    const std::array<Density, kLanes>& value) noexcept {
-    for_each_part(i, j, k, count, [&](Block& block, std::size_t v, std::size_t l) {
+    const auto count_watched = [&](Block& block, std::size_t v, std::size_t l) {
       if (!is_set(block.watched, v) || old[l] < threshold_ || !(value[l] < threshold_)) return;
-      count_once(block, v, taken_, all_taken_);
-    });
+      count_once(block.counted, block.owner[v], v, taken_, all_taken_);
+    };
+    for_each_part(i, j, k, count, count_watched, [](Frozen&, std::size_t, std::size_t) {});
   }
 
  private:
-  static constexpr std::int32_t kNone = -1;
+  static constexpr std::int32_t kNone = -1, kFirstFrozen = -2;  // in `block_of_`
   static constexpr std::size_t kVoxels = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
   static constexpr Density kLowest = std::numeric_limits<Density>::lowest();
   static constexpr Density kMost = std::numeric_limits<Density>::max();
@@ -178,6 +202,13 @@ class CutFloor {
     Block() noexcept { floor.fill(kLowest); }
   };
 
+  /// A brick of which nothing may be cut.
+  struct Frozen {
+    std::uint8_t owner = 0;  // as in a block
+    Bits counted{};
+  };
+  [[nodiscard]] bool is_frozen(std::size_t brick) const noexcept { return block_of_[brick] <= kFirstFrozen; }
+
   static void set(Bits& bits, std::size_t v, bool on) noexcept {
     const std::uint64_t bit = std::uint64_t{1} << (v % 64);
     bits[v / 64] = on ? bits[v / 64] | bit : bits[v / 64] & ~bit;
@@ -186,12 +217,12 @@ class CutFloor {
     return (bits[v / 64] >> (v % 64) & 1) != 0;
   }
 
-  void count_once(Block& block, std::size_t v, std::array<std::uint64_t, kOwners>& counts,
-                  std::uint64_t& all) noexcept {
-    if (is_set(block.counted, v)) return;
-    set(block.counted, v, true);
+  static void count_once(Bits& counted, std::uint8_t owner, std::size_t v, std::array<std::uint64_t, kOwners>& counts,
+                         std::uint64_t& all) noexcept {
+    if (is_set(counted, v)) return;
+    set(counted, v, true);
     ++all;
-    if (block.owner[v] > 0) ++counts[block.owner[v] - 1U];
+    if (owner > 0) ++counts[owner - 1U];
   }
   [[nodiscard]] static double counts(const std::array<std::uint64_t, kOwners>& counts, int owner) noexcept {
     return owner >= 0 && owner < kOwners ? static_cast<double>(counts[static_cast<std::size_t>(owner)]) : 0.0;
@@ -227,20 +258,23 @@ class CutFloor {
         for (int i = std::max(box.lo[0], 0); i <= std::min(box.hi[0], size_[0] - 1); ++i) visit(i, j, k);
   }
 
-  /// Visits the owned and frozen voxels of a part of a row, which spans up to three bricks.
-  template <class Visit>
-  void for_each_part(int i, int j, int k, int count, Visit&& visit) noexcept {
+  /// Visits the voxels of a part of a row, which spans up to three bricks, in bricks with a block and frozen ones.
+  template <class Visit, class VisitFrozen>
+  void for_each_part(int i, int j, int k, int count, const Visit& visit, const VisitFrozen& visit_frozen) noexcept {
     for (int l = 0; l < count;) {
       const int x = i + l;
       const int end = std::min(l + kBrick - x % kBrick, count);
       const std::int32_t b = block_of_[brick_at(x, j, k)];
+      std::size_t v = voxel_in_brick(x, j, k);
       if (b == kNone) {
         l = end;
-        continue;
+      } else if (b < 0) {
+        Frozen& brick = frozen_[static_cast<std::size_t>(kFirstFrozen - b)];
+        for (; l < end; ++l, ++v) visit_frozen(brick, v, static_cast<std::size_t>(l));
+      } else {
+        Block& block = blocks_[static_cast<std::size_t>(b)];
+        for (; l < end; ++l, ++v) visit(block, v, static_cast<std::size_t>(l));
       }
-      Block& block = blocks_[static_cast<std::size_t>(b)];
-      std::size_t v = voxel_in_brick(x, j, k);
-      for (; l < end; ++l, ++v) visit(block, v, static_cast<std::size_t>(l));
     }
   }
 
@@ -269,6 +303,7 @@ class CutFloor {
   Wide threshold_{};  // the lowest density that is bone
   std::vector<std::int32_t> block_of_;
   std::vector<Block> blocks_;
+  std::vector<Frozen> frozen_;
   std::array<std::uint64_t, kOwners> refused_{}, taken_{};
   std::uint64_t all_refused_ = 0, all_taken_ = 0;
 };
