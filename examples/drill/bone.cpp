@@ -5,6 +5,7 @@
 #include "pieces.hpp"
 #include "read_itk.hpp"
 #include "skull_file.hpp"
+#include "temporal_bone.hpp"
 
 #include <trephine/voxel/resample.hpp>
 
@@ -90,7 +91,10 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
 }
 
 Bone load_bone(const Options& options) {
-  Bone bone = !options.skull.empty() ? skull(options) : !options.ct.empty() ? ct(options) : tooth(options);
+  Bone bone = !options.skull.empty()                      ? skull(options)
+              : !options.ct.empty()                       ? ct(options)
+              : options.phantom == Phantom::kTemporalBone ? temporal_bone::bone(options)
+                                                          : tooth(options);
   const auto range = bone.grid.original_range();
   if (!(range.min < bone.isovalue && bone.isovalue <= range.max)) {
     std::array<char, 160> text{};

@@ -6,6 +6,7 @@
 #include "plots.hpp"
 #include "spot.hpp"
 #include "structure_show.hpp"
+#include "temporal_bone.hpp"
 #include "verification.hpp"
 
 #include <chrono>
@@ -106,7 +107,9 @@ struct Prepared {
 
 Prepared prepare(const Options& options) {
   Bone whole = load_bone(options);
-  Spot spot = options.at ? spot_near(whole, *options.at) : find_spot(whole);
+  std::optional<trephine::Vec3d> at = options.at;
+  if (!at && options.phantom == Phantom::kTemporalBone) at = temporal_bone::kSpot_W;
+  Spot spot = at ? spot_near(whole, *at) : find_spot(whole);
   std::optional<Bone> fine = resampled_around(whole, spot.p_W, options);
   if (fine) spot = spot_near(*fine, spot.p_W);
   if (fine) whole.burr = fine->burr;
@@ -135,7 +138,7 @@ void picture_structures(const Options& options, const Bone& bone, const Surgeon&
   const trephine::Posed X_SG = show.made.labels.X_WS().inverse() * bone.grid.X_WG();
   const auto drawn = [&](const PicturedBone& surface, const auto& left, const Show* each) {
     const DrawnStructures structures(show.field, left, show.made.labels.structures(), X_SG);
-    return draw(picture_of_structures(bone, before, surface, structures, surgeon, each), 720, 640);
+    return draw(picture_of_structures(bone, before, surface, structures, surgeon, show.made.shown, each), 720, 640);
   };
   std::vector<Canvas> parts{drawn(before, show.field, nullptr)};
   for (const Show& each : show.shows) parts.push_back(drawn(PicturedBone(each.bone, bone.isovalue), each.left, &each));
@@ -146,8 +149,11 @@ void picture_structures(const Options& options, const Bone& bone, const Surgeon&
 
 /// 0; or 1 where a structure was not taken without protection, or was with it.
 int perform_structures(const Options& options, const Bone& bone, const Surgeon& surgeon) {
-  std::printf("\nstraight onto three made structures: with nothing, with a guard, with a guard and a veto\n");
-  const StructureShow show = show_structures(bone, options, surgeon);
+  MadeStructures made =
+      options.phantom == Phantom::kTemporalBone ? temporal_bone::structures(bone.burr) : make_structures(bone, surgeon);
+  std::printf("\nstraight onto %d made structures: with nothing, with a guard, with a guard and a veto\n",
+              made.count());
+  const StructureShow show = show_structures(bone, options, std::move(made));
   write_csv(show, (fs::path(options.out) / "structures.csv").string());
   print_table(show);
   const int failed = check(show);

@@ -51,6 +51,12 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.ct = v[0]; }},
     Entry{"--series", 1, "N|UID", "which series of a DICOM folder that holds several",
           [](Options& o, Values v) { o.series = v[0]; }},
+    Entry{"--phantom", 1, "NAME",
+          "tooth, or temporal: a temporal bone with structures (tooth, without --skull and --ct)",
+          [](Options& o, Values v) {
+            if (v[0] != "tooth" && v[0] != "temporal") throw UsageError("'" + v[0] + "' is none of tooth, temporal");
+            o.phantom = v[0] == "tooth" ? Phantom::kTooth : Phantom::kTemporalBone;
+          }},
     Entry{"--isovalue", 1, "V", "bone is where the density is at least V (skull and CT: 300 HU)",
           [](Options& o, Values v) { o.isovalue = number(v[0], -1e9, 1e9, ""); }},
     Entry{"--algorithm", 1, "NAME", "line, surface, coupled or all (all)",
@@ -128,6 +134,8 @@ Options parse_options(int argc, const char* const* argv) {
     i += e.values;
   }
   if (!options.skull.empty() && !options.ct.empty()) throw UsageError("--skull and --ct: give one of them");
+  if (options.phantom && !(options.skull.empty() && options.ct.empty()))
+    throw UsageError("--phantom: give it, or --skull, or --ct");
   if (!options.series.empty() && options.ct.empty()) throw UsageError("--series needs --ct with a DICOM folder");
   if (options.out.empty()) throw UsageError("--out: the folder's name is empty");
   return options;

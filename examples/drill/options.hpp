@@ -16,12 +16,16 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Bone made of formulas.
+enum class Phantom { kTooth, kTemporalBone };
+
 /// The command line. Lengths in SI units; unset ones are chosen to fit the volume.
 struct Options {
   bool help = false;
   std::string skull;   ///< folder with matrix.dat and main.plist
   std::string ct;      ///< file or DICOM folder
   std::string series;  ///< of a DICOM folder: UID or number
+  std::optional<Phantom> phantom;
   std::optional<double> isovalue;
   bool line = true;
   bool surface = true;

@@ -175,7 +175,7 @@ std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, con
 }
 
 Picture picture_of_structures(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
-                              const DrawnStructures& structures, const Surgeon& surgeon, const Show* show) {
+                              const DrawnStructures& structures, const Surgeon& surgeon, int shown, const Show* show) {
   const Studio studio(bone, surgeon);
   Picture p = studio.picture(after);
   p.structures = &structures;
@@ -185,7 +185,7 @@ Picture picture_of_structures(const Bone& bone, const PicturedBone& before, cons
   if (show == nullptr) {
     p.tool = studio.in_G(surgeon(surgeon.ends(Surgeon::kApproach)).X_DH);
     p.title = "Before, cut open";
-    p.subtitle = "labels made by thresholds, not anatomy";
+    p.subtitle = "labels made by thresholds or formulas, not anatomy";
     return p;
   }
   double taken = 0, push = 0;
@@ -194,7 +194,7 @@ Picture picture_of_structures(const Bone& bone, const PicturedBone& before, cons
     push = std::max(push, run.greatest_guard());
   }
   p.uncut = &before;
-  p.tool = studio.in_G(show->runs[MadeStructures::kDura].deepest);
+  p.tool = studio.in_G(show->runs[static_cast<std::size_t>(shown)].deepest);
   p.title = capitalised(show->protection == Protection::kNothing ? "no protection" : name_of(show->protection));
   std::array<char, 160> figures{};
   const int length = std::snprintf(figures.data(), figures.size(), "%.2g mm^3 of structures taken", taken);

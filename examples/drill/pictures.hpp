@@ -29,9 +29,10 @@ struct Shot {
 [[nodiscard]] std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
                                              const Surgeon& surgeon, const RunLog& log);
 
-/// The bone cut open along the ways to the structures. `show`: what was drilled; null for the bone before.
+/// The bone cut open along the ways to the structures. `show`: what was drilled, with the drill on its way to the
+/// structure `shown`; null for the bone before.
 [[nodiscard]] Picture picture_of_structures(const Bone& bone, const PicturedBone& before, const PicturedBone& after,
-                                            const DrawnStructures& structures, const Surgeon& surgeon,
+                                            const DrawnStructures& structures, const Surgeon& surgeon, int shown,
                                             const Show* show);
 
 }  // namespace drill

@@ -201,7 +201,7 @@ std::string plot_structures(const std::string& folder, const StructureShow& show
   double seconds = 0;
   for (const ShowRun& run : show.shows.front().runs) seconds = std::max(seconds, run.rows.back().time);
   Script script("structures", "Straight onto structures: distance of the drill, and the push of the guard",
-                2 * MadeStructures::kCount, seconds, nullptr);
+                2 * show.made.count(), seconds, nullptr);
   constexpr std::array<std::size_t, kProtections.size()> kNth{1, 3, 2};
   for (const auto& structure : show.made.labels.structures()) {
     const auto each = [&](const std::string& value) {

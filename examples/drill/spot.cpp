@@ -69,10 +69,17 @@ class Finder {
     const double reach = 10 * R_;
     const double step = 0.7 * field_.voxel();
     std::vector<std::pair<double, Vec3d>> found;  // by distance
-    const int steps = static_cast<int>(std::ceil(reach / step));
-    for (int k = -steps; k <= steps; ++k)
-      for (int j = -steps; j <= steps; ++j)
-        for (int i = -steps; i <= steps; ++i) {
+    // Within the volume: around a wide burr's reach there is much air.
+    std::array<int, 3> lo{}, hi{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      const double end = field_.voxel() + bone_.grid.spacing()[axis] * bone_.grid.size()[a];
+      lo[a] = static_cast<int>(std::max(-reach, -field_.voxel() - p[axis]) / step);
+      hi[a] = static_cast<int>(std::min(reach, end - p[axis]) / step);
+    }
+    for (int k = lo[2]; k <= hi[2]; ++k)
+      for (int j = lo[1]; j <= hi[1]; ++j)
+        for (int i = lo[0]; i <= hi[0]; ++i) {
           const Vec3d q = p + step * Vec3d(i, j, k);
           const double d = (q - p).norm();
           if (d < reach && near_surface(q)) found.emplace_back(d, q);

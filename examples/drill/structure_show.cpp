@@ -59,14 +59,15 @@ class PushingHand {
   double seconds_;
 };
 
-/// Distance of ball and shaft from one structure, at most the field's reach less the radius.
-double tool_distance(const StructureField& field, int structure, const Burr& burr, const Posed& X_ST) noexcept {
+/// Distance of ball and shaft from one structure, whose signed distance is `distance(p)`, at places `step` apart.
+template <class Distance>
+double tool_distance(const Distance& distance, const Burr& burr, const Posed& X_ST, double step) {
   const Vec3d tip = X_ST.translation(), axis = X_ST.linear().col(2);
-  double least = field.distance(structure, tip) - burr.tip_radius;
+  double least = distance(tip) - burr.tip_radius;
   for (double z = 0; z < burr.shaft_length;) {
-    const double d = field.distance(structure, tip + z * axis) - burr.shaft_radius;
+    const double d = distance(tip + z * axis) - burr.shaft_radius;
     least = std::min(least, d);
-    z += std::max(d - least, field.spacing().minCoeff());
+    z += std::max(d - least, step);
   }
   return least;
 }
@@ -113,43 +114,51 @@ std::ptrdiff_t gone(const Voxels& voxels, const Grid& bone, double isovalue) {
 }
 
 Show drilled(Protection protection, const StructureShow& all, const std::vector<Voxels>& bone_of, const Bone& about,
-             const Options& options, const Surgeon& surgeon) {
+             const Options& options) {
   const StructureField& field = *all.field;
   const StructureLabels& labels = all.made.labels;
   const double R = about.burr.tip_radius;
+  const int count = all.made.count();
   Show show{.protection = protection, .bone = fresh_copy(about.grid), .left = {}, .runs = {}};
+  show.runs.resize(static_cast<std::size_t>(count));
   const Posed X_GS = show.bone.X_WG().inverse() * labels.X_WS();
   std::vector<std::uint8_t> left(labels.voxels().begin(), labels.voxels().end());
 
   // The library's own figures, but for the margins.
-  const std::vector<GuardedStructure> guarded(MadeStructures::kCount, {.margin = kGuardMargin * R});
+  const std::vector<GuardedStructure> guarded(static_cast<std::size_t>(count), {.margin = kGuardMargin * R});
   const auto potential = std::make_shared<const GuardPotential>(all.field, X_GS, about.burr, guarded,
                                                                 GuardPotentialOptions{.smoothing = kSmoothing * R});
   const StructureVeto veto = protection == Protection::kVeto ? StructureVeto{.margin = kVetoMargin * R}
                                                              : StructureVeto{.mode = StructureVeto::Mode::kWatch};
-  const std::vector<StructureVeto> vetoes(MadeStructures::kCount, veto);
+  const std::vector<StructureVeto> vetoes(static_cast<std::size_t>(count), veto);
   const auto floor = make_cut_floor(field, X_GS, show.bone, about.isovalue, vetoes);
   const CoupledToolRenderer renderer{
       about.burr,
       CoupledOptions{.stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque}};
 
-  for (int s = 0; s < MadeStructures::kCount; ++s) {
+  for (int s = 0; s < count; ++s) {
     ShowRun& run = show.runs[static_cast<std::size_t>(s)];
     run.structure = s;
     floor->reset_counts();
     auto scene = scene_with(show.bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque},
                             ProtectedCut{bite(about), floor},
                             StructureGuard{potential, {.push = protection != Protection::kNothing}});
-    const PushingHand hand(all.made.approaches[static_cast<std::size_t>(s)], surgeon.frame_W(), R, bite(about).speed,
+    const PushingHand hand(all.made.approaches[static_cast<std::size_t>(s)], all.made.frame_W, R, bite(about).speed,
                            options.seconds / 2);
     run.rows.reserve(static_cast<std::size_t>(1000 * hand.seconds()) + 16);
     const Voxels& its_bone = bone_of[static_cast<std::size_t>(s)];
     const std::ptrdiff_t gone_before = gone(its_bone, show.bone, about.isovalue);
     int cleared = 0;
-    double least = field.reach();
+    double least = field.reach(), true_least = least;
+    const double step = field.spacing().minCoeff();
     const auto watch = [&](const LogRow& row) noexcept {
       const Posed X_ST = labels.X_WS().inverse() * row.drawn;
-      const double distance = tool_distance(field, s, about.burr, X_ST);
+      const auto by_labels = [&](const Vec3d& p_S) { return field.distance(s, p_S); };
+      const double distance = tool_distance(by_labels, about.burr, X_ST, step);
+      if (all.made.truth) {
+        const auto by_formula = [&](const Vec3d& p_W) { return all.made.truth(s, p_W); };
+        true_least = std::min(true_least, tool_distance(by_formula, about.burr, row.drawn, step));
+      }
       if (distance < least) {
         least = distance;
         run.deepest = row.drawn;
@@ -165,6 +174,7 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
     run.taken_bone_mm3 =
         1e9 * show.bone.spacing().prod() * static_cast<double>(gone(its_bone, show.bone, about.isovalue) - gone_before);
     run.watched_mm3 = floor->taken_mm3(s);
+    run.true_distance = true_least;
   }
   show.left = field_of(labels, left, field.reach());
   return show;
@@ -196,34 +206,40 @@ double ShowRun::greatest_guard() const {
   return greatest;
 }
 
-StructureShow show_structures(const Bone& bone, const Options& options, const Surgeon& surgeon) {
-  StructureShow show{.made = make_structures(bone, surgeon), .field = {}, .shows = {}};
+StructureShow show_structures(const Bone& bone, const Options& options, MadeStructures made) {
+  StructureShow show{.made = std::move(made), .field = {}, .shows = {}};
   const StructureLabels& labels = show.made.labels;
   show.field = field_of(labels, labels.voxels(), kReach * bone.burr.tip_radius);
   const Posed X_SG = labels.X_WS().inverse() * bone.grid.X_WG();
   std::vector<Voxels> bone_of;
-  for (int s = 0; s < MadeStructures::kCount; ++s)
+  for (int s = 0; s < show.made.count(); ++s)
     bone_of.push_back(bone_in(*show.field, s, X_SG, bone.grid, bone.isovalue));
-  for (const Protection p : kProtections) show.shows.push_back(drilled(p, show, bone_of, bone, options, surgeon));
+  for (const Protection p : kProtections) show.shows.push_back(drilled(p, show, bone_of, bone, options));
   return show;
 }
 
 void print_table(const StructureShow& show) {
-  std::printf("\n%-10s %-15s %10s %8s %10s %9s %9s %9s\n", "structure", "protection", "nearest", "guard", "removed",
-              "taken", "its bone", "refused");
-  std::printf("%-10s %-15s %10s %8s %10s %9s %9s %9s\n", "", "", "mm", "N", "mm3", "mm3", "mm3", "mm3");
-  for (int s = 0; s < MadeStructures::kCount; ++s)
+  const bool exact = static_cast<bool>(show.made.truth);
+  std::printf("\n%-14s %-15s %10s %8s %8s %10s %9s %9s %9s\n", "structure", "protection", "nearest",
+              exact ? "exact" : "", "guard", "removed", "taken", "its bone", "refused");
+  std::printf("%-14s %-15s %10s %8s %8s %10s %9s %9s %9s\n", "", "", "mm", exact ? "mm" : "", "N", "mm3", "mm3", "mm3",
+              "mm3");
+  for (int s = 0; s < show.made.count(); ++s)
     for (const Show& each : show.shows) {
       const ShowRun& run = each.runs[static_cast<std::size_t>(s)];
-      std::printf("%-10s %-15s %10.2f %8.2f %10.3g %9.3g %9.3g %9.3g\n",
+      std::array<char, 16> by_formula{};
+      if (exact) std::snprintf(by_formula.data(), by_formula.size(), "%.2f", 1e3 * run.true_distance);
+      std::printf("%-14s %-15s %10.2f %8s %8.2f %10.3g %9.3g %9.3g %9.3g\n",
                   show.made.labels.structures()[static_cast<std::size_t>(s)].name.c_str(), name_of(each.protection),
-                  1e3 * run.least_distance(), run.greatest_guard(), run.rows.back().removed_mm3, run.taken_mm3,
-                  run.taken_bone_mm3, run.rows.back().refused_mm3);
+                  1e3 * run.least_distance(), by_formula.data(), run.greatest_guard(), run.rows.back().removed_mm3,
+                  run.taken_mm3, run.taken_bone_mm3, run.rows.back().refused_mm3);
     }
   std::printf(
       "nearest: least distance of the drawn tool from the structure, negative inside; guard: its greatest push;\n"
+      "%s"
       "taken: of the structure, by the turning burr; its bone: bone in it that is gone; refused: bone in it or its\n"
-      "margin that the veto kept.\n");
+      "margin that the veto kept.\n",
+      exact ? "exact: the same by the structure's formula instead of its labels;\n" : "");
 }
 
 void write_csv(const StructureShow& show, const std::string& path) {
@@ -243,10 +259,10 @@ int check(const StructureShow& show) {
     failed += holds ? 0 : 1;
   };
   std::printf("\nchecks\n");
-  for (int s = 0; s < MadeStructures::kCount; ++s) {
+  for (int s = 0; s < show.made.count(); ++s) {
     const auto at = static_cast<std::size_t>(s);
     const std::string name = show.made.labels.structures()[at].name;
-    bool counts_agree = true;
+    bool counts_agree = true, exact_agree = true, exact_whole = true;
     for (const Show& each : show.shows) {
       const ShowRun& run = each.runs[at];
       if (each.protection == Protection::kNothing)
@@ -254,10 +270,18 @@ int check(const StructureShow& show) {
       if (each.protection == Protection::kVeto)
         expect(run.least_distance() > 0 && run.taken_mm3 == 0 && run.taken_bone_mm3 == 0,
                name + ": with the veto it stays whole");
-      else
+      if (show.made.truth) {
+        const double off = std::abs(run.true_distance - run.least_distance());
+        exact_agree = exact_agree && (run.true_distance < 0 || off < show.made.labels.spacing().maxCoeff() / 2);
+        exact_whole = exact_whole && (each.protection != Protection::kVeto || run.true_distance > 0);
+      }
+      if (each.protection != Protection::kVeto)
         counts_agree = counts_agree && std::abs(run.watched_mm3 - run.taken_bone_mm3) < 1e-6;
     }
     expect(counts_agree, name + ": the library counts the bone that is gone");
+    if (!show.made.truth) continue;
+    expect(exact_whole, name + ": with the veto no drill comes into its formula");
+    expect(exact_agree, name + ": outside of it, labels and formula agree within half a label voxel");
   }
   return failed;
 }

@@ -36,6 +36,7 @@ struct ShowRun {
   double taken_bone_mm3 = 0;  ///< bone in the structure that is gone
   double watched_mm3 = 0;     ///< the same as the library counts it; 0 under a veto, which counts what it refuses
   trephine::Posed deepest;    ///< the drill as drawn where it was nearest to the structure
+  double true_distance = 0;   ///< least one by the structure's formula, if there is one [m]
 
   [[nodiscard]] double least_distance() const;
   [[nodiscard]] double greatest_guard() const;
@@ -46,7 +47,7 @@ struct Show {
   Protection protection{};
   Grid bone;                                             ///< as the drill left it
   std::shared_ptr<const trephine::StructureField> left;  ///< structures without what the burr took
-  std::array<ShowRun, MadeStructures::kCount> runs;      ///< by structure
+  std::vector<ShowRun> runs;                             ///< by structure
 };
 
 struct StructureShow {
@@ -56,7 +57,7 @@ struct StructureShow {
 };
 
 /// Drills toward each structure with each protection; device, hand and renderer are the coupled algorithm's.
-[[nodiscard]] StructureShow show_structures(const Bone& bone, const Options& options, const Surgeon& surgeon);
+[[nodiscard]] StructureShow show_structures(const Bone& bone, const Options& options, MadeStructures made);
 
 void print_table(const StructureShow& show);
 /// Writes `time_s,structure,protection,...`, a row a tick. Throws std::runtime_error where the file cannot be written.

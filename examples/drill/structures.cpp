@@ -52,20 +52,22 @@ class Maker {
       const double to_nerve = std::hypot(q.x() + kApart, q.z() - (nerve - kNerveDepth - kNerveRadius));
       const double to_sinus = (q - Vec3d(kApart, 0, sinus - kSinusDepth - kSinusRadius)).norm();
       if (to_nerve < kNerveRadius && std::abs(q.y()) < kNerveReach)
-        labels[v] = MadeStructures::kNerve + 1;
+        labels[v] = kNerve + 1;
       else if (to_sinus < kSinusRadius)
-        labels[v] = MadeStructures::kSinus + 1;
+        labels[v] = kSinus + 1;
       else if (open[v] && q.head<2>().norm() < kDuraReach && is_under_bone(p_W))
-        labels[v] = MadeStructures::kDura + 1;
+        labels[v] = kDura + 1;
     }
     const auto way = [&](double x, double z, double depth) { return Approach{place({x, 0, z}), R_ * depth}; };
     return {
         .labels = StructureLabels({.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(h), .X_WG = X_WS}, labels,
-                                  {{MadeStructures::kNerve + 1, "nerve", {0.98F, 0.80F, 0.16F}},
-                                   {MadeStructures::kSinus + 1, "sinus", {0.22F, 0.45F, 0.90F}},
-                                   {MadeStructures::kDura + 1, "dura", {0.83F, 0.28F, 0.52F}}}),
+                                  {{kNerve + 1, "nerve", {0.98F, 0.80F, 0.16F}},
+                                   {kSinus + 1, "sinus", {0.22F, 0.45F, 0.90F}},
+                                   {kDura + 1, "dura", {0.83F, 0.28F, 0.52F}}}),
         .approaches = {way(-kApart, nerve, kNerveDepth), way(kApart, sinus, kSinusDepth),
-                       way(0, middle, middle - far_side)}};
+                       way(0, middle, middle - far_side)},
+        .frame_W = F_,
+        .shown = kDura};
   }
 
  private:

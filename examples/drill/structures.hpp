@@ -6,8 +6,9 @@
 
 #include <trephine/structure/label_grid.hpp>
 
-#include <array>
 #include <cstdint>
+#include <functional>
+#include <vector>
 
 namespace drill {
 
@@ -19,13 +20,18 @@ struct Approach {
   double depth;             ///< of the structure below it, along the drill [m]
 };
 
-/// Made structures around the spot. No scan here has a segmentation, so thresholds and geometry stand for one.
+/// Made structures. No scan here has a segmentation, so thresholds and geometry stand for one.
 struct MadeStructures {
-  static constexpr int kNerve = 0, kSinus = 1, kDura = 2, kCount = 3;
-
-  StructureLabels labels;                   ///< finer voxels than the bone's, and askew to them
-  std::array<Approach, kCount> approaches;  /// by structure
+  StructureLabels labels;            ///< finer voxels than the bone's, and askew to them
+  std::vector<Approach> approaches;  ///< by structure
+  trephine::Mat3d frame_W;           ///< the drill's attitude on all ways: its shaft lies along the third column
+  int shown = 0;                     ///< the structure on whose way pictures show the drill
+  std::function<double(int structure, const trephine::Vec3d& p_W)> truth{};  ///< signed distance [m], if it is known
+  [[nodiscard]] int count() const noexcept { return static_cast<int>(approaches.size()); }
 };
+
+/// The structures that are made around a spot of any bone, in the order of their labels.
+enum SpotStructure : int { kNerve, kSinus, kDura, kSpotStructures };
 
 /// Makes the structures; lengths go by the burr's radius:
 /// - a nerve, a tube in the bone that crosses the drill's way;

@@ -40,7 +40,7 @@ TEST_CASE("made structures lie below their entries, the dura without bone") {
   const trephine::Posed X_SW = labels.X_WS().inverse();
   const trephine::Vec3d in = -surgeon().frame_W().col(2);
   const double voxel = labels.spacing().norm();
-  for (int s = 0; s < MadeStructures::kCount; ++s) {
+  for (int s = 0; s < kSpotStructures; ++s) {
     CAPTURE(s);
     const Approach& way = made.approaches[static_cast<std::size_t>(s)];
     const auto label_below = [&](double depth) { return labels.label_at(X_SW * (way.entry_W + depth * in)); };
@@ -53,7 +53,7 @@ TEST_CASE("made structures lie below their entries, the dura without bone") {
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) {
-        if (labels.at(i, j, k) != MadeStructures::kDura + 1) continue;
+        if (labels.at(i, j, k) != kDura + 1) continue;
         const trephine::Vec3d p_W = labels.X_WS() * labels.spacing().cwiseProduct(trephine::Vec3d(i, j, k));
         bony += field.value(tooth().grid.X_WG().inverse() * p_W) >= 0 ? 1 : 0;
       }
@@ -61,9 +61,9 @@ TEST_CASE("made structures lie below their entries, the dura without bone") {
 }
 
 TEST_CASE("the drill takes of each structure without protection, and nothing with the veto") {
-  const StructureShow show = show_structures(tooth(), {}, surgeon());
+  const StructureShow show = show_structures(tooth(), {}, make_structures(tooth(), surgeon()));
   CHECK(check(show) == 0);
-  for (std::size_t s = 0; s < MadeStructures::kCount; ++s) {
+  for (std::size_t s = 0; s < kSpotStructures; ++s) {
     CAPTURE(s);
     const auto run = [&](Protection p) -> const ShowRun& { return show.shows[static_cast<std::size_t>(p)].runs[s]; };
     CHECK(run(Protection::kNothing).greatest_guard() == 0);
