@@ -265,6 +265,54 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
   CHECK(floor->taken_mm3() == 0);  // it is gone
 }
 
+TEST_CASE("one floor protects a body and watches its neighbour, whichever was named first") {
+  // Two balls that overlap: what of the watched lies outside of the protected may be taken, and is counted.
+  const Vec3d a = kVoxel * Vec3d(17, 20, 20), b = kVoxel * Vec3d(23, 20, 20);
+  const double radius = 5 * kVoxel;
+  const VoxelBox all{{0, 0, 0}, {kSize - 1, kSize - 1, kSize - 1}};
+  const auto place = [](int i, int j, int k) { return Vec3d(kVoxel * Vec3d(i, j, k)); };
+  const auto keep = [&](CutFloor<std::int16_t>& f) {
+    f.protect(0, all, [&](int i, int j, int k) { return (place(i, j, k) - a).norm() - radius; });
+  };
+  const auto watch = [&](CutFloor<std::int16_t>& f) {
+    f.watch(1, all, [&](int i, int j, int k) { return (place(i, j, k) - b).norm() < radius; });
+  };
+  for (const bool watched_first : {false, true}) {
+    CAPTURE(watched_first);
+    auto grid = block<std::int16_t>(300, 900);
+    const auto floor = std::make_shared<CutFloor<std::int16_t>>(grid, 300);
+    if (watched_first) watch(*floor);
+    keep(*floor);
+    if (!watched_first) watch(*floor);
+    floor->seal(grid);
+    const std::vector<std::int16_t> before = densities(grid);
+    Milling milling{ProtectedCut{GeometricCut{}, floor}};
+    Posed X = Posed::Identity();
+    X.translation() = kVoxel * Vec3d::Constant(20);
+    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 30 * kVoxel}, {.spindle_on = true, .dt = 1e-3});
+    const std::vector<std::int16_t> after = densities(grid);
+    int gone_a = 0, gone_b = 0, whole_a = 0, whole_b = 0;
+    std::size_t at = 0;
+    for (int k = 0; k < kSize; ++k)
+      for (int j = 0; j < kSize; ++j)
+        for (int i = 0; i < kSize; ++i, ++at) {
+          if (before[at] < 300) continue;
+          const bool in_a = floor->is_protected(i, j, k), in_b = (place(i, j, k) - b).norm() < radius;
+          (in_a ? whole_a : whole_b) += in_a || in_b ? 1 : 0;
+          if (after[at] < 300) (in_a ? gone_a : gone_b) += in_a || in_b ? 1 : 0;
+        }
+    const double voxel = std::pow(1e3 * kVoxel, 3);
+    CHECK(gone_a == 0);
+    CHECK(gone_b == whole_b);
+    CHECK(floor->refused_mm3(0) == doctest::Approx(voxel * whole_a));
+    CHECK(floor->refused_mm3() == floor->refused_mm3(0));
+    CHECK(floor->taken_mm3(1) == doctest::Approx(voxel * gone_b));
+    CHECK(floor->taken_mm3() == floor->taken_mm3(1));
+    CHECK(floor->counts().refused == static_cast<std::uint64_t>(whole_a));
+    CHECK(floor->counts().taken == static_cast<std::uint64_t>(gone_b));
+  }
+}
+
 TEST_CASE("a floor of another bone or isovalue cuts nothing, and is refused by a scene") {
   auto grid = block<std::uint8_t>(100, 90);
   const auto floor = floor_of(grid, 100, {});

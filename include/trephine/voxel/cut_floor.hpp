@@ -23,7 +23,8 @@ namespace trephine {
 /// - where a corner was lower, as at the bone's own surface, all corners of the cell are frozen (`seal`).
 ///
 /// Each voxel near a body has an owner, a number from 0 to 254. The floor counts what it refused, and what cuts took of
-/// bodies that are only watched, as whole voxels, each once.
+/// bodies that are only watched, as whole voxels, each once. Some bodies of a floor may be protected and others
+/// watched: a watched body counts up to where a protected one begins.
 ///
 /// Memory: 11 to 21 bytes a voxel in bricks of 8³ near a body, 80 bytes a frozen brick, 4 bytes a brick elsewhere.
 /// Threads: build on any thread before the scene ticks; then the haptic thread alone. Cuts allocate nothing.
@@ -69,6 +70,8 @@ class CutFloor {
       const std::size_t v = voxel_in_brick(i, j, k);
       if (block.owner[v] != 0 && !(block.floor[v] < floor)) return;
       block.floor[v] = floor;
+      // A voxel of a watched body outside of this one may still be taken, down to the floor.
+      if (is_set(block.watched, v) && floor < threshold_) return;
       block.owner[v] = static_cast<std::uint8_t>(owner + 1);
       set(block.watched, v, false);
     });
@@ -81,7 +84,7 @@ class CutFloor {
       if (!inside(i, j, k) || is_frozen(brick_at(i, j, k))) return;
       Block& block = block_at(i, j, k);
       const std::size_t v = voxel_in_brick(i, j, k);
-      if (block.owner[v] != 0) return;
+      if (is_set(block.watched, v) || !(block.floor[v] < threshold_)) return;
       block.owner[v] = static_cast<std::uint8_t>(owner + 1);
       set(block.watched, v, true);
     });
@@ -144,6 +147,10 @@ class CutFloor {
   /// The same for all owners.
   [[nodiscard]] double refused_mm3() const noexcept { return voxel_mm3_ * static_cast<double>(all_refused_); }
   [[nodiscard]] double taken_mm3() const noexcept { return voxel_mm3_ * static_cast<double>(all_taken_); }
+
+  /// Voxels of all owners, and the volume of one [mm³].
+  [[nodiscard]] FloorCounts counts() const noexcept { return {all_refused_, all_taken_}; }
+  [[nodiscard]] double voxel_mm3() const noexcept { return voxel_mm3_; }
 
   /// Forgets what was refused and taken.
   void reset_counts() noexcept {
