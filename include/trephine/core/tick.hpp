@@ -4,6 +4,8 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/wrench.hpp>
 
+#include <limits>
+
 /// Inputs and outputs of a tick, for scenes and renderers.
 namespace trephine {
 
@@ -21,6 +23,17 @@ struct ContactSummary {
   double depth = 0;    ///< largest penetration depth found [m]
 };
 
+/// Structures in one tick: distances and push of its guards, and volumes at the floors of its cuts. A scene without
+/// such parts leaves the defaults, and so does a tick that ends with `kBadInput`.
+struct StructureSummary {
+  int nearest = -1;  ///< number of the structure nearest to the tool at the device's pose; -1: unknown
+  double distance = std::numeric_limits<double>::infinity();  ///< of the whole tool from it [m]; negative inside
+  Wrenchd push;            ///< of the guards, on the tool about T's origin in W axes, as their stages added it
+  double refused_mm3 = 0;  ///< protected bone that cuts would have taken in this tick, each voxel once [mm³]
+  double taken_mm3 = 0;    ///< bone of watched structures that cuts took in this tick, each voxel once [mm³]
+  bool warns = false;      ///< the nearest structure is guarded and nearer than its margin
+};
+
 /// Output of a tick. The wrench is about T's origin in W axes. It is always finite, and zero for `kBadInput` and
 /// `kNonFinite`.
 struct TickResult {
@@ -28,6 +41,7 @@ struct TickResult {
   ContactSummary contact;
   double removed_mm3 = 0;  ///< bone removed in this tick [mm³]
   Status status = Status::kOk;
+  StructureSummary structures{};  ///< `wrench - structures.push` is the contact's, unless a later stage changed the sum
 };
 
 /// Output of a renderer: the wrench on the tool about T's origin, in **G** axes.

@@ -19,6 +19,7 @@ struct CarveContext {
 /// spindle on or off. It lowers densities along the burr's path from `X_GT_previous` to `X_GT`. The two are equal
 /// without a path: at the first tick, and after bad input, a jump, a stall longer than kLongestDt or a step faster than
 /// kMaxSpeed. It returns the removed volume [mm³], finite and >= 0. Its work must be bounded.
+/// A carver that spares or watches structures has `add_to(StructureSummary&) const noexcept` (`StructureReporter`).
 ///
 /// The poses are the renderer's `cutting_pose()`, or its `cutting_pose(dt)` if it has one and the carver cuts at once
 /// (`kCutsAtOnce`). A carver that follows the probe, the device's own pose, has a `follow_probe` that converts to true:

@@ -62,8 +62,9 @@ class HapticScene {
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
 /// 5. rotation of the wrench into W axes;
 /// 6. stages, in listed order;
-/// 7. check of the result;
-/// 8. `sent` of every part that has it.
+/// 7. `add_to` of every part that reports structures;
+/// 8. check of the result;
+/// 9. `sent` of every part that has it.
 ///
 /// Statuses of `tick`, besides the renderer's own:
 /// - `kBadInput`: the pose is not finite, farther than kFarthestPosition, or no rotation within kRotationTolerance.
@@ -92,6 +93,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kHasTorque = kPartCount<ForceOnly, Parts...> == 0;
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
   static constexpr bool kSkipsEmptySpace = (EmptySpaceSkipper<Parts> || ...);
+  static constexpr bool kReportsStructures = (StructureReporter<Parts> || ...);
 
   /// Throws std::invalid_argument if the isovalue is not finite, the burr is larger than the grid, a part's `validate`
   /// throws, or the renderer reads stored gradients and the grid has none.
@@ -170,6 +172,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if constexpr (Stage<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
+    if constexpr (kReportsStructures) report_structures(result.structures);
     if (!is_finite(result.wrench)) return fail_non_finite(result);
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
@@ -288,10 +291,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     });
   }
 
-  /// Resets the scene and returns a zero wrench with `kNonFinite`; contact and removed volume stay in the result.
+  void report_structures(StructureSummary& summary) noexcept {
+    for_each_part([&](const auto& part) {
+      if constexpr (StructureReporter<std::remove_cvref_t<decltype(part)>>) part.add_to(summary);
+    });
+    if constexpr (!kHasTorque) summary.push.torque.setZero();
+  }
+
+  /// Resets the scene and returns a zero wrench with `kNonFinite`; contact, volumes and distance stay in the result.
   [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
     result.wrench = Wrenchd::zero();
+    if constexpr (kReportsStructures) result.structures.push = Wrenchd::zero();
     result.status = Status::kNonFinite;
     return result;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/tick.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/drill_cutter.hpp>
@@ -84,6 +85,28 @@ class Milling {
   template <class Grid>
   double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
                const CarveContext& context) noexcept {
+    if constexpr (CountingPolicy<Policy>) {
+      // Other parts may cut with the same floor.
+      const FloorCounts before = policy_.counts();
+      const double removed_mm3 = cut_path(grid, isovalue, X_GT_previous, X_GT, burr, context);
+      const FloorCounts after = policy_.counts();
+      counts_ = {after.refused - before.refused, after.taken - before.taken};
+      return removed_mm3;
+    } else {
+      return cut_path(grid, isovalue, X_GT_previous, X_GT, burr, context);
+    }
+  }
+
+  /// Adds the volumes that the policy's floor refused and watched in the last tick.
+  void add_to(StructureSummary& summary) const noexcept requires CountingPolicy<Policy> {
+    summary.refused_mm3 += policy_.voxel_mm3() * static_cast<double>(counts_.refused);
+    summary.taken_mm3 += policy_.voxel_mm3() * static_cast<double>(counts_.taken);
+  }
+
+ private:
+  template <class Grid>
+  double cut_path(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
+                  const CarveContext& context) noexcept {
     if (!context.spindle_on) return 0;
     const CutAllowance allowance{context.dt, context.force_N, tick_++};
     const double longest = kLongestSweep * grid.spacing().minCoeff();
@@ -112,7 +135,6 @@ class Milling {
     }
   }
 
- private:
   // A geometric cut need not repeat its last cut, unless bone was restored.
   static constexpr bool kRemembers = kCutsAtOnce && std::is_same_v<Shape, TipCuts>;
   struct LastCut {
@@ -125,10 +147,13 @@ class Milling {
       return stamp == o.stamp && p_GT == p && radius == o.radius && isovalue == o.isovalue;
     }
   };
-  struct Nothing {};
+  struct NoLastCut {};
+  struct NoCounts {};
 
   [[no_unique_address]] Policy policy_;
-  [[no_unique_address]] std::conditional_t<kRemembers, LastCut, Nothing> last_;
+  [[no_unique_address]] std::conditional_t<kRemembers, LastCut, NoLastCut> last_;
+  [[no_unique_address]] std::conditional_t<CountingPolicy<Policy>, FloorCounts, NoCounts>
+      counts_{};  // of the last tick
   MillingOptions options_;
   [[no_unique_address]] Shape shape_;
   std::uint32_t tick_ = 0;

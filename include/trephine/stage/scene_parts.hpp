@@ -33,6 +33,14 @@ concept EmptySpaceSkipper = requires(const P& p) {
 template <class P, class Grid>
 concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::derived_from<P, ForceOnly>;
 
+/// A part that reports structures: `add_to` adds its own of the last tick to the scene's result. The scene calls it
+/// after the last stage of a tick with good input.
+template <class P>
+concept StructureReporter = requires(const P& part, StructureSummary& summary) {
+  { part.add_to(summary) }
+  noexcept->std::same_as<void>;
+};
+
 /// Returns the field of the bone that a renderer reads: its own `field(grid, isovalue)`, or else a DensityField.
 template <class R, class Density>
 [[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {

@@ -68,6 +68,16 @@ class StructureGuard {
   [[nodiscard]] const GuardPotential& potential() const noexcept { return *potential_; }
   [[nodiscard]] const GuardReport& report() const noexcept { return report_; }
 
+  /// Adds the last tick's push, and its distance if it is the least of several guards. Structures are numbered as in
+  /// the guard's own field.
+  void add_to(StructureSummary& summary) const noexcept {
+    summary.push += report_.push;
+    summary.warns = summary.warns || report_.warns;
+    if (report_.nearest.structure < 0 || !(report_.nearest.distance < summary.distance)) return;
+    summary.nearest = report_.nearest.structure;
+    summary.distance = report_.nearest.distance;
+  }
+
   void reset() noexcept {
     share_ = 0;
     report_ = {};

@@ -158,6 +158,20 @@ concept LimitWithTissues = requires(const Limit& limit) {
   limit.tissues();
 };
 
+/// Voxels that a floor refused, and that cuts took of its watched bodies.
+struct FloorCounts {
+  std::uint64_t refused = 0, taken = 0;
+};
+
+/// A policy that counts voxels at its floor, as ProtectedCut does; `voxel_mm3()` is the volume of one [mm³].
+template <class P>
+concept CountingPolicy = requires(const P& policy) {
+  { policy.counts() }
+  noexcept->std::same_as<FloorCounts>;
+  { policy.voxel_mm3() }
+  noexcept->std::same_as<double>;
+};
+
 /// A limit that needs the steepness of the densities, as AdvancingCut's does.
 template <class Limit, class Wide>
 concept LimitBySteepness = requires(const Limit& limit, Wide density) {

@@ -43,6 +43,10 @@ struct ProtectedCut {
   /// Replaces the inner policy's options, which must be valid. The floor stays.
   void adopt(const Options& options) noexcept { adopt_cut_options(policy, options); }
 
+  /// Voxels that all cuts with this floor were refused and took of watched bodies; and the volume of one [mm³].
+  [[nodiscard]] FloorCounts counts() const noexcept { return floor->counts(); }
+  [[nodiscard]] double voxel_mm3() const noexcept { return floor->voxel_mm3(); }
+
   template <VoxelDensity Bone>
   struct Limit : Policy::template Limit<Bone> {
     CutFloor<Bone>* below;

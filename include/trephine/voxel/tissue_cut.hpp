@@ -149,6 +149,10 @@ struct TissueCut {
   /// Replaces the inner policy's options, which must be valid.
   void adopt(const Options& options) noexcept { adopt_cut_options(policy, options); }
 
+  /// What an inner ProtectedCut counts.
+  [[nodiscard]] FloorCounts counts() const noexcept requires CountingPolicy<Policy> { return policy.counts(); }
+  [[nodiscard]] double voxel_mm3() const noexcept requires CountingPolicy<Policy> { return policy.voxel_mm3(); }
+
   template <VoxelDensity Density>
   struct Limit : Policy::template Limit<Density> {
     const TissueMap* map;

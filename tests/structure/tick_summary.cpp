@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+// A tick's summary of structures, against the parts that it comes from.
+#include "stage/fakes.hpp"
+#include "structure/phantom.hpp"
+#include "support/malloc_hook.hpp"
+#include "support/random.hpp"
+
+#include <trephine/core/units.hpp>
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/stage/damping.hpp>
+#include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/milling.hpp>
+#include <trephine/structure/structure_guard.hpp>
+#include <trephine/structure/structure_veto.hpp>
+#include <trephine/voxel/protected_cut.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::literals;
+
+namespace {
+
+constexpr double kIso = 300;
+constexpr int kSize = 48;
+constexpr double kVoxel = 0.35e-3;
+const Burr kBurr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 12_mm};
+using Bone = VoxelGrid<std::int16_t>;
+using Mode = StructureVeto::Mode;
+
+LabelledTubes canals() {
+  const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
+  return {.tubes = {{mm(2, 8, 7), mm(14, 8, 9), 0.8_mm},
+                    {mm(8, 2, 12), mm(8, 14, 11), 0.6_mm},
+                    {mm(4.5, 11.5, 5), mm(4.5, 11.5, 5), 1.6_mm}},
+          .structure = {0, 1, 2},
+          .size = {58, 58, 58}};
+}
+
+const std::shared_ptr<const StructureField>& field() {
+  static const std::shared_ptr<const StructureField> made = canals().field(5_mm);
+  return made;
+}
+
+/// Bone all over, in a pose that is none of the axes'.
+Bone solid() {
+  const std::vector<std::int16_t> voxels(static_cast<std::size_t>(kSize) * kSize * kSize, 1200);
+  return {{.size = {kSize, kSize, kSize},
+           .spacing = Vec3d::Constant(kVoxel),
+           .X_WG = make_pose<double>(rotation_from_vector<double>(Vec3d(0.5, 0.2, -0.3)), Vec3d(0.02, -0.01, 0.03)),
+           .outside = -1000},
+          voxels};
+}
+
+Posed X_GS() { return make_pose<double>(rotation_from_vector<double>(Vec3d(0.1, -0.15, 0.2)), Vec3d(0.5_mm, 0, 0)); }
+
+std::shared_ptr<const GuardPotential> potential() {
+  const std::vector<GuardedStructure> guards{
+      {.margin = 1_mm}, {.mode = GuardMode::kWarn, .margin = 1.5_mm}, {.margin = 0.5_mm, .stiffness = 600}};
+  return std::make_shared<const GuardPotential>(field(), X_GS(), kBurr, guards);
+}
+
+/// The first is protected, the second may break, the third is protected.
+std::shared_ptr<CutFloor<std::int16_t>> floor_of(const Bone& bone) {
+  const std::array<StructureVeto, 3> vetoes{StructureVeto{.margin = 0.4_mm}, StructureVeto{.mode = Mode::kWatch},
+                                            StructureVeto{}};
+  return make_cut_floor(*field(), X_GS(), bone, kIso, vetoes);
+}
+
+/// Poses in W that wander through the bone at some cm/s, with jumps and bad ones.
+class Wanderer {
+ public:
+  explicit Wanderer(const Bone& bone, unsigned seed) : X_WG_(bone.X_WG()), random_(seed) { leap(); }
+
+  TickInput next() {
+    if (random_.below(60) == 0) v_ = random_.arrow(0, 0.08);
+    if (random_.below(500) == 0 || (X_GT_.translation() - middle()).norm() > 0.7 * kSize * kVoxel) leap();
+    X_GT_.translation() += 1e-3 * v_;
+    TickInput input{.X_WT = X_WG_ * X_GT_, .spindle_on = random_.below(20) != 0};
+    if (random_.below(150) == 0) input.X_WT.translation().y() = kNaN;
+    return input;
+  }
+
+ private:
+  static Vec3d middle() { return Vec3d::Constant(0.5 * kSize * kVoxel); }
+  void leap() {
+    X_GT_ = make_pose<double>(random_.rotation(), Vec3d(middle() + random_.arrow(0, 0.4) * kSize * kVoxel));
+  }
+
+  Posed X_WG_;
+  Random random_;
+  Posed X_GT_ = Posed::Identity();
+  Vec3d v_ = Vec3d::Zero();
+};
+
+bool is_default(const StructureSummary& s) {
+  return s.nearest == -1 && s.distance == kInf && s.push == Wrenchd::zero() && s.refused_mm3 == 0 && s.taken_mm3 == 0 &&
+         !s.warns;
+}
+
+auto renderer() { return LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}; }
+
+}  // namespace
+
+TEST_CASE("a tick's nearest structure, distance and push are the guard's, its volumes add up to the floor's") {
+  Bone bone = solid();
+  const auto floor = floor_of(bone);
+  const auto guard = potential();
+  HapticScene scene{bone,
+                    kIso,
+                    renderer(),
+                    Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor}},
+                    StructureGuard{guard},
+                    DeviceLimits{.force = 100}};
+  Wanderer wanderer(bone, 3);
+  double refused = 0, taken = 0;
+  int wrong = 0, bad = 0, pushed = 0, warned = 0, refusals = 0;
+  for (int n = 0; n < 6000; ++n) {
+    const TickInput input = wanderer.next();
+    const FloorCounts before = floor->counts();
+    const StructureSummary s = scene.tick(input, kTick).structures;
+    refused += s.refused_mm3;
+    taken += s.taken_mm3;
+    if (!input.X_WT.matrix().allFinite()) {
+      ++bad;
+      wrong += is_default(s) ? 0 : 1;
+      continue;
+    }
+    const ToolDistance d = tool_distance(*field(), kBurr, X_GS().inverse() * bone.X_WG().inverse() * input.X_WT);
+    const GuardReport& report = scene.part<StructureGuard>().report();
+    const double voxel = std::pow(1e3 * kVoxel, 3);
+    wrong += s.nearest == d.structure && std::abs(s.distance - d.distance) < 1e-12 && s.push == report.push &&
+                     s.warns == report.warns &&
+                     std::abs(s.refused_mm3 - voxel * static_cast<double>(floor->counts().refused - before.refused)) <
+                         1e-12 * voxel * 1e6
+                 ? 0
+                 : 1;
+    pushed += s.push.force.norm() > 0.1 ? 1 : 0;
+    warned += s.warns ? 1 : 0;
+    refusals += s.refused_mm3 > 0 ? 1 : 0;
+  }
+  CHECK(wrong == 0);
+  CHECK(bad > 10);
+  CHECK(pushed > 200);
+  CHECK(warned > 200);
+  CHECK(refusals > 20);
+  CHECK(refused == doctest::Approx(floor->refused_mm3()).epsilon(1e-12));
+  CHECK(taken == doctest::Approx(floor->taken_mm3()).epsilon(1e-12));
+  CHECK(floor->refused_mm3() > 1);
+  CHECK(floor->taken_mm3() > 0.1);
+  CHECK(floor->taken_mm3() == floor->taken_mm3(1));
+}
+
+TEST_CASE("a tick's wrench without its push is that of the scene whose guard only warns") {
+  Bone bone = solid(), twin_bone = solid();
+  const auto guard = potential();
+  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor_of(bone)}},
+                    StructureGuard{guard}};
+  HapticScene twin{twin_bone, kIso, renderer(),
+                   Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor_of(twin_bone)}},
+                   StructureGuard{guard, {.push = false}}};
+  Wanderer wanderer(bone, 5);
+  double off = 0, most = 0, contact = 0;
+  int differ = 0;
+  for (int n = 0; n < 6000; ++n) {
+    const TickInput input = wanderer.next();
+    const TickResult r = scene.tick(input, kTick), t = twin.tick(input, kTick);
+    off = std::max({off, (r.wrench.force - r.structures.push.force - t.wrench.force).norm(),
+                    100 * (r.wrench.torque - r.structures.push.torque - t.wrench.torque).norm()});
+    most = std::max(most, r.structures.push.force.norm());
+    contact = std::max(contact, t.wrench.force.norm());
+    differ += t.structures.push == Wrenchd::zero() && t.structures.nearest == r.structures.nearest &&
+                      t.structures.distance == r.structures.distance && t.structures.warns == r.structures.warns &&
+                      t.structures.refused_mm3 == r.structures.refused_mm3
+                  ? 0
+                  : 1;
+  }
+  CHECK(off < 1e-12);
+  CHECK(differ == 0);
+  CHECK(most > 0.5);
+  CHECK(contact > 0.5);
+}
+
+TEST_CASE("volumes of a tick are its own with several cuts, of one floor or of two") {
+  Bone bone = solid();
+  const auto one = floor_of(bone), two = floor_of(bone);
+  HapticScene scene{bone,
+                    kIso,
+                    renderer(),
+                    Milling{ProtectedCut{GeometricCut{}, one}, {.follow_probe = true}},
+                    Milling{ProtectedCut{AdvancingCut{.speed = 0.05}, one}},
+                    Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, two}, {.follow_probe = true}, DrillBit{}}};
+  Wanderer wanderer(bone, 9);
+  double refused = 0, taken = 0;
+  int quiet = 0;
+  const auto total = [&] { return one->refused_mm3() + two->refused_mm3() + one->taken_mm3() + two->taken_mm3(); };
+  for (int n = 0; n < 3000; ++n) {
+    TickInput input = wanderer.next();
+    const double before = total();
+    const StructureSummary s = scene.tick(input, kTick).structures;
+    refused += s.refused_mm3;
+    taken += s.taken_mm3;
+    CHECK(s.refused_mm3 + s.taken_mm3 == doctest::Approx(total() - before).epsilon(1e-9));
+    if (!input.spindle_on) quiet += s.refused_mm3 == 0 && s.taken_mm3 == 0 ? 0 : 1;
+    CHECK((s.nearest == -1 && s.distance == kInf));  // no guard
+  }
+  CHECK(quiet == 0);
+  CHECK(two->refused_mm3() > 0);
+  CHECK(one->taken_mm3() > 0);
+  CHECK(refused == doctest::Approx(one->refused_mm3() + two->refused_mm3()).epsilon(1e-12));
+  CHECK(taken == doctest::Approx(one->taken_mm3() + two->taken_mm3()).epsilon(1e-12));
+}
+
+namespace {
+
+/// A stage that pushes, and can break the wrench.
+struct Pusher {
+  double distance = 1;
+  int number = 0;
+  double force = 1;
+  void apply(const TickContext&, Wrenchd& wrench) noexcept { wrench += push(); }
+  void add_to(StructureSummary& s) const noexcept {
+    s.push += push();
+    if (distance < s.distance) {
+      s.nearest = number;
+      s.distance = distance;
+    }
+  }
+  [[nodiscard]] Wrenchd push() const { return {Vec3d(force, 0, 0), Vec3d(0, 1e-3, 0)}; }
+};
+struct OtherPusher : Pusher {};
+
+struct Breaker {
+  bool breaks = false;
+  void apply(const TickContext&, Wrenchd& wrench) noexcept {
+    if (breaks) wrench.force.x() = kInf;
+  }
+};
+
+static_assert(StructureReporter<StructureGuard> && StructureReporter<Pusher>);
+static_assert(StructureReporter<Milling<ProtectedCut<std::int16_t, GeometricCut>>>);
+static_assert(!StructureReporter<Milling<>> && !StructureReporter<DeviceLimits> && !StructureReporter<Damping>);
+
+}  // namespace
+
+TEST_CASE("several guards add their pushes, and the nearer one gives the distance") {
+  Bone bone = solid();
+  const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(bone.X_WG() * Vec3d(8_mm, 8_mm, 30_mm)));
+  Pusher near{.distance = 0.5, .number = 4, .force = 2};
+  OtherPusher far;
+  HapticScene scene{bone, kIso, renderer(), near, far, Breaker{}, DeviceLimits{.force = 1}};
+  static_assert(decltype(scene)::kReportsStructures);
+  const TickResult r = scene.tick({.X_WT = X}, kTick);
+  CHECK(r.structures.push.force == Vec3d(3, 0, 0));
+  CHECK(r.structures.push.torque == Vec3d(0, 2e-3, 0));
+  CHECK(r.structures.nearest == 4);
+  CHECK(r.structures.distance == 0.5);
+  CHECK(r.wrench.force.norm() == doctest::Approx(1));
+
+  // A wrench that overflows keeps the distance, and pushes no more than it applies.
+  scene.part<Breaker>().breaks = true;
+  HapticScene unlimited{bone, kIso, renderer(), near, Breaker{.breaks = true}};
+  const TickResult broken = unlimited.tick({.X_WT = X}, kTick);
+  CHECK(broken.status == Status::kNonFinite);
+  CHECK(broken.wrench == Wrenchd::zero());
+  CHECK(broken.structures.push == Wrenchd::zero());
+  CHECK(broken.structures.nearest == 4);
+
+  // A scene of forces alone has pushes of forces alone.
+  HapticScene forces{bone, kIso, renderer(), near, ForceOnly{}};
+  CHECK(forces.tick({.X_WT = X}, kTick).structures.push == Wrenchd{Vec3d(2, 0, 0), Vec3d::Zero()});
+}
+
+TEST_CASE("a scene without guard and floor leaves the defaults, and a guard fills in while it is off") {
+  Bone bone = solid();
+  const Posed X = bone.X_WG() * make_pose<double>(Mat3d::Identity(), Vec3d(8_mm, 8_mm, 9_mm));
+  HapticScene bare{bone, kIso, renderer(), Milling{}, DeviceLimits{.force = 3}};
+  static_assert(!decltype(bare)::kReportsStructures);
+  for (int n = 0; n < 5; ++n) CHECK(is_default(bare.tick({.X_WT = X, .spindle_on = true}, kTick).structures));
+
+  HapticScene scene{bone, kIso, renderer(), StructureGuard{potential()}};
+  // At the start the push has not faded in yet.
+  const TickResult first = scene.tick({.X_WT = X}, kTick);
+  CHECK(first.structures.nearest >= 0);
+  CHECK(first.structures.distance < 0);
+  CHECK(first.structures.warns);
+  CHECK(first.structures.push.force.norm() < 0.05);
+  TickResult later;
+  for (int n = 0; n < 400; ++n) later = scene.tick({.X_WT = X}, kTick);
+  CHECK(later.structures.push.force.norm() > 1);
+  TickInput bad{.X_WT = X};
+  bad.X_WT.translation().x() = kNaN;
+  CHECK(is_default(scene.tick(bad, kTick).structures));
+  CHECK(scene.tick({.X_WT = X}, kTick).structures.push.force.norm() > 1);  // as if nothing had been
+}
+
+TEST_CASE("a tick that reports structures takes nothing from the heap") {
+  if (!AllocationGuard::available()) return;
+  Bone bone = solid();
+  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{GeometricCut{}, floor_of(bone)}},
+                    StructureGuard{potential()}};
+  Wanderer wanderer(bone, 11);
+  double refused = 0;
+  const auto calls = heap_calls([&] {
+    for (int n = 0; n < 500; ++n) refused += scene.tick(wanderer.next(), kTick).structures.refused_mm3;
+  });
+  CHECK(calls == 0);
+  CHECK(refused > 0);
+}
