@@ -138,6 +138,15 @@ TEST_CASE("replay: finds the one bit that differs, wherever it is") {
   found_after([](TickResult& r) { ++r.contact.count; });
   found_after([](TickResult& r) { r.contact.tip = !r.contact.tip; });
   found_after([](TickResult& r) { r.contact.shaft = !r.contact.shaft; });
+  for (int i = 0; i < 3; ++i) {
+    found_after([&](TickResult& r) { flip(r.structures.push.force[i]); });
+    found_after([&](TickResult& r) { flip(r.structures.push.torque[i]); });
+  }
+  found_after([&](TickResult& r) { flip(r.structures.distance); });
+  found_after([&](TickResult& r) { flip(r.structures.refused_mm3); });
+  found_after([&](TickResult& r) { flip(r.structures.taken_mm3); });
+  found_after([](TickResult& r) { ++r.structures.nearest; });
+  found_after([](TickResult& r) { r.structures.warns = !r.structures.warns; });
   const ReplayReport report = found_after([](TickResult& r) { r.wrench.force.x() = -0.0; });
   CHECK(std::signbit(report.recorded.force.x()));
   CHECK_FALSE(std::signbit(report.wrench.force.x()));
@@ -158,6 +167,12 @@ TEST_CASE("recording file: gives back every bit, and replays") {
   odd.result.contact = {.count = -7, .tip = true, .shaft = true, .depth = 1e-300};
   odd.result.removed_mm3 = 0.25;
   odd.result.status = Status::kNonFinite;
+  odd.result.structures = {.nearest = 7,
+                           .distance = -0.0,
+                           .push = {Vec3d(1, std::numeric_limits<double>::quiet_NaN(), 3), Vec3d(4, 5, 6)},
+                           .refused_mm3 = 0.125,
+                           .taken_mm3 = 1e-300,
+                           .warns = true};
   std::vector<RecordedTick> ticks(recorder.ticks().begin(), recorder.ticks().end());
   ticks.push_back(odd);
 
@@ -181,6 +196,36 @@ TEST_CASE("recording file: gives back every bit, and replays") {
   CHECK(load_recording(file.path).empty());
 }
 
+TEST_CASE("recording file: a file of version 1 still loads, without structures") {
+  // Two ticks as version 1 wrote them: 176 bytes each.
+  const ScratchFile file("trephine_recorder_version_1.bin");
+  std::vector<RecordedTick> ticks = {session(20, 0.02).ticks()[7], session(20, 0.02).ticks()[8]};
+  save_recording(file.path, ticks);
+  const std::string now = file.bytes();
+  REQUIRE(now.size() == 32 + 2 * 256 + 8);
+  std::string old = now.substr(0, 32) + now.substr(32, 176) + now.substr(32 + 256, 176);
+  old[12] = 1;
+  old[16] = static_cast<char>(176);
+  old[17] = 0;
+  recording_detail::put(old, recording_detail::fnv1a(old));
+  file.write(old);
+  const std::vector<RecordedTick> back = load_recording(file.path);
+  REQUIRE(back.size() == 2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(same_bits(back[i].result, ticks[i].result));
+    CHECK(back[i].input.X_WT.matrix() == ticks[i].input.X_WT.matrix());
+    CHECK(same_bits(back[i].result.structures, StructureSummary{}));
+  }
+  // Either version with the other's ticks is refused.
+  old[12] = 2;
+  file.write(old);
+  CHECK(contains(file.complaint(), "176 bytes a tick"));
+  std::string other = now;
+  other[12] = 1;
+  file.write(other);
+  CHECK(contains(file.complaint(), "256 bytes a tick"));
+}
+
 TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and says why") {
   const ScratchFile file("trephine_recorder_refused.bin");
   CHECK(contains(file.complaint(), "cannot be opened"));
@@ -193,11 +238,11 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
     file.write(good.substr(0, keep));
     CHECK(contains(file.complaint(), "too short"));
   }
-  for (const std::size_t cut : {std::size_t{1}, std::size_t{8}, std::size_t{177}, good.size() - 40}) {
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{8}, std::size_t{257}, good.size() - 40}) {
     file.write(good.substr(0, good.size() - cut));
     CHECK(contains(file.complaint(), "cut short"));
   }
-  file.write(good + std::string(176, '\0'));
+  file.write(good + std::string(256, '\0'));
   CHECK(contains(file.complaint(), "has 20 ticks"));
   file.write("PNG" + good.substr(3));
   CHECK(contains(file.complaint(), "not a trephine recording"));
@@ -207,9 +252,11 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
   file.write(other);
   CHECK(contains(file.complaint(), "other byte order"));
   other = good;
-  other[12] = 2;
-  file.write(other);
-  CHECK(contains(file.complaint(), "version 2, this reads 1"));
+  for (const int version : {0, 3}) {
+    other[12] = static_cast<char>(version);
+    file.write(other);
+    CHECK(contains(file.complaint(), "version " + std::to_string(version) + ", this reads 1 to 2"));
+  }
   other = good;
   other[16] = 8;
   file.write(other);

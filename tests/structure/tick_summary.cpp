@@ -6,6 +6,9 @@
 #include "support/random.hpp"
 
 #include <trephine/core/units.hpp>
+#include <trephine/device/recorder.hpp>
+#include <trephine/device/recording_file.hpp>
+#include <trephine/device/replay.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/haptic_scene.hpp>
@@ -19,7 +22,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 using namespace trephine;
@@ -313,4 +319,36 @@ TEST_CASE("a tick that reports structures takes nothing from the heap") {
   });
   CHECK(calls == 0);
   CHECK(refused > 0);
+}
+
+TEST_CASE("a recording carries structures through its file, and replays them bit for bit") {
+  Bone bone = solid();
+  const auto floor = floor_of(bone);
+  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor}},
+                    StructureGuard{potential()}};
+  Wanderer wanderer(bone, 13);
+  Recorder recorder(2000);
+  int reported = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const TickInput input = wanderer.next();
+    const TickResult r = scene.tick(input, kTick);
+    CHECK(recorder.record(input, kTick, r) == RecordStatus::kOk);
+    reported += r.structures.refused_mm3 > 0 ? 1 : 0;
+  }
+  CHECK(reported > 5);
+  const std::string path = (std::filesystem::temp_directory_path() / "trephine_tick_summary.bin").string();
+  save_recording(path, recorder.ticks());
+  const std::vector<RecordedTick> loaded = load_recording(path);
+  std::remove(path.c_str());
+  REQUIRE(loaded.size() == 2000);
+
+  REQUIRE(bone.restore() == 0);
+  floor->reset_counts();
+  scene.reset();
+  CHECK(replay(loaded, scene).identical());
+
+  // Counts that go on are noticed.
+  REQUIRE(bone.restore() == 0);
+  scene.reset();
+  CHECK_FALSE(replay(loaded, scene).identical());
 }

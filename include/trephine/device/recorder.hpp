@@ -26,7 +26,7 @@ enum class RecordStatus : std::uint8_t {
 
 /// An observer of the servo loop that stores the first `capacity` ticks of a session. It drops later ticks, because a
 /// replay must start at the scene's first tick. Usage: `loop.run_for(10s, recorder)`, which takes it by reference.
-/// Storage (about 300 bytes a tick) is allocated and written at construction, so recording allocates nothing. A full
+/// Storage (about 400 bytes a tick) is allocated and written at construction, so recording allocates nothing. A full
 /// recorder returns a status, no error. One thread at a time: read it after the loop has returned.
 class Recorder {
  public:

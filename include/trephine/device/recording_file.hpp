@@ -14,20 +14,24 @@
 
 /// Saves and loads recordings, so that a session on real hardware can be replayed elsewhere. Not for the haptic thread.
 ///
-/// File format: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 1, uint32 bytes a tick, uint32 0;
+/// File format: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 2, uint32 bytes a tick, uint32 0;
 /// uint64 ticks; the ticks; uint64 FNV-1a hash of all preceding bytes. A tick: 12 doubles of X_WT (rotation by columns,
 /// then position [m]), dt [s], 3 of force [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact
-/// count; bytes spindle, tip, shaft, status. Numbers are stored bit by bit, NaN included, in the writer's byte order. A
-/// reader of the other byte order refuses the file.
+/// count; bytes spindle, tip, shaft, status. Then structures: doubles distance [m], 3 of the push's force [N], 3 of its
+/// torque [N·m], refused and taken [mm³]; int32 nearest; byte warns, 3 bytes 0. Numbers are stored bit by bit, NaN
+/// included, in the writer's byte order. A reader of the other byte order refuses the file.
+///
+/// Version 1 ends a tick before the structures. Such files still load, and their structures have the defaults.
 namespace trephine {
 
 namespace recording_detail {
 
 inline constexpr char kMagic[8] = {'T', 'R', 'E', 'P', 'H', 'R', 'E', 'C'};
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 inline constexpr std::size_t kHeaderBytes = 32;
-inline constexpr std::size_t kTickBytes = 21 * sizeof(double) + 4 + 4;
+inline constexpr std::size_t kFirstTickBytes = 21 * sizeof(double) + 4 + 4;  // of version 1
+inline constexpr std::size_t kTickBytes = kFirstTickBytes + 9 * sizeof(double) + 4 + 4;
 
 template <class Value>
 void put(std::string& bytes, const Value& value) {
@@ -79,9 +83,29 @@ inline void put_tick(std::string& bytes, const RecordedTick& tick) {
   put(bytes, static_cast<std::uint8_t>(tick.result.contact.tip));
   put(bytes, static_cast<std::uint8_t>(tick.result.contact.shaft));
   put(bytes, static_cast<std::uint8_t>(tick.result.status));
+  const StructureSummary& s = tick.result.structures;
+  put(bytes, s.distance);
+  put3(s.push.force);
+  put3(s.push.torque);
+  put(bytes, s.refused_mm3);
+  put(bytes, s.taken_mm3);
+  put(bytes, static_cast<std::int32_t>(s.nearest));
+  put(bytes, static_cast<std::uint8_t>(s.warns));
+  bytes.append(3, '\0');
 }
 
-inline RecordedTick take_tick(Cursor& cursor) {
+inline void take_structures(Cursor& cursor, StructureSummary& s) {
+  s.distance = cursor.take<double>();
+  cursor.take(s.push.force);
+  cursor.take(s.push.torque);
+  s.refused_mm3 = cursor.take<double>();
+  s.taken_mm3 = cursor.take<double>();
+  s.nearest = cursor.take<std::int32_t>();
+  s.warns = cursor.take<std::uint8_t>() != 0;
+  for (int i = 0; i < 3; ++i) (void)cursor.take<std::uint8_t>();
+}
+
+inline RecordedTick take_tick(Cursor& cursor, std::uint32_t version) {
   RecordedTick tick;
   for (int column = 0; column < 3; ++column) cursor.take(tick.input.X_WT.linear().col(column));
   cursor.take(tick.input.X_WT.translation());
@@ -95,6 +119,7 @@ inline RecordedTick take_tick(Cursor& cursor) {
   tick.result.contact.tip = cursor.take<std::uint8_t>() != 0;
   tick.result.contact.shaft = cursor.take<std::uint8_t>() != 0;
   tick.result.status = static_cast<Status>(cursor.take<std::uint8_t>());
+  if (version > 1) take_structures(cursor, tick.result.structures);
   return tick;
 }
 
@@ -120,8 +145,8 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
 }
 
 /// Reads a file of `save_recording`. Throws std::runtime_error with path and reason if the file is missing, no
-/// recording, or of another version or byte order. It also throws if the length differs from the header's or the
-/// content was altered. The length is checked against the header before memory for ticks is allocated.
+/// recording, or of a later version or another byte order. It also throws if the length differs from the header's or
+/// the content was altered. The length is checked against the header before memory for ticks is allocated.
 [[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::string& path) {
   namespace detail = recording_detail;
   const auto fail = [&path](const std::string& what) {
@@ -138,22 +163,23 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   detail::Cursor cursor(bytes.data() + sizeof(detail::kMagic));
   if (cursor.take<std::uint32_t>() != detail::kByteOrder) fail("was written on a machine of the other byte order");
   const auto version = cursor.take<std::uint32_t>();
-  if (version != detail::kVersion)
-    fail("has version " + std::to_string(version) + ", this reads " + std::to_string(detail::kVersion));
+  if (version < 1 || version > detail::kVersion)
+    fail("has version " + std::to_string(version) + ", this reads 1 to " + std::to_string(detail::kVersion));
+  const std::size_t expected = version == 1 ? detail::kFirstTickBytes : detail::kTickBytes;
   const auto tick_bytes = cursor.take<std::uint32_t>();
-  if (tick_bytes != detail::kTickBytes) fail("has " + std::to_string(tick_bytes) + " bytes a tick");
+  if (tick_bytes != expected) fail("has " + std::to_string(tick_bytes) + " bytes a tick");
   (void)cursor.take<std::uint32_t>();
   const auto count = cursor.take<std::uint64_t>();
   const std::size_t body = bytes.size() - detail::kHeaderBytes - 8;
-  if (body % detail::kTickBytes != 0 || count != body / detail::kTickBytes)
+  if (body % expected != 0 || count != body / expected)
     fail("has " + std::to_string(count) + " ticks by its header but holds " + std::to_string(body) + " bytes of " +
-         std::to_string(detail::kTickBytes) + " a tick (cut short?)");
+         std::to_string(expected) + " a tick (cut short?)");
   detail::Cursor tail(bytes.data() + bytes.size() - 8);
   if (tail.take<std::uint64_t>() != detail::fnv1a({bytes.data(), bytes.size() - 8})) fail("is damaged (hash differs)");
 
   std::vector<RecordedTick> ticks;
   ticks.reserve(static_cast<std::size_t>(count));
-  for (std::uint64_t i = 0; i < count; ++i) ticks.push_back(detail::take_tick(cursor));
+  for (std::uint64_t i = 0; i < count; ++i) ticks.push_back(detail::take_tick(cursor, version));
   return ticks;
 }
 
