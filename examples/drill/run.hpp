@@ -122,7 +122,8 @@ template <class Scene, class Hand, class Watch>
                         .wrench = tick.result.wrench,
                         .contact = tick.result.contact,
                         .removed_mm3 = removed,
-                        .status = tick.result.status});
+                        .status = tick.result.status,
+                        .structures = tick.result.structures});
     add_details(scene.renderer(), scene.bone().X_WG(), log);
     watch(log.rows.back());
     progress.publish(tick.time, tick.result.wrench.force.norm(), removed);

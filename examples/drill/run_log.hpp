@@ -22,6 +22,7 @@ struct LogRow {
   trephine::ContactSummary contact;
   double removed_mm3 = 0;  ///< since the start
   trephine::Status status = trephine::Status::kOk;
+  trephine::StructureSummary structures;  ///< of this tick
   // Of the shaft. Line: its report. Surface: the torque alone, summed over the slices.
   double spring_m = 0, lever_m = 0, reaction_N = 0, shaft_torque_Nm = 0;
   trephine::Vec3d intersection = trephine::Vec3d::Zero();
@@ -47,7 +48,8 @@ struct RunLog {
   bool real_time = false;
 };
 
-/// Writes `time_s,tick_ns,...,status`, a row a tick. Throws std::runtime_error where the file cannot be written.
+/// Writes `time_s,tick_ns,...,status,nearest,...,warns`, a row a tick; without structures nearest is -1 and its
+/// distance inf. Throws std::runtime_error where the file cannot be written.
 void write_run_csv(const RunLog& log, const std::string& path);
 
 /// What the table says of a run.

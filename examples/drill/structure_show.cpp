@@ -164,9 +164,9 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
         run.deepest = row.drawn;
       }
       if (hand(row.time).buttons != 0) cleared += clear_ball(labels, left, s, X_ST.translation(), R);
-      const Vec3d& push = scene.template part<StructureGuard>().report().push.force;
-      run.rows.push_back(
-          {row.time, distance, (row.wrench.force - push).norm(), push.norm(), row.removed_mm3, floor->refused_mm3(s)});
+      const Vec3d& push = row.structures.push.force;
+      run.rows.push_back({row.time, distance, (row.wrench.force - push).norm(), push.norm(), row.removed_mm3,
+                          floor->refused_mm3(s), row.structures});
     };
     const std::string label = labels.structures()[static_cast<std::size_t>(s)].name + ", " + name_of(protection);
     (void)perform("coupled", scene, hand, 0, options.real_time, label, watch);
@@ -243,12 +243,18 @@ void print_table(const StructureShow& show) {
 }
 
 void write_csv(const StructureShow& show, const std::string& path) {
-  Csv csv(path, "time_s,structure,protection,distance_m,contact_N,guard_N,removed_mm3,refused_mm3");
+  Csv csv(path,
+          "time_s,structure,protection,distance_m,contact_N,guard_N,removed_mm3,refused_mm3,nearest,nearest_m,"
+          "push_fx_N,push_fy_N,push_fz_N,tick_refused_mm3,tick_taken_mm3,warns");
+  const auto name_at = [&](int structure) {
+    return structure < 0 ? "none" : show.made.labels.structures()[static_cast<std::size_t>(structure)].name.c_str();
+  };
   for (const Show& each : show.shows)
     for (const ShowRun& run : each.runs)
       for (const ShowRow& r : run.rows)
-        csv.row(r.time, show.made.labels.structures()[static_cast<std::size_t>(run.structure)].name.c_str(),
-                name_of(each.protection), r.distance, r.contact_N, r.guard_N, r.removed_mm3, r.refused_mm3);
+        csv.row(r.time, name_at(run.structure), name_of(each.protection), r.distance, r.contact_N, r.guard_N,
+                r.removed_mm3, r.refused_mm3, name_at(r.tick.nearest), r.tick.distance, r.tick.push.force,
+                r.tick.refused_mm3, r.tick.taken_mm3, r.tick.warns ? 1 : 0);
   csv.close();
 }
 
@@ -262,7 +268,7 @@ int check(const StructureShow& show) {
   for (int s = 0; s < show.made.count(); ++s) {
     const auto at = static_cast<std::size_t>(s);
     const std::string name = show.made.labels.structures()[at].name;
-    bool counts_agree = true, exact_agree = true, exact_whole = true;
+    bool counts_agree = true, ticks_agree = true, exact_agree = true, exact_whole = true;
     for (const Show& each : show.shows) {
       const ShowRun& run = each.runs[at];
       if (each.protection == Protection::kNothing)
@@ -277,7 +283,14 @@ int check(const StructureShow& show) {
       }
       if (each.protection != Protection::kVeto)
         counts_agree = counts_agree && std::abs(run.watched_mm3 - run.taken_bone_mm3) < 1e-6;
+      double refused = 0, taken = 0;
+      for (const ShowRow& row : run.rows) {
+        refused += row.tick.refused_mm3;
+        taken += row.tick.taken_mm3;
+      }
+      ticks_agree = ticks_agree && refused >= run.rows.back().refused_mm3 - 1e-6 && taken >= run.watched_mm3 - 1e-6;
     }
+    expect(ticks_agree, name + ": ticks add up to what was refused and taken");
     expect(counts_agree, name + ": the library counts the bone that is gone");
     if (!show.made.truth) continue;
     expect(exact_whole, name + ": with the veto no drill comes into its formula");

@@ -3,6 +3,7 @@
 
 #include "structures.hpp"
 
+#include <trephine/core/tick.hpp>
 #include <trephine/structure/structure_field.hpp>
 
 #include <array>
@@ -26,6 +27,7 @@ struct ShowRow {
   double contact_N = 0;  ///< without the guard's push
   double guard_N = 0;
   double removed_mm3 = 0, refused_mm3 = 0;  ///< since the run's start
+  trephine::StructureSummary tick;          ///< as the scene returned it: at the device's pose, of all structures
 };
 
 /// One way to one structure.

@@ -70,5 +70,18 @@ TEST_CASE("the drill takes of each structure without protection, and nothing wit
     CHECK(run(Protection::kGuard).greatest_guard() > 0.2);
     CHECK(run(Protection::kGuard).taken_mm3 < 0.1 * run(Protection::kNothing).taken_mm3);
     CHECK(run(Protection::kVeto).rows.back().refused_mm3 > 0);
+    // Volumes of a tick are of all structures; the one that is drilled is often the nearest.
+    double refused = 0, taken = 0;
+    int nearest = 0, warned = 0;
+    for (const ShowRow& row : run(Protection::kVeto).rows) {
+      refused += row.tick.refused_mm3;
+      nearest += row.tick.nearest == static_cast<int>(s) ? 1 : 0;
+      warned += row.tick.warns ? 1 : 0;
+    }
+    for (const ShowRow& row : run(Protection::kNothing).rows) taken += row.tick.taken_mm3;
+    CHECK(refused >= run(Protection::kVeto).rows.back().refused_mm3 - 1e-6);
+    CHECK(taken >= run(Protection::kNothing).taken_bone_mm3 - 1e-6);
+    CHECK(nearest > 100);
+    CHECK(warned > 100);
   }
 }
