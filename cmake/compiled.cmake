@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The static library trephine::compiled: the scene of compiled/scene.hpp, in a unit for each type of voxel. Only what
-# links it builds it, unless TREPHINE_BUILD_COMPILED is on.
+# The static library trephine::compiled: the scene of compiled/scene.hpp, in a unit for each type of voxel, and structures
+# in one more. Only what links it builds it, unless TREPHINE_BUILD_COMPILED is on.
 set(trephine_compiled_units)
 foreach(trephine_density uint8_t int8_t uint16_t int16_t float)
   string(REGEX REPLACE "^(u?int)" "std::\\1" trephine_type ${trephine_density})
@@ -11,6 +11,12 @@ template struct trephine::compiled::BoneMaker<@trephine_type@>;
 " @ONLY)
   list(APPEND trephine_compiled_units ${trephine_unit})
 endforeach()
+set(trephine_unit ${CMAKE_CURRENT_BINARY_DIR}/compiled/structures.cpp)
+file(CONFIGURE OUTPUT ${trephine_unit} CONTENT "#include <trephine/compiled/structure_library.hpp>
+
+template struct trephine::compiled::StructuresMaker<>;
+" @ONLY)
+list(APPEND trephine_compiled_units ${trephine_unit})
 set(trephine_all)
 if(NOT TREPHINE_BUILD_COMPILED)
   set(trephine_all EXCLUDE_FROM_ALL)

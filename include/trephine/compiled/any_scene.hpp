@@ -12,6 +12,11 @@
 #include <memory>
 #include <span>
 
+namespace trephine {
+class StructureField;
+struct TickContext;
+}  // namespace trephine
+
 /// The border between a program and the compiled library: interfaces whose bodies the library holds.
 namespace trephine::compiled {
 
@@ -40,11 +45,33 @@ class Interface {
   Interface& operator=(const Interface&) = delete;
 };
 
+/// A guard as a stage whose body another unit holds.
+class AnyGuard : public Interface {
+ public:
+  virtual void apply(const TickContext& context, Wrenchd& wrench) noexcept = 0;
+  virtual void add_to(StructureSummary& summary) const noexcept = 0;
+  virtual void reset() noexcept = 0;
+  virtual void set_push(bool on) noexcept = 0;
+};
+
+class AnyStructures : public Interface {
+ public:
+  [[nodiscard]] virtual const StructureField& field() const noexcept = 0;
+  [[nodiscard]] virtual const Posed& X_GS() const noexcept = 0;
+  [[nodiscard]] virtual int count() const noexcept = 0;
+  [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
+                                                             const GuardOptions& options) const = 0;
+};
+
 class AnyScene : public Interface {
  public:
   [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
   virtual void reset() noexcept = 0;
   virtual void set_stages(const StageOptions& stages) = 0;
+  virtual void set_structures(const AnyStructures& structures, std::span<const Structure> each,
+                              const GuardOptions& options) = 0;
+  virtual void clear_structures() noexcept = 0;
+  virtual void set_push(bool on) noexcept = 0;
   [[nodiscard]] virtual double stiffness() const noexcept = 0;
   [[nodiscard]] virtual double tangent_stiffness(double force) const = 0;
   [[nodiscard]] virtual Posed proxy_pose_W() const noexcept = 0;

@@ -13,15 +13,18 @@
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
+#include <trephine/structure/structure_veto.hpp>
 #include <trephine/voxel/grid_reader.hpp>
+
+#include <vector>
 
 /// Bodies of the compiled library. CMake compiles them, a unit a density; without CMake a unit reads
 /// `#include <trephine/compiled/library.hpp>` and `template struct trephine::compiled::BoneMaker<std::int16_t>;`.
 namespace trephine::compiled {
 
-/// The stages of a header scene, of the options of a compiled scene.
+/// The stages of a header scene, of the options of a compiled scene; each scene makes its own milling.
 struct SceneParts {
-  OptionalMilling milling;
+  std::optional<Milling> milling;
   OptionalStage<trephine::HuntCrossley>::Options hunt_crossley{};
   OptionalStage<trephine::MillingVibration>::Options vibration{};
   OptionalStage<trephine::Damping>::Options damping{};
@@ -73,13 +76,30 @@ struct SceneParts {
   }
 };
 
+/// Throws std::invalid_argument for a mode that is none.
+inline StructureVeto veto_of(const Structure& s) {
+  switch (s.veto) {
+    case VetoMode::kFree:
+      return {.mode = StructureVeto::Mode::kFree, .margin = s.veto_margin};
+    case VetoMode::kWatch:
+      return {.mode = StructureVeto::Mode::kWatch, .margin = s.veto_margin};
+    case VetoMode::kProtect:
+      return {.mode = StructureVeto::Mode::kProtect, .margin = s.veto_margin};
+    case VetoMode::kKeepIn:
+      return {.mode = StructureVeto::Mode::kKeepIn, .margin = s.veto_margin};
+  }
+  refuse("compiled::Structure", "veto must be one of VetoMode's", static_cast<int>(s.veto));
+}
+
 template <VoxelDensity Density, class ContactRenderer>
 class SceneOf final : public AnyScene {
  public:
-  SceneOf(VoxelGrid<Density>& grid, double isovalue, ContactRenderer renderer, const SceneParts& p)
-      : scene_(grid, isovalue, std::move(renderer), p.milling, OptionalStage<trephine::HuntCrossley>(p.hunt_crossley),
+  SceneOf(VoxelGrid<Density>& grid, double isovalue, const Burr& burr, ContactRenderer renderer, const SceneParts& p)
+      : burr_(burr),
+        scene_(grid, isovalue, std::move(renderer), OptionalMilling<Density>(p.milling),
+               OptionalStage<trephine::HuntCrossley>(p.hunt_crossley),
                OptionalStage<trephine::MillingVibration>(p.vibration), OptionalStage<trephine::Damping>(p.damping),
-               OptionalStage<trephine::FirstOrderFilter>(p.filter),
+               OptionalStage<trephine::FirstOrderFilter>(p.filter), OptionalGuard{},
                OptionalStage<trephine::PassivityController>(p.passivity),
                OptionalStage<trephine::WrenchRateLimit>(p.rate_limit), p.limits) {}
 
@@ -87,7 +107,8 @@ class SceneOf final : public AnyScene {
   void reset() noexcept override { scene_.reset(); }
   void set_stages(const StageOptions& stages) override {
     const SceneParts p(stages);
-    part<OptionalMilling>().adopt(p.milling);
+    auto& milling = part<OptionalMilling<Density>>();
+    milling.adopt(OptionalMilling<Density>(p.milling, milling.floor()));
     part<OptionalStage<trephine::HuntCrossley>>().adopt(p.hunt_crossley);
     part<OptionalStage<trephine::MillingVibration>>().adopt(p.vibration);
     part<OptionalStage<trephine::Damping>>().adopt(p.damping);
@@ -96,6 +117,27 @@ class SceneOf final : public AnyScene {
     part<OptionalStage<trephine::WrenchRateLimit>>().adopt(p.rate_limit);
     part<trephine::DeviceLimits>().adopt(p.limits);
   }
+  void set_structures(const AnyStructures& structures, std::span<const Structure> each,
+                      const GuardOptions& options) override {
+    std::shared_ptr<AnyGuard> guard = structures.make_guard(burr_, each, options);
+    std::vector<StructureVeto> vetoes;
+    bool any = false;
+    for (const Structure& s : each) {
+      vetoes.push_back(veto_of(s));
+      any = any || vetoes.back().mode != StructureVeto::Mode::kFree;
+    }
+    std::shared_ptr<CutFloor<Density>> floor;
+    if (any) floor = make_cut_floor(structures.field(), structures.X_GS(), scene_.bone(), scene_.isovalue(), vetoes);
+    auto& milling = part<OptionalMilling<Density>>();
+    milling = OptionalMilling<Density>(milling.options(), std::move(floor));
+    part<OptionalGuard>().set(std::move(guard));
+  }
+  void clear_structures() noexcept override {
+    auto& milling = part<OptionalMilling<Density>>();
+    if (milling.floor() != nullptr) milling = OptionalMilling<Density>(milling.options());
+    part<OptionalGuard>().set(nullptr);
+  }
+  void set_push(bool on) noexcept override { part<OptionalGuard>().set_push(on); }
   double stiffness() const noexcept override { return scene_.stiffness(); }
   double tangent_stiffness(double force) const override {
     if constexpr (requires { scene_.tangent_stiffness(force); })
@@ -114,9 +156,10 @@ class SceneOf final : public AnyScene {
     return scene_.template part<Part>();
   }
 
-  HapticScene<Density, ContactRenderer, OptionalMilling, OptionalStage<trephine::HuntCrossley>,
+  Burr burr_;  // a renderer's own may be wider
+  HapticScene<Density, ContactRenderer, OptionalMilling<Density>, OptionalStage<trephine::HuntCrossley>,
               OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
-              OptionalStage<trephine::FirstOrderFilter>, OptionalStage<trephine::PassivityController>,
+              OptionalStage<trephine::FirstOrderFilter>, OptionalGuard, OptionalStage<trephine::PassivityController>,
               OptionalStage<trephine::WrenchRateLimit>, trephine::DeviceLimits>
       scene_;
 };
@@ -176,7 +219,7 @@ class BoneOf final : public AnyBone {
                                        const StageOptions& stages) override {
     const SceneParts parts(stages);
     const auto scene = [&]<class R>(R renderer) -> std::unique_ptr<AnyScene> {
-      return std::make_unique<SceneOf<Density, R>>(grid_, isovalue, std::move(renderer), parts);
+      return std::make_unique<SceneOf<Density, R>>(grid_, isovalue, burr, std::move(renderer), parts);
     };
     switch (o.renderer) {
       case RendererKind::kCoupled:

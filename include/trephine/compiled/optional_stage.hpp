@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/compiled/options.hpp>
+#include <trephine/compiled/any_scene.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/milling.hpp>
+#include <trephine/voxel/protected_cut.hpp>
 
+#include <cstddef>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 
 /// Parts of a scene that are there or not by choice at run time.
@@ -53,24 +57,57 @@ class OptionalStage {
   std::optional<S> stage_;
 };
 
-/// Milling whose policy is chosen at run time; absent, it removes nothing.
+/// A guard that is there or not.
+class OptionalGuard {
+ public:
+  void set(std::shared_ptr<AnyGuard> guard) noexcept { guard_ = std::move(guard); }
+  void set_push(bool on) noexcept {
+    if (guard_) guard_->set_push(on);
+  }
+
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
+    if (guard_) guard_->apply(context, wrench);
+  }
+  void add_to(StructureSummary& summary) const noexcept {
+    if (guard_) guard_->add_to(summary);
+  }
+  void reset() noexcept {
+    if (guard_) guard_->reset();
+  }
+
+ private:
+  std::shared_ptr<AnyGuard> guard_;
+};
+
+/// Milling whose policy is chosen at run time, with a floor or without; absent, it removes nothing.
+template <VoxelDensity Density>
 class OptionalMilling {
  public:
+  using Floor = std::shared_ptr<CutFloor<Density>>;
+
   /// Throws std::invalid_argument where an option is out of range.
-  explicit OptionalMilling(const std::optional<Milling>& options) : options_(options), milling_(make(options)) {}
+  explicit OptionalMilling(const std::optional<Milling>& options, Floor floor = {})
+      : options_(options), floor_(std::move(floor)), milling_(make(options, floor_)) {}
+
+  [[nodiscard]] const std::optional<Milling>& options() const noexcept { return options_; }
+  [[nodiscard]] const Floor& floor() const noexcept { return floor_; }
 
   /// Takes another policy; the state stays where only numbers of the policy differ.
   void adopt(const OptionalMilling& other) noexcept {
     if (options_ && other.options_ && options_->cut == other.options_->cut &&
-        options_->slope == other.options_->slope && options_->follow_probe == other.options_->follow_probe)
-      std::visit(
-          [&]<class M>(M& milling) {
-            if constexpr (requires { milling.policy(); }) milling.adopt(std::get_if<M>(&other.milling_)->policy());
-          },
-          milling_);
+        options_->slope == other.options_->slope && options_->follow_probe == other.options_->follow_probe &&
+        floor_ == other.floor_)
+      visit(milling_, [&]<class M>(M& milling) {
+        const auto& policy = std::get_if<M>(&other.milling_)->policy();
+        if constexpr (requires { policy.floor; })
+          milling.adopt(policy.policy);
+        else
+          milling.adopt(policy);
+      });
     else
       milling_ = other.milling_;
     options_ = other.options_;
+    floor_ = other.floor_;
   }
 
   [[nodiscard]] bool follow_probe() const noexcept { return options_ && options_->follow_probe; }
@@ -78,47 +115,67 @@ class OptionalMilling {
   template <class Grid>
   double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
                const CarveContext& context) noexcept {
-    if (auto* at_once = std::get_if<Geometric>(&milling_))
-      return at_once->carve(grid, isovalue, X_GT_previous, X_GT, burr, context);
-    if (auto* limited = std::get_if<RateLimited>(&milling_))
-      return limited->carve(grid, isovalue, X_GT_previous, X_GT, burr, context);
-    if (auto* advancing = std::get_if<Advancing>(&milling_))
-      return advancing->carve(grid, isovalue, X_GT_previous, X_GT, burr, context);
-    return 0;
+    double removed_mm3 = 0;
+    visit(milling_,
+          [&](auto& milling) { removed_mm3 = milling.carve(grid, isovalue, X_GT_previous, X_GT, burr, context); });
+    return removed_mm3;
+  }
+
+  void add_to(StructureSummary& summary) const noexcept {
+    visit(milling_, [&](const auto& milling) {
+      if constexpr (requires { milling.add_to(summary); }) milling.add_to(summary);
+    });
   }
 
   void reset() noexcept {
-    std::visit(
-        [](auto& milling) {
-          if constexpr (requires { milling.reset(); }) milling.reset();
-        },
-        milling_);
+    visit(milling_, [](auto& milling) { milling.reset(); });
   }
 
  private:
-  using Geometric = trephine::Milling<GeometricCut>;
-  using RateLimited = trephine::Milling<RateLimitedCut<>>;
-  using Advancing = trephine::Milling<AdvancingCut>;
-  using Any = std::variant<std::monostate, Geometric, RateLimited, Advancing>;
+  template <class Policy>
+  using Protected = trephine::Milling<ProtectedCut<Density, Policy>>;
+  using Any = std::variant<std::monostate, trephine::Milling<GeometricCut>, trephine::Milling<RateLimitedCut<>>,
+                           trephine::Milling<AdvancingCut>, Protected<GeometricCut>, Protected<RateLimitedCut<>>,
+                           Protected<AdvancingCut>>;
 
-  static Any make(const std::optional<Milling>& options) {
+  /// Calls `body` with the milling that is there; like std::visit, but never throws.
+  template <std::size_t kAt = 1, class Variant, class Body>
+  static void visit(Variant& any, Body&& body) noexcept {
+    if (auto* milling = std::get_if<kAt>(&any))
+      body(*milling);
+    else if constexpr (kAt + 1 < std::variant_size_v<Any>)
+      visit<kAt + 1>(any, body);
+  }
+
+  template <class Policy>
+  static Any milling_with(const Policy& policy, const MillingOptions& options, const Floor& floor) {
+    if (floor != nullptr) return Protected<Policy>(ProtectedCut<Density, Policy>(policy, floor), options);
+    return trephine::Milling<Policy>(policy, options);
+  }
+
+  static Any make(const std::optional<Milling>& options, const Floor& floor) {
     if (!options) return {};
     const Milling& o = *options;
     const MillingOptions common{.slope = o.slope, .follow_probe = o.follow_probe};
     switch (o.cut) {
       case Cut::kGeometric:
-        return Geometric(GeometricCut{}, common);
+        return milling_with(GeometricCut{}, common, floor);
       case Cut::kRateLimited:
-        return RateLimited(
-            {.rate = o.rate, .reference_force = o.reference_force, .most_force_factor = o.most_force_factor}, common);
+        return milling_with(
+            RateLimitedCut<>{
+                .rate = o.rate, .reference_force = o.reference_force, .most_force_factor = o.most_force_factor},
+            common, floor);
       case Cut::kAdvancing:
-        return Advancing(
-            {.speed = o.speed, .reference_force = o.reference_force, .most_force_factor = o.most_force_factor}, common);
+        return milling_with(
+            AdvancingCut{
+                .speed = o.speed, .reference_force = o.reference_force, .most_force_factor = o.most_force_factor},
+            common, floor);
     }
     refuse("compiled::Milling", "cut must be one of Cut's", static_cast<int>(o.cut));
   }
 
   std::optional<Milling> options_;
+  Floor floor_;
   Any milling_;
 };
 

@@ -116,7 +116,38 @@ struct DeviceLimits {
   double torque = std::numeric_limits<double>::infinity();  ///< [N·m], >= 0
 };
 
-/// The stages of a scene, in the order in which they run; an absent stage changes no bit of the wrench.
+/// What a scene's guard does about a structure (`trephine::GuardMode`).
+enum class GuardMode : std::uint8_t { kOff, kWarn, kPush };
+
+/// What cuts may do to a structure (`trephine::StructureVeto::Mode`).
+enum class VetoMode : std::uint8_t {
+  kFree,     ///< cuts take it
+  kWatch,    ///< cuts take it, and what they take is counted
+  kProtect,  ///< no cut takes bone in it or within `veto_margin`
+  kKeepIn,   ///< no cut takes bone outside of it, or within `veto_margin` from inside: a planned cavity
+};
+
+/// How a scene keeps tool and cuts from one structure; see `trephine::GuardedStructure` and `StructureVeto`.
+struct Structure {
+  GuardMode guard = GuardMode::kPush;
+  double margin = 1e-3;       ///< distance at which the push begins [m], >= 0
+  double stiffness = 1000;    ///< of the push [N/m], > 0
+  double greatest_force = 2;  ///< the push grows no further [N], > 0
+  double damping = 2;         ///< of motion toward the structure [N·s/m], >= 0
+  VetoMode veto = VetoMode::kProtect;
+  double veto_margin = 0;  ///< [m], >= 0
+};
+
+/// Options of a scene's guard for all structures; see `trephine::StructureGuard` and `GuardPotential`.
+struct GuardOptions {
+  bool push = true;                         ///< false: no force, but distances and warnings
+  double ramp_time = 0.25;                  ///< in which a push fades in and out [s], > 0
+  double smoothing = 0.6e-3;                ///< of distances [m]
+  std::optional<StiffnessBudget> budget{};  ///< of the whole guard; contact's stiffness adds to it
+};
+
+/// The stages of a scene, in the order in which they run; an absent stage changes no bit of the wrench. The guard of
+/// `set_structures` runs between filter and passivity control.
 struct StageOptions {
   std::optional<Milling> milling{};
   std::optional<HuntCrossley> hunt_crossley{};

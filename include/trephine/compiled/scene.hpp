@@ -13,6 +13,8 @@ namespace trephine::compiled {
 template <class Voxels>
 using DensityOf = std::remove_cv_t<std::remove_pointer_t<decltype(std::declval<const Voxels&>().data())>>;
 
+class Structures;
+
 /// The bone. Copies of a Bone are the same bone, which lives as long as a copy, a scene or a reader of it does.
 /// \code
 /// Bone bone({.size = {256, 256, 108}, .spacing = {0.957_mm, 0.957_mm, 1.5_mm}}, hounsfield);
@@ -118,6 +120,13 @@ class Scene {
     scene_->set_stages(stages);
     stages_ = stages;
   }
+
+  /// Guards structures and keeps cuts from them, instead of those before: include compiled/structures.hpp.
+  void set_structures(const Structures& structures, std::span<const Structure> each, const GuardOptions& options = {});
+  /// Takes guard and vetoes out; between ticks, haptic thread.
+  void clear_structures() noexcept { scene_->clear_structures(); }
+  /// Switches the guard's push, which fades in or out within a margin; between ticks, haptic thread. No memory.
+  void set_push(bool on) noexcept { scene_->set_push(on); }
 
   /// Stiffness of the renderer's contact, as felt [N/m].
   [[nodiscard]] double stiffness() const noexcept { return scene_->stiffness(); }

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/compiled/structures.hpp>
+#include <trephine/stage/context.hpp>
+#include <trephine/stage/motion.hpp>
+#include <trephine/structure/build_structure_field.hpp>
+#include <trephine/structure/structure_guard.hpp>
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+/// Bodies of the compiled library's structures. CMake compiles them in a unit of their own; without CMake a unit reads
+/// `#include <trephine/compiled/structure_library.hpp>` and `template struct trephine::compiled::StructuresMaker<>;`.
+namespace trephine::compiled {
+
+class GuardOf final : public AnyGuard {
+ public:
+  GuardOf(std::shared_ptr<const GuardPotential> potential, const StructureGuard::Options& options)
+      : guard_(std::move(potential), options) {}
+
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept override { guard_.apply(context, wrench); }
+  void add_to(StructureSummary& summary) const noexcept override { guard_.add_to(summary); }
+  void reset() noexcept override { guard_.reset(); }
+  void set_push(bool on) noexcept override {
+    StructureGuard::Options options = guard_.options();
+    options.push = on;
+    guard_.adopt(options);
+  }
+
+ private:
+  StructureGuard guard_;
+};
+
+class StructuresOf final : public AnyStructures {
+ public:
+  StructuresOf(std::shared_ptr<const StructureField> field, const Posed& X_GS)
+      : field_(std::move(field)), X_GS_(X_GS) {}
+
+  const StructureField& field() const noexcept override { return *field_; }
+  const Posed& X_GS() const noexcept override { return X_GS_; }
+  int count() const noexcept override { return field_->structures(); }
+  std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
+                                       const GuardOptions& options) const override {
+    std::vector<GuardedStructure> guarded;
+    for (const Structure& s : each) guarded.push_back(guarded_structure(s));
+    GuardPotentialOptions of_all{.smoothing = options.smoothing};
+    of_all.budget = options.budget;
+    return std::make_shared<GuardOf>(std::make_shared<const GuardPotential>(field_, X_GS_, burr, guarded, of_all),
+                                     StructureGuard::Options{.push = options.push, .ramp_time = options.ramp_time});
+  }
+
+ private:
+  [[nodiscard]] static GuardedStructure guarded_structure(const Structure& s) {
+    GuardedStructure g{
+        .margin = s.margin, .stiffness = s.stiffness, .greatest_force = s.greatest_force, .damping = s.damping};
+    switch (s.guard) {
+      case GuardMode::kOff:
+        g.mode = trephine::GuardMode::kOff;
+        return g;
+      case GuardMode::kWarn:
+        g.mode = trephine::GuardMode::kWarn;
+        return g;
+      case GuardMode::kPush:
+        return g;
+    }
+    refuse("compiled::Structure", "guard must be one of GuardMode's", static_cast<int>(s.guard));
+  }
+
+  std::shared_ptr<const StructureField> field_;
+  Posed X_GS_;
+};
+
+template <int kAlignment>
+std::shared_ptr<const AnyStructures> StructuresMaker<kAlignment>::make(const LabelGeometry& geometry,
+                                                                       std::span<const std::uint8_t> labels) {
+  if (!is_usable_pose(geometry.X_GS)) refuse("compiled::Structures", "X_GS must be rigid", "not so");
+  return std::make_shared<const StructuresOf>(
+      build_structure_field(LabelVolume{geometry.size, geometry.spacing, labels},
+                            {.reach = geometry.reach, .threads = geometry.threads}),
+      geometry.X_GS);
+}
+
+}  // namespace trephine::compiled

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+// Structures of a compiled scene, against the header scene that lists the same parts.
+#include <trephine/compiled/structures.hpp>
+
+#include "integration/scenes.hpp"
+#include "structure/phantom.hpp"
+#include "support/malloc_hook.hpp"
+
+#include <trephine/core/units.hpp>
+#include <trephine/device/replay.hpp>
+#include <trephine/structure/structure_guard.hpp>
+#include <trephine/structure/structure_veto.hpp>
+#include <trephine/voxel/protected_cut.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::literals;
+
+namespace {
+
+constexpr double kDt = 1e-3;
+constexpr double kReach = 6e-3;
+
+constexpr int kDeep = 600;  // a tick at which the drill is at its deepest
+
+/// Where the drill is deepest: a nerve below it that is protected, and a tube beside it that may break.
+const LabelledTubes& tubes() {
+  static const LabelledTubes made = [] {
+    const Vec3d tip = drilling_pose(kDt * kDeep).translation();
+    const auto at = [&](double x, double y, double z) { return Vec3d(tip + Vec3d(x * 1_mm, y * 1_mm, z * 1_mm)); };
+    LabelledTubes t{.tubes = {{at(-5, 0, -1.5), at(5, 0, -1.5), 0.6_mm}, {at(1, -3, 0), at(1, 3, 0), 0.7_mm}},
+                    .structure = {0, 1}};
+    return t;
+  }();
+  return made;
+}
+
+/// The labels' frame: the tubes are given in the bone's.
+struct Labelled {
+  compiled::LabelGeometry geometry;
+  std::vector<std::uint8_t> labels;
+  std::shared_ptr<const StructureField> field;
+};
+
+const Labelled& labelled() {
+  static const Labelled made = [] {
+    LabelledTubes local = tubes();
+    const Vec3d corner = drilling_pose(kDt * kDeep).translation() - Vec3d::Constant(0.5 * 48 * 0.3e-3);
+    for (Tube& tube : local.tubes) {
+      tube.from -= corner;
+      tube.to -= corner;
+    }
+    local.size = {48, 48, 48};
+    Labelled l;
+    l.labels = local.labels();
+    l.geometry = {.size = local.size,
+                  .spacing = Vec3d::Constant(local.voxel),
+                  .X_GS = make_pose<double>(Mat3d::Identity(), corner),
+                  .reach = kReach};
+    l.field = local.field(kReach);
+    return l;
+  }();
+  return made;
+}
+
+std::vector<compiled::Structure> each() {
+  return {{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 1.5, .veto_margin = 0.2_mm},
+          {.guard = compiled::GuardMode::kWarn, .margin = 1_mm, .veto = compiled::VetoMode::kWatch}};
+}
+
+compiled::StageOptions stages() {
+  return {.milling = compiled::Milling{.cut = compiled::Cut::kRateLimited, .rate = 2e5},
+          .limits = compiled::DeviceLimits{.force = kForceLimit, .torque = kTorqueLimit}};
+}
+
+template <class Density>
+compiled::Bone bone_like(const VoxelGrid<Density>& block) {
+  const auto& n = block.size();
+  std::vector<Density> voxels(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+  block.copy_voxels(voxels);
+  return compiled::Bone({.size = n, .spacing = block.spacing(), .X_WG = block.X_WG()}, voxels);
+}
+
+TickInput input_at(int tick) {
+  TickInput input{.X_WT = drilling_pose(kDt * tick), .spindle_on = tick > 300};
+  if (tick % 100 == 50) input.X_WT.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  return input;
+}
+
+template <class Body>
+void check_refused(const std::string& word, Body&& body) {
+  CAPTURE(word);
+  try {
+    body();
+    FAIL("nothing was thrown");
+  } catch (const std::invalid_argument& e) {
+    CHECK(std::string(e.what()).find(word) != std::string::npos);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages());
+  const compiled::Structures structures(labelled().geometry, labelled().labels);
+  CHECK(structures.count() == 2);
+  scene.set_structures(structures, each());
+
+  const Posed X_GS = labelled().geometry.X_GS;
+  const std::vector<GuardedStructure> guards{{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 1.5},
+                                             {.mode = GuardMode::kWarn, .margin = 1_mm}};
+  const std::vector<StructureVeto> vetoes{{.margin = 0.2_mm}, {.mode = StructureVeto::Mode::kWatch}};
+  const auto floor = make_cut_floor(*labelled().field, X_GS, block, kIsovalue, vetoes);
+  HapticScene header{block,
+                     kIsovalue,
+                     CoupledToolRenderer{kDrill},
+                     Milling{ProtectedCut{RateLimitedCut<>{.rate = 2e5}, floor}},
+                     StructureGuard{std::make_shared<const GuardPotential>(labelled().field, X_GS, kDrill, guards)},
+                     DeviceLimits{kForceLimit, kTorqueLimit}};
+  int different = 0, pushed = 0, warned = 0;
+  double refused = 0, taken = 0;
+  for (int tick = 0; tick < 1500; ++tick) {
+    if (tick == 1300) {  // the push goes off, then on again
+      scene.set_push(false);
+      header.part<StructureGuard>().adopt({.push = false});
+    }
+    if (tick == 1400) {
+      scene.set_push(true);
+      header.part<StructureGuard>().adopt({});
+    }
+    const TickInput input = input_at(std::min(tick, kDeep));
+    const TickResult expected = header.tick(input, kDt), got = scene.tick(input, kDt);
+    different += same_bits(expected, got) ? 0 : 1;
+    pushed += got.structures.push.force.norm() > 0.05 ? 1 : 0;
+    warned += got.structures.warns ? 1 : 0;
+    refused += got.structures.refused_mm3;
+    taken += got.structures.taken_mm3;
+  }
+  CHECK(different == 0);
+  CHECK(pushed > 100);
+  CHECK(warned > 100);
+  CHECK(refused > 0);
+  CHECK(taken > 0);
+  CHECK(refused == doctest::Approx(floor->refused_mm3()));
+  CHECK(taken == doctest::Approx(floor->taken_mm3()));
+  std::vector<std::int16_t> expected(static_cast<std::size_t>(kBlockSize * kBlockSize * kBlockSize)),
+      left(expected.size());
+  block.copy_voxels(expected);
+  scene.bone().copy_voxels(std::span(left));
+  CHECK(expected == left);
+}
+
+TEST_CASE("a planned cavity keeps cuts within it") {
+  compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
+  std::vector<compiled::Structure> cavity = each();
+  for (compiled::Structure& s : cavity) s = {.guard = compiled::GuardMode::kOff, .veto = compiled::VetoMode::kFree};
+  cavity[1].veto = compiled::VetoMode::kKeepIn;
+  scene.set_structures(compiled::Structures(labelled().geometry, labelled().labels), cavity);
+  double refused = 0;
+  for (int tick = 0; tick < kDeep; ++tick) refused += scene.tick(input_at(tick), kDt).structures.refused_mm3;
+  CHECK(refused > 1);
+  std::vector<std::int16_t> left(static_cast<std::size_t>(kBlockSize * kBlockSize * kBlockSize));
+  scene.bone().copy_voxels(std::span(left));
+  const auto whole = make_block<std::int16_t>();
+  const Posed X_SG = labelled().geometry.X_GS.inverse();
+  int lost = 0;
+  for (std::size_t v = 0; v < left.size(); ++v) {
+    const auto n = static_cast<std::size_t>(kBlockSize);
+    const Vec3d p_G =
+        kVoxel * Vec3d(static_cast<double>(v % n), static_cast<double>(v / n % n), static_cast<double>(v / (n * n)));
+    const bool bone =
+        whole.at(static_cast<int>(v % n), static_cast<int>(v / n % n), static_cast<int>(v / (n * n))) > kIsovalue;
+    lost += bone && left[v] < kIsovalue && labelled().field->distance(1, X_SG * p_G) > 0 ? 1 : 0;
+  }
+  CHECK(lost == 0);
+}
+
+TEST_CASE("structures come and go between ticks, and other stages leave them") {
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages());
+  compiled::Scene bare(bone_like(block), kIsovalue, kDrill, {}, stages());
+  const auto without_structures = [&](int from, int to) {
+    int different = 0;
+    for (int tick = from; tick < to; ++tick)
+      different += same_bits(scene.tick(input_at(tick), kDt), bare.tick(input_at(tick), kDt)) ? 0 : 1;
+    return different;
+  };
+  CHECK(without_structures(0, 200) == 0);
+  scene.clear_structures();
+  scene.set_push(true);
+  CHECK(without_structures(200, 250) == 0);
+
+  {
+    const compiled::Structures structures(labelled().geometry, labelled().labels);
+    scene.set_structures(structures, each());
+  }  // the scene keeps what it uses
+  CHECK(scene.tick(input_at(251), kDt).structures.nearest >= 0);
+  // A change of milling keeps the veto.
+  compiled::StageOptions others = stages();
+  others.milling = compiled::Milling{};
+  scene.set_stages(others);
+  double refused = 0;
+  for (int tick = 301; tick < kDeep; ++tick) refused += scene.tick(input_at(tick), kDt).structures.refused_mm3;
+  CHECK(refused > 0);
+  // Without milling nothing is refused; with it again, the floor is still there, and its counts go on.
+  others.milling.reset();
+  scene.set_stages(others);
+  CHECK(scene.tick(input_at(kDeep), kDt).structures.refused_mm3 == 0);
+  scene.set_stages(stages());
+  CHECK(scene.tick(input_at(kDeep), kDt).structures.nearest >= 0);
+
+  scene.clear_structures();
+  const TickResult r = scene.tick(input_at(kDeep), kDt);
+  CHECK(same_bits(r.structures, StructureSummary{}));
+}
+
+TEST_CASE("a tick with structures takes nothing from the heap, nor does the switch of the push or of stages") {
+  if (!AllocationGuard::available()) return;
+  compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
+  scene.set_structures(compiled::Structures(labelled().geometry, labelled().labels), each());
+  const compiled::StageOptions with = stages(), without{};
+  double pushes = 0;
+  const auto calls = heap_calls([&] {
+    for (int tick = 0; tick < 1000; ++tick) {
+      if (tick % 97 == 0) scene.set_push(tick % 2 == 0);
+      if (tick % 89 == 0) scene.set_stages(tick % 3 != 0 ? with : without);
+      pushes += scene.tick(input_at(tick), kDt).structures.push.force.norm();
+    }
+  });
+  CHECK(calls == 0);
+  CHECK(pushes > 0);
+}
+
+TEST_CASE("structures that cannot be are refused, and leave those that were") {
+  compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
+  const compiled::Structures structures(labelled().geometry, labelled().labels);
+  scene.set_structures(structures, each());
+  for (int tick = 0; tick < 20; ++tick) (void)scene.tick(input_at(kDeep), kDt);
+  const TickResult before = scene.tick(input_at(kDeep), 1e-9);
+  const auto refuse = [&](const std::string& word, auto&& change) {
+    std::vector<compiled::Structure> bad = each();
+    compiled::GuardOptions options;
+    change(bad, options);
+    check_refused(word, [&] { scene.set_structures(structures, bad, options); });
+  };
+  using All = std::vector<compiled::Structure>;
+  using Options = compiled::GuardOptions;
+  refuse("one entry", [](All& s, Options&) { s.pop_back(); });
+  refuse("margin", [](All& s, Options&) { s[0].margin = -1; });
+  refuse("stiffness", [](All& s, Options&) { s[0].stiffness = 0; });
+  refuse("bands", [](All& s, Options&) { s[0].margin = 20e-3; });
+  refuse("margin", [](All& s, Options&) { s[1].veto_margin = -1; });
+  refuse("bands", [](All& s, Options&) { s[0].veto_margin = 5.9e-3; });
+  refuse("guard", [](All& s, Options&) { s[0].guard = static_cast<compiled::GuardMode>(7); });
+  refuse("veto", [](All& s, Options&) { s[0].veto = static_cast<compiled::VetoMode>(7); });
+  refuse("ramp_time", [](All&, Options& o) { o.ramp_time = 0; });
+  refuse("smoothing", [](All&, Options& o) { o.smoothing = 0; });
+  CHECK(scene.tick(input_at(kDeep), 1e-9).structures.nearest == before.structures.nearest);
+  CHECK(scene.tick(input_at(kDeep), 1e-9).structures.push.force.norm() > 0);
+
+  compiled::LabelGeometry g = labelled().geometry;
+  const auto refuse_labels = [&](const std::string& word) {
+    check_refused(word, [&] { compiled::Structures(g, labelled().labels); });
+    g = labelled().geometry;
+  };
+  g.spacing.y() = 0;
+  refuse_labels("spacing");
+  g.size[0] = 47;
+  refuse_labels("one number a voxel");
+  g.reach = 0;
+  refuse_labels("reach");
+  g.X_GS.linear() *= 2;
+  refuse_labels("X_GS");
+}
+
+TEST_CASE("options of structures have the headers' defaults") {
+  const compiled::Structure s;
+  const GuardedStructure g;
+  CHECK(s.margin == g.margin);
+  CHECK(s.stiffness == g.stiffness);
+  CHECK(s.greatest_force == g.greatest_force);
+  CHECK(s.damping == g.damping);
+  CHECK(static_cast<int>(s.guard) == static_cast<int>(g.mode));
+  CHECK(static_cast<int>(s.veto) == static_cast<int>(StructureVeto{}.mode));
+  CHECK(s.veto_margin == StructureVeto{}.margin);
+  const compiled::GuardOptions options;
+  CHECK(options.push == StructureGuard::Options{}.push);
+  CHECK(options.ramp_time == StructureGuard::Options{}.ramp_time);
+  CHECK(options.smoothing == GuardPotentialOptions{}.smoothing);
+  CHECK(options.budget.has_value() == GuardPotentialOptions{}.budget.has_value());
+}
