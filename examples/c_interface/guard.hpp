@@ -85,6 +85,10 @@ template <>
 inline constexpr std::size_t kFirstSize<trephine_scene_options> = offsetof(trephine_scene_options,
                                                                            rotational_stiffness);
 
+/// Without structures.
+template <>
+inline constexpr std::size_t kFirstSize<trephine_tick_result> = offsetof(trephine_tick_result, nearest);
+
 template <class Struct>
 void check_size(std::size_t size) {
   static_assert(std::is_trivially_copyable_v<Struct> && offsetof(Struct, struct_size) == 0);

@@ -4,6 +4,7 @@
 #include "guard.hpp"
 
 #include <trephine/compiled/scene.hpp>
+#include <trephine/compiled/structures.hpp>
 #include <trephine/version.hpp>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 using namespace trephine;
@@ -35,6 +37,11 @@ struct trephine_reader {
   compiled::Bone bone;
   compiled::BoneReader reader;
   std::vector<std::int32_t> pending;  // named by a poll and not yet by a caller's list; taken from its end
+};
+
+struct trephine_structures {
+  compiled::Structures distances;
+  std::vector<compiled::Structure> each;
 };
 
 namespace {
@@ -163,7 +170,49 @@ compiled::StageOptions stages_of(const trephine_scene_options& o) {
 trephine_tick_result default_tick_result() {
   trephine_tick_result r{};
   r.X_WV = kIdentity;
+  r.nearest = -1;
+  r.distance = std::numeric_limits<double>::infinity();
   return r;
+}
+
+trephine_labels_options default_labels_options() {
+  trephine_labels_options o{};
+  o.X_GS = kIdentity;
+  o.reach = compiled::LabelGeometry{}.reach;
+  return o;
+}
+
+trephine_structure_options default_structure_options() {
+  const compiled::Structure s;
+  trephine_structure_options o{};
+  o.guard = static_cast<std::int32_t>(s.guard);
+  o.margin = s.margin;
+  o.stiffness = s.stiffness;
+  o.greatest_force = s.greatest_force;
+  o.damping = s.damping;
+  o.veto = static_cast<std::int32_t>(s.veto);
+  o.veto_margin = s.veto_margin;
+  return o;
+}
+
+static_assert(static_cast<int>(compiled::GuardMode::kWarn) == TREPHINE_GUARD_WARN &&
+              static_cast<int>(compiled::GuardMode::kPush) == TREPHINE_GUARD_PUSH);
+static_assert(static_cast<int>(compiled::VetoMode::kWatch) == TREPHINE_VETO_WATCH &&
+              static_cast<int>(compiled::VetoMode::kProtect) == TREPHINE_VETO_PROTECT &&
+              static_cast<int>(compiled::VetoMode::kKeepIn) == TREPHINE_VETO_KEEP_IN);
+
+compiled::Structure structure_of(const trephine_structure_options& o) {
+  require(o.guard >= TREPHINE_GUARD_OFF && o.guard <= TREPHINE_GUARD_PUSH,
+          "trephine_structures_set: no such guard: ", o.guard);
+  require(o.veto >= TREPHINE_VETO_FREE && o.veto <= TREPHINE_VETO_KEEP_IN,
+          "trephine_structures_set: no such veto: ", o.veto);
+  return {.guard = static_cast<compiled::GuardMode>(o.guard),
+          .margin = o.margin,
+          .stiffness = o.stiffness,
+          .greatest_force = o.greatest_force,
+          .damping = o.damping,
+          .veto = static_cast<compiled::VetoMode>(o.veto),
+          .veto_margin = o.veto_margin};
 }
 
 }  // namespace
@@ -258,6 +307,16 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
     out.contacts = r.contact.count;
     out.tip = r.contact.tip ? 1 : 0;
     out.shaft = r.contact.shaft ? 1 : 0;
+    const StructureSummary& s = r.structures;
+    out.nearest = s.nearest;
+    out.warns = s.warns ? 1 : 0;
+    out.distance = s.distance;
+    for (int i = 0; i < 3; ++i) {
+      out.push_force[i] = s.push.force[i];
+      out.push_torque[i] = s.push.torque[i];
+    }
+    out.refused_mm3 = s.refused_mm3;
+    out.taken_mm3 = s.taken_mm3;
     write_struct(out, *result);
   });
 }
@@ -266,6 +325,68 @@ trephine_result trephine_scene_reset(trephine_scene* scene) noexcept {
   return guarded([&] {
     require_pointers(scene);
     scene->scene.reset();
+  });
+}
+
+trephine_result trephine_labels_options_init(trephine_labels_options* options, size_t struct_size) noexcept {
+  return guarded([&] { init_struct(options, struct_size, default_labels_options()); });
+}
+
+trephine_result trephine_structures_create(const trephine_labels_options* options, const uint8_t* labels, size_t bytes,
+                                           trephine_structures** structures) noexcept {
+  return guarded([&] {
+    require_pointers(options, labels, structures);
+    const auto o = read_struct(*options, default_labels_options());
+    const compiled::LabelGeometry geometry{.size = {o.size[0], o.size[1], o.size[2]},
+                                           .spacing = Vec3d(o.spacing[0], o.spacing[1], o.spacing[2]),
+                                           .X_GS = checked_pose(o.X_GS),
+                                           .reach = o.reach,
+                                           .threads = o.threads};
+    compiled::Structures made(geometry, std::span(labels, bytes));
+    std::vector<compiled::Structure> each(static_cast<std::size_t>(made.count()));
+    *structures =
+        std::make_unique<trephine_structures>(trephine_structures{std::move(made), std::move(each)}).release();
+  });
+}
+
+void trephine_structures_destroy(trephine_structures* structures) noexcept { delete structures; }
+
+trephine_result trephine_structures_count(const trephine_structures* structures, int32_t* count) noexcept {
+  return guarded([&] {
+    require_pointers(structures, count);
+    *count = structures->distances.count();
+  });
+}
+
+trephine_result trephine_structure_options_init(trephine_structure_options* options, size_t struct_size) noexcept {
+  return guarded([&] { init_struct(options, struct_size, default_structure_options()); });
+}
+
+trephine_result trephine_structures_set(trephine_structures* structures, int32_t structure,
+                                        const trephine_structure_options* options) noexcept {
+  return guarded([&] {
+    require_pointers(structures, options);
+    require(structure >= 0 && structure < structures->distances.count(), "trephine_structures_set: no structure ",
+            structure);
+    structures->each[static_cast<std::size_t>(structure)] =
+        structure_of(read_struct(*options, default_structure_options()));
+  });
+}
+
+trephine_result trephine_scene_set_structures(trephine_scene* scene, const trephine_structures* structures) noexcept {
+  return guarded([&] {
+    require_pointers(scene);
+    if (structures != nullptr)
+      scene->scene.set_structures(structures->distances, structures->each);
+    else
+      scene->scene.clear_structures();
+  });
+}
+
+trephine_result trephine_scene_set_push(trephine_scene* scene, int32_t on) noexcept {
+  return guarded([&] {
+    require_pointers(scene);
+    scene->scene.set_push(on != 0);
   });
 }
 

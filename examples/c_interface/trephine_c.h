@@ -87,8 +87,8 @@ TREPHINE_C_API void trephine_grid_destroy(trephine_grid* grid) TREPHINE_C_NOEXCE
 /* Moves the bone; haptic thread, between ticks. */
 TREPHINE_C_API trephine_result trephine_grid_set_pose(trephine_grid* grid,
                                                       const trephine_pose* X_WG) TREPHINE_C_NOEXCEPT;
-/* Puts original densities back in up to `most_bricks` edited bricks; `left` (may be null) tells how many more there are.
- * Haptic thread, between ticks: a few at a time keep it short. Invalid without keep_original. */
+/* Puts original densities back in up to `most_bricks` edited bricks; `left` (may be null) tells how many more there
+ * are. Haptic thread, between ticks: a few at a time keep it short. Invalid without keep_original. */
 TREPHINE_C_API trephine_result trephine_grid_restore(trephine_grid* grid, size_t most_bricks,
                                                      size_t* left) TREPHINE_C_NOEXCEPT;
 /* Copies all voxels, x fastest, to a buffer of exactly their bytes: for saving. Haptic thread, between ticks. */
@@ -160,6 +160,14 @@ typedef struct trephine_tick_result {
   int32_t contacts;         /* places that touch */
   uint8_t tip, shaft;       /* 1: in contact */
   uint8_t reserved[2];      /* 0 */
+  /* Of structures, see trephine_scene_set_structures. */
+  int32_t nearest;       /* number of the structure nearest to the tool; -1: none known */
+  int32_t warns;         /* 1: that structure is guarded and nearer than its margin */
+  double distance;       /* of the whole tool from it [m], negative inside; infinite: none known */
+  double push_force[3];  /* the guard's part of `force` [N] */
+  double push_torque[3]; /* the guard's part of `torque` [N m] */
+  double refused_mm3;    /* protected bone that cuts would have taken in this tick, each voxel once [mm^3] */
+  double taken_mm3;      /* bone of watched structures that cuts took in this tick, each voxel once [mm^3] */
 } trephine_tick_result;
 
 TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* result,
@@ -171,6 +179,63 @@ TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const 
                                                    double dt, trephine_tick_result* result) TREPHINE_C_NOEXCEPT;
 /* Forgets contact and velocity; the bone and the removed volume stay. */
 TREPHINE_C_API trephine_result trephine_scene_reset(trephine_scene* scene) TREPHINE_C_NOEXCEPT;
+
+/* ---- Structures that must not be cut ------------------------------------------------------------------------------
+ */
+
+typedef struct trephine_structures trephine_structures;
+
+typedef struct trephine_labels_options {
+  uint32_t struct_size;
+  int32_t size[3];    /* voxels along x (fastest in memory), y, z; each >= 1. Default 0: must be given */
+  double spacing[3];  /* [m]. Default 0: must be given */
+  trephine_pose X_GS; /* of the labels' frame in the grid's; default identity: both share a grid */
+  double reach;       /* half width of the bands with distances of each structure [m]. Default 0.006 */
+  int32_t threads;    /* that build; 0 (default): as many as the machine has */
+  int32_t reserved;   /* 0 */
+} trephine_labels_options;
+
+TREPHINE_C_API trephine_result trephine_labels_options_init(trephine_labels_options* options,
+                                                            size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* Builds the distances from `bytes` labels, a byte a voxel: 0 is none, s + 1 is structure s. Takes seconds; not for the
+ * haptic thread. */
+TREPHINE_C_API trephine_result trephine_structures_create(const trephine_labels_options* options, const uint8_t* labels,
+                                                          size_t bytes,
+                                                          trephine_structures** structures) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. Scenes keep what they use. */
+TREPHINE_C_API void trephine_structures_destroy(trephine_structures* structures) TREPHINE_C_NOEXCEPT;
+/* Number of structures: the highest label. */
+TREPHINE_C_API trephine_result trephine_structures_count(const trephine_structures* structures,
+                                                         int32_t* count) TREPHINE_C_NOEXCEPT;
+
+enum { TREPHINE_GUARD_OFF = 0, TREPHINE_GUARD_WARN = 1, TREPHINE_GUARD_PUSH = 2 };
+enum { TREPHINE_VETO_FREE = 0, TREPHINE_VETO_WATCH = 1, TREPHINE_VETO_PROTECT = 2, TREPHINE_VETO_KEEP_IN = 3 };
+
+typedef struct trephine_structure_options {
+  uint32_t struct_size;
+  int32_t guard;         /* TREPHINE_GUARD_OFF, _WARN (within the margin) or _PUSH (default: also out of it) */
+  double margin;         /* distance at which the push begins [m] */
+  double stiffness;      /* of the push [N/m] */
+  double greatest_force; /* the push grows no further [N] */
+  double damping;        /* of motion toward the structure [N s/m] */
+  int32_t veto;          /* TREPHINE_VETO_FREE, _WATCH (count what is cut), _PROTECT (default) or _KEEP_IN (a cavity) */
+  int32_t reserved;      /* 0 */
+  double veto_margin;    /* no cut takes bone within this of the border [m]. Default 0 */
+} trephine_structure_options;
+
+TREPHINE_C_API trephine_result trephine_structure_options_init(trephine_structure_options* options,
+                                                               size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* Options of structure s, from the next trephine_scene_set_structures on. Their ranges are checked there. */
+TREPHINE_C_API trephine_result trephine_structures_set(trephine_structures* structures, int32_t structure,
+                                                       const trephine_structure_options* options) TREPHINE_C_NOEXCEPT;
+/* Guards structures and keeps cuts from them, instead of those before; null takes guard and vetoes out. Haptic thread,
+ * between ticks; takes memory and tenths of a second. Margin + the tool's largest radius + 1.56 mm must be within
+ * `reach`, and so must a veto's margin + the diagonal of a voxel of bone. */
+TREPHINE_C_API trephine_result trephine_scene_set_structures(trephine_scene* scene,
+                                                             const trephine_structures* structures) TREPHINE_C_NOEXCEPT;
+/* Switches the guard's push, which fades in or out in 0.25 s; distances and vetoes stay. Haptic thread, between ticks.
+ */
+TREPHINE_C_API trephine_result trephine_scene_set_push(trephine_scene* scene, int32_t on) TREPHINE_C_NOEXCEPT;
 
 /* ---- What changed, for a mesher on another thread -----------------------------------------------------------------
  */

@@ -13,6 +13,8 @@ INT16, FLOAT32 = 0, 1
 LINE, SURFACE, COUPLED = 0, 1, 2
 MILL_NOTHING, MILL_GEOMETRIC, MILL_RATE_LIMITED = 0, 1, 2
 STATUS_OK, STATUS_BAD_INPUT = 0, 4
+GUARD_OFF, GUARD_WARN, GUARD_PUSH = 0, 1, 2
+VETO_FREE, VETO_WATCH, VETO_PROTECT, VETO_KEEP_IN = 0, 1, 2, 3
 HALOED = 10
 
 
@@ -46,7 +48,20 @@ class TickResult(c.Structure):
     _fields_ = [("struct_size", c.c_uint32), ("status", c.c_int32), ("force", c.c_double * 3),
                 ("torque", c.c_double * 3), ("depth", c.c_double), ("removed_mm3", c.c_double),
                 ("removed_total_mm3", c.c_double), ("X_WV", Pose), ("contacts", c.c_int32), ("tip", c.c_uint8),
-                ("shaft", c.c_uint8), ("reserved", c.c_uint8 * 2)]
+                ("shaft", c.c_uint8), ("reserved", c.c_uint8 * 2), ("nearest", c.c_int32), ("warns", c.c_int32),
+                ("distance", c.c_double), ("push_force", c.c_double * 3), ("push_torque", c.c_double * 3),
+                ("refused_mm3", c.c_double), ("taken_mm3", c.c_double)]
+
+
+class LabelsOptions(c.Structure):
+    _fields_ = [("struct_size", c.c_uint32), ("size", c.c_int32 * 3), ("spacing", c.c_double * 3), ("X_GS", Pose),
+                ("reach", c.c_double), ("threads", c.c_int32), ("reserved", c.c_int32)]
+
+
+class StructureOptions(c.Structure):
+    _fields_ = [("struct_size", c.c_uint32), ("guard", c.c_int32), ("margin", c.c_double), ("stiffness", c.c_double),
+                ("greatest_force", c.c_double), ("damping", c.c_double), ("veto", c.c_int32), ("reserved", c.c_int32),
+                ("veto_margin", c.c_double)]
 
 
 class Error(Exception):
@@ -69,6 +84,13 @@ class Library:
         "tick_result_init": [c.POINTER(TickResult), c.c_size_t],
         "scene_tick": [c.c_void_p, c.POINTER(Pose), c.c_int32, c.c_double, c.POINTER(TickResult)],
         "scene_reset": [c.c_void_p],
+        "labels_options_init": [c.POINTER(LabelsOptions), c.c_size_t],
+        "structures_create": [c.POINTER(LabelsOptions), c.c_void_p, c.c_size_t, c.POINTER(c.c_void_p)],
+        "structures_count": [c.c_void_p, c.POINTER(c.c_int32)],
+        "structure_options_init": [c.POINTER(StructureOptions), c.c_size_t],
+        "structures_set": [c.c_void_p, c.c_int32, c.POINTER(StructureOptions)],
+        "scene_set_structures": [c.c_void_p, c.c_void_p],
+        "scene_set_push": [c.c_void_p, c.c_int32],
         "reader_create": [c.c_void_p, c.POINTER(c.c_void_p)],
         "reader_bricks": [c.c_void_p, c.POINTER(c.c_int32)],
         "reader_changed": [c.c_void_p, c.POINTER(c.c_int32), c.c_size_t, c.POINTER(c.c_size_t)],
@@ -86,7 +108,7 @@ class Library:
             function = getattr(self._dll, "trephine_" + name)
             function.argtypes = arguments
             setattr(self, name, self._raising(function))
-        for handle in ("grid", "scene", "reader"):
+        for handle in ("grid", "scene", "reader", "structures"):
             function = getattr(self._dll, f"trephine_{handle}_destroy")
             function.argtypes = [c.c_void_p]
             function.restype = None
@@ -101,9 +123,10 @@ class Library:
         return call
 
     def options(self, kind):
-        """A struct with its defaults: GridOptions, SceneOptions or TickResult."""
+        """A struct with its defaults: GridOptions, SceneOptions, TickResult, LabelsOptions or StructureOptions."""
         init = {GridOptions: self.grid_options_init, SceneOptions: self.scene_options_init,
-                TickResult: self.tick_result_init}[kind]
+                TickResult: self.tick_result_init, LabelsOptions: self.labels_options_init,
+                StructureOptions: self.structure_options_init}[kind]
         made = kind()
         init(c.byref(made), c.sizeof(made))
         return made
@@ -151,8 +174,50 @@ class Scene:
         self.library.scene_tick(self.handle, c.byref(X_WT), int(spindle_on), dt, c.byref(self.result))
         return self.result
 
+    def set_structures(self, structures):
+        """Guards Structures as they are set, and keeps cuts from them; None takes guard and vetoes out."""
+        self.library.scene_set_structures(self.handle, structures.handle if structures else None)
+
+    def set_push(self, on):
+        """Switches the guard's push; distances and vetoes stay."""
+        self.library.scene_set_push(self.handle, int(on))
+
     def __del__(self):
         self.library.scene_destroy(self.handle)
+
+
+class Structures:
+    """Distances to the structures of a segmentation: a byte a voxel, x fastest, 0 for none and s + 1 for structure s."""
+
+    def __init__(self, library, size, spacing, labels, X_GS=None, reach=None, threads=0):
+        self.library = library
+        self.handle = c.c_void_p()
+        o = library.options(LabelsOptions)
+        o.size[:] = size
+        o.spacing[:] = spacing
+        o.threads = threads
+        if X_GS is not None:
+            o.X_GS = X_GS
+        if reach is not None:
+            o.reach = reach
+        flat = memoryview(labels).cast("B")
+        buffer = (c.c_char * len(flat)).from_buffer_copy(flat)
+        library.structures_create(c.byref(o), buffer, len(flat), c.byref(self.handle))
+        count = c.c_int32()
+        library.structures_count(self.handle, c.byref(count))
+        self.count = count.value
+
+    def set(self, structure, **options):
+        """Options of one structure, from the next Scene.set_structures on; keyword arguments are StructureOptions'."""
+        o = self.library.options(StructureOptions)
+        for name, value in options.items():
+            if name not in dict(StructureOptions._fields_):
+                raise TypeError(f"StructureOptions has no {name}")
+            setattr(o, name, value)
+        self.library.structures_set(self.handle, structure, c.byref(o))
+
+    def __del__(self):
+        self.library.structures_destroy(self.handle)
 
 
 class Reader:

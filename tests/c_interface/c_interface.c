@@ -366,6 +366,151 @@ static void turn(void) {
   trephine_grid_destroy(grid);
 }
 
+enum { kLabelSide = 40 };
+static uint8_t labels[kLabelSide * kLabelSide * kLabelSide];
+
+/* A box 3 mm below the surface that must stay, and one beside the drill's way that may break. They share the grid. */
+static trephine_structures* make_structures(void) {
+  for (int k = 0; k < kLabelSide; ++k)
+    for (int j = 0; j < kLabelSide; ++j)
+      for (int i = 0; i < kLabelSide; ++i) {
+        const int keep = k >= 9 && k <= 12 && i >= 16 && i <= 24 && j >= 16 && j <= 24;
+        const int may_break = k >= 14 && k <= 17 && i >= 22 && i <= 25 && j >= 18 && j <= 22;
+        labels[(k * kLabelSide + j) * kLabelSide + i] = (uint8_t)(keep ? 1 : may_break ? 2 : 0);
+      }
+  trephine_labels_options o;
+  CHECK(trephine_labels_options_init(&o, sizeof o) == TREPHINE_OK);
+  CHECK(o.reach == 0.006 && o.threads == 0 && o.X_GS.rotation[3] == 1);
+  for (int a = 0; a < 3; ++a) {
+    o.size[a] = kLabelSide;
+    o.spacing[a] = kSpacing;
+  }
+  trephine_structures* structures = NULL;
+  CHECK(trephine_structures_create(&o, labels, sizeof labels, &structures) == TREPHINE_OK);
+  int32_t count = 0;
+  CHECK(trephine_structures_count(structures, &count) == TREPHINE_OK);
+  CHECK(count == 2);
+
+  trephine_structures* none = NULL;
+  CHECK_REFUSED(trephine_structures_create(NULL, labels, sizeof labels, &none), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_structures_create(&o, labels, 7, &none), TREPHINE_INVALID_ARGUMENT, "one number a voxel");
+  o.reach = 0;
+  CHECK_REFUSED(trephine_structures_create(&o, labels, sizeof labels, &none), TREPHINE_INVALID_ARGUMENT, "reach");
+  o.reach = 0.006;
+  o.X_GS.rotation[0] = 0.1;
+  CHECK_REFUSED(trephine_structures_create(&o, labels, sizeof labels, &none), TREPHINE_INVALID_ARGUMENT, "quaternion");
+  CHECK(none == NULL);
+  return structures;
+}
+
+/* The drill goes straight down to 0.5 mm below the upper side of the first structure. */
+static trephine_pose deeper(int tick) {
+  const double top = 12.5 * kSpacing, from = kSurface + 2e-3, to = top - 0.5e-3;
+  return tool_at(from + 1.5e-3 + (to - from) * (tick < 1000 ? tick / 1000.0 : 1.0));
+}
+
+static void structures(void) {
+  trephine_structures* s = make_structures();
+  trephine_structure_options o;
+  CHECK(trephine_structure_options_init(&o, sizeof o) == TREPHINE_OK);
+  CHECK(o.guard == TREPHINE_GUARD_PUSH && o.veto == TREPHINE_VETO_PROTECT && o.margin == 1e-3 && o.stiffness == 1000);
+  o.stiffness = 500;
+  o.veto_margin = 0.3e-3;
+  CHECK(trephine_structures_set(s, 0, &o) == TREPHINE_OK);
+  o.guard = TREPHINE_GUARD_WARN;
+  o.veto = TREPHINE_VETO_WATCH;
+  CHECK(trephine_structures_set(s, 1, &o) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_structures_set(s, 2, &o), TREPHINE_INVALID_ARGUMENT, "no structure 2");
+  CHECK_REFUSED(trephine_structures_set(s, -1, &o), TREPHINE_INVALID_ARGUMENT, "no structure -1");
+  o.veto = 9;
+  CHECK_REFUSED(trephine_structures_set(s, 1, &o), TREPHINE_INVALID_ARGUMENT, "veto");
+  o.guard = 9;
+  CHECK_REFUSED(trephine_structures_set(s, 1, &o), TREPHINE_INVALID_ARGUMENT, "guard");
+  o.struct_size = 5;
+  CHECK_REFUSED(trephine_structures_set(s, 1, &o), TREPHINE_WRONG_STRUCT, "struct_size is 5");
+  CHECK_REFUSED(trephine_structures_set(NULL, 0, &o), TREPHINE_NULL_ARGUMENT, "null");
+
+  trephine_grid* grid = make_grid();
+  trephine_scene_options options = scene_options(TREPHINE_COUPLED);
+  trephine_scene *scene = NULL, *twin = NULL; /* the twin warns only */
+  CHECK(trephine_scene_create(grid, &options, &scene) == TREPHINE_OK);
+  trephine_grid* twin_grid = make_grid();
+  CHECK(trephine_scene_create(twin_grid, &options, &twin) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_scene_set_structures(NULL, s), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_scene_set_push(NULL, 1), TREPHINE_NULL_ARGUMENT, "null");
+  trephine_tick_result r, t;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  CHECK(trephine_tick_result_init(&t, sizeof t) == TREPHINE_OK);
+  CHECK(r.nearest == -1 && isinf(r.distance));
+  trephine_pose X_WT = deeper(0);
+  CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.nearest == -1 && isinf(r.distance) && r.warns == 0 && r.push_force[2] == 0);
+  CHECK(trephine_scene_set_structures(scene, s) == TREPHINE_OK);
+  CHECK(trephine_scene_set_structures(twin, s) == TREPHINE_OK);
+  CHECK(trephine_scene_set_push(twin, 0) == TREPHINE_OK);
+  CHECK(trephine_scene_tick(twin, &X_WT, 0, 1e-3, &t) == TREPHINE_OK);
+  double refused = 0, taken = 0, push = 0, least = 1;
+  int off = 0, warned = 0;
+  for (int tick = 1; tick < 1200; ++tick) {
+    X_WT = deeper(tick);
+    CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+    CHECK(trephine_scene_tick(twin, &X_WT, 1, 1e-3, &t) == TREPHINE_OK);
+    refused += r.refused_mm3;
+    taken += r.taken_mm3;
+    warned += r.warns;
+    if (r.push_force[2] > push) push = r.push_force[2];
+    if (r.distance < least) least = r.distance;
+    for (int i = 0; i < 3; ++i) {
+      off += fabs(r.force[i] - r.push_force[i] - t.force[i]) > 1e-9;
+      off += fabs(r.torque[i] - r.push_torque[i] - t.torque[i]) > 1e-9;
+    }
+    off += t.push_force[2] != 0 || t.distance != r.distance || t.nearest != r.nearest || t.warns != r.warns;
+  }
+  printf("structures: push %.2f N, distance %.2f mm, refused %.2f mm3, taken %.2f mm3\n", push, 1e3 * least, refused,
+         taken);
+  CHECK(off == 0);
+  CHECK(r.nearest == 1 && warned > 100); /* the drill is deeper in what may break */
+  CHECK(push > 0.5 && push < 2.4);
+  CHECK(least < 0 && least > -1e-3);
+  CHECK(refused > 0.5 && taken > 0.5);
+  static int16_t now[kVoxels];
+  CHECK(trephine_grid_copy(grid, now, sizeof now) == TREPHINE_OK);
+  int lost = 0, broken = 0;
+  for (int v = 0; v < kVoxels; ++v) {
+    lost += labels[v] == 1 && now[v] < 300;
+    broken += labels[v] == 2 && now[v] < 300;
+  }
+  CHECK(lost == 0);
+  CHECK(broken > 0 && fabs(taken - broken * 0.125) < 1e-9);
+
+  /* A caller with an older header gets the same tick, and nothing beyond its struct is touched. */
+  const size_t older = offsetof(trephine_tick_result, nearest);
+  memset(&t, 0xAB, sizeof t);
+  CHECK(trephine_tick_result_init(&t, older) == TREPHINE_OK);
+  CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &t) == TREPHINE_OK);
+  CHECK(fabs(t.force[2] - r.force[2]) < 0.1 && t.struct_size == older);
+  for (size_t i = older; i < sizeof t; ++i) CHECK(((const unsigned char*)&t)[i] == 0xAB);
+
+  /* Refused options leave the scene as it was. */
+  CHECK(trephine_structure_options_init(&o, sizeof o) == TREPHINE_OK);
+  o.margin = 0.04;
+  CHECK(trephine_structures_set(s, 0, &o) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_scene_set_structures(scene, s), TREPHINE_INVALID_ARGUMENT, "reach");
+  CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.nearest == 1 && r.push_force[2] > 0.5);
+  trephine_structures_destroy(s);
+  trephine_structures_destroy(NULL);
+  CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.nearest == 1);
+  CHECK(trephine_scene_set_structures(scene, NULL) == TREPHINE_OK);
+  CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.nearest == -1 && isinf(r.distance) && r.push_force[2] == 0);
+  trephine_scene_destroy(scene);
+  trephine_scene_destroy(twin);
+  trephine_grid_destroy(grid);
+  trephine_grid_destroy(twin_grid);
+}
+
 int main(void) {
   fill();
   CHECK(trephine_version() == TREPHINE_EXPECTED_VERSION);
@@ -374,6 +519,7 @@ int main(void) {
   drill(TREPHINE_SURFACE);
   drill(TREPHINE_COUPLED);
   without_torque();
+  structures();
   older_structs();
   refuse_grids();
   refuse_scenes();

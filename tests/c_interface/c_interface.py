@@ -78,6 +78,38 @@ scene = t.Scene(bone, isovalue=300)
 result = scene.tick(t.Pose((math.nan, 0, 0)), True, 1e-3)
 assert result.status == t.STATUS_BAD_INPUT and list(result.force) == [0, 0, 0]
 
+# Structures: a box that must stay, and one that may break.
+labels = bytearray(side**3)
+for k in range(9, 18):
+    for j in range(16, 25):
+        for i in range(16, 25):
+            labels[(k * side + j) * side + i] = 1 if k < 13 else 2 if k > 13 and i > 21 else 0
+structures = t.Structures(library, (side,) * 3, spacing, labels)
+assert structures.count == 2
+structures.set(0, stiffness=500, veto_margin=0.3e-3)
+structures.set(1, guard=t.GUARD_WARN, veto=t.VETO_WATCH)
+refused(2, "no structure 2", lambda: structures.set(2))
+refused(2, "veto", lambda: structures.set(1, veto=7))
+refused(2, "reach", lambda: t.Structures(library, (side,) * 3, spacing, labels, reach=0))
+bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
+scene = t.Scene(bone, algorithm=t.COUPLED, isovalue=300)
+assert scene.tick(t.Pose((10e-3, 10e-3, 15e-3)), False, 1e-3).nearest == -1
+scene.set_structures(structures)
+pushes, refused_mm3, taken_mm3 = [], 0, 0
+for tick in range(1000):
+    result = scene.tick(t.Pose((10e-3, 10e-3, 13e-3 - 5.5e-6 * tick)), True, 1e-3)
+    pushes.append(result.push_force[2])
+    refused_mm3 += result.refused_mm3
+    taken_mm3 += result.taken_mm3
+assert result.nearest == 1 and result.warns and -1e-3 < result.distance < 0, result.distance
+assert max(pushes) > 0.2 and refused_mm3 > 0 and taken_mm3 > 0, (max(pushes), refused_mm3, taken_mm3)
+scene.set_push(False)
+for tick in range(300):
+    result = scene.tick(t.Pose((10e-3, 10e-3, 7.5e-3)), True, 1e-3)
+assert result.push_force[2] == 0 and result.nearest == 1
+scene.set_structures(None)
+assert scene.tick(t.Pose((10e-3, 10e-3, 7.5e-3)), True, 1e-3).nearest == -1
+
 # Modules of older and newer headers than the library's.
 size = t.SceneOptions.rotational_stiffness.offset
 made = t.SceneOptions(rotational_stiffness=-1)
