@@ -16,9 +16,11 @@
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/voxel/protected_cut.hpp>
+#include <trephine/voxel/tissue_cut.hpp>
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -197,11 +199,12 @@ TEST_CASE("a tick's wrench without its push is that of the scene whose guard onl
 TEST_CASE("volumes of a tick are its own with several cuts, of one floor or of two") {
   Bone bone = solid();
   const auto one = floor_of(bone), two = floor_of(bone);
+  const auto tissues = std::make_shared<const TissueMap>(bone, std::array{1.5}, [](int, int, int) { return 0; });
   HapticScene scene{bone,
                     kIso,
                     renderer(),
                     Milling{ProtectedCut{GeometricCut{}, one}, {.follow_probe = true}},
-                    Milling{ProtectedCut{AdvancingCut{.speed = 0.05}, one}},
+                    Milling{TissueCut{ProtectedCut{AdvancingCut{.speed = 0.05}, one}, tissues}},
                     Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, two}, {.follow_probe = true}, DrillBit{}}};
   Wanderer wanderer(bone, 9);
   double refused = 0, taken = 0;
