@@ -3,7 +3,10 @@
 include_guard(GLOBAL)
 
 set(bone_folder ${CMAKE_CURRENT_LIST_DIR})
-add_library(drill_bone STATIC ${bone_folder}/bone.cpp ${bone_folder}/pieces.cpp ${bone_folder}/skull_file.cpp ${bone_folder}/spot.cpp ${bone_folder}/temporal_bone.cpp)
+add_library(drill_bone STATIC)
+foreach(part bone pieces skull_file spot structure_labels temporal_bone)
+  target_sources(drill_bone PRIVATE ${bone_folder}/${part}.cpp)
+endforeach()
 trephine_own_target(drill_bone)
 set_target_properties(drill_bone PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
 target_include_directories(drill_bone PUBLIC ${bone_folder})

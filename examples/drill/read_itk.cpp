@@ -3,6 +3,7 @@
 #include "read_itk.hpp"
 
 #include <trephine/adapter/itk.hpp>
+#include <trephine/adapter/itk_labels.hpp>
 
 namespace drill {
 
@@ -10,6 +11,15 @@ Grid read_ct(const std::string& path, const std::string& series) {
   trephine::VolumeOptions options;
   options.series = series;
   return trephine::read_volume_as<std::int16_t>(path, options);
+}
+
+AnyLabels read_label_file(const std::string& path, std::vector<std::string>& notes) {
+  trephine::LabelFileOptions options;
+  options.drop_empty = true;
+  trephine::LabelReport report;
+  AnyLabels labels = trephine::read_labels(path, options, &report);
+  for (const std::string& name : report.dropped) notes.push_back("left out: structure '" + name + "', without a voxel");
+  return labels;
 }
 
 }  // namespace drill

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "../drill/bone.hpp"
+#include "guarded_bone.hpp"
+#include "protection.hpp"
 
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling_vibration.hpp>
+#include <trephine/structure/structure_guard.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 
 #include <memory>
@@ -26,6 +29,9 @@ struct Inboxes {
   trephine::Mailbox<trephine::MillingVibration::Options> vibration;
   trephine::Mailbox<trephine::Damping::Options> damping;
   trephine::Mailbox<trephine::DeviceLimits> limits;
+  // Of drills in bone with structures.
+  trephine::Mailbox<trephine::StructureGuard::Options> guard;
+  trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
 };
 
 /// What is fixed while a drill runs.
@@ -33,7 +39,15 @@ struct DrillSettings {
   Renderer renderer = Renderer::kCoupled;
   trephine::Burr burr{};
   double stiffness = 800;  ///< [N/m]
+  // Only with structures.
+  std::shared_ptr<const GuardedBone> guarded{};
+  std::shared_ptr<const trephine::GuardPotential> potential{};  ///< for this burr
+  Protection protection = Protection::kWarn;                    ///< at the start
 };
+
+[[nodiscard]] constexpr trephine::StructureGuard::Options guard_options(Protection p) {
+  return {.push = p >= Protection::kPush};
+}
 
 /// A scene of any renderer. Haptic thread.
 class HeldDrill {
@@ -46,6 +60,8 @@ class HeldDrill {
   /// Pose of the tool to draw, of the last good tick.
   [[nodiscard]] virtual trephine::Posed tool_W() const noexcept = 0;
   virtual std::size_t contacts_W(std::span<trephine::ContactPoint<double>> out) const noexcept = 0;
+  /// What the last tick says of structures; nothing where there are none.
+  [[nodiscard]] virtual StructureReport structures() const noexcept { return {}; }
 };
 
 /// Scenes in translation units of their own: each is a tree of templates. The bone and the inboxes must outlive them.

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "guarded_milling.hpp"
 #include "held_drill.hpp"
 
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>
+#include <trephine/stage/motion.hpp>
 #include <trephine/stage/remote.hpp>
+#include <trephine/structure/structure_guard.hpp>
+#include <trephine/structure/tool_distance.hpp>
 
 #include <utility>
 
 namespace live {
 
 template <class Scene>
-class HeldDrillOf final : public HeldDrill {
+class HeldDrillOf : public HeldDrill {
  public:
   template <class... Arguments>
   explicit HeldDrillOf(Arguments&&... arguments) : scene_(std::forward<Arguments>(arguments)...) {}
@@ -24,22 +28,59 @@ class HeldDrillOf final : public HeldDrill {
     return scene_.contacts_W(out);
   }
 
- private:
+ protected:
   Scene scene_;
 };
 
-/// The stages that every drill here has, after its renderer.
+/// What guard and carver of a scene say of structures after a tick. The distance is of the drawn tool: where bone holds
+/// it, the device's pose is nearer.
+template <class Scene>
+[[nodiscard]] StructureReport structure_report(const Scene& scene) noexcept {
+  const auto& guard = scene.template part<trephine::StructureGuard>();
+  const auto& milling = scene.template part<GuardedMilling>();
+  const trephine::GuardPotential& potential = guard.potential();
+  const trephine::Posed X_ST =
+      potential.X_GS().inverse(Eigen::Isometry) * trephine::relative_pose(scene.bone().X_WG(), scene.visual_pose_W());
+  const trephine::ToolDistance nearest = trephine::tool_distance(potential.field(), potential.burr(), X_ST);
+  return {.nearest = nearest.structure,
+          .distance = nearest.distance,
+          .in_margin = nearest.structure >= 0 && nearest.distance < potential.widest_margin(),
+          .push_N = guard.report().push.force.norm(),
+          .refused_mm3 = milling.refused_mm3(),
+          .taken_mm3 = milling.taken_mm3()};
+}
+
+template <class Scene>
+class GuardedDrillOf final : public HeldDrillOf<Scene> {
+ public:
+  using HeldDrillOf<Scene>::HeldDrillOf;
+  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report(this->scene_); }
+};
+
+/// The stages that every drill here has, after its renderer. Guard and floors are only compiled into drills in bone
+/// with structures.
 template <class ContactRenderer>
 [[nodiscard]] std::unique_ptr<HeldDrill> held(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                               Inboxes& inboxes, ContactRenderer renderer) {
   using namespace trephine;
-  Remote milling{Milling{AdvancingCut{.speed = settings.burr.tip_radius / kRadiusTime}}, inboxes.feed};
+  const AdvancingCut cut{.speed = settings.burr.tip_radius / kRadiusTime};
   Remote vibration{MillingVibration{{.frequency = 180, .per_force = 0.08}}, inboxes.vibration};
   Remote damping{Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}}, inboxes.damping};
   Remote limits{DeviceLimits{.force = kMaxForce, .torque = kMaxTorque}, inboxes.limits};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, decltype(milling), decltype(vibration), decltype(damping),
-                            decltype(limits)>;
-  return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), milling, vibration, damping, limits);
+  if (settings.guarded == nullptr) {
+    Remote milling{Milling{cut}, inboxes.feed};
+    using Scene = HapticScene<std::int16_t, ContactRenderer, decltype(milling), decltype(vibration), decltype(damping),
+                              decltype(limits)>;
+    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), milling, vibration, damping,
+                                                limits);
+  }
+  const GuardedMilling milling(cut, settings.guarded->watch, settings.guarded->refuse,
+                               settings.protection == Protection::kVeto, inboxes);
+  Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
+  using Scene = HapticScene<std::int16_t, ContactRenderer, GuardedMilling, decltype(vibration), decltype(damping),
+                            decltype(guard), decltype(limits)>;
+  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), milling, vibration, damping,
+                                                 guard, limits);
 }
 
 }  // namespace live

@@ -13,6 +13,7 @@ namespace live {
 namespace {
 
 constexpr std::size_t kShown = 3000;  // ticks in a plot
+constexpr std::size_t kLegend = 12;   // structures named all at once, at most
 
 /// The status in words for the one who drills.
 const char* in_words(trephine::Status s) {
@@ -32,6 +33,34 @@ const char* in_words(trephine::Status s) {
       return "force is not finite: none is sent";
   }
   return "";
+}
+
+/// A square in the structure's colour, with room for text after it.
+void swatch(const trephine::Structure& s) {
+  const float side = ImGui::GetTextLineHeight();
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddRectFilled(
+      corner, ImVec2(corner.x + side, corner.y + side),
+      ImGui::ColorConvertFloat4ToU32(ImVec4(s.colour[0], s.colour[1], s.colour[2], 1)), 3);
+  ImGui::Dummy(ImVec2(side, side));
+  ImGui::SameLine(0, 0.3F * side);
+}
+
+/// Names and colours, as many on a line as fit.
+void legend(const std::vector<trephine::Structure>& structures) {
+  const float gap = ImGui::GetFontSize(), width = ImGui::GetContentRegionAvail().x;
+  float used = 0;
+  for (const trephine::Structure& s : structures) {
+    const float own = 1.3F * ImGui::GetTextLineHeight() + ImGui::CalcTextSize(s.name.c_str()).x;
+    if (used > 0 && used + gap + own <= width) {
+      ImGui::SameLine(0, gap);
+      used += gap + own;
+    } else {
+      used = own;
+    }
+    swatch(s);
+    ImGui::TextDisabled("%s", s.name.c_str());
+  }
 }
 
 /// A plot with its greatest value and a limit; each column shows the largest of the samples it covers.
@@ -88,8 +117,11 @@ void Instruments::draw(Workbench& bench, double seconds) {
                                         ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("Instruments", nullptr, kFixed);
     state(bench);
+    if (bench.guarded() != nullptr) structures(bench);
     plots(bench);
-    if (io.DisplaySize.y > 30 * ImGui::GetTextLineHeightWithSpacing()) sliders(bench);
+    // Where there is room for them.
+    const float lines = bench.guarded() != nullptr ? 36 : 30;
+    if (io.DisplaySize.y > lines * ImGui::GetTextLineHeightWithSpacing()) sliders(bench);
     ImGui::End();
   }
   if (bench.help())
@@ -119,6 +151,32 @@ void Instruments::state(Workbench& bench) {
   ImGui::PushTextWrapPos();
   ImGui::TextDisabled("%s", bench.session().report().c_str());
   ImGui::PopTextWrapPos();
+}
+
+void Instruments::structures(Workbench& bench) {
+  const GuardedBone& guarded = *bench.guarded();
+  const StructureReport& r = bench.view().structures;
+  ImGui::Separator();
+  int protection = static_cast<int>(bench.protection());
+  ImGui::PushItemWidth(8.0F * ImGui::GetFontSize());
+  if (ImGui::Combo("protection (G)", &protection, kProtectionItems))
+    bench.protect(kProtections[static_cast<std::size_t>(protection)]);
+  ImGui::PopItemWidth();
+  if (r.nearest < 0) return;
+  const trephine::Structure& nearest = guarded.structures[static_cast<std::size_t>(r.nearest)];
+  swatch(nearest);
+  const bool warns = bench.protection() != Protection::kOff && r.in_margin;
+  const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text);
+  const ImVec4 alarm = r.distance < 0 ? ImVec4(1, 0.35F, 0.3F, 1) : ImVec4(1, 0.7F, 0.3F, 1);
+  ImGui::TextColored(warns ? alarm : plain, "%s  %.2f mm", nearest.name.c_str(), 1e3 * r.distance);
+  ImGui::TextColored(warns ? alarm : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), "%s",
+                     !r.in_margin      ? "no structure is too near"
+                     : !warns          ? "protection is off"
+                     : r.distance >= 0 ? "too near this structure"
+                                       : "the drill is in this structure");
+  ImGui::Text("guard pushes %.2f N", r.push_N);
+  ImGui::Text("taken %.2f mm3, refused %.2f mm3", r.taken_mm3, r.refused_mm3);
+  if (guarded.structures.size() <= kLegend) legend(guarded.structures);
 }
 
 void Instruments::plots(Workbench& bench) {
@@ -196,6 +254,8 @@ void Instruments::hints(const Workbench& bench, double seconds) {
     text = "The drill touches bone. Hold the left button, or press Space, and push.";
   else if (v.removed_mm3 == 0 && v.spindle_on && v.contact.count == 0)
     text = "Push the drill into the bone with the wheel.";
+  else if (seconds < 14 && bench.guarded() != nullptr)
+    text = "G changes how structures are protected: off, warn, push, veto.";
   else if (seconds < 90 && v.removed_mm3 > 5 && !v.spindle_on)
     text = "C cuts the picture open, U undoes, the middle button turns the view.";
   if (text == nullptr) return;

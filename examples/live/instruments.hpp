@@ -14,6 +14,7 @@ class Instruments {
 
  private:
   void state(Workbench& bench);
+  static void structures(Workbench& bench);
   void plots(Workbench& bench);
   void sliders(Workbench& bench);
   static void help();

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <map>
@@ -38,7 +39,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       "Without --skull or --ct it opens a built-in tooth phantom.");
   app.name("live");
   const CLI::Range size_mm(0.01, 1000.0);
-  double isovalue = 0, tip_mm = 0, voxel_mm = 0;
+  double isovalue = 0, tip_mm = 0, voxel_mm = 0, margin_mm = 1;
   std::vector<double> at_mm;
   std::string size;
   auto* skull = app.add_option("--skull", o.bone.skull, "folder of an InVesalius project: matrix.dat and main.plist")
@@ -46,6 +47,13 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   auto* ct = app.add_option("--ct", o.bone.ct, "CT volume: DICOM folder, NRRD, NIfTI or MetaImage (needs ITK)")
                  ->check(CLI::ExistingPath);
   ct->excludes(skull);
+  auto* labels =
+      app.add_option("--labels", o.labels,
+                     "segmentation of the CT: .seg.nrrd, NRRD, NIfTI or MetaImage; its structures are guarded")
+          ->check(CLI::ExistingFile)
+          ->needs(ct);
+  app.add_flag("--structures", o.bone.structures, "guard structures made around the start, in place of a segmentation")
+      ->excludes(labels);
   app.add_option("--series", o.bone.series, "which series of a DICOM folder that holds several: number or UID")
       ->needs(ct);
   auto* iso =
@@ -62,6 +70,11 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   auto* tip = app.add_option("--tool", tip_mm, "burr's radius [mm] (three voxels at least)")->check(size_mm);
   auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
                     ->check(CLI::Range(0.0, 10.0));
+  std::string protection = "warn";
+  app.add_option("--protect", protection, "of structures at the start: off, warn, push or veto (warn)")
+      ->check(CLI::IsMember({"off", "warn", "push", "veto"}));
+  app.add_option("--margin", margin_mm, "of structures for warning and push, half of it for the veto [mm] (1)")
+      ->check(CLI::Range(0.2, 10.0));
   std::map<std::string, DeviceKind> devices{{"mouse", DeviceKind::kMouse}};
 #ifdef TREPHINE_LIVE_HAS_SPNAV
   devices["spacemouse"] = DeviceKind::kSpaceMouse;
@@ -107,6 +120,9 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   if (*iso) o.bone.isovalue = isovalue;
   if (*tip) o.bone.tip_radius = 1e-3 * tip_mm;
   if (*voxel) o.bone.voxel = 1e-3 * voxel_mm;
+  o.protection = kProtections[static_cast<std::size_t>(
+      std::find(kProtectionNames.begin(), kProtectionNames.end(), protection) - kProtectionNames.begin())];
+  o.margin = 1e-3 * margin_mm;
   o.renderer = renderers.at(renderer);
   o.device = devices.at(device);
   return parsed;

@@ -15,7 +15,10 @@ struct LiveOptions {
   drill::Options bone;  ///< volume, isovalue, place, burr, voxel
   Renderer renderer = Renderer::kCoupled;
   DeviceKind device = DeviceKind::kMouse;
-  double rate = 1000;  ///< [Hz]
+  std::string labels;  ///< segmentation's file; empty: none
+  Protection protection = Protection::kWarn;
+  double margin = 1e-3;  ///< of warning and guard [m]
+  double rate = 1000;    ///< [Hz]
   double scale = 1;
   int width = 1280, height = 800;  ///< [pixels]
   std::string script;              ///< file to play, then quit

@@ -27,6 +27,17 @@ void save_shot(Screen& screen, double time, const std::string& path) {
   std::fflush(stdout);
 }
 
+/// What the drill did to structures so far, in a line.
+void print_log(double time, const Workbench& bench) {
+  const TickView& v = bench.view();
+  if (bench.guarded() == nullptr || v.closest.nearest < 0) return;
+  std::printf("%5.1f s  %-4s nearest %.2f mm to the %s, guard %.2f N, removed %.1f, taken %.3g, refused %.3g mm3\n",
+              time, std::string(to_string(bench.protection())).c_str(), 1e3 * v.closest.distance,
+              bench.guarded()->structures[static_cast<std::size_t>(v.closest.nearest)].name.c_str(), v.most_push_N,
+              v.removed_mm3, v.structures.taken_mm3, v.structures.refused_mm3);
+  std::fflush(stdout);
+}
+
 /// Plays the events that are due; false once they say quit. Shots add what they take to `paused` [s]: the session's
 /// clock stands still meanwhile.
 bool play(const std::vector<Event>& events, std::size_t& next, double time, double& paused, Window& window,
@@ -39,11 +50,33 @@ bool play(const std::vector<Event>& events, std::size_t& next, double time, doub
       save_shot(screen, time, e.file);
       paused += seconds_since(start);
     }
+    if (e.kind == Event::Kind::kLog) print_log(time, bench);
     if (e.kind == Event::Kind::kSize)
       glfwSetWindowSize(window.handle(), static_cast<int>(e.numbers[0]), static_cast<int>(e.numbers[1]));
     bench.apply(e);
   }
   return true;
+}
+
+void print_structures(const GuardedBone& guarded, double seconds) {
+  const auto& n = guarded.field->size();
+  const Vec3d mm = 1e3 * guarded.field->spacing();
+  std::printf("labels   %zu of %d x %d x %d voxels of %.3g x %.3g x %.3g mm:", guarded.structures.size(), n[0], n[1],
+              n[2], mm.x(), mm.y(), mm.z());
+  for (const auto& s : guarded.structures)
+    std::printf(" %s%s", s.name.c_str(), &s == &guarded.structures.back() ? "" : ",");
+  std::printf("; %.1f s\n", seconds);
+  for (const std::string& note : guarded.notes) std::printf("         %s\n", note.c_str());
+}
+
+/// What the drill did to structures. After the session's end.
+void print_outcome(const GuardedBone& guarded, const StructureReport& closest) {
+  if (closest.nearest >= 0)
+    std::printf("nearest  %.2f mm, to the %s\n", 1e3 * closest.distance,
+                guarded.structures[static_cast<std::size_t>(closest.nearest)].name.c_str());
+  for (std::size_t s = 0; s < guarded.structures.size(); ++s)
+    std::printf("taken    %.3g mm3, refused %.3g mm3: bone of the %s\n", guarded.watch->taken_mm3(static_cast<int>(s)),
+                guarded.refuse->refused_mm3(static_cast<int>(s)), guarded.structures[s].name.c_str());
 }
 
 /// `code` is what the program ends with if an exception comes out: 2 while it can only be an argument, file or display.
@@ -61,13 +94,16 @@ int run(const LiveOptions& options, int& code) {
   std::printf("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm\n", loaded.bone.name.c_str(), n[0], n[1], n[2],
               mm.x(), mm.y(), mm.z());
   for (const std::string& note : loaded.bone.notes) std::printf("         %s\n", note.c_str());
+  const auto measuring = Clock::now();
+  load_structures(loaded, options);
+  if (loaded.guarded) print_structures(*loaded.guarded, seconds_since(measuring));
   Workbench bench(std::move(loaded), options);
   Screen screen(window, bench, !scripted);
   std::unique_ptr<Sound> sound;
   if (!options.mute) sound = std::make_unique<Sound>([&session = bench.session()] { return session.heard(); });
   std::printf("sound    %s\n", sound ? sound->text().c_str() : "none: muted");
   std::printf("ready    after %.1f s; %zu MB on the card; F1 shows keys and mouse\n", seconds_since(loading),
-              bench.texture().bytes() >> 20);
+              (bench.texture().bytes() + (bench.structures() ? bench.structures()->bytes() : 0)) >> 20);
   std::fflush(stdout);
 
   code = 1;
@@ -76,6 +112,7 @@ int run(const LiveOptions& options, int& code) {
   std::size_t next = 0;
   int shots = 0;
   bool spindle = false;
+  Protection protection = bench.protection();
   const auto start = Clock::now();
   auto last = start;
   std::size_t frames = 0;
@@ -91,12 +128,14 @@ int run(const LiveOptions& options, int& code) {
     ++frames;
     if (record) {
       for (const Action a : screen.pressed())
-        if (a != Action::kSpindle) record->key(time, a);
+        if (a != Action::kSpindle && a != Action::kProtection) record->key(time, a);
       if (bench.spindle() != spindle) record->spindle(time, bench.spindle());
+      if (bench.protection() != protection) record->protect(time, bench.protection());
       record->hand(time, bench.hand().pose());
       record->view(time, bench.camera());
     }
     spindle = bench.spindle();
+    protection = bench.protection();
     if (bench.take_shot()) save_shot(screen, time, "trephine_" + std::to_string(++shots) + ".png");
     if (bench.session().failed()) throw std::runtime_error(bench.session().report());
     if (!window.gl_errors().empty()) throw std::runtime_error("OpenGL: " + window.gl_errors());
@@ -110,6 +149,7 @@ int run(const LiveOptions& options, int& code) {
               length, frames, static_cast<unsigned long long>(bench.view().missed),
               static_cast<unsigned long long>(bench.view().tick));
   const trephine::TimeSummary ticks = bench.session().end();
+  if (bench.guarded() != nullptr) print_outcome(*bench.guarded(), bench.view().closest);
   std::printf("ticks    median %.1f us, p99.9 %.1f us, longest %.1f us\n", 1e6 * ticks.p50, 1e6 * ticks.p99_9,
               1e6 * ticks.max);
   return 0;

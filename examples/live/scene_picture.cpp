@@ -4,6 +4,7 @@
 #include "shaders.hpp"
 
 #include <cmath>
+#include <string>
 
 namespace live {
 namespace {
@@ -30,8 +31,12 @@ double spread(int i, double ratio) { return std::fmod(0.5 + i * ratio, 1.0) - 0.
 
 }  // namespace
 
-ScenePicture::ScenePicture()
-    : ray_cast_(gl::make_program(shaders::kWholePicture, shaders::kRayCast)),
+ScenePicture::ScenePicture(const StructureTexture* structures)
+    : structures_(structures),
+      ray_cast_(gl::make_program(
+          shaders::kWholePicture,
+          (std::string(structures != nullptr ? shaders::kWithStructures : shaders::kPlain) + shaders::kRayCast)
+              .c_str())),
       copy_(gl::make_program(shaders::kWholePicture, shaders::kCopy)),
       marks_(gl::make_program(shaders::kMarkVertex, shaders::kMarkFragment)),
       nothing_(gl::make_vertex_array()),
@@ -41,6 +46,7 @@ ScenePicture::ScenePicture()
   glUniform1i(place(ray_cast_, "densities"), 0);
   glUniform1i(place(ray_cast_, "distances"), 1);
   glUniform1i(place(ray_cast_, "shares"), 2);
+  if (structures_ != nullptr) set_structures();
   glUseProgram(copy_.name());
   glUniform1i(place(copy_, "picture"), 3);
   glBindVertexArray(mark_array_.name());
@@ -52,6 +58,24 @@ ScenePicture::ScenePicture()
   glVertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, kStride, at(7));
   for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
   glBindVertexArray(0);
+}
+
+/// What does not change from picture to picture. Its program is in use.
+void ScenePicture::set_structures() const {
+  const gl::Program& p = ray_cast_;
+  const LeftStructures& left = structures_->left();
+  glUniform1i(place(p, "structure_distances"), 4);
+  glUniform1i(place(p, "structure_numbers"), 5);
+  glUniform1i(place(p, "structure_colours"), 6);
+  set(p, "structure_size", Vec3d(left.size()[0], left.size()[1], left.size()[2]));
+  const Posed X_SG = structures_->X_GS().inverse(Eigen::Isometry);
+  const Vec3d per_metre = left.spacing().cwiseInverse();
+  const Eigen::Matrix3f to_samples = (per_metre.asDiagonal() * X_SG.linear() / kMm).cast<float>();
+  glUniformMatrix3fv(place(p, "to_samples"), 1, GL_FALSE, to_samples.data());
+  set(p, "first_sample", Vec3d(per_metre.cwiseProduct(X_SG.translation() - left.first_S())));
+  set(p, "structure_range", kMm * 32767 * left.quantum());
+  set(p, "structure_voxel", kMm * left.spacing().minCoeff());
+  set(p, "structure_margin", kMm * structures_->margin());
 }
 
 void ScenePicture::set_camera(const gl::Program& p, const OrbitCamera& camera, const Posed& X_GW, int width,
@@ -74,6 +98,7 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_ALWAYS);
   bone.bind();
+  if (structures_ != nullptr) structures_->bind();
   const gl::Program& p = ray_cast_;
   glUseProgram(p.name());
   const Posed X_GW = X_WG.inverse(Eigen::Isometry);

@@ -4,6 +4,7 @@
 #include "bone_texture.hpp"
 #include "gl.hpp"
 #include "orbit_camera.hpp"
+#include "structure_texture.hpp"
 
 #include <trephine/tool/shape.hpp>
 
@@ -38,7 +39,7 @@ struct SceneView {
   std::optional<ClipPlane> clip{};
   std::vector<Mark> sprites{};    ///< contact points, dust
   std::vector<Mark> triangles{};  ///< force arrow, three corners each
-  bool only_bone = false;         ///< bone white, all else black; for tests
+  bool only_bone = false;         ///< bone white, structures in their colours, all else black; for tests
 };
 
 /// Draws bone and tool by casting a ray a pixel on the graphics card. A still scene is drawn again and again with rays
@@ -48,7 +49,8 @@ class ScenePicture {
   static constexpr int kSamples = 8;
   static constexpr double kNear = 1e-3, kFar = 4.0;  ///< depth range [m]
 
-  ScenePicture();
+  /// Structures are only in the shader if there are any; they must outlive the picture.
+  explicit ScenePicture(const StructureTexture* structures = nullptr);
 
   /// Draws at a size [pixels], coarsely: for moving scenes.
   void draw_moving(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width, int height);
@@ -75,6 +77,9 @@ class ScenePicture {
                   int height) const;
   [[nodiscard]] const gl::Target& shown() const { return still_ ? mean_ : frame_; }
 
+  void set_structures() const;
+
+  const StructureTexture* structures_;
   gl::Program ray_cast_, copy_, marks_;
   gl::VertexArray nothing_, mark_array_;
   gl::Buffer mark_buffer_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "script.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -32,6 +33,15 @@ bool read_rest(std::istringstream& in, const std::string& word, Event& e) {
     e.on = state == "on";
     return state == "on" || state == "off";
   }
+  if (word == "protect") {
+    e.kind = Kind::kProtect;
+    std::string name;
+    in >> name;
+    const auto at = std::find(kProtectionNames.begin(), kProtectionNames.end(), name);
+    if (at == kProtectionNames.end()) return false;
+    e.protection = kProtections[static_cast<std::size_t>(at - kProtectionNames.begin())];
+    return true;
+  }
   if (word == "view") {
     e.kind = Kind::kView;
     Vec3d p;
@@ -51,6 +61,10 @@ bool read_rest(std::istringstream& in, const std::string& word, Event& e) {
   if (word == "shot") {
     e.kind = Kind::kShot;
     return static_cast<bool>(in >> e.file);
+  }
+  if (word == "log") {
+    e.kind = Kind::kLog;
+    return true;
   }
   if (word == "quit") {
     e.kind = Kind::kQuit;
@@ -126,6 +140,10 @@ void EventWriter::view(double time, const OrbitCamera& c) {
 
 void EventWriter::spindle(double time, bool on) {
   out_ << time << (on ? " spindle on\n" : " spindle off\n") << std::flush;
+}
+
+void EventWriter::protect(double time, Protection protection) {
+  out_ << time << " protect " << to_string(protection) << '\n' << std::flush;
 }
 
 void EventWriter::key(double time, Action action) {

@@ -3,6 +3,7 @@
 
 #include "keys.hpp"
 #include "mouse_hand.hpp"
+#include "protection.hpp"
 
 #include <fstream>
 #include <optional>
@@ -21,8 +22,10 @@ struct Event {
     kPush,     ///< push by numbers[0] [mm] along the view
     kMove,     ///< the mouse is at pixel numbers[0], numbers[1]
     kTurn,     ///< the mouse turned the drill by numbers[0], numbers[1] [pixels]
+    kProtect,  ///< structures by `protection`
     kOrbit,    ///< from now on the view turns by numbers[0] [degrees/s]
     kSize,     ///< the window is numbers[0] x numbers[1] [pixels]
+    kLog,      ///< print a line about structures
     kShot,     ///< save a screenshot to `file`
     kQuit,
   };
@@ -32,6 +35,7 @@ struct Event {
   OrbitCamera camera{};
   bool on = false;
   Action action = Action::kNone;
+  Protection protection = Protection::kOff;
   std::array<double, 2> numbers{};
   std::string file;
 };
@@ -42,16 +46,19 @@ struct Event {
 ///     TIME spindle on|off
 ///     TIME view X Y Z YAW PITCH DISTANCE   focus [mm in W], degrees, mm
 ///     TIME key NAME                   a key by the name that the help shows
+///     TIME protect off|warn|push|veto
 ///     TIME push MM | move PX PY | turn PX PY   as the mouse does
 ///     TIME orbit DEGREES_A_SECOND
 ///     TIME size WIDTH HEIGHT
+///     TIME log                        prints what the drill did to structures since the last `restore`
 ///     TIME shot FILE
 ///     TIME quit
 ///
 /// Throws std::runtime_error with file, line and reason. Times must not fall.
 [[nodiscard]] std::vector<Event> read_events(const std::string& path);
 
-/// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys and spindle at once.
+/// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys, spindle and
+/// protection at once.
 class EventWriter {
  public:
   /// Throws std::runtime_error where the file cannot be written.
@@ -59,6 +66,7 @@ class EventWriter {
   void hand(double time, const Posed& X_WT);
   void view(double time, const OrbitCamera& camera);
   void spindle(double time, bool on);
+  void protect(double time, Protection protection);
   void key(double time, Action action);
 
  private:

@@ -58,6 +58,15 @@ class TimedDrill {
   double took_us_ = 0;
 };
 
+bool same_burr(const Burr& a, const Burr& b) {
+  return a.tip_radius == b.tip_radius && a.shaft_radius == b.shaft_radius && a.shaft_length == b.shaft_length;
+}
+
+/// Gives the settings the guard's potential for their burr, if there are structures.
+void fit_potential(DrillSettings& settings) {
+  if (settings.guarded != nullptr) settings.potential = potential_for(*settings.guarded, settings.burr);
+}
+
 /// The registration at another scale that leaves the tool where it is.
 Registration rescaled(const Registration& from, const Posed& X_DH, double scale) {
   const Vec3d p_WD = from.tool_pose(X_DH).translation() - from.X_WD().linear() * (scale * X_DH.translation());
@@ -83,7 +92,9 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
     : bone_(bone), isovalue_(isovalue), options_(options), start_(start), running_(options) {
   view_.probe = view_.tool = start;
   wishes_.post({start, false});
-  drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
+  fit_potential(options_.drill);
+  running_ = options_;
+  drill_ = make_drill(bone_, isovalue_, options_.drill, inboxes_);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -153,6 +164,7 @@ void Session::run_on(Device& device) {
     say(text.str() + refused);
 
     const double period = loop.period();
+    const bool guarded = running_.drill.guarded != nullptr;
     TickView view;
     double removal = 0;  // smoothed [mm³/s]
     const auto observe = [&](const TickRecord& tick) noexcept {
@@ -168,6 +180,14 @@ void Session::run_on(Device& device) {
       view.spindle_on = tick.input.spindle_on;
       view.removed_mm3 = removed_mm3_;
       view.missed = missed_;
+      if (guarded) {
+        view.structures = drill_->structures();
+        if (closest_.nearest < 0 || view.structures.distance < closest_.distance) closest_ = view.structures;
+        most_push_N_ = std::max(most_push_N_, view.structures.push_N);
+        view.closest = closest_;
+        view.most_push_N = most_push_N_;
+        path_.follow(tick.input.spindle_on, view.tool.translation(), running_.drill.burr.tip_radius);
+      }
       std::array<ContactPoint<double>, TickView::kContacts> contacts{};
       view.contact_count = drill_->contacts_W(contacts);
       for (std::size_t i = 0; i < view.contact_count; ++i) view.contacts[i] = contacts[i].position;
@@ -196,21 +216,35 @@ void Session::change(const SessionOptions& options) {
   if (!(options.scale > 0) || !(options.scale <= 10))
     throw std::invalid_argument("the scale must be > 0 and at most 10");
   options.drill.burr.validate();
-  options_ = options;
-  command([this, options] {
+  SessionOptions next = options;
+  if (!same_burr(options_.drill.burr, next.drill.burr)) fit_potential(next.drill);
+  options_ = next;
+  command([this, options = std::move(next)] {
     const auto same = [](const DrillSettings& a, const DrillSettings& b) {
-      return a.renderer == b.renderer && a.stiffness == b.stiffness && a.burr.tip_radius == b.burr.tip_radius &&
-             a.burr.shaft_radius == b.burr.shaft_radius && a.burr.shaft_length == b.burr.shaft_length;
+      return a.renderer == b.renderer && a.stiffness == b.stiffness && same_burr(a.burr, b.burr);
     };
     if (!same(running_.drill, options.drill)) drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
     running_ = options;
   });
 }
 
+void Session::protect(Protection protection) {
+  if (options_.drill.guarded == nullptr) return;
+  options_.drill.protection = protection;
+  inboxes_.guard.post(guard_options(protection));
+  inboxes_.refuses.post(protection == Protection::kVeto);
+}
+
 void Session::restore() {
   command([this] {
     bone_.restore();
     removed_mm3_ = 0;
+    closest_ = {};
+    most_push_N_ = 0;
+    if (const auto& guarded = running_.drill.guarded) {
+      guarded->watch->reset_counts();
+      guarded->refuse->reset_counts();
+    }
   });
 }
 

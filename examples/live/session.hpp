@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "burr_path.hpp"
 #include "drill_voice.hpp"
 #include "held_drill.hpp"
 #include "mouse_hand.hpp"
@@ -30,8 +31,11 @@ struct TickView {
   trephine::ContactSummary contact{};
   trephine::Status status = trephine::Status::kOk;
   bool spindle_on = false;
-  double removed_mm3 = 0;    ///< since the start or the last `restore`
-  std::uint64_t missed = 0;  ///< periods without a tick
+  double removed_mm3 = 0;        ///< since the start or the last `restore`
+  std::uint64_t missed = 0;      ///< periods without a tick
+  StructureReport structures{};  ///< of this tick
+  StructureReport closest{};     ///< of the tick that was nearest to a structure, since the start or `restore`
+  double most_push_N = 0;        ///< of the guard, likewise
   std::array<Vec3d, kContacts> contacts{};
   std::size_t contact_count = 0;
 };
@@ -111,6 +115,10 @@ class Session {
             heard_removal_.load(std::memory_order_relaxed)};
   }
   [[nodiscard]] Inboxes& inboxes() noexcept { return inboxes_; }
+  /// The turning burr's way since the last look; only with structures.
+  [[nodiscard]] BurrPath& path() noexcept { return path_; }
+  /// Takes another protection at the next tick; the guard's force fades in or out.
+  void protect(Protection protection);
   [[nodiscard]] const SessionOptions& options() const noexcept { return options_; }
   /// Takes other settings; the loop starts again with a ramp. Throws std::invalid_argument, and then all stays.
   void change(const SessionOptions& options);
@@ -140,6 +148,7 @@ class Session {
   trephine::Mailbox<TickView> views_;
   TickView view_;
   History history_;
+  BurrPath path_;
 
   std::atomic<bool> heard_spindle_{false};
   std::atomic<double> heard_force_{0}, heard_removal_{0};
@@ -150,6 +159,8 @@ class Session {
   Posed X_DH_ = Posed::Identity();  // at the last tick
   std::unique_ptr<HeldDrill> drill_;
   double removed_mm3_ = 0;
+  StructureReport closest_{};
+  double most_push_N_ = 0;
   std::uint64_t missed_ = 0;
   std::uint64_t ticks_ = 0;
   trephine::TimeHistogram tick_time_;

@@ -13,9 +13,12 @@ void main() {
 }
 )";
 
-/// Casts a ray a pixel into bone and tool, and shades what it meets.
-inline constexpr const char* kRayCast = R"(#version 330 core
-in vec2 at;
+/// What the texts below begin with; the second also draws structures.
+inline constexpr const char* kPlain = "#version 330 core\n";
+inline constexpr const char* kWithStructures = "#version 330 core\n#define STRUCTURES\n";
+
+/// Casts a ray a pixel into bone and tool, and shades what it meets. One of the beginnings above precedes it.
+inline constexpr const char* kRayCast = R"(in vec2 at;
 layout(location = 0) out vec4 colour;
 
 uniform sampler3D densities;
@@ -42,7 +45,19 @@ uniform Tool tool, ghost;
 uniform vec3 burr;      // radius of the ball, radius and length of the shaft
 uniform float spin;     // angle of the burr's flutes
 uniform float ghostly;  // opacity of the ghost, 0: none
-uniform bool flat_shading;  // for tests: bone white, all else black
+uniform bool flat_shading;  // for tests: bone white, structures in their colours, all else black
+
+#ifdef STRUCTURES
+uniform sampler3D structure_distances;   // to what is left of structures; to the whole of them; in mm / range
+uniform usampler3D structure_numbers;    // of the nearest structure
+uniform sampler2D structure_colours;     // by number
+uniform vec3 structure_size;             // samples
+uniform mat3 to_samples;                 // from mm in G to samples ...
+uniform vec3 first_sample;               // ... and the place of G's origin among them
+uniform float structure_range;           // mm
+uniform float structure_voxel;           // smallest spacing of samples, mm
+uniform float structure_margin;          // mm
+#endif
 
 const vec3 kBone = vec3(0.83, 0.74, 0.58);
 const vec3 kCut = vec3(0.86, 0.60, 0.50);
@@ -104,6 +119,59 @@ float first_bone(vec3 origin, vec3 direction, float from, float to) {
   }
   return a + (c - a) * clamp(r / (r - s), 0.0, 1.0);
 }
+
+#ifdef STRUCTURES
+/// Signed distances at v, in samples, to what is left and to the whole [mm].
+vec2 to_structures(vec3 v) { return structure_range * texture(structure_distances, (v + 0.5) / structure_size).rg; }
+
+bool among_samples(vec3 v) {
+  return all(greaterThanEqual(v, vec3(0.0))) && all(lessThanEqual(v, structure_size - 1.0));
+}
+
+/// Colour of the structure nearest to v, sRGB.
+vec3 structure_colour(vec3 v) {
+  ivec3 i = clamp(ivec3(v + 0.5), ivec3(0), ivec3(structure_size) - 1);
+  return texelFetch(structure_colours, ivec2(int(texelFetch(structure_numbers, i, 0).r), 0), 0).rgb;
+}
+
+/// Distance along the ray to what is left of structures within [from, to], or -1. Steps are as long as the distance
+/// allows; the loop is bounded.
+float first_structure(vec3 origin, vec3 direction, float from, float to) {
+  vec3 o = to_samples * origin + first_sample, d = to_samples * direction;
+  d = mix(d, vec3(1e-9), lessThan(abs(d), vec3(1e-9)));
+  vec3 a = -o / d, b = (structure_size - 1.0 - o) / d;
+  vec3 enter = min(a, b), leave = max(a, b);
+  float t = max(from, max(enter.x, max(enter.y, enter.z)));
+  float end = min(to, min(leave.x, min(leave.y, leave.z)));
+  for (int i = 0; i < 128 && t <= end; ++i) {
+    float s = to_structures(o + t * d).r;
+    if (s < 0.02 * structure_voxel) return t;
+    t += max(0.95 * s, 0.08 * structure_voxel);
+  }
+  return -1.0;
+}
+
+/// Outward, of what is left.
+vec3 structure_normal(vec3 p) {
+  vec3 v = to_samples * p + first_sample, e = vec3(1.0, 0.0, 0.0);
+  vec3 g = vec3(to_structures(v + e.xyy).r - to_structures(v - e.xyy).r, to_structures(v + e.yxy).r - to_structures(v - e.yxy).r,
+                to_structures(v + e.yyx).r - to_structures(v - e.yyx).r);
+  return normalize(g * to_samples + vec3(1e-9));
+}
+
+/// How far bone at p is a structure's, 0..1: 1 where it lies in the structure, and less within its margin.
+float share_of_structure(vec3 p, bool on_section, out vec3 srgb) {
+  vec3 v = to_samples * p + first_sample;
+  srgb = vec3(0.0);
+  if (!among_samples(v)) return 0.0;
+  float s = to_structures(v).g;
+  if (s > structure_margin) return 0.0;
+  srgb = structure_colour(v);
+  // A surface laid bare is known to a part of a voxel.
+  float bare = on_section ? step(s, 0.0) : 1.0 - smoothstep(0.15 * voxel, 0.45 * voxel, s);
+  return max(bare, 0.35 * (1.0 - s / structure_margin));
+}
+#endif
 
 vec3 gradient(vec3 u, float h) {
   vec3 e = vec3(h, 0.0, 0.0);
@@ -226,6 +294,9 @@ void main() {
   float facing = dot(d, -back);
   colour = vec4(mix(vec3(0.055, 0.065, 0.080), vec3(0.16, 0.18, 0.21), 0.5 - 0.5 * screen.y), 1.0);
   float depth = 1.0;
+#ifdef STRUCTURES
+  vec3 flat_colour = vec3(1.0);
+#endif
 
   // Through the volume's box, and through what the clip plane leaves.
   vec2 inside = through_volume(eye, d);
@@ -239,11 +310,34 @@ void main() {
   }
   float bone = from < to ? first_bone(eye, d, from, to) : -1.0;
 
+  // What lies foremost of bone and structures.
+  float surface = bone;
+  bool on_section = clipped && bone <= from + 1e-4;
+#ifdef STRUCTURES
+  // Structures may lie beyond the bone's box.
+  float start = depth_range.x / facing, end = bone > 0.0 ? bone + 1e-3 : 1e9;
+  bool cut_open = false;
+  if (dot(clip.xyz, clip.xyz) > 0.0) {
+    float side = dot(clip.xyz, eye) - clip.w, rate = dot(clip.xyz, d);
+    float t = -side / rate;
+    if (side > 0.0 && (rate >= 0.0 || t > start)) { start = rate < 0.0 ? t : 1e9; cut_open = true; }
+    if (side <= 0.0 && rate > 0.0) end = min(end, t);
+  }
+  float structure = first_structure(eye, d, start, end);
+  bool on_cut = cut_open && structure <= start + 1e-4;
+  // Where a surface of both is laid bare, bone is drawn, in the structure's colour.
+  bool is_structure = structure > 0.0 && (on_cut || bone < 0.0 || bone - structure > 0.5 * voxel);
+  if (is_structure) {
+    surface = structure;
+    on_section = on_cut;
+  }
+#endif
+
   vec3 n_T;
   bool on_ball;
   float steel_at = through_tool((eye - tool.tip) * tool.axes, d * tool.axes, n_T, on_ball);
   float nearest = 1e9;
-  if (steel_at > 0.0 && (bone < 0.0 || steel_at < bone)) {
+  if (steel_at > 0.0 && (surface < 0.0 || steel_at < surface)) {
     nearest = steel_at;
     vec3 p_T = (eye + steel_at * d - tool.tip) * tool.axes;
     vec3 c = steel(n_T, p_T, d, on_ball);
@@ -251,11 +345,13 @@ void main() {
     vec3 p = eye + steel_at * d;
     c *= mix(0.35, 1.0, open_sky(p, tool.axes * n_T));
     colour.rgb = c;
-  } else if (bone > 0.0) {
-    nearest = bone;
-    vec3 p = eye + bone * d;
-    bool on_section = clipped && bone <= from + 1e-4;
-    vec3 n = on_section ? clip.xyz : bone_normal(p, bone);
+  } else if (surface > 0.0) {
+    nearest = surface;
+    vec3 p = eye + surface * d;
+    vec3 n = on_section ? clip.xyz : bone_normal(p, surface);
+#ifdef STRUCTURES
+    if (is_structure && !on_section) n = structure_normal(p);
+#endif
     if (dot(n, d) > 0.0) n = normalize(n - 1.05 * dot(n, d) * d);
     float key = past_tool(p);
     if (fine && !on_section && dot(n, to_key) > 0.0 && key > 0.0) {
@@ -273,6 +369,13 @@ void main() {
       albedo = mix(kBone, kCut, smoothstep(0.12, 0.40, cut));
       gloss = mix(0.55, 0.9, smoothstep(0.12, 0.40, cut));
     }
+#ifdef STRUCTURES
+    vec3 srgb;
+    float share = share_of_structure(p, on_section, srgb);
+    if (is_structure) share = 1.0;
+    albedo = mix(albedo, (on_section ? 0.8 : 1.0) * pow(srgb, vec3(2.2)), share);
+    if (share > 0.9) flat_colour = srgb;
+#endif
     colour.rgb = lit(albedo, n, d, key, on_section ? 1.0 : open_sky(p, n), gloss);
   }
 
@@ -286,7 +389,11 @@ void main() {
       colour.rgb = mix(colour.rgb, kGhost, opacity);
     }
   }
-  if (flat_shading) colour.rgb = vec3(bone > 0.0 && nearest == bone ? 1.0 : 0.0);
+#ifdef STRUCTURES
+  if (flat_shading) colour.rgb = surface > 0.0 && nearest == surface ? flat_colour : vec3(0.0);
+#else
+  if (flat_shading) colour.rgb = vec3(surface > 0.0 && nearest == surface ? 1.0 : 0.0);
+#endif
   else colour.rgb = pow(colour.rgb / (1.0 + 0.12 * colour.rgb), vec3(1.0 / 2.2));
 
   if (nearest < 1e8) {

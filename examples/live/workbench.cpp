@@ -61,19 +61,28 @@ Loaded load(const drill::Options& options) {
   return {std::move(bone), spot};
 }
 
+void load_structures(Loaded& loaded, const LiveOptions& options) {
+  if (!options.labels.empty()) loaded.guarded = guard_read_structures(loaded.bone, options.labels, options.margin);
+  if (options.bone.structures) loaded.guarded = guard_made_structures(loaded.bone, loaded.spot, options.margin);
+}
+
 Workbench::Workbench(Loaded loaded, const LiveOptions& options)
     : loaded_(std::move(loaded)),
       camera_(start_camera(loaded_.spot, loaded_.bone.burr.tip_radius)),
       texture_(loaded_.bone.grid, loaded_.bone.isovalue),
+      structures_(loaded_.guarded ? std::make_unique<StructureTexture>(*loaded_.guarded) : nullptr),
+      picture_(structures_.get()),
       hand_(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius)) {
-  session_ =
-      std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
-                                SessionOptions{.drill = {.renderer = options.renderer, .burr = loaded_.bone.burr},
-                                               .rate = options.rate,
-                                               .scale = options.scale,
-                                               .device = options.device,
-                                               .R_WD = camera_.axes()},
-                                hand_.pose());
+  session_ = std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
+                                       SessionOptions{.drill = {.renderer = options.renderer,
+                                                                .burr = loaded_.bone.burr,
+                                                                .guarded = loaded_.guarded,
+                                                                .protection = options.protection},
+                                                      .rate = options.rate,
+                                                      .scale = options.scale,
+                                                      .device = options.device,
+                                                      .R_WD = camera_.axes()},
+                                       hand_.pose());
 }
 
 void Workbench::post() { session_->wish({hand_.pose(), spindle_}); }
@@ -95,9 +104,29 @@ void Workbench::hold_spindle(bool down) { set_spindle(down); }
 
 void Workbench::set_spindle(bool on) {
   if (on == spindle_) return;
-  if (on) strokes_.begin();
+  if (on) begin_stroke();
   spindle_ = on;
   post();
+}
+
+void Workbench::begin_stroke() {
+  strokes_.begin();
+  if (structures_) structures_->begin_stroke();
+}
+
+void Workbench::protect(Protection protection) {
+  session_->protect(protection);
+  changed_ = true;
+}
+
+/// What the burr took of structures, for the picture. A veto leaves them whole, also where a renderer lets the ball
+/// sink into bone.
+bool Workbench::update_structures() {
+  if (!structures_) return false;
+  if (protection() != Protection::kVeto)
+    return structures_->update(session_->path(), (X_WG() * loaded_.guarded->X_GS).inverse(Eigen::Isometry));
+  session_->path().take([](const BurrPiece&) {});
+  return false;
 }
 
 void Workbench::act(Action action) {
@@ -127,10 +156,15 @@ void Workbench::act(Action action) {
       set_spindle(false);
       session_->restore();
       strokes_.clear();
+      (void)update_structures();
+      if (structures_) structures_->restore();
       break;
     case Action::kUndo:
       set_spindle(false);
-      if (!strokes_.empty()) session_->bring_back(strokes_.take_last());
+      if (strokes_.empty()) break;
+      session_->bring_back(strokes_.take_last());
+      (void)update_structures();
+      if (structures_) structures_->undo();
       break;
     case Action::kClip:
       if (clip_) {
@@ -143,6 +177,9 @@ void Workbench::act(Action action) {
         n.normalize();
         clip_ = ClipPlane{n, n.dot(tick_.tool.translation())};
       }
+      break;
+    case Action::kProtection:
+      protect(next(protection()));
       break;
     case Action::kMarks:
       marks_ = !marks_;
@@ -175,9 +212,8 @@ void Workbench::change_burr(double factor) {
   SessionOptions o = session_->options();
   trephine::Burr& burr = o.drill.burr;
   const drill::Grid& grid = loaded_.bone.grid;
-  const Vec3d size = grid.spacing().cwiseProduct(Vec3d(grid.size()[0], grid.size()[1], grid.size()[2]));
   const double least = std::min(3 * grid.spacing().minCoeff(), burr.tip_radius);
-  const double most = std::max(std::min(6e-3, 0.2 * size.minCoeff()), burr.tip_radius);
+  const double most = loaded_.guarded ? loaded_.guarded->largest_radius : largest_burr(loaded_.bone);
   const double radius = std::clamp(burr.tip_radius * factor, least, most);
   burr.shaft_radius *= radius / burr.tip_radius;
   burr.tip_radius = radius;
@@ -247,10 +283,14 @@ void Workbench::apply(const Event& event) {
     case Kind::kTurn:
       turn_drill(event.numbers[0], event.numbers[1]);
       break;
+    case Kind::kProtect:
+      protect(event.protection);
+      break;
     case Kind::kOrbit:
       turning_ = event.numbers[0] / 180 * std::numbers::pi;
       break;
     case Kind::kSize:
+    case Kind::kLog:
     case Kind::kShot:
     case Kind::kQuit:
       break;
@@ -265,14 +305,15 @@ void Workbench::update(double dt, int width, int height) {
   const bool was_on = tick_.spindle_on;
   tick_ = session_->view();
   // A device's own button starts a stroke too.
-  if (tick_.spindle_on && !was_on && !spindle_) strokes_.begin();
+  if (tick_.spindle_on && !was_on && !spindle_) begin_stroke();
   uploaded_ = texture_.update(strokes_);
+  const bool took = update_structures();
   const double removed = std::max(tick_.removed_mm3 - removed_seen_, 0.0);
   removed_seen_ = tick_.removed_mm3;
   const bool had_dust = !dust_.empty();
   dust_.advance(dt, removed, tick_.tool, session_->options().drill.burr.tip_radius);
   if (tick_.spindle_on) spin_ = std::fmod(spin_ + 14 * dt, 2 * std::numbers::pi);
-  changed_ = changed_ || uploaded_ > 0 || had_dust || tick_.spindle_on;
+  changed_ = changed_ || uploaded_ > 0 || took || had_dust || tick_.spindle_on;
 }
 
 SceneView Workbench::scene_view() const {

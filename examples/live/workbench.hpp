@@ -21,10 +21,13 @@ namespace live {
 struct Loaded {
   drill::Bone bone;
   drill::Spot spot;
+  std::shared_ptr<const GuardedBone> guarded{};  ///< nothing without structures
 };
 /// Reads the volume, and resamples all of it, or what surrounds the spot where that is too much. Throws std::exception
 /// with one line.
 [[nodiscard]] Loaded load(const drill::Options& options);
+/// Reads or makes the structures that the options ask for, likewise.
+void load_structures(Loaded& loaded, const LiveOptions& options);
 
 /// All of the window but the window itself: bone, drill, hand and camera, what keys and mouse do, and the picture.
 /// Needs a current OpenGL context. Window thread.
@@ -42,6 +45,8 @@ class Workbench {
   void orbit(double dx, double dy) { camera_.orbit(dx, dy, height_); }
   void pan(double dx, double dy) { camera_.pan(dx, dy, height_); }
   void zoom(double notches) { camera_.zoom(notches); }
+  /// Takes another protection of structures, if there are any.
+  void protect(Protection protection);
   /// Does what an event says, but for the window's own: sizes, shots, the end.
   void apply(const Event& event);
 
@@ -59,6 +64,10 @@ class Workbench {
   [[nodiscard]] const TickView& view() const { return tick_; }
   [[nodiscard]] const drill::Bone& bone() const { return loaded_.bone; }
   [[nodiscard]] const BoneTexture& texture() const { return texture_; }
+  /// Structures, or nullptr.
+  [[nodiscard]] const GuardedBone* guarded() const { return loaded_.guarded.get(); }
+  [[nodiscard]] const StructureTexture* structures() const { return structures_.get(); }
+  [[nodiscard]] Protection protection() const { return session_->options().drill.protection; }
   [[nodiscard]] const MouseHand& hand() const { return hand_; }
   [[nodiscard]] const OrbitCamera& camera() const { return camera_; }
   [[nodiscard]] bool spindle() const { return spindle_; }
@@ -81,6 +90,8 @@ class Workbench {
   void change_burr(double factor);
   void place_under_mouse();
   void go_home();
+  void begin_stroke();
+  [[nodiscard]] bool update_structures();
   void post();
   [[nodiscard]] bool moved_since(const SceneView& view) const;
   void add_marks(SceneView& view) const;
@@ -90,6 +101,7 @@ class Workbench {
   Loaded loaded_;
   OrbitCamera camera_;
   BoneTexture texture_;
+  std::unique_ptr<StructureTexture> structures_;
   ScenePicture picture_;
   Strokes strokes_;
   MouseHand hand_;

@@ -32,3 +32,26 @@ foreach(picture before after)
 endforeach()
 file(APPEND ${folder}/recorded.session "9 quit\n")
 play("drilled  [1-9][0-9.]* mm3" --script ${folder}/recorded.session)
+
+# Structures: the drill takes of them, or with the veto does not; protection is recorded.
+file(REMOVE ${folder}/protected.session)
+file(WRITE ${folder}/protect.session "0.2 protect off
+0.4 push 3
+1.0 spindle on
+1.2 push 3
+2.4 push 3
+3.6 push 3
+4.6 spindle off
+4.7 log
+4.8 key Backspace
+4.9 protect veto
+6.5 quit
+")
+play("off  nearest -?[0-9.]+ mm to the [a-z]+.*nearest +-?[0-9.]+ mm, to the [a-z]+" --structures --script ${folder}/protect.session --record
+     ${folder}/protected.session
+)
+file(STRINGS ${folder}/protected.session lines REGEX "protect (off|veto)")
+list(LENGTH lines count)
+if(NOT count EQUAL 2)
+  message(SEND_ERROR "recorded: '${lines}', expected two protections")
+endif()

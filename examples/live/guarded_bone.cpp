@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "guarded_bone.hpp"
+
+#include "../drill/structures.hpp"
+
+#include <trephine/stage/motion.hpp>
+#include <trephine/structure/labelled_field.hpp>
+#include <trephine/structure/structure_veto.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+namespace live {
+namespace {
+
+using namespace trephine;
+using Field = std::shared_ptr<const StructureField>;
+
+/// The box of voxels that holds all structures.
+template <VoxelLabel Label>
+VoxelBox box_of_all(const LabelGrid<Label>& labels) {
+  VoxelBox all = labels.box_of(labels.structures().front().label);
+  for (const Structure& s : labels.structures()) {
+    const VoxelBox box = labels.box_of(s.label);
+    for (std::size_t a = 0; a < 3; ++a) {
+      all.lo[a] = std::min(all.lo[a], box.lo[a]);
+      all.hi[a] = std::max(all.hi[a], box.hi[a]);
+    }
+  }
+  return all;
+}
+
+/// True if a corner-aligned box about the structures, in G, meets the bone's.
+bool meets(const drill::Grid& bone, const Posed& X_GS, const VoxelBox& box, const Vec3d& spacing) {
+  Vec3d lo = Vec3d::Constant(std::numeric_limits<double>::max()), hi = -lo;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    Vec3d u;
+    for (std::size_t a = 0; a < 3; ++a)
+      u[static_cast<Eigen::Index>(a)] = (corner >> a & 1) != 0 ? box.hi[a] : box.lo[a];
+    const Vec3d p_G = X_GS * Vec3d(u.cwiseProduct(spacing));
+    lo = lo.cwiseMin(p_G);
+    hi = hi.cwiseMax(p_G);
+  }
+  const Vec3d size = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2]));
+  return (hi.array() > 0).all() && (lo.array() < size.array()).all();
+}
+
+/// Builds on other threads, and prints how far it is: a new line each quarter.
+template <VoxelLabel Label>
+Field built(const LabelGrid<Label>& labels, double reach) {
+  BuildProgress progress;
+  auto field = std::async(std::launch::async,
+                          [&]() -> Field { return build_structure_field(labels, {.reach = reach}, &progress); });
+  int quarter = 1;
+  while (field.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
+    const float done = progress.done.load(std::memory_order_relaxed);
+    if (done < 0.25F * static_cast<float>(quarter)) continue;
+    std::printf("         distances to structures: %.0f %%\n", 100 * static_cast<double>(done));
+    std::fflush(stdout);
+    quarter = static_cast<int>(4 * done) + 1;
+  }
+  return field.get();
+}
+
+}  // namespace
+
+double largest_burr(const drill::Bone& bone) {
+  const Vec3d size =
+      bone.grid.spacing().cwiseProduct(Vec3d(bone.grid.size()[0], bone.grid.size()[1], bone.grid.size()[2]));
+  return std::max(std::min(6e-3, 0.2 * size.minCoeff()), bone.burr.tip_radius);
+}
+
+std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const drill::AnyLabels& any, double margin,
+                                              std::vector<std::string> notes) {
+  auto guarded = std::make_shared<GuardedBone>();
+  guarded->notes = std::move(notes);
+  guarded->margin = margin;
+  guarded->smoothing = std::clamp(0.6 * margin, 0.1e-3, 0.6e-3);
+  std::visit(
+      [&](const auto& labels) {
+        if (labels.structures().empty()) throw std::runtime_error("the labels hold no structure");
+        guarded->structures = labels.structures();
+        guarded->X_GS = relative_pose(bone.grid.X_WG(), labels.X_WS());
+        guarded->box = box_of_all(labels);
+        if (!meets(bone.grid, guarded->X_GS, guarded->box, labels.spacing()))
+          throw std::runtime_error("the labels lie beside the bone; are they of another scan?");
+        // Far enough for the largest burr, or for as large a one as the field can serve.
+        const Burr largest{.tip_radius = largest_burr(bone), .shaft_radius = 0, .shaft_length = 0};
+        const double most = 127 * labels.spacing().maxCoeff();
+        const double wanted =
+            std::max({GuardPotential::required_reach(largest, margin, guarded->smoothing),
+                      required_veto_reach(bone.grid, kVetoShare * margin), labels.spacing().maxCoeff()});
+        guarded->largest_radius = largest.tip_radius - std::max(wanted - most, 0.0);
+        if (!(guarded->largest_radius >= bone.burr.tip_radius))
+          throw std::runtime_error("the labels' voxels are too fine for a burr of this size; give a smaller --tool");
+        guarded->field = built(labels, std::min(wanted, most));
+      },
+      any);
+  const std::size_t count = guarded->structures.size();
+  const auto floor = [&](const StructureVeto& veto) {
+    return make_cut_floor(*guarded->field, guarded->X_GS, bone.grid, bone.isovalue,
+                          std::vector<StructureVeto>(count, veto));
+  };
+  guarded->watch = floor({.mode = StructureVeto::Mode::kWatch});
+  guarded->refuse = floor({.margin = kVetoShare * margin});
+  return guarded;
+}
+
+std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const Burr& burr) {
+  const std::vector<GuardedStructure> all(guarded.structures.size(), {.margin = guarded.margin});
+  return std::make_shared<const GuardPotential>(guarded.field, guarded.X_GS, burr, all,
+                                                GuardPotentialOptions{.smoothing = guarded.smoothing});
+}
+
+std::shared_ptr<const GuardedBone> guard_made_structures(const drill::Bone& bone, const drill::Spot& spot,
+                                                         double margin) {
+  return guard_bone(bone, drill::make_structures(bone, drill::Surgeon(spot, bone.burr, {})).labels, margin);
+}
+
+std::shared_ptr<const GuardedBone> guard_read_structures(const drill::Bone& bone, const std::string& path,
+                                                         double margin) {
+  std::vector<std::string> notes;
+  const drill::AnyLabels labels = drill::load_labels(path, notes);
+  return guard_bone(bone, labels, margin, std::move(notes));
+}
+
+}  // namespace live
