@@ -38,7 +38,7 @@ class GuardedMilling {
     auto policy = milling_.policy();
     if (cut != nullptr) policy.policy = *cut;
     if (refuses != nullptr) policy.floor = *refuses ? refuse_ : watch_;
-    milling_.adopt(policy);
+    milling_.set_policy(policy);
   }
 
   double carve(trephine::VoxelGrid<std::int16_t>& bone, double isovalue, const trephine::Posed& X_GT_previous,

@@ -74,6 +74,8 @@ class Milling {
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
   /// Replaces the policy's options between ticks (haptic thread) by valid ones.
   void adopt(const Options& options) noexcept { adopt_cut_options(policy_, options); }
+  /// Replaces the whole policy, its floor or tissues too, by a valid one for the same bone.
+  void set_policy(const Policy& policy) noexcept { policy_ = policy; }
   [[nodiscard]] bool follow_probe() const noexcept { return options_.follow_probe; }
 
   /// Restarts the dithering.
