@@ -29,7 +29,7 @@ struct Inboxes {
   trephine::Mailbox<trephine::MillingVibration::Options> vibration;
   trephine::Mailbox<trephine::Damping::Options> damping;
   trephine::Mailbox<trephine::DeviceLimits> limits;
-  // Of drills in bone with structures.
+  // For bone with structures.
   trephine::Mailbox<trephine::StructureGuard::Options> guard;
   trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
 };

@@ -4,6 +4,7 @@
 #include <trephine/compiled/scene.hpp>
 
 #include "integration/scenes.hpp"
+#include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 
 #include <array>
@@ -131,18 +132,6 @@ void compare_bare(const char* name) {
 }
 
 const Coulomb kFriction{0.3, 0.2};
-
-/// Throws std::invalid_argument, and names `word` in its message.
-template <class Body>
-void check_refused(const std::string& word, Body&& body) {
-  CAPTURE(word);
-  try {
-    body();
-    FAIL("nothing was thrown");
-  } catch (const std::invalid_argument& e) {
-    CHECK(std::string(e.what()).find(word) != std::string::npos);
-  }
-}
 
 }  // namespace
 

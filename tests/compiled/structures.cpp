@@ -4,6 +4,7 @@
 
 #include "integration/scenes.hpp"
 #include "structure/phantom.hpp"
+#include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 
 #include <trephine/core/units.hpp>
@@ -95,17 +96,6 @@ TickInput input_at(int tick) {
   TickInput input{.X_WT = drilling_pose(kDt * tick), .spindle_on = tick > 300};
   if (tick % 100 == 50) input.X_WT.translation().x() = std::numeric_limits<double>::quiet_NaN();
   return input;
-}
-
-template <class Body>
-void check_refused(const std::string& word, Body&& body) {
-  CAPTURE(word);
-  try {
-    body();
-    FAIL("nothing was thrown");
-  } catch (const std::invalid_argument& e) {
-    CHECK(std::string(e.what()).find(word) != std::string::npos);
-  }
 }
 
 }  // namespace

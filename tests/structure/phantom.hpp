@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/units.hpp>
 #include <trephine/structure/build_structure_field.hpp>
 
 #include <algorithm>
@@ -57,5 +58,16 @@ struct LabelledTubes {
     return build_structure_field(volume, {.reach = reach});
   }
 };
+
+/// Two tubes that cross apart from each other, and a ball: structures 0, 1 and 2 in a cube of 17 mm.
+[[nodiscard]] inline LabelledTubes canals() {
+  using namespace literals;
+  const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
+  return {.tubes = {{mm(2, 8, 7), mm(14, 8, 9), 0.8_mm},
+                    {mm(8, 2, 12), mm(8, 14, 11), 0.6_mm},
+                    {mm(4.5, 11.5, 5), mm(4.5, 11.5, 5), 1.6_mm}},
+          .structure = {0, 1, 2},
+          .size = {58, 58, 58}};
+}
 
 }  // namespace trephine::test

@@ -43,15 +43,6 @@ const Burr kBurr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 1
 using Bone = VoxelGrid<std::int16_t>;
 using Mode = StructureVeto::Mode;
 
-LabelledTubes canals() {
-  const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
-  return {.tubes = {{mm(2, 8, 7), mm(14, 8, 9), 0.8_mm},
-                    {mm(8, 2, 12), mm(8, 14, 11), 0.6_mm},
-                    {mm(4.5, 11.5, 5), mm(4.5, 11.5, 5), 1.6_mm}},
-          .structure = {0, 1, 2},
-          .size = {58, 58, 58}};
-}
-
 const std::shared_ptr<const StructureField>& field() {
   static const std::shared_ptr<const StructureField> made = canals().field(5_mm);
   return made;

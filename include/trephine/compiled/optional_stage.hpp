@@ -97,13 +97,7 @@ class OptionalMilling {
     if (options_ && other.options_ && options_->cut == other.options_->cut &&
         options_->slope == other.options_->slope && options_->follow_probe == other.options_->follow_probe &&
         floor_ == other.floor_)
-      visit(milling_, [&]<class M>(M& milling) {
-        const auto& policy = std::get_if<M>(&other.milling_)->policy();
-        if constexpr (requires { policy.floor; })
-          milling.adopt(policy.policy);
-        else
-          milling.adopt(policy);
-      });
+      visit(milling_, [&]<class M>(M& milling) { milling.set_policy(std::get_if<M>(&other.milling_)->policy()); });
     else
       milling_ = other.milling_;
     options_ = other.options_;

@@ -79,9 +79,7 @@ class KeepIn {
       refuse(Options::kType, "structure must be a number of the field's", structure);
     if (!(smoothing >= 0.05e-3) || !(smoothing <= 0.01))
       refuse(Options::kType, "smoothing must be 0.00005 to 0.01 m", smoothing);
-    const Mat3d R = X_GS.linear();
-    if (!X_GS.matrix().allFinite() || !((R.transpose() * R - Mat3d::Identity()).norm() < kRotationTolerance))
-      refuse(Options::kType, "X_GS must be rigid", "not so");
+    if (!is_usable_pose(X_GS)) refuse(Options::kType, "X_GS must be rigid", "not so");
     check_reach(options);
     distance_ = std::make_shared<const SmoothDistance>(field, structure, smoothing, reach_);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/brick_layout.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <algorithm>
@@ -31,14 +32,12 @@ namespace trephine {
 template <VoxelDensity Density>
 class CutFloor {
  public:
-  static constexpr int kBrick = VoxelGrid<Density>::kBrick;
   static constexpr int kOwners = 255;
   using Wide = WideDensity<Density>;
 
   /// An empty floor for this bone. Throws std::invalid_argument for an isovalue that is not finite.
   CutFloor(const VoxelGrid<Density>& grid, double isovalue)
-      : size_(grid.size()),
-        bricks_(grid.bricks()),
+      : layout_(grid),
         isovalue_(isovalue),
         per_metre_(auto_slope(grid, isovalue) / grid.spacing().maxCoeff()),
         reach_(reach_of(grid.spacing())),
@@ -64,10 +63,10 @@ class CutFloor {
     for_each_voxel(box, [&](int i, int j, int k) {
       const double c = distance(i, j, k);
       if (!(c < reach_)) return;
-      if (is_frozen(brick_at(i, j, k))) return;
+      if (is_frozen(layout_.brick_of(i, j, k))) return;
       const Density floor = rounded_up(isovalue_ - per_metre_ * c);
       Block& block = block_at(i, j, k);
-      const std::size_t v = voxel_in_brick(i, j, k);
+      const std::size_t v = BrickLayout::voxel_in_brick(i, j, k);
       if (block.owner[v] != 0 && !(block.floor[v] < floor)) return;
       block.floor[v] = floor;
       // A voxel of a watched body outside of this one may still be taken, down to the floor.
@@ -81,9 +80,9 @@ class CutFloor {
   template <class Inside>
   void watch(int owner, const VoxelBox& box, Inside&& inside) {
     for_each_voxel(box, [&](int i, int j, int k) {
-      if (!inside(i, j, k) || is_frozen(brick_at(i, j, k))) return;
+      if (!inside(i, j, k) || is_frozen(layout_.brick_of(i, j, k))) return;
       Block& block = block_at(i, j, k);
-      const std::size_t v = voxel_in_brick(i, j, k);
+      const std::size_t v = BrickLayout::voxel_in_brick(i, j, k);
       if (is_set(block.watched, v) || !(block.floor[v] < threshold_)) return;
       block.owner[v] = static_cast<std::uint8_t>(owner + 1);
       set(block.watched, v, true);
@@ -121,24 +120,24 @@ class CutFloor {
     for (const auto& cell : frozen)
       for (int c = 0; c < 8; ++c) {
         const int i = cell[0] + (c & 1), j = cell[1] + (c >> 1 & 1), k = cell[2] + (c >> 2);
-        if (!grid.contains(i, j, k) || is_frozen(brick_at(i, j, k))) continue;
+        if (!grid.contains(i, j, k) || is_frozen(layout_.brick_of(i, j, k))) continue;
         Block& block = block_at(i, j, k);
-        block.floor[voxel_in_brick(i, j, k)] = kMost;
+        block.floor[BrickLayout::voxel_in_brick(i, j, k)] = kMost;
       }
   }
 
   /// Returns the voxel's floor; the lowest density where there is none. The voxel must lie in the grid.
   [[nodiscard]] Density floor_at(int i, int j, int k) const noexcept {
-    const std::int32_t b = block_of_[brick_at(i, j, k)];
+    const std::int32_t b = block_of_[layout_.brick_of(i, j, k)];
     if (b < 0) return b == kNone ? kLowest : kMost;
-    return blocks_[static_cast<std::size_t>(b)].floor[voxel_in_brick(i, j, k)];
+    return blocks_[static_cast<std::size_t>(b)].floor[BrickLayout::voxel_in_brick(i, j, k)];
   }
   /// Returns true if the voxel is protected itself: its floor reaches the isovalue.
   [[nodiscard]] bool is_protected(int i, int j, int k) const noexcept { return !(floor_at(i, j, k) < threshold_); }
 
   /// True if the floor was made for a grid of this size and this isovalue.
   [[nodiscard]] bool fits(const VoxelGrid<Density>& grid, double isovalue) const noexcept {
-    return grid.size() == size_ && isovalue == isovalue_;
+    return grid.size() == layout_.size() && isovalue == isovalue_;
   }
 
   /// Return the volume of the owner's voxels that cuts would have taken, and took of a watched body [mm³].
@@ -197,7 +196,8 @@ class CutFloor {
 
  private:
   static constexpr std::int32_t kNone = -1, kFirstFrozen = -2;  // in `block_of_`
-  static constexpr std::size_t kVoxels = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
+  static constexpr int kBrick = BrickLayout::kBrick;
+  static constexpr std::size_t kVoxels = BrickLayout::kVoxels;
   static constexpr Density kLowest = std::numeric_limits<Density>::lowest();
   static constexpr Density kMost = std::numeric_limits<Density>::max();
   using Bits = std::array<std::uint64_t, kVoxels / 64>;
@@ -235,15 +235,8 @@ class CutFloor {
     return owner >= 0 && owner < kOwners ? static_cast<double>(counts[static_cast<std::size_t>(owner)]) : 0.0;
   }
 
-  [[nodiscard]] std::size_t brick_at(int i, int j, int k) const noexcept {
-    return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(k / kBrick) * bricks_[1] + j / kBrick) * bricks_[0] +
-                                    i / kBrick);
-  }
-  [[nodiscard]] static std::size_t voxel_in_brick(int i, int j, int k) noexcept {
-    return static_cast<std::size_t>((k % kBrick * kBrick + j % kBrick) * kBrick + i % kBrick);
-  }
   Block& block_at(int i, int j, int k) {
-    std::int32_t& b = block_of_[brick_at(i, j, k)];
+    std::int32_t& b = block_of_[layout_.brick_of(i, j, k)];
     if (b == kNone) {
       b = static_cast<std::int32_t>(blocks_.size());
       blocks_.emplace_back();
@@ -260,29 +253,25 @@ class CutFloor {
 
   template <class Visit>
   void for_each_voxel(const VoxelBox& box, Visit&& visit) const {
-    for (int k = std::max(box.lo[2], 0); k <= std::min(box.hi[2], size_[2] - 1); ++k)
-      for (int j = std::max(box.lo[1], 0); j <= std::min(box.hi[1], size_[1] - 1); ++j)
-        for (int i = std::max(box.lo[0], 0); i <= std::min(box.hi[0], size_[0] - 1); ++i) visit(i, j, k);
+    for (int k = std::max(box.lo[2], 0); k <= std::min(box.hi[2], layout_.size()[2] - 1); ++k)
+      for (int j = std::max(box.lo[1], 0); j <= std::min(box.hi[1], layout_.size()[1] - 1); ++j)
+        for (int i = std::max(box.lo[0], 0); i <= std::min(box.hi[0], layout_.size()[0] - 1); ++i) visit(i, j, k);
   }
 
   /// Visits the voxels of a part of a row, which spans up to three bricks, in bricks with a block and frozen ones.
   template <class Visit, class VisitFrozen>
   void for_each_part(int i, int j, int k, int count, const Visit& visit, const VisitFrozen& visit_frozen) noexcept {
-    for (int l = 0; l < count;) {
-      const int x = i + l;
-      const int end = std::min(l + kBrick - x % kBrick, count);
-      const std::int32_t b = block_of_[brick_at(x, j, k)];
-      std::size_t v = voxel_in_brick(x, j, k);
-      if (b == kNone) {
-        l = end;
-      } else if (b < 0) {
+    layout_.for_each_part(i, j, k, count, [&](std::size_t at, std::size_t v, int first, int end) {
+      const std::int32_t b = block_of_[at];
+      if (b == kNone) return;
+      if (b < 0) {
         Frozen& brick = frozen_[static_cast<std::size_t>(kFirstFrozen - b)];
-        for (; l < end; ++l, ++v) visit_frozen(brick, v, static_cast<std::size_t>(l));
+        for (int l = first; l < end; ++l, ++v) visit_frozen(brick, v, static_cast<std::size_t>(l));
       } else {
         Block& block = blocks_[static_cast<std::size_t>(b)];
-        for (; l < end; ++l, ++v) visit(block, v, static_cast<std::size_t>(l));
+        for (int l = first; l < end; ++l, ++v) visit(block, v, static_cast<std::size_t>(l));
       }
-    }
+    });
   }
 
   /// Whether the cell holds protected bone and a corner with less than its floor.
@@ -301,8 +290,7 @@ class CutFloor {
     return holds && lower;
   }
 
-  std::array<int, 3> size_;
-  std::array<int, 3> bricks_;
+  BrickLayout layout_;
   double isovalue_;
   double per_metre_;
   double reach_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/voxel/brick_layout.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
@@ -29,7 +30,7 @@ class TissueMap {
   /// than 256 rates, a rate out of bounds, and a tissue without a rate. Its time grows with the voxels.
   template <VoxelDensity Density, class TissueOf>
   TissueMap(const VoxelGrid<Density>& grid, std::span<const double> rates, TissueOf&& tissue_of)
-      : size_(grid.size()), bricks_(grid.bricks()), tissues_of_(grid.brick_count()) {
+      : layout_(grid), tissues_of_(grid.brick_count()) {
     if (rates.empty() || rates.size() > kTissues)
       refuse("TissueMap", "it needs 1 to 256 tissues", static_cast<double>(rates.size()));
     for (const double rate : rates) {
@@ -59,15 +60,15 @@ class TissueMap {
 
   /// Returns the factor at a voxel, which must lie in the grid.
   [[nodiscard]] double rate_at(int i, int j, int k) const noexcept {
-    const std::int32_t t = tissues_of_[brick_at(i, j, k)];
+    const std::int32_t t = tissues_of_[layout_.brick_of(i, j, k)];
     const auto tissue = t < 0 ? static_cast<std::size_t>(-1 - t)
-                              : std::size_t{mixed_[static_cast<std::size_t>(t)][voxel_in_brick(i, j, k)]};
+                              : std::size_t{mixed_[static_cast<std::size_t>(t)][BrickLayout::voxel_in_brick(i, j, k)]};
     return static_cast<double>(rates_[tissue]);
   }
   /// Returns true if the map was made for a grid of this size.
   template <VoxelDensity Density>
   [[nodiscard]] bool fits(const VoxelGrid<Density>& grid) const noexcept {
-    return grid.size() == size_;
+    return grid.size() == layout_.size();
   }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return tissues_of_.size() * sizeof(std::int32_t) + mixed_.size() * sizeof(Tissues) + rates_.size() * sizeof(float);
@@ -76,40 +77,31 @@ class TissueMap {
   /// Multiplies the shares of voxels (i, j, k) to (i + count − 1, j, k), for cuts.
   template <std::size_t kLanes>
   void scale(int i, int j, int k, int count, std::array<float, kLanes>& share) const noexcept {
-    for (int l = 0; l < count;) {
-      const int x = i + l;
-      const int end = std::min(l + kBrick - x % kBrick, count);
-      const std::int32_t t = tissues_of_[brick_at(x, j, k)];
+    layout_.for_each_part(i, j, k, count, [&](std::size_t brick, std::size_t v, int first, int end) {
+      const std::int32_t t = tissues_of_[brick];
       if (t < 0) {
         const float rate = rates_[static_cast<std::size_t>(-1 - t)];
-        for (; l < end; ++l) share[static_cast<std::size_t>(l)] *= rate;
+        for (int l = first; l < end; ++l) share[static_cast<std::size_t>(l)] *= rate;
       } else {
-        const std::uint8_t* tissue = mixed_[static_cast<std::size_t>(t)].data() + voxel_in_brick(x, j, k);
-        for (; l < end; ++l, ++tissue) share[static_cast<std::size_t>(l)] *= rates_[*tissue];
+        const Tissues& tissues = mixed_[static_cast<std::size_t>(t)];
+        for (int l = first; l < end; ++l, ++v) share[static_cast<std::size_t>(l)] *= rates_[tissues[v]];
       }
-    }
+    });
   }
 
  private:
-  static constexpr int kBrick = 8;  // edge [voxels]
-  using Tissues = std::array<std::uint8_t, static_cast<std::size_t>(kBrick) * kBrick * kBrick>;
+  static constexpr int kBrick = BrickLayout::kBrick;
+  using Tissues = std::array<std::uint8_t, BrickLayout::kVoxels>;
 
-  [[nodiscard]] std::size_t brick_at(int i, int j, int k) const noexcept {
-    return static_cast<std::size_t>((static_cast<std::ptrdiff_t>(k / kBrick) * bricks_[1] + j / kBrick) * bricks_[0] +
-                                    i / kBrick);
-  }
-  [[nodiscard]] static std::size_t voxel_in_brick(int i, int j, int k) noexcept {
-    return static_cast<std::size_t>((k % kBrick * kBrick + j % kBrick) * kBrick + i % kBrick);
-  }
   template <class Visit>
   void for_each_voxel(const std::array<int, 3>& brick, Visit&& visit) const {
-    const auto end = [&](std::size_t a) { return std::min(kBrick * (brick[a] + 1), size_[a]); };
+    const auto end = [&](std::size_t a) { return std::min(kBrick * (brick[a] + 1), layout_.size()[a]); };
     for (int k = kBrick * brick[2]; k < end(2); ++k)
       for (int j = kBrick * brick[1]; j < end(1); ++j)
-        for (int i = kBrick * brick[0]; i < end(0); ++i) visit(i, j, k, voxel_in_brick(i, j, k));
+        for (int i = kBrick * brick[0]; i < end(0); ++i) visit(i, j, k, BrickLayout::voxel_in_brick(i, j, k));
   }
 
-  std::array<int, 3> size_, bricks_;
+  BrickLayout layout_;
   std::vector<float> rates_;              // by tissue
   std::vector<std::int32_t> tissues_of_;  // of each brick: −1 − tissue, or a number of `mixed_`
   std::vector<Tissues> mixed_;
