@@ -414,6 +414,9 @@ TEST_CASE("what a guard cannot use is refused") {
     CHECK_THROWS_AS(GuardPotential(wide, Posed::Identity(), kBurr, some), std::invalid_argument);
   }
   CHECK_THROWS_AS(GuardPotential(wide, Posed::Identity(), kBurr, options(), {.smoothing = 1.0}), std::invalid_argument);
+  Posed stretched = Posed::Identity();
+  stretched.linear() *= 2;
+  CHECK_THROWS_AS(GuardPotential(wide, stretched, kBurr, options()), std::invalid_argument);
   CHECK_THROWS_AS(StructureGuard(nullptr), std::invalid_argument);
   CHECK_THROWS_AS(StructureGuard(potential(), {.ramp_time = 0}), std::invalid_argument);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/render/stiffness_budget.hpp>
+#include <trephine/stage/motion.hpp>
 #include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/tool/shape.hpp>
@@ -97,6 +98,7 @@ class GuardPotential {
                  std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
       : field_(std::move(field)), X_GS_(X_GS), burr_(burr), H_(options.smoothing) {
     if (field_ == nullptr) refuse("GuardPotential", "it needs a StructureField", "none");
+    if (!is_usable_pose(X_GS)) refuse("GuardPotential", "X_GS must be rigid", "not so");
     burr.validate();
     if (!(H_ >= 0.05e-3) || !(H_ <= 0.01)) refuse("GuardPotential", "smoothing must be 0.00005 to 0.01 m", H_);
     if (structures.size() != static_cast<std::size_t>(field_->structures()))
