@@ -28,6 +28,8 @@
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
+#include <trephine/tool/named_tools.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>

@@ -7,6 +7,7 @@
 #include <trephine/core/units.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/trephine.hpp>
 
 #include <doctest/doctest.h>

@@ -15,6 +15,7 @@
 #include <trephine/stage/milling.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 

@@ -2,9 +2,10 @@
 #include "support/malloc_hook.hpp"
 #include "voxel/sampled_fields.hpp"
 
+#include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
-#include <trephine/voxel/drill_cutter.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <doctest/doctest.h>
@@ -161,7 +162,7 @@ TEST_CASE("Drill bits: volume of a plunge") {
     while (X.translation().z() - bit.radius > top - 24 * h) {
       Posed next = X;
       next.translation().z() -= 0.7 * h;
-      removed += carve(grid, 127.5, DrillCutter(bit, X, next, h / 2));
+      removed += carve(grid, 127.5, RevolvedCutter(bit, X, next, h / 2));
       X = next;
     }
     const double depth = top - (X.translation().z() - bit.radius);
@@ -173,7 +174,7 @@ TEST_CASE("Drill bits: volume of a plunge") {
     if (end == DrillEnd::kRound) exact -= disc * R / 3;
     CHECK(removed == doctest::Approx(exact * 1e9).epsilon(0.02));
     std::mt19937 rng(kSeed);
-    const auto errors = surface_errors(grid, 127.5, DrillCutter(bit, X, X, h), X.translation(), 60 * h, rng, 500);
+    const auto errors = surface_errors(grid, 127.5, RevolvedCutter(bit, X, X, h), X.translation(), 60 * h, rng, 500);
     int inside = 0;
     double sum = 0;
     for (const double e : errors)
@@ -243,7 +244,7 @@ TEST_CASE_TEMPLATE("Cuts only lower, twice is once, the border stays, books are 
     const SphereCutter ball(a, b, radius);
     const DrillBit bit{.radius = radius / 2, .length = 2 * radius, .end = static_cast<DrillEnd>(n % 3)};
     const Mat3d R = random_rotation(rng);
-    const DrillCutter drill(bit, make_pose<double>(R, a), make_pose<double>(R, b), 1e-4);
+    const RevolvedCutter drill(bit, make_pose<double>(R, a), make_pose<double>(R, b), 1e-4);
     const auto before = copy_of(grid);
     double removed = 0;
     double again = 0;
@@ -350,7 +351,7 @@ TEST_CASE("Cutters that are nowhere near, not finite or tiny are harmless") {
       }
       Posed X = Posed::Identity();
       X.translation() = p;
-      CHECK(carve(grid, 127.5, DrillCutter({}, X, X, 1e-4)) == 0);
+      CHECK(carve(grid, 127.5, RevolvedCutter(DrillBit{}, X, X, 1e-4)) == 0);
     }
   CHECK(copy_of(grid) == before);
   // A cutter much smaller than a voxel leaves a dent that no surface shows, and no volume.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "voxel/sampled_fields.hpp"
 
+#include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/carving.hpp>
-#include <trephine/voxel/drill_cutter.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <doctest/doctest.h>
@@ -172,8 +173,8 @@ TEST_CASE_TEMPLATE("Fast cuts change the bits that plain ones change", Density, 
         const RateLimitedCut<> policy{.rate = 2e5};
         const CutAllowance allowance{.dt = 1e-3, .tick = static_cast<std::uint32_t>(tick)};
         const DrillBit bit{.radius = radius, .length = 5 * radius, .end = static_cast<DrillEnd>(tick / 3)};
-        const DrillCutter cutter(bit, make_pose<double>(Mat3d::Identity(), p), make_pose<double>(Mat3d::Identity(), q),
-                                 kVoxel);
+        const RevolvedCutter cutter(bit, make_pose<double>(Mat3d::Identity(), p),
+                                    make_pose<double>(Mat3d::Identity(), q), kVoxel);
         removed = carve(grid, iso, cutter, policy, allowance, 10);
         plain_cut(grid, voxels, iso, 10, cutter, policy.limit<Density>(allowance));
       } else if (tick >= 8) {

@@ -6,6 +6,7 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/stage/milling.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>

@@ -2,7 +2,8 @@
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/voxel/drill_cutter.hpp>
+#include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 
 #include <doctest/doctest.h>
 
@@ -144,7 +145,7 @@ TEST_CASE("A drill bit has the shape and the distances it says") {
   for (const DrillBit& bit : bits()) {
     bit.validate();
     const Posed X = make_pose<double>(random_rotation(rng), {0.01, 0.02, -0.03});
-    const DrillCutter cutter(bit, X, X, 0.1_mm);
+    const RevolvedCutter cutter(bit, X, X, 0.1_mm);
     check_contract(cutter, rng);
     const Vec3d half(1.5 * bit.radius, 1.5 * bit.radius, 0);
     for (int n = 0; n < 20000; ++n) {
@@ -180,8 +181,8 @@ TEST_CASE("A swept drill bit covers its way") {
     const Posed X1 =
         make_pose<double>(X0.linear() * rotation_from_vector(turn), X0.translation() + 1.3_mm * random_direction(rng));
     const double step = 0.1_mm;
-    CHECK(DrillCutter::way(bit, X0, X1) == doctest::Approx(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
-    const DrillCutter cutter(bit, X0, X1, step);
+    CHECK(RevolvedCutter::way(bit, X0, X1) == doctest::Approx(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
+    const RevolvedCutter cutter(bit, X0, X1, step);
     check_contract(cutter, rng);
     for (int n = 0; n < 300; ++n) {
       // A point of the bit at a time in between is in the sweep, or as near as the steps leave it.

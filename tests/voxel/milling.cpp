@@ -4,6 +4,7 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/stage/milling.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 
 #include <doctest/doctest.h>
 

@@ -6,6 +6,7 @@
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/stage/milling.hpp>
+#include <trephine/tool/shapes/drill_bit.hpp>
 
 #include <doctest/doctest.h>
 

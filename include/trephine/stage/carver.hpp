@@ -8,7 +8,7 @@
 
 namespace trephine {
 
-/// Inputs of a carver beside the burr's poses.
+/// Inputs of a carver beside the tool's poses.
 struct CarveContext {
   bool spindle_on = false;
   double dt = 0;       ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
@@ -16,18 +16,20 @@ struct CarveContext {
 };
 
 /// The part of a scene that removes bone. The scene calls it once a tick after contact, on the haptic thread, with the
-/// spindle on or off. It lowers densities along the burr's path from `X_GT_previous` to `X_GT`. The two are equal
+/// spindle on or off. It lowers densities along the tool's path from `X_GT_previous` to `X_GT`. The two are equal
 /// without a path: at the first tick, and after bad input, a jump, a stall longer than kLongestDt or a step faster than
 /// kMaxSpeed. It returns the removed volume [mm³], finite and >= 0. Its work must be bounded.
+/// `head` is the cutting head of the renderer's tool: its `cutting_head()` if it has one, a `Burr` or a `CuttingHead`,
+/// else its `shape()`.
 /// A carver that spares or watches structures has `add_to(StructureSummary&) const noexcept` (`StructureReporter`).
 ///
 /// The poses are the renderer's `cutting_pose()`, or its `cutting_pose(dt)` if it has one and the carver cuts at once
 /// (`kCutsAtOnce`). A carver that follows the probe, the device's own pose, has a `follow_probe` that converts to true:
 /// a member function or a data member, which may be static constexpr.
-template <class C, class Grid>
-concept Carver = requires(C c, Grid& grid, double isovalue, const Posed& X_GT, const Burr& burr,
+template <class C, class Grid, class Head = Burr>
+concept Carver = requires(C c, Grid& grid, double isovalue, const Posed& X_GT, const Head& head,
                           const CarveContext& context) {
-  { c.carve(grid, isovalue, X_GT, X_GT, burr, context) }
+  { c.carve(grid, isovalue, X_GT, X_GT, head, context) }
   noexcept->std::same_as<double>;
 };
 

@@ -307,15 +307,23 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     return result;
   }
 
+  [[nodiscard]] const auto& cutting_head() const noexcept {
+    if constexpr (requires { renderer_.cutting_head(); })
+      return renderer_.cutting_head();
+    else
+      return renderer_.shape();
+  }
+
   [[nodiscard]] double carve(const PoseStep& step, const Posed& X_GT, const Posed& X_GC,
                              const CarveContext& context) noexcept {
+    using Head = std::remove_cvref_t<decltype(cutting_head())>;
     double removed_mm3 = 0;
     for_each_part([&](auto& part) {
-      if constexpr (Carver<std::remove_cvref_t<decltype(part)>, Grid>) {
+      if constexpr (Carver<std::remove_cvref_t<decltype(part)>, Grid, Head>) {
         const bool probe = follows_probe(part);
         const Posed& before = probe ? step.X_GT_before : step.X_GC_before;
         const Posed& now = probe ? X_GT : X_GC;
-        removed_mm3 += part.carve(*bone_, isovalue_, before, now, renderer_.shape(), context);
+        removed_mm3 += part.carve(*bone_, isovalue_, before, now, cutting_head(), context);
       }
     });
     return removed_mm3;

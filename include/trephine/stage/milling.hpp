@@ -3,8 +3,8 @@
 
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/carver.hpp>
+#include <trephine/tool/revolved_cutter.hpp>
 #include <trephine/voxel/carving.hpp>
-#include <trephine/voxel/drill_cutter.hpp>
 
 #include <concepts>
 #include <cstdint>
@@ -27,7 +27,7 @@ struct MillingOptions {
   bool follow_probe = false;  ///< cut along the device's pose instead of the renderer's cutting pose
 };
 
-/// The burr's ball cuts, the shaft does not.
+/// The tool's own head cuts: a burr's ball, not its shaft.
 struct TipCuts {
   void validate() const {}
 };
@@ -37,11 +37,11 @@ struct TipCuts {
 /// Milling{}                                            // geometric: at once what the tip covers
 /// Milling{{.rate = 2e5}}                               // densities/s: hard bone takes time
 /// Milling{RateLimitedCut<>{.rate = 2e5, .reference_force = 3}, {.slope = 10}}
-/// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}
+/// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}  // <trephine/tool/shapes/drill_bit.hpp>
 /// \endcode
-/// The ball has the burr's `tip_radius`; a DrillBit has its own measures and the tool's pose. Poses farther apart than
-/// `kLongestSweep` are not joined. A geometric tip that continues its path cuts only ahead of its last cut, and only
-/// `kMinAdvance` or more away from it, so a still tip costs nothing. The removed volume is the isosurface's loss.
+/// The head is that of the renderer's tool; a DrillBit has its own measures and the tool's pose. Poses farther apart
+/// than `kLongestSweep` are not joined. A geometric tip that continues its path cuts only ahead of its last cut, and
+/// only `kMinAdvance` or more away from it, so a still tip costs nothing. The removed volume is the isosurface's loss.
 /// Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {
@@ -52,7 +52,7 @@ class Milling {
 
   Milling() requires std::default_initializable<Policy> : Milling(Policy{}) {}
   explicit Milling(const Policy& policy, const MillingOptions& options = {}, const Shape& shape = {})
-      : policy_(policy), options_(options), shape_(shape) {
+      : policy_(policy), options_(options), shape_(shape), head_(head_of(shape)) {
     validate();
   }
 
@@ -84,18 +84,19 @@ class Milling {
     last_ = {};
   }
 
-  template <class Grid>
-  double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
+  /// `head`: the head of the renderer's tool, a Burr or a CuttingHead.
+  template <class Grid, class Head = Burr>
+  double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
                const CarveContext& context) noexcept {
     if constexpr (CountingPolicy<Policy>) {
       // Other parts may cut with the same floor.
       const FloorCounts before = policy_.counts();
-      const double removed_mm3 = cut_path(grid, isovalue, X_GT_previous, X_GT, burr, context);
+      const double removed_mm3 = cut_path(grid, isovalue, X_GT_previous, X_GT, head, context);
       const FloorCounts after = policy_.counts();
       counts_ = {after.refused - before.refused, after.taken - before.taken};
       return removed_mm3;
     } else {
-      return cut_path(grid, isovalue, X_GT_previous, X_GT, burr, context);
+      return cut_path(grid, isovalue, X_GT_previous, X_GT, head, context);
     }
   }
 
@@ -106,39 +107,56 @@ class Milling {
   }
 
  private:
-  template <class Grid>
-  double cut_path(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
+  template <class Grid, class Head>
+  double cut_path(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
                   const CarveContext& context) noexcept {
     if (!context.spindle_on) return 0;
     const CutAllowance allowance{context.dt, context.force_N, tick_++};
     const double longest = kLongestSweep * grid.spacing().minCoeff();
-    if constexpr (std::is_same_v<Shape, TipCuts>) {
+    if constexpr (kCutsWithTip && std::is_same_v<Head, Burr>) {
       const Vec3d p = X_GT.translation();
       const Vec3d before = X_GT_previous.translation();
       const bool near = (p - before).norm() <= longest;
       if constexpr (kRemembers) {
-        LastCut cut{grid.increase_stamp(), p, p, burr.tip_radius, isovalue};
+        LastCut cut{grid.increase_stamp(), p, p, head.tip_radius, isovalue};
         const bool goes_on = near && last_.is_same_but_at(cut, before);
         const Vec3d from = goes_on ? last_.p_GC : near ? before : p;
         const bool waits = goes_on && (p - from).norm() < kMinAdvance * grid.spacing().minCoeff();
         if (waits) cut.p_GC = from;
         last_ = cut;
         if (waits) return 0;
-        const SphereCutter cutter(from, p, burr.tip_radius, goes_on);
+        const SphereCutter cutter(from, p, head.tip_radius, goes_on);
         return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       } else {
-        const SphereCutter cutter(near ? before : p, p, burr.tip_radius);
+        const SphereCutter cutter(near ? before : p, p, head.tip_radius);
         return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
       }
     } else {
-      const bool near = DrillCutter::way(shape_, X_GT_previous, X_GT) <= longest;
-      const DrillCutter cutter(shape_, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
+      const CuttingHead& cuts = head_to_cut(head);
+      const bool near = RevolvedCutter::way(cuts, X_GT_previous, X_GT) <= longest;
+      const RevolvedCutter cutter(cuts, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
       return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
     }
   }
 
+  struct NoHead {};
+  static constexpr bool kCutsWithTip = std::is_same_v<Shape, TipCuts>;
+  [[nodiscard]] static auto head_of(const Shape& shape) {
+    if constexpr (kCutsWithTip)
+      return NoHead{};
+    else
+      return static_cast<CuttingHead>(shape);
+  }
+  template <class Head>
+  [[nodiscard]] const CuttingHead& head_to_cut(const Head& of_tool) const noexcept {
+    if constexpr (kCutsWithTip)
+      return of_tool;
+    else
+      return head_;
+  }
+
   // A geometric cut need not repeat its last cut, unless bone was restored.
-  static constexpr bool kRemembers = kCutsAtOnce && std::is_same_v<Shape, TipCuts>;
+  static constexpr bool kRemembers = kCutsAtOnce && kCutsWithTip;
   struct LastCut {
     std::uint64_t stamp = 0;
     Vec3d p_GT = Vec3d::Zero();  // at the last tick
@@ -158,6 +176,7 @@ class Milling {
       counts_{};  // of the last tick
   MillingOptions options_;
   [[no_unique_address]] Shape shape_;
+  [[no_unique_address]] std::conditional_t<kCutsWithTip, NoHead, CuttingHead> head_;
   std::uint32_t tick_ = 0;
 };
 

@@ -19,8 +19,15 @@ class BallAndShaft {
 
   [[nodiscard]] ToolBounds bounds() const noexcept {
     const double R = burr_.tip_radius, r = burr_.shaft_radius;
-    if (!burr_.has_shaft()) return {-R, R, R, R};
-    return {-R, std::max(R, burr_.shaft_length), std::max(R, r), std::min(R, r)};
+    if (!burr_.has_shaft()) return {-R, R, R, R, R};
+    return {-R, std::max(R, burr_.shaft_length), std::max(R, r), std::min(R, r), burr_.shaft_emerges()};
+  }
+
+  /// The burr with a larger ball: the shaft does not cut.
+  [[nodiscard]] Burr cutting_head(double allowance) const noexcept {
+    Burr head = burr_;
+    head.tip_radius += allowance;
+    return head;
   }
 
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {

@@ -53,6 +53,7 @@ struct ToolBounds {
   double radius;  ///< largest ρ [m]
   /// Smallest distance of the surface from the axis [m], apart from this length at either end of the axis.
   double core_radius;
+  double head_top;  ///< z at which the cutting head ends [m]
 
   /// Upper bound on the distance of the tool's points from T's origin [m].
   [[nodiscard]] double arm() const noexcept { return std::max(-z_low, z_high) + radius; }
@@ -62,7 +63,8 @@ struct ToolBounds {
 /// members is a new tool; no other code changes. Lengths are in metres, in T.
 /// - `profile(rho, z, profile)` computes distances, gradients and curvatures of kProfileLanes points;
 /// - `distances(rho, z, distances)` computes the distances alone, in single precision;
-/// - `bounds()` returns the bounding cylinder; `burr()` the ball that cuts and the shaft, for carving and drawing.
+/// - `bounds()` returns the bounding cylinder; `burr()` a ball and a shaft of its size, for checks and drawing;
+/// - `cutting_head(allowance)` returns the part that cuts, enlarged by `allowance` [m]: a `Burr` or a `CuttingHead`.
 ///
 /// Inside a union of bodies the distance may be the smallest of the bodies' distances.
 // clang-format off
@@ -73,6 +75,7 @@ concept ToolShape = std::copy_constructible<T> &&
   { tool.distances(in, in, out) } noexcept;
   { tool.bounds() } noexcept -> std::same_as<ToolBounds>;
   { tool.burr() } noexcept -> std::same_as<const Burr&>;
+  { tool.cutting_head(double{}) } noexcept;
 };
 // clang-format on
 

@@ -12,10 +12,13 @@
 #include <trephine/render/coupled/pose_search.hpp>
 #include <trephine/render/coupled/tool_in_bone.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/gradient.hpp>
 
 #include <cmath>
+#include <concepts>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 namespace trephine {
@@ -54,8 +57,11 @@ class CoupledToolRenderer {
 
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
-      : shape_(std::move(shape)), bounds_(shape_.bounds()), options_(options), bristles_(friction) {
-    gains_.cutting_burr = shape_.burr();
+      : shape_(std::move(shape)),
+        bounds_(shape_.bounds()),
+        options_(options),
+        head_(shape_.cutting_head(0)),
+        bristles_(friction) {
     options.validate();
   }
 
@@ -65,6 +71,7 @@ class CoupledToolRenderer {
     const bool solves_rotation = Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
     gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation, view.grid().spacing(),
                                   view.surface().longest_part());
+    head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.reserve(view, gains_.law.offset);
     foundation_ = Foundation(gains_.points_per_side, Constants::kMaxPoints);
     bristles_.reserve(Constants::kMaxContacts, foundation_.side() * foundation_.side(), Constants::kMaxPoints);
@@ -112,8 +119,10 @@ class CoupledToolRenderer {
   /// Law of the bone's pressure on the tool; valid once a scene is made.
   [[nodiscard]] const FoundationLaw& foundation_law() const noexcept { return gains_.law; }
   [[nodiscard]] const Shape& tool() const noexcept { return shape_; }
-  /// The burr that cuts: a little larger than the tool's, so that the tool fits into its own hole.
-  [[nodiscard]] const Burr& shape() const noexcept { return gains_.cutting_burr; }
+  /// A burr of the tool's size.
+  [[nodiscard]] const Burr& shape() const noexcept { return shape_.burr(); }
+  /// The head that cuts: a little larger than the tool's, so that the tool fits into its own hole.
+  [[nodiscard]] const auto& cutting_head() const noexcept { return head_; }
   /// One contact per surface element in contact, friction included: G axes [m, N].
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
   /// Pose of the virtual tool in G.
@@ -236,7 +245,7 @@ class CoupledToolRenderer {
       const FoundationPoint q = after_motion(evaluated, last_step);
       const double load = k * q.weight * q.depth;
       if (!(load > 0)) continue;
-      const bool tip = q.arm.dot(X_.linear().col(2)) <= shape_.burr().shaft_emerges();
+      const bool tip = q.arm.dot(X_.linear().col(2)) <= bounds_.head_top;
       summary.tip = summary.tip || tip;
       summary.shaft = summary.shaft || !tip;
       contacts_.add(q, load);
@@ -257,6 +266,7 @@ class CoupledToolRenderer {
   ToolBounds bounds_;
   CoupledOptions options_;
   CoupledGains gains_;
+  std::remove_cvref_t<decltype(std::declval<const Shape&>().cutting_head(0.0))> head_;
   BroadPhase broad_phase_;
   Foundation foundation_;
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
@@ -277,6 +287,11 @@ class CoupledToolRenderer {
   int steps_ = 0;
 };
 
+template <std::convertible_to<RevolvedTool> Measures>
+CoupledToolRenderer(Measures, CoupledOptions = {}) -> CoupledToolRenderer<double, RevolvedTool, Frictionless, SixDof>;
+template <std::convertible_to<RevolvedTool> Measures, Friction FrictionLaw>
+CoupledToolRenderer(Measures, CoupledOptions, FrictionLaw)
+    -> CoupledToolRenderer<double, RevolvedTool, FrictionLaw, SixDof>;
 CoupledToolRenderer(Burr, CoupledOptions = {})->CoupledToolRenderer<double, BallAndShaft, Frictionless, SixDof>;
 template <Friction FrictionLaw>
 CoupledToolRenderer(Burr, CoupledOptions, FrictionLaw)

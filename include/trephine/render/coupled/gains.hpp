@@ -17,8 +17,8 @@ namespace trephine {
 
 /// Gains of a coupled tool, derived from the tool, the options and the voxels.
 ///
-/// They are the contact's law, the coupling that compensates its yield, the points per element, and the burr that cuts
-/// room for the tool.
+/// They are the contact's law, the coupling that compensates its yield, the points per element, and the room that cuts
+/// make for the tool.
 ///
 /// The force of a ball pressed on a plane has a closed form (`BallOnPlane`). At the largest force the ball yields by a
 /// third of a voxel. It yields less if the footprint would have a radius over kFootprint voxels. The law's
@@ -28,7 +28,7 @@ struct CoupledGains {
   FoundationLaw law{.stiffness = 1, .ramp = 1};
   VirtualCoupling coupling;
   std::size_t points_per_side = 1;  ///< of a surface element
-  Burr cutting_burr;
+  double cut_allowance = 0;         ///< by which the cutting head is larger than the tool's [m]
 
   /// Derives the gains. `spacing` is the grid's [m]; `longest_part` the largest length of an element
   /// (`BoneSurface::longest_part`) [m].
@@ -49,11 +49,10 @@ struct CoupledGains {
     CoupledGains gains{h,
                        {gain / std::numbers::pi, ramp, spring.offset()},
                        {spring, {options.rotational_stiffness, options.torque}, solves_rotation},
-                       static_cast<std::size_t>(std::ceil(side - C::kSideRounding)),
-                       burr};
-    // The tool fits the hole of a burr that is larger by the contact's offset and by the sag of chords. A chord of a
+                       static_cast<std::size_t>(std::ceil(side - C::kSideRounding))};
+    // The tool fits the hole of a head that is larger by the contact's offset and by the sag of chords. A chord of a
     // ball's surface sags by h² / 8R in the middle of a voxel's diagonal h, and by a third of that on average.
-    gains.cutting_burr.tip_radius = R + spring.offset() + spacing.squaredNorm() / (24 * R);
+    gains.cut_allowance = spring.offset() + spacing.squaredNorm() / (24 * R);
     return gains;
   }
 };

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/refuse.hpp>
+#include <trephine/core/tolerances.hpp>
+#include <trephine/tool/tool_shape.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+namespace trephine {
+
+/// Outline of a surface of revolution in the half plane (ρ, z): lines and circular arcs from the tip up to the handle's
+/// end [m]. The radius ρ is a function of the height z, so pieces ascend or are level. The body lies between the
+/// outline and the axis. The distance is exact, inside and outside. \code ToolOutline bullet(0, -2e-3); // foremost
+/// point, on the axis bullet.arc_to(2e-3, 0, 0, 0);                 // a quarter of a ball bullet.line_to(2e-3,
+/// 8e-3).line_to(1e-3, 8e-3).line_to(1e-3, 40e-3).close(); \endcode No allocation: an outline is a value. Construction
+/// throws std::invalid_argument; evaluation is noexcept.
+class ToolOutline {
+ public:
+  static constexpr std::size_t kMostPieces = 24;
+
+  /// Starts at height z [m]. If ρ > 0 the body begins with a flat end.
+  ToolOutline(double rho, double z) : low_(z), rho_(0), z_(z) {
+    check(rho, z);
+    if (rho > 0) line_to(rho, z);
+  }
+
+  /// Adds a straight piece. A piece shorter than 1 nm is left out. With a `rounding` [m] an arc of this radius replaces
+  /// the corner between the last piece, a straight one, and this one; the corner must bulge outward.
+  ToolOutline& line_to(double rho, double z, double rounding = 0) {
+    check(rho, z);
+    if (rounding != 0) round_corner(rho, z, rounding);
+    const double length = std::hypot(rho - rho_, z - z_);
+    if (length > kShortest)
+      add({.rho = rho_,
+           .z = z_,
+           .end_rho = rho,
+           .end_z = z,
+           .along_rho = (rho - rho_) / length,
+           .along_z = (z - z_) / length,
+           .length = length});
+    move_to(rho, z);
+    return *this;
+  }
+
+  /// Adds an arc about the centre (ρ, z), which must lie equally far from both ends. The arc bulges outward if the
+  /// centre's ρ is not larger than those of the ends, and inward if it is not smaller; else the arc is refused.
+  ToolOutline& arc_to(double rho, double z, double centre_rho, double centre_z) {
+    check(rho, z);
+    const double radius = std::hypot(rho - centre_rho, z - centre_z);
+    if (!(std::abs(std::hypot(rho_ - centre_rho, z_ - centre_z) - radius) <= kSameRadius * radius) ||
+        !(radius > kShortest))
+      refuse("ToolOutline", "an arc's ends must be equally far from its centre, which is not the case at rho", rho);
+    const double side = centre_rho <= std::min(rho, rho_) + kShortest ? 1.0 : -1.0;
+    if (side < 0 && !(centre_rho >= std::max(rho, rho_) - kShortest))
+      refuse("ToolOutline", "an arc's centre must lie on one side of it, got rho", centre_rho);
+    if (std::hypot(rho - rho_, z - z_) > kShortest)
+      add({.rho = rho_,
+           .z = z_,
+           .end_rho = rho,
+           .end_z = z,
+           .centre_rho = centre_rho,
+           .centre_z = centre_z,
+           .radius = radius,
+           .side = side});
+    move_to(rho, z);
+    return *this;
+  }
+
+  /// Ends the body with a flat end at the last height, if it does not end on the axis. Call it last.
+  ToolOutline& close() {
+    if (rho_ > 0) line_to(0, z_);
+    if (!(z_ > low_)) refuse("ToolOutline", "the outline must ascend, it ends at z", z_);
+    closed_ = true;
+    return *this;
+  }
+
+  [[nodiscard]] bool is_closed() const noexcept { return closed_; }
+  [[nodiscard]] double z_low() const noexcept { return low_; }
+  [[nodiscard]] double z_high() const noexcept { return z_; }
+  /// ρ where the last piece ends [m].
+  [[nodiscard]] double rho_high() const noexcept { return rho_; }
+  /// Largest ρ [m].
+  [[nodiscard]] double largest_radius() const noexcept {
+    double most = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Piece& p = pieces_[i];
+      most = std::max({most, p.rho, p.end_rho});
+      if (p.side > 0 && (p.centre_z - p.z) * (p.centre_z - p.end_z) < 0) most = std::max(most, p.centre_rho + p.radius);
+    }
+    return most;
+  }
+
+  /// ρ of the outline at height z [m]: the smallest, where a level piece has several. 0 beyond the ends.
+  [[nodiscard]] double radius_at(double z) const noexcept { return smallest_radius(z, z); }
+
+  /// Smallest ρ between two heights [m]; 0 if an end of the body lies between them.
+  [[nodiscard]] double smallest_radius(double from, double to) const noexcept {
+    if (!(from > low_) || !(to < z_)) return 0;
+    double least = std::numeric_limits<double>::max();
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Piece& p = pieces_[i];
+      if (p.end_z < from || p.z > to) continue;
+      const double lo = std::max(p.z, from), hi = std::min(p.end_z, to);
+      least = std::min({least, p.radius_at(lo), p.radius_at(hi)});
+      if (p.side < 0 && lo < p.centre_z && p.centre_z < hi) least = std::min(least, p.centre_rho - p.radius);
+    }
+    return least;
+  }
+
+  /// The body below a height, with a flat end there: the part of a tool that cuts.
+  [[nodiscard]] ToolOutline below(double z) const {
+    ToolOutline out(0, low_);
+    for (std::size_t i = 0; i < count_ && !(out.z_ >= z && i > 0 && pieces_[i].z >= z); ++i) {
+      Piece p = pieces_[i];
+      if (p.end_z > z) {
+        p.end_rho = p.radius_at(z);
+        p.end_z = z;
+      }
+      if (p.side != 0)
+        out.arc_to(p.end_rho, p.end_z, p.centre_rho, p.centre_z);
+      else
+        out.line_to(p.end_rho, p.end_z);
+    }
+    return out.close();
+  }
+
+  /// Signed distance of a point [m], negative inside.
+  [[nodiscard]] double signed_distance(double rho, double z) const noexcept {
+    const std::array<double, 1> r{rho}, h{z};
+    std::array<double, 1> out;
+    distances(r, h, out);
+    return out[0];
+  }
+
+  /// Signed distances of some points [m]. Any number of lanes, single or double precision.
+  template <RealScalar S, std::size_t kLanes>
+  void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
+                 std::array<S, kLanes>& out) const noexcept {
+    std::array<S, kLanes> best, inside;
+    best.fill(std::numeric_limits<S>::max());
+    inside.fill(S(0));
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (pieces_[i].side != 0)
+        add_arc(pieces_[i], rho, z, best, inside);
+      else
+        add_line(pieces_[i], rho, z, best, inside);
+    }
+    take_roots(best);
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
+  }
+
+  /// Distances with gradients and curvatures, see `Profile`.
+  void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
+    ProfileLanes<double> best, inside, x, y, bend, corner, to_centre;
+    best.fill(std::numeric_limits<double>::max());
+    inside.fill(0);
+    out.central.fill(0);
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Piece& p = pieces_[i];
+      const double is_central = p.centre_rho == 0 && p.centre_z == 0 && p.side > 0 ? 1.0 : 0.0;
+      ProfileLanes<double> square, own_x, own_y, own_bend, own_corner, central;
+      if (p.side != 0) {
+        for (std::size_t l = 0; l < kProfileLanes; ++l) {
+          const double a = rho[l] - p.centre_rho, b = z[l] - p.centre_z;
+          to_centre[l] = a * a + b * b;
+        }
+        take_roots(to_centre);
+        for (std::size_t l = 0; l < kProfileLanes; ++l) {
+          const Nearest<double> near = nearest_on_arc(p, rho[l], z[l], to_centre[l]);
+          inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
+          const double per = p.side / std::max(to_centre[l], kCentre);
+          square[l] = near.square;
+          own_corner[l] = near.at_end;
+          own_x[l] = near.at_end > 0 ? near.rho : (rho[l] - p.centre_rho) * per;
+          own_y[l] = near.at_end > 0 ? near.z : (z[l] - p.centre_z) * per;
+          own_bend[l] = per;
+          central[l] = near.at_end > 0 ? 0.0 : is_central;
+        }
+      } else {
+        for (std::size_t l = 0; l < kProfileLanes; ++l) {
+          const Nearest<double> near = nearest_on_line(p, rho[l], z[l]);
+          inside[l] += is_inside_line(p, rho[l], z[l]);
+          square[l] = near.square;
+          own_corner[l] = near.at_end;
+          own_x[l] = near.at_end > 0 ? near.rho : p.along_z;
+          own_y[l] = near.at_end > 0 ? near.z : -p.along_rho;
+          own_bend[l] = 0;
+          central[l] = 0;
+        }
+      }
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        // Of two pieces that meet smoothly the one whose inner part is nearest, not the other's end.
+        const bool nearer = square[l] * (1 + kAtEnd * own_corner[l]) < best[l];
+        best[l] = nearer ? square[l] * (1 + kAtEnd * own_corner[l]) : best[l];
+        x[l] = nearer ? own_x[l] : x[l];
+        y[l] = nearer ? own_y[l] : y[l];
+        bend[l] = nearer ? own_bend[l] : bend[l];
+        corner[l] = nearer ? own_corner[l] : corner[l];
+        out.central[l] = nearer ? central[l] : out.central[l];
+      }
+    }
+    take_roots(best);
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      const double sign = inside[l] > 0 ? -1.0 : 1.0, per = sign / std::max(best[l], kCentre);
+      out.distance[l] = sign * best[l];
+      out.normal_rho[l] = corner[l] > 0 ? x[l] * per : x[l];
+      out.normal_z[l] = corner[l] > 0 ? y[l] * per : y[l];
+      out.curvature[l] = corner[l] > 0 ? per : bend[l];
+    }
+  }
+
+ private:
+  static constexpr double kShortest = 1e-9;    // [m]
+  static constexpr double kSameRadius = 1e-6;  // an arc's ends, relative to its radius
+  static constexpr double kCentre = 1e-9;      // [m] below it a gradient has no direction
+  static constexpr double kAtEnd = 1e-12;      // a rounding error's part of a squared distance
+
+  /// A line, or an arc with side ±1 (outward, inward).
+  struct Piece {
+    double rho, z, end_rho, end_z;
+    double along_rho = 0, along_z = 0, length = 0;              // of a line
+    double centre_rho = 0, centre_z = 0, radius = 0, side = 0;  // of an arc
+    double middle_rho = 0, middle_z = 0, cosine = 1;            // of an arc: its middle's direction, half its angle
+
+    [[nodiscard]] double radius_at(double height) const noexcept {
+      if (side != 0) {
+        const double b = height - centre_z;
+        return centre_rho + side * std::sqrt(std::max(0.0, radius * radius - b * b));
+      }
+      if (!(end_z > z)) return std::min(rho, end_rho);
+      return rho + (end_rho - rho) * (height - z) / (end_z - z);
+    }
+  };
+
+  template <class S>
+  struct Nearest {
+    S square;  ///< of the distance
+    S rho, z;  ///< from the nearest point
+    S at_end;  ///< 1 if that is an end of the piece, else 0
+  };
+
+  template <class S>
+  [[nodiscard]] static Nearest<S> nearest_on_line(const Piece& p, S rho, S z) noexcept {
+    const S a = rho - static_cast<S>(p.rho), b = z - static_cast<S>(p.z), L = static_cast<S>(p.length);
+    const S along = a * static_cast<S>(p.along_rho) + b * static_cast<S>(p.along_z);
+    const S up = along > S(0) ? along : S(0), on = up < L ? up : L;
+    const S dr = a - on * static_cast<S>(p.along_rho), dz = b - on * static_cast<S>(p.along_z);
+    return {dr * dr + dz * dz, dr, dz, on == along ? S(0) : S(1)};
+  }
+  template <class S>
+  [[nodiscard]] static S is_inside_line(const Piece& p, S rho, S z) noexcept {
+    const S a = rho - static_cast<S>(p.rho), b = z - static_cast<S>(p.z);
+    const bool level = z >= static_cast<S>(p.z) && z < static_cast<S>(p.end_z);
+    return level && a * static_cast<S>(p.along_z) - b * static_cast<S>(p.along_rho) < S(0) ? S(1) : S(0);
+  }
+
+  template <class S>
+  [[nodiscard]] static Nearest<S> nearest_on_arc(const Piece& p, S rho, S z, S to_centre) noexcept {
+    const S a = rho - static_cast<S>(p.centre_rho), b = z - static_cast<S>(p.centre_z);
+    const S off = to_centre - static_cast<S>(p.radius);
+    const S mr = static_cast<S>(p.middle_rho), mz = static_cast<S>(p.middle_z);
+    // The end on the point's side: an arc ascends, so its end has the larger angle from the middle.
+    const bool upper = (mr * b - mz * a) * static_cast<S>(p.side) > S(0);
+    const S dr = rho - static_cast<S>(upper ? p.end_rho : p.rho), dz = z - static_cast<S>(upper ? p.end_z : p.z);
+    const bool within = a * mr + b * mz >= static_cast<S>(p.cosine) * to_centre;
+    return {within ? off * off : dr * dr + dz * dz, dr, dz, within ? S(0) : S(1)};
+  }
+  template <class S>
+  [[nodiscard]] static S is_inside_arc(const Piece& p, S rho, S z, S to_centre) noexcept {
+    const bool level = z >= static_cast<S>(p.z) && z < static_cast<S>(p.end_z);
+    const bool before = rho < static_cast<S>(p.centre_rho);
+    const bool in_circle = to_centre < static_cast<S>(p.radius);
+    const bool inside = p.side > 0 ? before || in_circle : before && !in_circle;
+    return level && inside ? S(1) : S(0);
+  }
+
+  template <class S, std::size_t kLanes>
+  static void add_line(const Piece& p, const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
+                       std::array<S, kLanes>& best, std::array<S, kLanes>& inside) noexcept {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const S square = nearest_on_line(p, rho[l], z[l]).square;
+      best[l] = square < best[l] ? square : best[l];
+      inside[l] += is_inside_line(p, rho[l], z[l]);
+    }
+  }
+  template <class S, std::size_t kLanes>
+  static void add_arc(const Piece& p, const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
+                      std::array<S, kLanes>& best, std::array<S, kLanes>& inside) noexcept {
+    std::array<S, kLanes> to_centre;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const S a = rho[l] - static_cast<S>(p.centre_rho), b = z[l] - static_cast<S>(p.centre_z);
+      to_centre[l] = a * a + b * b;
+    }
+    take_roots(to_centre);
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const S square = nearest_on_arc(p, rho[l], z[l], to_centre[l]).square;
+      best[l] = square < best[l] ? square : best[l];
+      inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
+    }
+  }
+
+  template <class S, std::size_t kLanes>
+  static void take_roots(std::array<S, kLanes>& x) noexcept {
+    Eigen::Map<Eigen::Array<S, static_cast<int>(kLanes), 1>> lanes(x.data());
+    lanes = lanes.sqrt();
+  }
+
+  void check(double rho, double z) const {
+    if (closed_) refuse("ToolOutline", "a closed outline has no further piece, got z", z);
+    if (!(rho >= 0) || !std::isfinite(rho)) refuse("ToolOutline", "rho must be >= 0 m", rho);
+    refuse_beyond("ToolOutline", "rho", kLargestRadius, rho);
+    if (!(z >= z_) || !std::isfinite(z)) refuse("ToolOutline", "heights must not descend, got z", z);
+    refuse_beyond("ToolOutline", "z", kLongestShaft, std::abs(z));
+  }
+  /// Shortens the last line and adds the arc that leads on toward (ρ, z).
+  void round_corner(double rho, double z, double r) {
+    const double length = std::hypot(rho - rho_, z - z_);
+    if (count_ == 0 || pieces_[count_ - 1].side != 0 || !(length > kShortest))
+      refuse("ToolOutline", "only a corner between two lines can be rounded, got rho", rho_);
+    Piece& last = pieces_[count_ - 1];
+    const double b_rho = (rho - rho_) / length, b_z = (z - z_) / length;
+    const double cross = last.along_rho * b_z - last.along_z * b_rho, dot = last.along_rho * b_rho + last.along_z * b_z;
+    if (!(cross > 0)) refuse("ToolOutline", "a rounded corner must bulge outward, got rho", rho_);
+    const double cut = r * cross / (1 + dot);  // r tan(half the turn)
+    if (!(r > 0) || !(cut < last.length) || !(cut < length))
+      refuse("ToolOutline", "a rounding must fit both lines and be > 0 m", r);
+    last.length -= cut;
+    last.end_rho -= cut * last.along_rho;
+    last.end_z -= cut * last.along_z;
+    move_to(last.end_rho, last.end_z);
+    const double centre_rho = rho_ - r * last.along_z, centre_z = z_ + r * last.along_rho;
+    arc_to(centre_rho + r * b_z, centre_z - r * b_rho, centre_rho, centre_z);
+  }
+  void move_to(double rho, double z) noexcept {
+    rho_ = rho;
+    z_ = z;
+  }
+  void add(Piece p) {
+    if (count_ == kMostPieces)
+      refuse("ToolOutline", "an outline has at most 24 pieces; the next one ends at z", p.end_z);
+    if (p.side != 0) {
+      // From the centre across the chord, to the side that the arc bulges to.
+      const double a = p.end_rho - p.rho, b = p.end_z - p.z, length = std::hypot(a, b);
+      p.middle_rho = p.side * b / length;
+      p.middle_z = -p.side * a / length;
+      p.cosine = ((p.rho - p.centre_rho) * p.middle_rho + (p.z - p.centre_z) * p.middle_z) / p.radius;
+    }
+    pieces_[count_++] = p;
+  }
+
+  double low_;
+  double rho_, z_;  // end of the last piece
+  bool closed_ = false;
+  std::size_t count_ = 0;
+  std::array<Piece, kMostPieces> pieces_{};
+};
+
+}  // namespace trephine

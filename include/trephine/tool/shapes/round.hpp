@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/tool/revolved_tool.hpp>
+
+#include <cmath>
+
+namespace trephine {
+
+/// A round burr: a ball on a neck. Lengths are in metres. `Burr` is the same without a neck, and quicker.
+struct RoundBurr {
+  double radius = 0.0015;  ///< of the ball [m], more than the neck's or the shank's
+  Shank shank{};
+
+  /// Throws std::invalid_argument.
+  operator RevolvedTool() const {  // NOLINT(google-explicit-constructor): these measures are a tool
+    if (!(radius > 0)) refuse("RoundBurr", "radius must be > 0 m", radius);
+    const double neck = shank.neck_radius > 0 && shank.neck_length > 0 ? shank.neck_radius : shank.radius;
+    if (!(neck > 0) || !(neck < radius)) refuse("RoundBurr", "the neck's radius must be in (0, radius) m", neck);
+    const double rise = std::sqrt(radius * radius - neck * neck);
+    ToolOutline outline(0, -radius);
+    outline.arc_to(neck, rise, 0, 0);
+    const double top = shank.append_to(outline);
+    return {outline, top};
+  }
+};
+
+}  // namespace trephine

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "support/figures.hpp"
+#include "support/random.hpp"
+#include "support/revolved_tools.hpp"
+
+#include <trephine/core/units.hpp>
+#include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/voxel/carving.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr unsigned kSeed = 823;
+constexpr double kIso = 300;
+constexpr std::int16_t kBone = 1500;
+
+/// Distances [voxels] from the cutter of the places where the isosurface crosses edges of cells.
+Figures surface_errors(const VoxelGrid<std::int16_t>& grid, const RevolvedCutter& cutter) {
+  Figures off;
+  const auto& size = grid.size();
+  const double h = grid.spacing().x();
+  for (int k = 1; k + 1 < size[2]; ++k)
+    for (int j = 1; j + 1 < size[1]; ++j)
+      for (int i = 1; i + 1 < size[0]; ++i)
+        for (int a = 0; a < 3; ++a) {
+          const double v = grid.at(i, j, k) - kIso, w = grid.at(i + (a == 0), j + (a == 1), k + (a == 2)) - kIso;
+          if ((v < 0) == (w < 0)) continue;
+          const Vec3d p = h * (Vec3d(i, j, k) + v / (v - w) * Vec3d::Unit(a));
+          off.add(std::abs(cutter.signed_distance(p)) / h);
+        }
+  return off;
+}
+
+double rms(const Figures& f) {
+  double sum = 0;
+  for (const double v : f.all()) sum += v * v;
+  return std::sqrt(sum / static_cast<double>(f.count()));
+}
+
+/// Path of a tick: translation and rotation of up to a voxel at the head's ends.
+Posed moved(const Posed& X, const CuttingHead& head, double h, Random& random) {
+  const double far = std::max(head.outline.z_high(), -head.outline.z_low());
+  const Vec3d turn = random.arrow(0, 0.5 * h / far);
+  Posed Y = X;
+  Y.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() * X.linear();
+  Y.translation() += random.arrow(0, 0.5 * h);
+  return Y;
+}
+
+// A ball of 8 voxels is cut with an rms error of .022 voxel; rims sharper than a voxel are rounded by the grid.
+TEST_CASE("revolved cutter: the surface left by a path lies on the swept head, in any pose") {
+  Random random(kSeed);
+  for (const ToolOfShape& t : revolved_tools()) {
+    const std::string& name = t.name;
+    const RevolvedTool& tool = t.tool;
+    CAPTURE(name);
+    Figures still, swept;
+    for (int n = 0; n < 6; ++n) {
+      const double allowance = n % 2 == 0 ? 0.0 : 0.0001;
+      const CuttingHead head = tool.cutting_head(allowance);
+      const double h = 0.2_mm, length = head.outline.z_high() - head.outline.z_low();
+      const int size = static_cast<int>(std::hypot(length, 2 * head.outline.largest_radius()) / h) + 12;
+      const std::vector<std::int16_t> solid(static_cast<std::size_t>(size * size * size), kBone);
+      VoxelGrid<std::int16_t> grid({.size = {size, size, size}, .spacing = Vec3d::Constant(h)}, solid);
+      const Mat3d R = random.rotation();
+      const Vec3d c =
+          h * (size - 1) / 2.0 * Vec3d::Ones() - R.col(2) * (head.outline.z_high() + head.outline.z_low()) / 2;
+      const Posed X = make_pose<double>(R, c + h * random.arrow());
+      const Posed Y = moved(X, head, h, random);
+      carve(grid, kIso, RevolvedCutter(head, X, X, h / 2));
+      still.add(rms(surface_errors(grid, RevolvedCutter(head, X, X, h / 2))));
+      const double removed = carve(grid, kIso, RevolvedCutter(head, X, Y, h / 2));
+      CHECK(removed >= 0);
+      // The union of many poses between both is the swept head.
+      swept.add(rms(surface_errors(grid, RevolvedCutter(head, X, Y, h / 20))));
+    }
+    MESSAGE(name, ": rms [voxels] still ", still, "; swept ", swept);
+    CHECK(still.worst() < 0.1);
+    CHECK(swept.worst() < 0.1);
+  }
+}
+
+TEST_CASE("revolved cutter: lanes, rows and bounds agree with the plain distance") {
+  Random random(kSeed + 1);
+  for (const ToolOfShape& t : revolved_tools()) {
+    const std::string& name = t.name;
+    const RevolvedTool& tool = t.tool;
+    CAPTURE(name);
+    const CuttingHead head = tool.cutting_head(0.05_mm);
+    const double h = 0.3_mm, reach = 0.4_mm;
+    const Posed X = make_pose<double>(random.rotation(), random.arrow(0, 0.01)), Y = moved(X, head, h, random);
+    const RevolvedCutter cutter(head, X, Y, h / 2);
+    const auto box = cutter.bounds();
+    for (int n = 0; n < 300; ++n) {
+      const Vec3d p = box.min() - Vec3d::Constant(h) +
+                      (box.sizes() + Vec3d::Constant(2 * h))
+                          .cwiseProduct(Vec3d{random.uniform(), random.uniform(), random.uniform()});
+      const Vec3d q = p - cutter.origin();
+      std::array<float, kCutLanes> out;
+      cutter.distances(static_cast<float>(q.x()), static_cast<float>(h), static_cast<float>(q.y()),
+                       static_cast<float>(q.z()), out);
+      HalfCutLanes half;
+      cutter.distances(static_cast<float>(q.x()), static_cast<float>(h), static_cast<float>(q.y()),
+                       static_cast<float>(q.z()), half);
+      for (std::size_t l = 0; l < half.size(); ++l) CHECK(out[l] == half[l]);
+      for (int l = 0; l < kCutLanes; ++l) {
+        const Vec3d at = p + l * h * Vec3d::UnitX();
+        const double d = cutter.signed_distance(at);
+        CHECK(std::abs(static_cast<double>(out[static_cast<std::size_t>(l)]) - d) < 1e-7);
+        if (d < 0) CHECK(box.contains(at));
+      }
+      RowLanes y;
+      for (std::size_t l = 0; l < kCutRows; ++l) y[l] = q.y() + static_cast<double>(l) * h;
+      RowSpans spans;
+      cutter.rows(y, q.z(), reach, spans);
+      for (std::size_t l = 0; l < kCutRows; ++l) {
+        const Vec3d at(p.x(), y[l] + cutter.origin().y(), p.z());
+        if (cutter.signed_distance(at) < reach) CHECK((spans.lo[l] <= q.x() && q.x() <= spans.hi[l]));
+      }
+    }
+  }
+}
+
+}  // namespace
