@@ -33,8 +33,11 @@ RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const 
 RunLog run_coupled(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
   const CoupledOptions gains{
       .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};
-  auto scene = simulated_scene(bone, about, CoupledToolRenderer{about.burr, gains});
-  return perform("coupled", scene, surgeon, pictured, options.real_time, "coupled");
+  const auto with = [&](const auto& tool) {
+    auto scene = simulated_scene(bone, about, CoupledToolRenderer{tool, gains});
+    return perform("coupled", scene, surgeon, pictured, options.real_time, "coupled");
+  };
+  return about.tool ? with(*about.tool) : with(about.burr);
 }
 
 }  // namespace drill

@@ -7,6 +7,7 @@
 #include "skull_file.hpp"
 #include "temporal_bone.hpp"
 
+#include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/resample.hpp>
 
 #include <algorithm>
@@ -90,6 +91,16 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   return burr;
 }
 
+void choose_tool(Bone& bone, const Options& options) {
+  bone.tool_name = options.tool;
+  if (options.tool.empty()) {
+    bone.burr = fitting_burr(bone.grid, options);
+  } else {
+    bone.tool = trephine::tool_by_name(options.tool).tool;
+    bone.burr = bone.tool->burr();
+  }
+}
+
 Bone load_bone(const Options& options) {
   Bone bone = !options.skull.empty()                      ? skull(options)
               : !options.ct.empty()                       ? ct(options)
@@ -104,7 +115,7 @@ Bone load_bone(const Options& options) {
                   bone.name.c_str(), bone.isovalue, range.min, range.max);
     throw std::runtime_error(text.data());
   }
-  bone.burr = fitting_burr(bone.grid, options);
+  choose_tool(bone, options);
   bone.grid = bone.grid.cropped(bone.isovalue);
   return bone;
 }
@@ -135,7 +146,7 @@ std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_
             .isovalue = bone.isovalue,
             .burr = {},
             .notes = bone.notes};
-  fine.burr = fitting_burr(fine.grid, options);
+  choose_tool(fine, options);
   return fine;
 }
 

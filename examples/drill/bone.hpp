@@ -3,6 +3,7 @@
 
 #include "options.hpp"
 
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
@@ -23,10 +24,15 @@ struct Bone {
   double isovalue = 0;             ///< bone is where density >= isovalue
   trephine::Burr burr;             ///< a drill of sensible size for these voxels
   std::vector<std::string> notes;  ///< what was changed or is not known
+  std::string tool_name{};         ///< of `tool`
+  std::optional<trephine::RevolvedTool> tool{};  ///< in place of the burr, which then has its size
 };
 
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
 [[nodiscard]] Bone load_bone(const Options& options);
+
+/// Puts the options' tool in, or a burr that fits the bone's voxels.
+void choose_tool(Bone& bone, const Options& options);
 
 /// A burr for these voxels, as far as the options leave it open: three voxels' radius at least, so that the ball is
 /// round and its way out of bone is more than one sample; in steps of half a millimetre, or of 0.1 mm below 1 mm.

@@ -43,8 +43,11 @@ void introduce(const Bone& whole, const Bone& bone, const Surgeon& surgeon) {
   if (fine != mm)
     std::printf("         resampled around the spot: %d x %d x %d voxels of %.3g x %.3g x %.3g mm\n",
                 bone.grid.size()[0], bone.grid.size()[1], bone.grid.size()[2], fine.x(), fine.y(), fine.z());
-  std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
-              1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
+  if (bone.tool)
+    std::printf("drill    %s mm\n", bone.tool_name.c_str());
+  else
+    std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
+                1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
   std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(),
               at.z(), 1e3 * surgeon.spot().depth, 1e3 * surgeon.spot().unevenness);
   std::fflush(stdout);

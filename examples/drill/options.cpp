@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "options.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -74,6 +77,16 @@ constexpr std::array kEntries{
             for (int a = 0; a < 3; ++a) p[a] = 1e-3 * number(v[static_cast<std::size_t>(a)], -1e5, 1e5, " mm");
             o.at = p;
           }},
+    Entry{"--tool", 1, "NAME-MM",
+          "a tool by name and diameter instead of a round burr, for the coupled algorithm: match-head-3, twist-3.2",
+          [](Options& o, Values v) {
+            try {
+              (void)trephine::tool_by_name(v[0]);
+            } catch (const std::invalid_argument& e) {
+              throw UsageError(e.what());
+            }
+            o.tool = v[0];
+          }},
     Entry{"--tip-radius", 1, "MM", "burr's radius (three voxels, at least)",
           [](Options& o, Values v) { o.tip_radius = metres(v[0]); }},
     Entry{"--shaft-radius", 1, "MM", "shaft's radius (0.53 tip radii)",
@@ -137,6 +150,13 @@ Options parse_options(int argc, const char* const* argv) {
   if (options.phantom && !(options.skull.empty() && options.ct.empty()))
     throw UsageError("--phantom: give it, or --skull, or --ct");
   if (!options.series.empty() && options.ct.empty()) throw UsageError("--series needs --ct with a DICOM folder");
+  if (!options.tool.empty()) {
+    if (options.tip_radius || options.shaft_radius || options.shaft_length)
+      throw UsageError("--tool: its name says its measures; leave out those of a burr");
+    if (options.structures) throw UsageError("--tool: --structures has a round burr");
+    if (!options.coupled) throw UsageError("--tool: line and surface have a round burr; use --algorithm coupled");
+    options.line = options.surface = false;
+  }
   if (options.out.empty()) throw UsageError("--out: the folder's name is empty");
   return options;
 }

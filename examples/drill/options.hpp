@@ -32,6 +32,7 @@ struct Options {
   bool coupled = true;
   std::optional<trephine::Vec3d> at;                             ///< where to drill, in the volume's world [m]
   std::optional<double> tip_radius, shaft_radius, shaft_length;  // [m]
+  std::string tool;                                              ///< as `trephine::tool_by_name`; empty: a burr
   std::optional<double> voxel;                                   // around the spot [m]; 0: as read
   int line_vertices = 50;
   std::optional<int> sphere_vertices, slices, per_slice;

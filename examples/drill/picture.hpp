@@ -5,6 +5,7 @@
 #include "drawn_structures.hpp"
 #include "pictured_bone.hpp"
 
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <optional>
@@ -31,12 +32,13 @@ struct Picture {
   const PicturedBone* uncut = nullptr;  ///< the bone before the run: what is missing now is shown as freshly cut
   Camera camera{};
   trephine::Burr burr{};
-  std::optional<trephine::Pose<float>> tool;    ///< the drill, in steel
-  std::optional<trephine::Pose<float>> ghost;   ///< a second one, translucent
-  const DrawnStructures* structures = nullptr;  ///< in their colours, labelled
-  std::vector<Vec3f> points;                    ///< red dots: where it touches
-  std::optional<Vec3f> light;                   ///< toward the key light; from the upper left unless given
-  bool section = false;                         ///< leave out the bone on the eye's side of the camera's centre
+  const trephine::RevolvedTool* shape = nullptr;  ///< of the drill, if it is no round burr
+  std::optional<trephine::Pose<float>> tool;      ///< the drill, in steel
+  std::optional<trephine::Pose<float>> ghost;     ///< a second one, translucent
+  const DrawnStructures* structures = nullptr;    ///< in their colours, labelled
+  std::vector<Vec3f> points;                      ///< red dots: where it touches
+  std::optional<Vec3f> light;                     ///< toward the key light; from the upper left unless given
+  bool section = false;                           ///< leave out the bone on the eye's side of the camera's centre
   std::string tool_label, ghost_label, points_label;
   std::string title;
   std::string subtitle;

@@ -65,6 +65,7 @@ class Studio {
     Picture p;
     p.bone = &surface;
     p.burr = bone_.burr;
+    p.shape = bone_.tool ? &*bone_.tool : nullptr;
     return p;
   }
 
@@ -91,7 +92,9 @@ std::string capitalised(std::string text) {
   return text;
 }
 
-std::string in_millimetres(const trephine::Burr& burr) {
+std::string in_millimetres(const Bone& bone) {
+  if (bone.tool) return bone.tool_name + " mm";
+  const trephine::Burr& burr = bone.burr;
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(), "burr %.3g mm, shaft %.3g mm in diameter", 2e3 * burr.tip_radius,
                 2e3 * burr.shaft_radius);
@@ -105,7 +108,7 @@ Shot shot_of_whole(const Bone& bone, const PicturedBone& surface, const Surgeon&
   Picture whole = studio.picture(surface);
   whole.camera = studio.overall(surface);
   whole.tool = studio.in_G(surgeon(0.6 * surgeon.ends(Surgeon::kApproach)).X_DH);
-  whole.tool_label = "drill: " + in_millimetres(bone.burr);
+  whole.tool_label = "drill: " + in_millimetres(bone);
   whole.title = capitalised(bone.name) + " before drilling";
   whole.subtitle = studio.about_bone();
   return {"before.png", whole};
@@ -114,7 +117,7 @@ Shot shot_of_whole(const Bone& bone, const PicturedBone& surface, const Surgeon&
 Shot shot_of_spot(const Bone& bone, const PicturedBone& surface, const Surgeon& surgeon) {
   const Studio studio(bone, surgeon);
   Picture close = studio.picture(surface);
-  close.tool_label = "drill: " + in_millimetres(bone.burr);
+  close.tool_label = "drill: " + in_millimetres(bone);
   close.subtitle = studio.about_bone();
   close.camera = studio.oblique(14, 2.2F);
   close.light = studio.raking_light();
@@ -166,7 +169,7 @@ std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, con
   hole.camera = studio.oblique(7.5F, 0, 1.6F);
   hole.light = studio.raking_light();
   std::snprintf(figures.data(), figures.size(), "%.3g mm^3 of bone removed; %s", log.rows.back().removed_mm3,
-                in_millimetres(bone.burr).c_str());
+                in_millimetres(bone).c_str());
   hole.title = name + ": the hole";
   hole.subtitle = figures.data();
   return {{log.algorithm + "_lean.png", lean},

@@ -47,8 +47,8 @@ Shading::Shading(const Picture& picture) : picture_(picture), camera_(picture.ca
   const auto slice = static_cast<float>(picture.bone->grid().spacing().maxCoeff());
   const float four_pixels = 4 * camera_.height / 960;
   spread_ = four_pixels > 0.4F * slice ? std::min(four_pixels, 1.2F * slice) : 0.0F;
-  if (picture.tool) tool_.emplace(picture.burr, *picture.tool);
-  if (picture.ghost) ghost_.emplace(picture.burr, *picture.ghost);
+  if (picture.tool) tool_.emplace(picture.burr, *picture.tool, picture.shape);
+  if (picture.ghost) ghost_.emplace(picture.burr, *picture.ghost, picture.shape);
 }
 
 Vec3f Shading::background(const Vec2f& at) const {

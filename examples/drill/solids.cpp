@@ -17,14 +17,53 @@ std::optional<SolidHit> hit_ball(const Ray& ray, const Vec3f& centre, float radi
   return SolidHit{t, (from + t * ray.direction) / radius};
 }
 
-DrawnTool::DrawnTool(const trephine::Burr& burr, const trephine::Pose<float>& X_GT)
-    : X_GT_(X_GT),
+DrawnTool::DrawnTool(const trephine::Burr& burr, const trephine::Pose<float>& X_GT, const trephine::RevolvedTool* shape)
+    : shape_(shape),
+      X_GT_(X_GT),
       X_TG_(X_GT.inverse()),
       tip_radius_(static_cast<float>(burr.tip_radius)),
       shaft_radius_(static_cast<float>(burr.shaft_radius)),
       shaft_length_(static_cast<float>(burr.shaft_length)) {}
 
+float DrawnTool::distance(const Vec3f& p_T) const {
+  return static_cast<float>(shape_->outline().signed_distance(p_T.head<2>().norm(), p_T.z()));
+}
+
+// Sphere tracing: no step goes past the surface.
+std::optional<SolidHit> DrawnTool::hit_outline(const Ray& ray) const {
+  constexpr int kSteps = 200;
+  constexpr float kOnSurface = 2e-6F;  // [m]
+  const trephine::ToolBounds bounds = shape_->bounds();
+  const auto low = static_cast<float>(bounds.z_low), high = static_cast<float>(bounds.z_high);
+  const float radius = std::hypot((high - low) / 2, static_cast<float>(bounds.radius));
+  const Vec3f o = X_TG_ * ray.origin, d = X_TG_.linear() * ray.direction;
+  const Vec3f to_middle = Vec3f(0, 0, (low + high) / 2) - o;
+  const float along = to_middle.dot(d), beside2 = (to_middle - along * d).squaredNorm();
+  if (!(beside2 < radius * radius)) return std::nullopt;
+  const float half = std::sqrt(radius * radius - beside2);
+  float t = std::max(0.0F, along - half);
+  for (int i = 0; i < kSteps && t < along + half; ++i) {
+    const Vec3f p = o + t * d;
+    const float away = distance(p);
+    if (away < kOnSurface) {
+      if (!(t > 0)) return std::nullopt;
+      trephine::ProfileLanes<double> rho, z;
+      rho.fill(p.head<2>().norm());
+      z.fill(p.z());
+      trephine::Profile at;
+      shape_->profile(rho, z, at);
+      const Vec3f side = rho[0] > 1e-9 ? Vec3f(p.x(), p.y(), 0).normalized() : Vec3f(Vec3f::UnitX());
+      const Vec3f normal =
+          static_cast<float>(at.normal_rho[0]) * side + static_cast<float>(at.normal_z[0]) * Vec3f::UnitZ();
+      return SolidHit{t, X_GT_.linear() * normal};
+    }
+    t += away;
+  }
+  return std::nullopt;
+}
+
 std::optional<SolidHit> DrawnTool::hit(const Ray& ray) const {
+  if (shape_ != nullptr) return hit_outline(ray);
   std::optional<SolidHit> nearest = hit_ball(ray, X_GT_.translation(), tip_radius_);
   const auto offer = [&](float t, const Vec3f& normal) {
     if (t > 0 && (!nearest || t < nearest->t)) nearest = SolidHit{t, normal};
@@ -54,9 +93,12 @@ std::optional<SolidHit> DrawnTool::hit(const Ray& ray) const {
 
 float DrawnTool::flutes(const Vec3f& p, Vec3f& normal) const {
   const Vec3f q = X_TG_ * p / tip_radius_;
-  if (q.squaredNorm() > 1.02F) return 1;
+  if (shape_ != nullptr ? q.z() * tip_radius_ > static_cast<float>(shape_->bounds().head_top) : q.squaredNorm() > 1.02F)
+    return 1;
   constexpr float kFlutes = 8;
-  const float rim = std::sqrt(std::max(0.0F, 1 - q.z() * q.z()));  // they run out toward the poles
+  // They run out toward the axis.
+  const float rim =
+      shape_ != nullptr ? std::min(1.0F, q.head<2>().norm()) : std::sqrt(std::max(0.0F, 1 - q.z() * q.z()));
   const float phase = kFlutes * std::atan2(q.y(), q.x()) + 3.2F * q.z();
   const Vec3f around = X_GT_.linear() * Vec3f(-q.y(), q.x(), 0);
   normal = (normal + 0.55F * rim * std::sin(phase) * around).normalized();
@@ -69,6 +111,18 @@ float DrawnTool::lets_through(const Ray& to_lamp, float half_angle) const {
     if (t <= 0) return 1.0F;
     return std::clamp(0.5F + (beside - radius) / (2 * half_angle * t + 1e-5F), 0.0F, 1.0F);
   };
+  if (shape_ != nullptr) {
+    const Vec3f o = X_TG_ * to_lamp.origin, d = X_TG_.linear() * to_lamp.direction;
+    const float far = o.norm() + static_cast<float>(shape_->bounds().arm());
+    float share = 1, least = 1e-5F;
+    for (float t = least; t < far && share > 0;) {
+      const float away = distance(o + t * d);
+      share = std::min(share, open(t, away, 0));
+      t += std::max(away, least);
+      least = 2e-5F;
+    }
+    return share;
+  }
   const Vec3f to_ball = X_GT_.translation() - to_lamp.origin;
   const float t_ball = to_ball.dot(to_lamp.direction);
   const float share = open(t_ball, (to_ball - t_ball * to_lamp.direction).norm(), tip_radius_);

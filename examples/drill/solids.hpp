@@ -3,6 +3,7 @@
 
 #include "pictured_bone.hpp"
 
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <optional>
@@ -17,10 +18,11 @@ struct SolidHit {
 
 [[nodiscard]] std::optional<SolidHit> hit_ball(const Ray& ray, const Vec3f& centre, float radius);
 
-/// A drill at a pose, ready to be met: ball with cutting flutes, shaft with a flat end.
+/// A drill at a pose, ready to be met: ball with cutting flutes, shaft with a flat end; or a tool of any outline.
 class DrawnTool {
  public:
-  DrawnTool(const trephine::Burr& burr, const trephine::Pose<float>& X_GT);
+  /// `shape` must live as long; if there is none the burr is drawn.
+  DrawnTool(const trephine::Burr& burr, const trephine::Pose<float>& X_GT, const trephine::RevolvedTool* shape);
 
   [[nodiscard]] std::optional<SolidHit> hit(const Ray& ray) const;
   /// Share of the light that flutes leave at a place on the ball, and the normal bent by them; the shaft is smooth.
@@ -34,6 +36,11 @@ class DrawnTool {
   [[nodiscard]] const trephine::Pose<float>& pose() const noexcept { return X_GT_; }
 
  private:
+  /// Signed distance of a place in T from the outline [m].
+  [[nodiscard]] float distance(const Vec3f& p_T) const;
+  [[nodiscard]] std::optional<SolidHit> hit_outline(const Ray& ray) const;
+
+  const trephine::RevolvedTool* shape_;
   trephine::Pose<float> X_GT_;
   trephine::Pose<float> X_TG_;
   float tip_radius_;
