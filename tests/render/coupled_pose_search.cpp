@@ -20,7 +20,7 @@ constexpr unsigned kSeed = 334;
 constexpr double kContact = 2e4;  // [N/m] of the contacts
 constexpr double kRadius = 1.5e-3;
 constexpr double kPosition = 1e-8;  // [m]: searches end with steps of 1e-10 m
-constexpr ToolBounds kBounds{-kRadius, kRadius, kRadius, kRadius};
+constexpr ToolBounds kBounds{-kRadius, kRadius, kRadius, kRadius, kRadius};
 constexpr SearchTolerance kTight{.smallest_step = 1e-10, .motion_step = 0};
 
 VirtualCoupling coupling(bool solves_rotation) {
