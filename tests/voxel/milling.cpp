@@ -266,8 +266,27 @@ TEST_CASE("A tip that waits cuts at once where bone came back, or itself, the is
   CHECK(milling.carve(other, 80, at(18), at(18), wider, kOn) > 1);
 }
 
+TEST_CASE("A bit that waits does not touch the grid, and cuts at once where bone came back or it turned") {
+  const DrillBit bit{.radius = 5 * kVoxel, .length = 8 * kVoxel};
+  auto grid = block();
+  Milling milling{GeometricCut{}, {}, bit};
+  const auto turned = [](double by) {
+    Posed X = at(14);
+    X.linear() = Eigen::AngleAxisd(by, Vec3d::UnitX()).toRotationMatrix();
+    return X;
+  };
+  REQUIRE(milling.carve(grid, 127.5, turned(0), turned(0), {}, kOn) > 1);
+  const auto edits = grid.edit_count();
+  CHECK(milling.carve(grid, 127.5, turned(0), turned(0), {}, kOn) == 0);
+  CHECK(milling.carve(grid, 127.5, turned(0), turned(1e-4), {}, kOn) == 0);
+  CHECK(grid.edit_count() == edits);
+  CHECK(milling.carve(grid, 127.5, turned(1e-4), turned(0.1), {}, kOn) > 0.1);
+  grid.restore();
+  CHECK(milling.carve(grid, 127.5, turned(0.1), turned(0.1), {}, kOn) > 1);
+}
+
 TEST_CASE("What is left out takes no bytes") {
-  // Options and tick counter; a geometric tip remembers its last tick and its last cut, 72 bytes.
+  // Options and tick counter; a geometric cut remembers the poses of its last tick and its last cut.
   static_assert(sizeof(Milling<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(MillingOptions) + 8);
-  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 8 + 72);
+  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 2 * sizeof(Posed) + 48);
 }

@@ -37,6 +37,9 @@ class HapticScene {
   static_assert(kMistake != Mistake::kNotAPart,
                 "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Carver (carve), "
                 "EmptySpaceSkipping or ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(kMistake != Mistake::kOtherHead,
+                "trephine::HapticScene: a carver takes a Burr, and the renderer's tool has another head: take any head "
+                "(const auto&) in carve");
   static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
@@ -316,10 +319,9 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   [[nodiscard]] double carve(const PoseStep& step, const Posed& X_GT, const Posed& X_GC,
                              const CarveContext& context) noexcept {
-    using Head = std::remove_cvref_t<decltype(cutting_head())>;
     double removed_mm3 = 0;
     for_each_part([&](auto& part) {
-      if constexpr (Carver<std::remove_cvref_t<decltype(part)>, Grid, Head>) {
+      if constexpr (Carver<std::remove_cvref_t<decltype(part)>, Grid>) {
         const bool probe = follows_probe(part);
         const Posed& before = probe ? step.X_GT_before : step.X_GC_before;
         const Posed& now = probe ? X_GT : X_GC;

@@ -112,31 +112,43 @@ class Milling {
                   const CarveContext& context) noexcept {
     if (!context.spindle_on) return 0;
     const CutAllowance allowance{context.dt, context.force_N, tick_++};
-    const double longest = kLongestSweep * grid.spacing().minCoeff();
-    if constexpr (kCutsWithTip && std::is_same_v<Head, Burr>) {
-      const Vec3d p = X_GT.translation();
-      const Vec3d before = X_GT_previous.translation();
-      const bool near = (p - before).norm() <= longest;
-      if constexpr (kRemembers) {
-        LastCut cut{grid.increase_stamp(), p, p, head.tip_radius, isovalue};
-        const bool goes_on = near && last_.is_same_but_at(cut, before);
-        const Vec3d from = goes_on ? last_.p_GC : near ? before : p;
-        const bool waits = goes_on && (p - from).norm() < kMinAdvance * grid.spacing().minCoeff();
-        if (waits) cut.p_GC = from;
-        last_ = cut;
-        if (waits) return 0;
-        const SphereCutter cutter(from, p, head.tip_radius, goes_on);
-        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
-      } else {
-        const SphereCutter cutter(near ? before : p, p, head.tip_radius);
-        return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
-      }
-    } else {
-      const CuttingHead& cuts = head_to_cut(head);
-      const bool near = RevolvedCutter::way(cuts, X_GT_previous, X_GT) <= longest;
-      const RevolvedCutter cutter(cuts, near ? X_GT_previous : X_GT, X_GT, grid.spacing().minCoeff() / 2);
-      return trephine::carve(grid, isovalue, cutter, policy_, allowance, options_.slope);
+    const double h = grid.spacing().minCoeff();
+    const auto& cuts = head_to_cut(head);
+    const bool near = way(cuts, X_GT_previous, X_GT) <= kLongestSweep * h;
+    Posed from = near ? X_GT_previous : X_GT;
+    bool start_is_cut = false;
+    if constexpr (kCutsAtOnce) {
+      // Bone that was cut last need not be cut again, unless it was restored.
+      LastCut cut{grid.increase_stamp(), X_GT, X_GT, size_of(cuts), isovalue};
+      start_is_cut = near && last_.is_same_but_at(cut, X_GT_previous);
+      if (start_is_cut) from = last_.X_GC;
+      const bool waits = start_is_cut && way(cuts, from, X_GT) < kMinAdvance * h;
+      if (waits) cut.X_GC = from;
+      last_ = cut;
+      if (waits) return 0;
     }
+    return trephine::carve(grid, isovalue, cutter_of(cuts, from, X_GT, start_is_cut, h), policy_, allowance,
+                           options_.slope);
+  }
+
+  /// Motion of a head's points between two poses [m]; for a burr that of its ball's centre.
+  [[nodiscard]] static double way(const Burr&, const Posed& a, const Posed& b) noexcept {
+    return (b.translation() - a.translation()).norm();
+  }
+  [[nodiscard]] static double way(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
+    return RevolvedCutter::way(head, a, b);
+  }
+  [[nodiscard]] static double size_of(const Burr& burr) noexcept { return burr.tip_radius; }
+  [[nodiscard]] static double size_of(const CuttingHead& head) noexcept {
+    return head.outline.largest_radius() + head.allowance;
+  }
+  [[nodiscard]] static SphereCutter cutter_of(const Burr& burr, const Posed& from, const Posed& to, bool start_is_cut,
+                                              double) noexcept {
+    return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
+  }
+  [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to, bool,
+                                                double h) noexcept {
+    return {head, from, to, h / 2};
   }
 
   struct NoHead {};
@@ -148,30 +160,28 @@ class Milling {
       return static_cast<CuttingHead>(shape);
   }
   template <class Head>
-  [[nodiscard]] const CuttingHead& head_to_cut(const Head& of_tool) const noexcept {
+  [[nodiscard]] const auto& head_to_cut(const Head& of_tool) const noexcept {
     if constexpr (kCutsWithTip)
       return of_tool;
     else
       return head_;
   }
 
-  // A geometric cut need not repeat its last cut, unless bone was restored.
-  static constexpr bool kRemembers = kCutsAtOnce && kCutsWithTip;
   struct LastCut {
     std::uint64_t stamp = 0;
-    Vec3d p_GT = Vec3d::Zero();  // at the last tick
-    Vec3d p_GC = Vec3d::Zero();  // at the last cut
-    double radius = 0;
+    Posed X_GT = Posed::Identity();  // at the last tick
+    Posed X_GC = Posed::Identity();  // at the last cut
+    double size = 0;                 // of the head [m]
     double isovalue = 0;
-    [[nodiscard]] bool is_same_but_at(const LastCut& o, const Vec3d& p) const noexcept {
-      return stamp == o.stamp && p_GT == p && radius == o.radius && isovalue == o.isovalue;
+    [[nodiscard]] bool is_same_but_at(const LastCut& o, const Posed& X) const noexcept {
+      return stamp == o.stamp && X_GT.matrix() == X.matrix() && size == o.size && isovalue == o.isovalue;
     }
   };
   struct NoLastCut {};
   struct NoCounts {};
 
   [[no_unique_address]] Policy policy_;
-  [[no_unique_address]] std::conditional_t<kRemembers, LastCut, NoLastCut> last_;
+  [[no_unique_address]] std::conditional_t<kCutsAtOnce, LastCut, NoLastCut> last_;
   [[no_unique_address]] std::conditional_t<CountingPolicy<Policy>, FloorCounts, NoCounts>
       counts_{};  // of the last tick
   MillingOptions options_;

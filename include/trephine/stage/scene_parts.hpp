@@ -111,6 +111,7 @@ enum class SceneMistake {
   kArguments,
   kNoRenderer,
   kNotAPart,
+  kOtherHead,
   kTwoLimits,
   kLimitsNotLast,
   kTwoForceOnly
@@ -122,10 +123,20 @@ struct SceneCheck {
     if (std::derived_from<ContactRenderer, UnusableRenderer>) return SceneMistake::kUnusableRenderer;
     if (!is_renderer()) return SceneMistake::kNoRenderer;
     if (!(ScenePart<Parts, VoxelGrid<Density>> && ...)) return SceneMistake::kNotAPart;
+    if (!(takes_head<Parts>() && ...)) return SceneMistake::kOtherHead;
     if (kPartCount < DeviceLimits, Parts... >> 1) return SceneMistake::kTwoLimits;
     if (!limits_are_last<Parts...>()) return SceneMistake::kLimitsNotLast;
     if (kPartCount < ForceOnly, Parts... >> 1) return SceneMistake::kTwoForceOnly;
     return SceneMistake::kNone;
+  }
+  /// Whether a part, if it is a carver, takes the head of the renderer's tool.
+  template <class Part>
+  static constexpr bool takes_head() {
+    using Grid = VoxelGrid<Density>;
+    if constexpr (Carver<Part, Grid> && requires(const ContactRenderer& r) { r.cutting_head(); })
+      return Carver<Part, Grid, std::remove_cvref_t<decltype(std::declval<const ContactRenderer&>().cutting_head())>>;
+    else
+      return true;
   }
   static constexpr bool is_renderer() {
     if constexpr (requires {
