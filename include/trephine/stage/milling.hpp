@@ -40,8 +40,8 @@ struct TipCuts {
 /// Milling{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}}  // <trephine/tool/shapes/drill_bit.hpp>
 /// \endcode
 /// The head is that of the renderer's tool; a DrillBit has its own measures and the tool's pose. Poses farther apart
-/// than `kLongestSweep` are not joined. A geometric tip that continues its path cuts only ahead of its last cut, and
-/// only `kMinAdvance` or more away from it, so a still tip costs nothing. The removed volume is the isosurface's loss.
+/// than `kLongestSweep` are not joined. A geometric cut that continues its path begins at its last cut and waits until
+/// it is `kMinAdvance` away, so a still head costs nothing. The removed volume is the isosurface's loss.
 /// Haptic thread; no allocation.
 template <CutPolicy Policy = GeometricCut, class Shape = TipCuts>
 class Milling {

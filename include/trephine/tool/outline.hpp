@@ -15,10 +15,13 @@ namespace trephine {
 
 /// Outline of a surface of revolution in the half plane (ρ, z): lines and circular arcs from the tip up to the handle's
 /// end [m]. The radius ρ is a function of the height z, so pieces ascend or are level. The body lies between the
-/// outline and the axis. The distance is exact, inside and outside. \code ToolOutline bullet(0, -2e-3); // foremost
-/// point, on the axis bullet.arc_to(2e-3, 0, 0, 0);                 // a quarter of a ball bullet.line_to(2e-3,
-/// 8e-3).line_to(1e-3, 8e-3).line_to(1e-3, 40e-3).close(); \endcode No allocation: an outline is a value. Construction
-/// throws std::invalid_argument; evaluation is noexcept.
+/// outline and the axis. The distance is exact, inside and outside.
+/// \code
+/// ToolOutline bullet(0, -2e-3);  // foremost point, on the axis
+/// bullet.arc_to(2e-3, 0, 0, 0);  // a quarter of a ball
+/// bullet.line_to(2e-3, 8e-3).line_to(1e-3, 8e-3).line_to(1e-3, 40e-3).close();
+/// \endcode
+/// No allocation: an outline is a value. Construction throws std::invalid_argument; evaluation is noexcept.
 class ToolOutline {
  public:
   static constexpr std::size_t kMostPieces = 24;

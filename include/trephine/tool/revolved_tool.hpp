@@ -19,8 +19,8 @@ struct Shank {
   double neck_length = 0;    ///< of the neck above the head [m]
 
   /// Appends a shoulder of 45°, the neck and the shank to an outline that ends at a head's upper rim, and closes it.
-  /// Returns the head's upper end [m]: a
-  /// shoulder that narrows belongs to the head, and one that widens to the shank. Throws std::invalid_argument.
+  /// Returns the head's upper end [m]: a shoulder that narrows belongs to the head, and one that widens to the shank.
+  /// Throws std::invalid_argument.
   double append_to(ToolOutline& outline) const {
     if (!(radius > 0)) refuse("Shank", "radius must be > 0 m", radius);
     if (!(neck_radius >= 0)) refuse("Shank", "neck_radius must be >= 0 m", neck_radius);
