@@ -73,10 +73,13 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
     }
     MESSAGE(name, ": off the normal by [deg] ", direction, ", force over stiffness times depth ", force, ", least ",
             force.least());
+    CHECK(direction.worst() <= 7);
+    CHECK(force.least() >= 0.9);
+    CHECK(force.worst() <= 1.1);
+    if (kSanitized) continue;  // a median of few planes is another figure
     CHECK(direction.median() <= 1.5);
     CHECK(force.median() >= 0.95);
     CHECK(force.median() <= 1.02);
-    CHECK(force.worst() <= 1.1);
   }
 }
 
