@@ -91,6 +91,9 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
   return burr;
 }
 
+namespace {
+
+/// Puts the options' tool in, or a burr that fits the bone's voxels.
 void choose_tool(Bone& bone, const Options& options) {
   bone.tool_name = options.tool;
   if (options.tool.empty()) {
@@ -100,6 +103,8 @@ void choose_tool(Bone& bone, const Options& options) {
     bone.burr = bone.tool->burr();
   }
 }
+
+}  // namespace
 
 Bone load_bone(const Options& options) {
   Bone bone = !options.skull.empty()                      ? skull(options)

@@ -31,9 +31,6 @@ struct Bone {
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
 [[nodiscard]] Bone load_bone(const Options& options);
 
-/// Puts the options' tool in, or a burr that fits the bone's voxels.
-void choose_tool(Bone& bone, const Options& options);
-
 /// A burr for these voxels, as far as the options leave it open: three voxels' radius at least, so that the ball is
 /// round and its way out of bone is more than one sample; in steps of half a millimetre, or of 0.1 mm below 1 mm.
 [[nodiscard]] trephine::Burr fitting_burr(const Grid& grid, const Options& options);

@@ -153,7 +153,7 @@ class ToolOutline {
       else
         add_line(pieces_[i], rho, z, best, inside);
     }
-    take_roots(best);
+    square_roots(best);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
   }
 
@@ -172,7 +172,7 @@ class ToolOutline {
           const double a = rho[l] - p.centre_rho, b = z[l] - p.centre_z;
           to_centre[l] = a * a + b * b;
         }
-        take_roots(to_centre);
+        square_roots(to_centre);
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
           const Nearest<double> near = nearest_on_arc(p, rho[l], z[l], to_centre[l]);
           inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
@@ -197,7 +197,7 @@ class ToolOutline {
         }
       }
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        // Of two pieces that meet smoothly the one whose inner part is nearest, not the other's end.
+        // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
         const bool nearer = square[l] * (1 + kAtEnd * own_corner[l]) < best[l];
         best[l] = nearer ? square[l] * (1 + kAtEnd * own_corner[l]) : best[l];
         x[l] = nearer ? own_x[l] : x[l];
@@ -207,7 +207,7 @@ class ToolOutline {
         out.central[l] = nearer ? central[l] : out.central[l];
       }
     }
-    take_roots(best);
+    square_roots(best);
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double sign = inside[l] > 0 ? -1.0 : 1.0, per = sign / std::max(best[l], kCentre);
       out.distance[l] = sign * best[l];
@@ -299,18 +299,12 @@ class ToolOutline {
       const S a = rho[l] - static_cast<S>(p.centre_rho), b = z[l] - static_cast<S>(p.centre_z);
       to_centre[l] = a * a + b * b;
     }
-    take_roots(to_centre);
+    square_roots(to_centre);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const S square = nearest_on_arc(p, rho[l], z[l], to_centre[l]).square;
       best[l] = square < best[l] ? square : best[l];
       inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
     }
-  }
-
-  template <class S, std::size_t kLanes>
-  static void take_roots(std::array<S, kLanes>& x) noexcept {
-    Eigen::Map<Eigen::Array<S, static_cast<int>(kLanes), 1>> lanes(x.data());
-    lanes = lanes.sqrt();
   }
 
   void check(double rho, double z) const {

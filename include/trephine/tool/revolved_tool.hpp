@@ -18,6 +18,10 @@ struct Shank {
   double neck_radius = 0;    ///< [m]; 0: no neck
   double neck_length = 0;    ///< of the neck above the head [m]
 
+  [[nodiscard]] bool has_neck() const noexcept { return neck_radius > 0 && neck_length > 0; }
+  /// Radius of the part next to the head [m].
+  [[nodiscard]] double first_radius() const noexcept { return has_neck() ? neck_radius : radius; }
+
   /// Appends a shoulder of 45°, the neck and the shank to an outline that ends at a head's upper rim, and closes it.
   /// Returns the head's upper end [m]: a shoulder that narrows belongs to the head, and one that widens to the shank.
   /// Throws std::invalid_argument.
@@ -25,12 +29,11 @@ struct Shank {
     if (!(radius > 0)) refuse("Shank", "radius must be > 0 m", radius);
     if (!(neck_radius >= 0)) refuse("Shank", "neck_radius must be >= 0 m", neck_radius);
     if (!(neck_length >= 0)) refuse("Shank", "neck_length must be >= 0 m", neck_length);
-    const bool has_neck = neck_radius > 0 && neck_length > 0;
-    const double first = has_neck ? neck_radius : radius;
+    const double first = first_radius();
     const double rim = outline.z_high(), narrows = outline.rho_high() - first;
     double z = rim + std::abs(narrows);
     const double head_top = narrows > 0 ? z : rim;
-    if (has_neck) {
+    if (has_neck()) {
       outline.line_to(first, z).line_to(first, z + neck_length);
       z += neck_length + std::abs(radius - neck_radius);
     }

@@ -81,9 +81,9 @@ concept ToolShape = std::copy_constructible<T> &&
 
 /// Replaces all lanes by their square roots. Eigen does it, because std::sqrt may set errno, which prevents
 /// vectorisation.
-template <std::floating_point S>
-void square_roots(ProfileLanes<S>& x) noexcept {
-  Eigen::Map<Eigen::Array<S, static_cast<int>(kProfileLanes), 1>> lanes(x.data());
+template <std::floating_point S, std::size_t kLanes>
+void square_roots(std::array<S, kLanes>& x) noexcept {
+  Eigen::Map<Eigen::Array<S, static_cast<int>(kLanes), 1>> lanes(x.data());
   lanes = lanes.sqrt();
 }
 

@@ -18,8 +18,7 @@ struct DiscBurr {
     const double rim = thickness / 2, flat = radius - rim;
     ToolOutline outline(flat, -radius);
     outline.arc_to(radius, -radius + rim, flat, -radius + rim).arc_to(flat, -radius + thickness, flat, -radius + rim);
-    outline.line_to(shank.neck_radius > 0 && shank.neck_length > 0 ? shank.neck_radius : shank.radius,
-                    -radius + thickness);
+    outline.line_to(shank.first_radius(), -radius + thickness);
     const double top = shank.append_to(outline);
     return {outline, top};
   }

@@ -15,7 +15,7 @@ struct RoundBurr {
   /// Throws std::invalid_argument.
   operator RevolvedTool() const {  // NOLINT(google-explicit-constructor): these measures are a tool
     if (!(radius > 0)) refuse("RoundBurr", "radius must be > 0 m", radius);
-    const double neck = shank.neck_radius > 0 && shank.neck_length > 0 ? shank.neck_radius : shank.radius;
+    const double neck = shank.first_radius();
     if (!(neck > 0) || !(neck < radius)) refuse("RoundBurr", "the neck's radius must be in (0, radius) m", neck);
     const double rise = std::sqrt(radius * radius - neck * neck);
     ToolOutline outline(0, -radius);
