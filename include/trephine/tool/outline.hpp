@@ -88,15 +88,7 @@ class ToolOutline {
   /// ρ where the last piece ends [m].
   [[nodiscard]] double rho_high() const noexcept { return rho_; }
   /// Largest ρ [m].
-  [[nodiscard]] double largest_radius() const noexcept {
-    double most = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Piece& p = pieces_[i];
-      most = std::max({most, p.rho, p.end_rho});
-      if (p.side > 0 && (p.centre_z - p.z) * (p.centre_z - p.end_z) < 0) most = std::max(most, p.centre_rho + p.radius);
-    }
-    return most;
-  }
+  [[nodiscard]] double largest_radius() const noexcept { return largest_; }
 
   /// ρ of the outline at height z [m]: the smallest, where a level piece has several. 0 beyond the ends.
   [[nodiscard]] double radius_at(double z) const noexcept { return smallest_radius(z, z); }
@@ -113,6 +105,25 @@ class ToolOutline {
       if (p.side < 0 && lo < p.centre_z && p.centre_z < hi) least = std::min(least, p.centre_rho - p.radius);
     }
     return least;
+  }
+
+  /// A place on the outline [m] with the unit normal out of the body.
+  struct Place {
+    double rho, z, normal_rho, normal_z;
+  };
+
+  /// Length of the outline from the foremost point, without a flat end at the top [m].
+  [[nodiscard]] double side_length() const noexcept {
+    double length = 0;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (!is_top(pieces_[i])) length += pieces_[i].way();
+    return length;
+  }
+  /// The place this length [m] along the outline from the foremost point, at most `side_length()`.
+  [[nodiscard]] Place place_at(double length) const noexcept {
+    std::size_t i = 0;
+    for (; i + 1 < count_ && !is_top(pieces_[i + 1]) && length > pieces_[i].way(); ++i) length -= pieces_[i].way();
+    return pieces_[i].place_at(std::clamp(length, 0.0, pieces_[i].way()));
   }
 
   /// The body below a height, with a flat end there: the part of a tool that cuts.
@@ -155,6 +166,31 @@ class ToolOutline {
     }
     square_roots(best);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
+  }
+
+  /// Lowers distances to those from the body with thicker rims: arcs of radius r that bulge, enlarged by
+  /// chord (1/r − 1/R), R the largest radius of the body. `chord` in m².
+  template <RealScalar S, std::size_t kLanes>
+  void thicken_rims(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
+                    std::array<S, kLanes>& distance) const noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Piece& p = pieces_[i];
+      const auto more = static_cast<S>(rim(p, chord));
+      if (!(more > S(0))) continue;
+      std::array<S, kLanes> from, inside;
+      from.fill(std::numeric_limits<S>::max());
+      inside.fill(S(0));
+      add_arc(p, rho, z, from, inside);
+      square_roots(from);
+      for (std::size_t l = 0; l < kLanes; ++l)
+        distance[l] = from[l] - more < distance[l] ? from[l] - more : distance[l];
+    }
+  }
+  /// Most that `thicken_rims` adds anywhere [m].
+  [[nodiscard]] double thickest_rim(double chord) const noexcept {
+    double most = 0;
+    for (std::size_t i = 0; i < count_; ++i) most = std::max(most, rim(pieces_[i], chord));
+    return most;
   }
 
   /// Distances with gradients and curvatures, see `Profile`.
@@ -238,7 +274,25 @@ class ToolOutline {
       if (!(end_z > z)) return std::min(rho, end_rho);
       return rho + (end_rho - rho) * (height - z) / (end_z - z);
     }
+    [[nodiscard]] double largest_radius() const noexcept {
+      const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
+      return bulges ? centre_rho + radius : std::max(rho, end_rho);
+    }
+    [[nodiscard]] double way() const noexcept { return side != 0 ? 2 * radius * std::acos(cosine) : length; }
+    [[nodiscard]] Place place_at(double along) const noexcept {
+      if (side == 0) return {rho + along * along_rho, z + along * along_z, along_z, -along_rho};
+      const double angle = std::atan2(z - centre_z, rho - centre_rho) + side * along / radius;
+      const double c = std::cos(angle), s = std::sin(angle);
+      return {centre_rho + radius * c, centre_z + radius * s, side * c, side * s};
+    }
   };
+  [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
+    return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
+  }
+  /// Whether a piece is a flat end at the top.
+  [[nodiscard]] bool is_top(const Piece& p) const noexcept {
+    return p.side == 0 && p.z == p.end_z && p.end_rho == 0 && p.end_z == z_;
+  }
 
   template <class S>
   struct Nearest {
@@ -348,10 +402,13 @@ class ToolOutline {
       p.cosine = ((p.rho - p.centre_rho) * p.middle_rho + (p.z - p.centre_z) * p.middle_z) / p.radius;
     }
     pieces_[count_++] = p;
+    largest_ = 0;
+    for (std::size_t i = 0; i < count_; ++i) largest_ = std::max(largest_, pieces_[i].largest_radius());
   }
 
   double low_;
   double rho_, z_;  // end of the last piece
+  double largest_ = 0;
   bool closed_ = false;
   std::size_t count_ = 0;
   std::array<Piece, kMostPieces> pieces_{};

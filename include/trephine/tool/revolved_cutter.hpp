@@ -9,17 +9,21 @@ namespace trephine {
 /// A tool's cutting head swept between two poses, as a sequence of still poses. Neighbours lie at most half a voxel
 /// apart anywhere on the head; paths beyond 16 voxels have 33 poses, farther apart. A surface along the path has
 /// scallops of (half voxel)²/(8 radius). A sharp rim that moves askew is exact within a quarter voxel.
+///
+/// The trilinear surface of a cut lies inside a bulge of radius r by chord/r on the mean, chord = |spacing|² / 24. With
+/// a `chord` [m²] the cutter makes the head's rims thicker by what they lack more than the head's largest radius.
 class RevolvedCutter {
  public:
   static constexpr int kMostPoses = 33;
 
   /// `step` [m]: largest motion of any point of the head between two of the poses.
-  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step) noexcept
-      : origin_(X_GT.translation()),
-        head_(head),
-        low_(head.outline.z_low() - head.allowance),
-        high_(head.outline.z_high() + head.allowance),
-        radius_(head.outline.largest_radius() + head.allowance) {
+  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step,
+                 double chord = 0) noexcept
+      : origin_(X_GT.translation()), head_(head), chord_(chord) {
+    const double more = head.allowance + head.outline.thickest_rim(chord);
+    low_ = head.outline.z_low() - more;
+    high_ = head.outline.z_high() + more;
+    radius_ = head.outline.largest_radius() + more;
     const double motion = way(head, X_GT_previous, X_GT);
     const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMostPoses - 1})) : 0;
     const Quatd q0(X_GT_previous.linear());
@@ -45,7 +49,11 @@ class RevolvedCutter {
       const auto& at = poses_[static_cast<std::size_t>(i)];
       const Vec3d p_O = p_G - origin_ - at.origin;
       const double z = at.axis.dot(p_O);
-      d = std::min(d, head_.outline.signed_distance((p_O - z * at.axis).norm(), z) - head_.allowance);
+      const std::array<double, 1> rho{(p_O - z * at.axis).norm()}, height{z};
+      std::array<double, 1> one;
+      head_.outline.distances(rho, height, one);
+      head_.outline.thicken_rims(rho, height, chord_, one);
+      d = std::min(d, one[0] - head_.allowance);
     }
     return d;
   }
@@ -110,6 +118,7 @@ class RevolvedCutter {
     detail::square_roots(r);
     std::array<float, kLanes> d;
     head_.outline.distances(r, w, d);
+    head_.outline.thicken_rims(r, w, chord_, d);
     const auto allowance = static_cast<float>(head_.allowance);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = d[l] - allowance;
   }
@@ -138,6 +147,7 @@ class RevolvedCutter {
 
   Vec3d origin_;
   CuttingHead head_;
+  double chord_;
   double low_, high_, radius_;  // of the enlarged head
   int count_ = 0;
   std::array<Pose, kMostPoses> poses_;
