@@ -16,6 +16,7 @@
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/line/shaft_tracking.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/first_order_filter.hpp>
@@ -33,6 +34,7 @@
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/resample.hpp>
 #include <trephine/voxel/tissue_cut.hpp>

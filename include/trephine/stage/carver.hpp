@@ -11,8 +11,9 @@ namespace trephine {
 /// Inputs of a carver beside the tool's poses.
 struct CarveContext {
   bool spindle_on = false;
-  double dt = 0;       ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
-  double force_N = 0;  ///< magnitude of this tick's raw contact force [N], before any stage: the pressing force
+  double dt = 0;        ///< interval since the last tick [s], within [kShortestDt, kLongestDt]
+  double force_N = 0;   ///< magnitude of this tick's raw contact force [N], before any stage: the pressing force
+  double fraction = 1;  ///< of the bone in the head that a cut by pressure removes: a cutting law's, if one is listed
 };
 
 /// The part of a scene that removes bone. The scene calls it once a tick after contact, on the haptic thread, with the
@@ -40,6 +41,14 @@ concept Carver = requires(C c, Grid& grid, double isovalue, const Posed& X_GT, c
 template <class C>
 inline constexpr bool kCutsAtOnce = requires {
   requires C::kCutsAtOnce;
+};
+
+/// True if the carver removes a fraction of the bone that presses on the head, as a PressureCut does; a static
+/// constexpr member `kCutsUnderPressure` declares it. The scene then cuts at the renderer's `pressure_cutting_pose()`,
+/// if it has one.
+template <class C>
+inline constexpr bool kCutsUnderPressure = requires {
+  requires C::kCutsUnderPressure;
 };
 
 /// True if the carver follows the probe instead of the cutting pose.

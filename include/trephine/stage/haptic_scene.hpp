@@ -123,6 +123,9 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       surface_ = shared_bone_surface(bone, isovalue);
       renderer_.prepare(surface_->view());
     }
+    for_each_part([&](auto& part) {
+      if constexpr (requires { part.prepare(cutting_head()); }) part.prepare(cutting_head());
+    });
   }
 
   /// Runs one step of the loop and returns the wrench on the tool, about T's origin, in W axes, with contact, removed
@@ -161,7 +164,12 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
       if constexpr (kCarves) {
-        result.removed_mm3 = carve(step, X_GT, X_GC, {input.spindle_on, context.dt, magnitude(wrench_G.force)});
+        CarveContext cut{input.spindle_on, context.dt, magnitude(wrench_G.force)};
+        for_each_part([&](auto& part) {
+          if constexpr (CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
+            cut.fraction = part.engage(*bone_, isovalue_, renderer_, cut.dt, cut.spindle_on);
+        });
+        result.removed_mm3 = carve(step, X_GT, X_GC, cut);
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
           result.removed_mm3 = 0;
           return fail_non_finite(result);
@@ -281,7 +289,9 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   }
 
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
-    if constexpr (kBitesInTime)
+    if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(); })
+      return renderer_.pressure_cutting_pose();
+    else if constexpr (kBitesInTime)
       return renderer_.cutting_pose(dt_);
     else
       return renderer_.cutting_pose();

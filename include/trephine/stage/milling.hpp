@@ -49,6 +49,8 @@ class Milling {
   using Options = CutOptionsOf<Policy>;  ///< what a `Remote<Milling>` receives
   static constexpr bool kCutsAtOnce =
       LimitAtOnce<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>;
+  static constexpr bool kCutsUnderPressure =
+      LimitByFraction<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>;
 
   Milling() requires std::default_initializable<Policy> : Milling(Policy{}) {}
   explicit Milling(const Policy& policy, const MillingOptions& options = {}, const Shape& shape = {})
@@ -110,8 +112,8 @@ class Milling {
   template <class Grid, class Head>
   double cut_path(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
                   const CarveContext& context) noexcept {
-    if (!context.spindle_on) return 0;
-    const CutAllowance allowance{context.dt, context.force_N, tick_++};
+    if (!context.spindle_on || !(context.fraction > 0)) return 0;
+    const CutAllowance allowance{context.dt, context.force_N, tick_++, context.fraction};
     const double h = grid.spacing().minCoeff();
     const auto& cuts = head_to_cut(head);
     const bool near = way(cuts, X_GT_previous, X_GT) <= kLongestSweep * h;
@@ -127,8 +129,8 @@ class Milling {
       last_ = cut;
       if (waits) return 0;
     }
-    return trephine::carve(grid, isovalue, cutter_of(cuts, from, X_GT, start_is_cut, h), policy_, allowance,
-                           options_.slope);
+    return trephine::carve(grid, isovalue, cutter_of(cuts, from, X_GT, start_is_cut, grid.spacing()), policy_,
+                           allowance, options_.slope);
   }
 
   /// Motion of a head's points between two poses [m]; for a burr that of its ball's centre.
@@ -143,12 +145,12 @@ class Milling {
     return head.outline.largest_radius() + head.allowance;
   }
   [[nodiscard]] static SphereCutter cutter_of(const Burr& burr, const Posed& from, const Posed& to, bool start_is_cut,
-                                              double) noexcept {
+                                              const Vec3d&) noexcept {
     return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
   }
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to, bool,
-                                                double h) noexcept {
-    return {head, from, to, h / 2};
+                                                const Vec3d& spacing) noexcept {
+    return {head, from, to, spacing.minCoeff() / 2, spacing.squaredNorm() / 24};
   }
 
   struct NoHead {};

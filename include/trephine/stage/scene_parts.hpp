@@ -33,6 +33,14 @@ concept EmptySpaceSkipper = requires(const P& p) {
 template <class P, class Grid>
 concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::derived_from<P, ForceOnly>;
 
+/// A part that decides how much of the bone in the head a tick's cuts remove, as a CuttingForce does: `engage` returns
+/// a fraction of 0 to 1. The scene calls it after contact, before its carvers.
+template <class P, class Grid, class R>
+concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const R& renderer, double dt) {
+  { part.engage(bone, isovalue, renderer, dt, true) }
+  noexcept->std::same_as<double>;
+};
+
 /// A part that reports structures: `add_to` adds its own of the last tick to the scene's result. The scene calls it
 /// after the last stage of a tick with good input.
 template <class P>

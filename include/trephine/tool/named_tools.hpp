@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/tool/cutting_edges.hpp>
 #include <trephine/tool/shapes/barrel.hpp>
 #include <trephine/tool/shapes/cylinder.hpp>
 #include <trephine/tool/shapes/disc.hpp>
@@ -19,16 +20,6 @@
 
 /// Tools by the names and diameters that catalogues use.
 namespace trephine {
-
-/// Cutting edges of a tool.
-struct CuttingEdges {
-  enum class Kind : unsigned char {
-    kFluted,   ///< edges along the head
-    kDiamond,  ///< grains all over it, without edges
-  };
-  Kind kind = Kind::kFluted;
-  int flutes = 8;  ///< edges round the axis; 0 for diamond
-};
 
 /// A tool with its edges.
 struct NamedTool {
@@ -103,7 +94,8 @@ namespace detail {
     if (error != std::errc{} || end != number.data() + number.size()) continue;
     if (!(diameter >= family.least) || !(diameter <= family.most)) continue;
     return {detail::tool_of(family.name, diameter / 2000),
-            {family.flutes > 0 ? CuttingEdges::Kind::kFluted : CuttingEdges::Kind::kDiamond, family.flutes}};
+            {family.flutes > 0 ? CuttingEdges::Kind::kFluted : CuttingEdges::Kind::kDiamond, family.flutes,
+             family.name == "twist"}};
   }
   std::string rule = "the name must be a family and a diameter in mm, as round-3:";
   for (const ToolFamily& family : kToolFamilies) {

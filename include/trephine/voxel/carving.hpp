@@ -265,7 +265,10 @@ class Cut {
             // Earlier ticks have cut most blocks, and shares cost more than distances.
             if (!any_lane<Wide, kLanes>([&](std::size_t l) { return target[l] < from[l]; })) return;
             std::array<float, kLanes> share;
-            cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
+            if constexpr (LimitByFraction<Limit>)
+              share.fill(1);
+            else
+              cutter_.shares(x, step, y, z, static_cast<float>(reach_), share);
             if constexpr (LimitWithTissues<Limit>) limit_.tissues().scale(i, j, k, count, share);
             lower_in_time(grid_.index(i, j, k), share, target, from, value);
           }

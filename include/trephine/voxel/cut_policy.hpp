@@ -18,6 +18,7 @@ struct CutAllowance {
   double dt = 0;           ///< [s]
   double force_N = 0;      ///< pressing force [N]
   std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
+  double fraction = 1;     ///< of the bone in the head that a PressureCut removes, 0 to 1
 };
 
 /// Type in which limits compute densities. It is as wide as the distances, so that loops over both are vectorised.
@@ -144,6 +145,12 @@ struct RateLimitedCut {
 template <class Limit>
 concept LimitAtOnce = requires {
   requires Limit::kAtOnce;
+};
+
+/// A limit that lowers each voxel by a fraction of what the geometric cut takes, which needs no share.
+template <class Limit>
+concept LimitByFraction = requires {
+  requires Limit::kByFraction;
 };
 
 /// A limit with floors, densities below which no voxel falls (CutFloor).

@@ -25,7 +25,8 @@ struct CoupledOptions {
   /// for it this is a speed, in voxels a millisecond: the same at any tick rate. For a cut in time, which has a rate
   /// of its own, it is a length.
   double bite = 1;
-  static constexpr double kBiteTime = 1e-3;  ///< in which a cut at once takes off `bite` voxels [s]
+  static constexpr double kBiteTime = 1e-3;      ///< in which a cut at once takes off `bite` voxels [s]
+  static constexpr double kPressureBite = 0.15;  ///< share of `bite` by which a cut by pressure lies ahead
 
   /// Upper bound of each gain in its unit: squares of values derived from it are finite in single precision.
   static constexpr double kMaxGain = 1e12;

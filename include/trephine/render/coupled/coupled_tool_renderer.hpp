@@ -135,6 +135,11 @@ class CoupledToolRenderer {
     return ahead(options_.bite * gains_.shortest_spacing * (dt / CoupledOptions::kBiteTime));
   }
 
+  /// The same for a cut by pressure. It needs little: places where the voxels hold the tool's shape worst are cut too.
+  [[nodiscard]] Pose<Scalar> pressure_cutting_pose() const noexcept {
+    return ahead(options_.bite * gains_.shortest_spacing * CoupledOptions::kPressureBite);
+  }
+
  private:
   using Constants = CoupledConstants;
 

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/math.hpp>
+#include <trephine/core/refuse.hpp>
+#include <trephine/tool/cutting_edges.hpp>
+#include <trephine/tool/head_elements.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+/// Forces of cutting edges by the bone that they remove: a mechanistic law, as its mean over a turn of the spindle.
+namespace trephine {
+
+/// Strength of bone by its density, relative to cortical bone: the square of the density above `soft`, over that of
+/// cortical bone. Bone's strength grows with the square of its apparent density (Carter and Hayes 1977).
+struct BoneStrength {
+  double soft = 0;         ///< density without strength: of water, 0 HU
+  double cortical = 1700;  ///< density of strength 1
+  double most = 4;         ///< upper bound of the strength
+
+  /// Throws std::invalid_argument.
+  void validate() const {
+    if (!std::isfinite(soft)) refuse("BoneStrength", "soft must be a finite density", soft);
+    if (!(cortical > soft) || !std::isfinite(cortical)) refuse("BoneStrength", "cortical must exceed soft", cortical);
+    if (!(most > 0) || !std::isfinite(most)) refuse("BoneStrength", "most must be > 0", most);
+  }
+  [[nodiscard]] double operator()(double density) const noexcept {
+    const double relative = std::max(0.0, (density - soft) / (cortical - soft));
+    return std::min(relative * relative, most);
+  }
+};
+
+/// Which part of a head cuts, and how: sums over its elements that face the feed and have bone ahead. T axes, about T's
+/// origin, for teeth that turn about +z. n is the normal, d the direction of feed, ρ the distance from the axis, s the
+/// bone's strength, t the direction about the axis.
+struct Engagement {
+  double area = 0;               ///< Σ (d·n) A: bone removed by metre of feed [m²]
+  double hard_area = 0;          ///< Σ s (d·n) A [m²]
+  double facing_area = 0;        ///< Σ A [m²]
+  double pressed = 0;            ///< Σ s (d·n)² A/ρ [m]
+  double tip = 0;                ///< mean of s (d·n) over the foremost elements
+  Vec3d around = Vec3d::Zero();  ///< Σ s (d·n) A/ρ t [m]
+  Vec3d moment = Vec3d::Zero();  ///< Σ s (d·n) A/ρ r × t [m²]; its z is `hard_area`
+};
+
+/// Sums over a head's elements. `engaged` is each element's share that cuts, 0 to 1, and `strength` the bone's there.
+/// `feed` is a unit vector in T.
+[[nodiscard]] inline Engagement engagement_of(const HeadElements& head, const Vec3d& feed,
+                                              const HeadElements::Numbers& engaged,
+                                              const HeadElements::Numbers& strength) noexcept {
+  Engagement sum;
+  const Vec3<float> d = feed.cast<float>();
+  for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
+    const float facing = d.x() * head.normal_x[i] + d.y() * head.normal_y[i] + d.z() * head.normal_z[i];
+    const float e = facing > 0 ? engaged[i] : 0.0F;
+    const float area = e * facing * head.area[i], length = e * facing * strength[i] * head.length[i];
+    sum.area += static_cast<double>(area);
+    sum.hard_area += static_cast<double>(area * strength[i]);
+    sum.facing_area += static_cast<double>(e * head.area[i]);
+    sum.pressed += static_cast<double>(length * facing);
+    const float tx = length * head.around_x[i], ty = length * head.around_y[i];
+    sum.around += Vec3d(static_cast<double>(tx), static_cast<double>(ty), 0);
+    sum.moment.x() -= static_cast<double>(head.z[i] * ty);
+    sum.moment.y() += static_cast<double>(head.z[i] * tx);
+    if (i < HeadElements::kAround) sum.tip += static_cast<double>(e * facing * strength[i]) / HeadElements::kAround;
+  }
+  // (r × t)_z = ρ, and A/ρ times ρ is A.
+  sum.moment.z() = sum.hard_area;
+  return sum;
+}
+
+/// A mechanistic cutting law. An edge that takes a chip of thickness h gives, by length, the force
+///
+///     along its way:      u h + K_t (1 − exp(−h / h₀)),
+///     against the feed:   κ u h + K_n (1 − exp(−h / h₀)).
+///
+/// A chip's energy by volume is u. The second term is the edge's own: it rubs and ploughs, and is whole once chips are
+/// thicker than the edge's radius h₀. With z edges, a feed of x metres a radian makes chips of h = 2π x (d·n) / z. All
+/// grows with the bone's strength. The defaults are fitted to measurements; see `bench/cutting.md`.
+struct CuttingLaw {
+  double energy = 0.9e9;       ///< u [J/m³], of cortical bone; 0.9 J/mm³
+  double thrust_ratio = 0.45;  ///< κ
+  double edge_force = 16e3;    ///< K_t [N/m]
+  double edge_thrust = 16e3;   ///< K_n [N/m]
+  double edge_radius = 10e-6;  ///< h₀ [m]
+  double chisel = 50e3;        ///< thrust of a twist drill's web, by metre of the drill's radius [N/m]
+
+  /// Throws std::invalid_argument.
+  void validate() const {
+    const auto check = [](bool good, const char* rule, double got) {
+      if (!good || !std::isfinite(got)) refuse("CuttingLaw", rule, got);
+    };
+    check(energy > 0, "energy must be > 0 J/m3", energy);
+    check(thrust_ratio >= 0, "thrust_ratio must be >= 0", thrust_ratio);
+    check(edge_force >= 0, "edge_force must be >= 0 N/m", edge_force);
+    check(edge_thrust >= 0, "edge_thrust must be >= 0 N/m", edge_thrust);
+    check(thrust_ratio > 0 || edge_thrust > 0, "thrust_ratio or edge_thrust must be > 0", thrust_ratio);
+    check(edge_radius > 0, "edge_radius must be > 0 m", edge_radius);
+    check(chisel >= 0, "chisel must be >= 0 N/m", chisel);
+  }
+
+  /// Share of an edge's own force at a chip [m].
+  [[nodiscard]] double edge_share(double chip) const noexcept { return -std::expm1(-chip / edge_radius); }
+  /// Chip of z edges at a feed of x metres a radian [m].
+  [[nodiscard]] static double chip(double x, int edges) noexcept { return 2 * std::numbers::pi * x / edges; }
+
+  /// Force of the edges about the axis: by this factor [N/m] times `Engagement::around` and `moment`.
+  [[nodiscard]] double edges_around(double x, int edges) const noexcept {
+    return edge_force * edges / (2 * std::numbers::pi) * edge_share(chip(x, edges));
+  }
+  /// Force against the feed [N] at x metres a radian. `radius` is the head's [m].
+  [[nodiscard]] double thrust(double x, const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
+    const int z = edges.count();
+    return thrust_ratio * energy * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, z));
+  }
+  /// Feed [m a radian] at which the thrust is `force` [N]: 0 if no part cuts.
+  [[nodiscard]] double feed_under(double force, const Engagement& on, const CuttingEdges& edges,
+                                  double radius) const noexcept {
+    if (!(force > 0) || !(on.pressed > 0)) return 0;
+    // The thrust grows with x, and its slope falls: Newton steps from 0 stay below the root.
+    const double per_x = thrust_ratio * energy * on.pressed, own = own_thrust(on, edges, radius);
+    const double rate = chip(1, edges.count()) / edge_radius;
+    double x = 0;
+    for (int i = 0; i < kMostSteps; ++i) {
+      const double rest = std::exp(-rate * x), slope = per_x + own * rate * rest;
+      const double step = (force - per_x * x - own * (1 - rest)) / slope;
+      if (!(step > kSmallStep * x) || !std::isfinite(step)) break;
+      x += step;
+    }
+    return x;
+  }
+
+ private:
+  static constexpr int kMostSteps = 30;
+  static constexpr double kSmallStep = 1e-6;
+
+  /// Thrust of edges and chisel under thick chips [N].
+  [[nodiscard]] double own_thrust(const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
+    return edge_thrust * edges.count() / (2 * std::numbers::pi) * on.pressed +
+           (edges.chisel ? chisel * radius * on.tip : 0.0);
+  }
+};
+
+}  // namespace trephine

@@ -1,0 +1,516 @@
+// SPDX-License-Identifier: MIT
+// The cutting force in whole scenes: a tool fed into bone, against closed forms.
+#include "render/coupled_helpers.hpp"
+#include "support/cases.hpp"
+#include "support/malloc_hook.hpp"
+
+#include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting_force.hpp>
+#include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
+#include <trephine/voxel/protected_cut.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::test::coupled;
+
+constexpr unsigned kSeed = 2611;
+
+/// Bone from `air` to `air` + `contrast`, of strength 1 where it is whole.
+template <VoxelDensity Density>
+struct Block {
+  double h = 3e-4, sigma = 0.7;
+  double air = std::is_same_v<Density, std::uint8_t> ? 0 : -1000;
+  double contrast = std::is_same_v<Density, std::uint8_t> ? 255 : 2700;
+  double length = 14e-3;  // of an edge of the volume [m]
+  [[nodiscard]] double isovalue() const { return air + contrast / 2; }
+  [[nodiscard]] BoneStrength strength() const { return {.soft = air, .cortical = air + contrast}; }
+  template <class Shape>
+  [[nodiscard]] VoxelGrid<Density> image(const Shape& shape) const {
+    const int n = static_cast<int>(length / h);
+    return rasterise<Density>(
+        shape, {.size = {n, n, n}, .spacing = Vec3d::Constant(h), .blur = sigma, .contrast = contrast, .air = air});
+  }
+  [[nodiscard]] Vec3d middle() const { return Vec3d::Constant(h * (static_cast<int>(length / h) - 1) / 2); }
+};
+
+/// What the law says of a whole head that is fed along its axis.
+struct Plunge {
+  double thrust, torque;
+};
+Plunge plunge_of(const RevolvedTool& tool, const CuttingForce::Options& o, double speed) {
+  HeadElements::Numbers one;
+  one.fill(1);
+  const Engagement e = engagement_of(HeadElements(tool.cutting_head(0)), -Vec3d::UnitZ(), one, one);
+  const double x = speed / o.speed;
+  return {o.law.thrust(x, e, o.edges, tool.burr().tip_radius),
+          o.law.energy * x * e.hard_area + o.law.edges_around(x, o.edges.count()) * e.hard_area};
+}
+
+/// A steady feed along the tool's axis.
+struct Feed {
+  double speed = 1e-3, dt = 1e-3, deep = 0.004;  // [m/s], [s], [m] at the end
+  double stiffness = 2000;
+};
+struct Fed {
+  double thrust = 0, torque = 0, feed = 0;  // means over the last fifth
+  double pull = 0;                          // largest mean component sideways
+  double removed_mm3 = 0, chip_work = 0, edge_work = 0;
+  Status status = Status::kOk;
+};
+
+/// Feeds a tool along −`up` into the block's half space through its middle, moved by `offset`.
+template <VoxelDensity Density>
+Fed feed(const Block<Density>& block, const NamedTool& tool, CuttingForce::Options options, const Feed& f,
+         const Vec3d& up, const Vec3d& offset) {
+  const Vec3d top = block.middle() + 0.2 * block.length * up + offset;
+  VoxelGrid<Density> bone = block.image(HalfSpace{top, up});
+  options.edges = tool.edges;
+  options.strength = block.strength();
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = f.stiffness}},
+                    CuttingForce(options), Milling{PressureCut{}}};
+  const Mat3d R = tool_at(Vec3d::Zero(), up).linear();
+  const double start = tool.tool.burr().tip_radius + 1e-4;
+  const int ticks = static_cast<int>((f.deep + 1e-4) / (f.speed * f.dt));
+  Fed out;
+  Vec3d pull = Vec3d::Zero();
+  int count = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const double height = start - i * f.speed * f.dt;
+    const TickResult r = scene.tick({.X_WT = make_pose<double>(R, top + height * up), .spindle_on = true}, f.dt);
+    out.status = worse(out.status, r.status);
+    out.removed_mm3 += r.removed_mm3;
+    const CuttingReport& now = scene.template part<CuttingForce>().report();
+    if (i < ticks * 4 / 5) continue;
+    ++count;
+    out.thrust += now.thrust;
+    out.torque += now.torque;
+    out.feed += now.feed;
+    pull += R.transpose() * now.edges.force;
+  }
+  out.thrust /= count;
+  out.torque /= count;
+  out.feed /= count;
+  out.pull = (pull / count).head<2>().norm();
+  const CuttingReport& end = scene.template part<CuttingForce>().report();
+  out.chip_work = end.chip_work;
+  out.edge_work = end.edge_work;
+  return out;
+}
+
+CuttingForce::Options drill_options() { return {.speed = rpm(1000), .felt = 0.01}; }
+
+TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at any voxel, tick, type and place") {
+  CAPTURE(kSeed);
+  Random random(kSeed);
+  Figures thrust, torque, work;
+  const auto check = [&]<class Density>(const Block<Density>& block, double dt, const char* name) {
+    const NamedTool tool = tool_by_name(name);
+    const std::string what = name;
+    const bool drill = what.starts_with("twist");
+    const CuttingForce::Options o = drill ? drill_options() : CuttingForce::Options{.felt = 0.25};
+    const double speed = drill ? 2e-3 : 1e-3;
+    const Vec3d up = random.unit(), offset = random.arrow(0, block.h);
+    const Fed fed = feed(block, tool, o, {.speed = speed, .dt = dt}, up, offset);
+    const Plunge law = plunge_of(
+        tool.tool,
+        [&] {
+          auto with = o;
+          with.edges = tool.edges;
+          return with;
+        }(),
+        speed);
+    CAPTURE(what);
+    CAPTURE(block.h);
+    CAPTURE(dt);
+    CHECK(fed.status == Status::kOk);
+    thrust.add(std::abs(fed.thrust / law.thrust - 1));
+    torque.add(std::abs(fed.torque / law.torque - 1));
+    // Voxels of .5 mm make the hole, and so the volume, 6 % larger than the head.
+    const double bound = block.h > 4e-4 ? 0.08 : 0.035;
+    CHECK(std::abs(fed.thrust / law.thrust - 1) < bound);
+    CHECK(std::abs(fed.torque / law.torque - 1) < bound);
+    // The chips' work is u by volume: all that the last deposit does not hold yet.
+    work.add(std::abs(fed.chip_work / (o.law.energy * fed.removed_mm3 * 1e-9) - 1));
+    // Nothing pulls a tool sideways that cuts all round, but for the hole's wall, whose voxels press it to one side.
+    CHECK(o.felt * fed.pull < 0.15);
+  };
+  for (const char* const name : {"twist-3.2", "round-3", "match-head-3", "cylinder-3"})
+    for (const double h : {2e-4, 3e-4, 5e-4})
+      if (!kSanitized || h == 5e-4) check(Block<std::int16_t>{.h = h, .sigma = 0.5}, 1e-3, name);
+  if (!kSanitized) {
+    check(Block<std::int16_t>{.sigma = 1}, 0.25e-3, "cylinder-3");
+    check(Block<std::int16_t>{}, 0.25e-3, "twist-3.2");
+    check(Block<std::int16_t>{}, 4e-3, "twist-3.2");
+    check(Block<std::int16_t>{}, 4e-3, "match-head-3");
+    check(Block<std::uint8_t>{}, 1e-3, "twist-3.2");
+    check(Block<std::uint8_t>{}, 1e-3, "round-3");
+    check(Block<float>{}, 1e-3, "match-head-3");
+  }
+  MESSAGE("off the law by: thrust ", thrust, "; torque ", torque, "; work of chips ", work);
+  if (kSanitized) return;
+  CHECK(thrust.median() < 0.02);
+  CHECK(torque.median() < 0.02);
+  CHECK(work.worst() < 0.02);
+}
+
+TEST_CASE("cutting force: feed, speed, size, density and edges act as they should") {
+  const Block<std::int16_t> block{};
+  const Vec3d up = Vec3d{0.3, -0.2, 1}.normalized(), offset{1e-4, 2e-5, -7e-5};
+  const auto run = [&](const char* name, CuttingForce::Options o, double speed, const Block<std::int16_t>& in) {
+    return feed(in, tool_by_name(name), o, {.speed = speed, .deep = 0.0055}, up, offset);
+  };
+  const auto drill = drill_options();
+  const Fed base = run("twist-3.2", drill, 2e-3, block);
+  // Twice the feed: more thrust and torque, less than twice (edges). Twice the turns: less of both.
+  const Fed fast = run("twist-3.2", drill, 4e-3, block);
+  CHECK(fast.torque > 1.3 * base.torque);
+  CHECK(fast.torque < 2 * base.torque);
+  CHECK(fast.thrust > 1.1 * base.thrust);
+  CHECK(fast.thrust < 2 * base.thrust);
+  auto quick = drill;
+  quick.speed *= 2;
+  const Fed turned = run("twist-3.2", quick, 2e-3, block);
+  CHECK(turned.torque < 0.8 * base.torque);
+  CHECK(turned.torque > 0.5 * base.torque);
+  CHECK(turned.thrust < 0.95 * base.thrust);
+  // The same chip: twice the feed and twice the turns.
+  const Fed same_chip = run("twist-3.2", quick, 4e-3, block);
+  CHECK(std::abs(same_chip.torque / base.torque - 1) < 0.03);
+  CHECK(std::abs(same_chip.thrust / base.thrust - 1) < 0.03);
+  // A larger drill: torque by about the square of its radius.
+  const Fed large = run("twist-4.5", drill, 2e-3, block);
+  const double exponent = std::log(large.torque / base.torque) / std::log(4.5 / 3.2);
+  CHECK(exponent > 1.8);
+  CHECK(exponent < 2.3);
+  // A quarter of the strength, felt four times as much.
+  CuttingForce::Options soft = drill;
+  soft.felt = 0.04;
+  soft.law.energy /= 4;
+  soft.law.edge_force /= 4;
+  soft.law.edge_thrust /= 4;
+  soft.law.chisel /= 4;
+  const Fed quarter = run("twist-3.2", soft, 2e-3, block);
+  CHECK(std::abs(4 * quarter.torque / base.torque - 1) < 0.03);
+  CHECK(std::abs(4 * quarter.thrust / base.thrust - 1) < 0.03);
+}
+
+TEST_CASE("cutting force: density acts by the strength of bone") {
+  Block<std::int16_t> half{};
+  half.contrast = 1350;
+  half.air = 0;
+  const Vec3d up = Vec3d::UnitZ();
+  const auto measure = [&](double cortical) {
+    const NamedTool tool = tool_by_name("twist-3.2");
+    const Vec3d top = half.middle() + 0.2 * half.length * up;
+    VoxelGrid<std::int16_t> bone = half.image(HalfSpace{top, up});
+    auto o = drill_options();
+    o.edges = tool.edges;
+    o.strength = {.soft = 0, .cortical = cortical};
+    o.felt = 0.02;
+    HapticScene scene{bone, half.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+                      CuttingForce(o), Milling{PressureCut{}}};
+    double torque = 0;
+    for (int i = 0; i < 2800; ++i) {
+      const TickResult r = scene.tick({.X_WT = tool_at(top + (1.7e-3 - i * 2e-6) * up, up), .spindle_on = true}, 1e-3);
+      REQUIRE(r.status == Status::kOk);
+      if (i >= 2300) torque += scene.part<CuttingForce>().report().torque / 500;
+    }
+    return torque;
+  };
+  CHECK(std::abs(4 * measure(2700) / measure(1350) - 1) < 0.04);
+}
+
+/// Mills a slot with a cylinder along x, `share` of whose width is bone.
+struct Slot {
+  Vec3d pull = Vec3d::Zero();   // mean, true [N]
+  double torque = 0, rate = 0;  // means [N m], [mm3/s]
+  double power = 0;             // of the chips by the volume and the strength where it was cut [W]
+};
+Slot mill(bool clockwise, double width_share, double speed) {
+  const Block<std::int16_t> block{.length = 16e-3};
+  const NamedTool tool = tool_by_name("cylinder-3");
+  // Bone is where y is below the edge: the slot's width counts from −R.
+  const Vec3d middle = block.middle();
+  const double R = tool.tool.burr().tip_radius;
+  const Vec3d edge = middle + Vec3d(0, (2 * width_share - 1) * R, 0);
+  const auto shape = [&](const Vec3d& p) { return std::max(p.z() - middle.z(), (p - edge).y()); };
+  VoxelGrid<std::int16_t> bone = block.image(shape);
+  CuttingForce::Options o{.edges = tool.edges, .clockwise = clockwise, .felt = 0.05};
+  o.strength = block.strength();
+  o.law.edge_force = o.law.edge_thrust = 0;  // chips alone, so that the work is u V
+  o.law.thrust_ratio = 1;
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+                    CuttingForce(o), Milling{PressureCut{}}};
+  Slot out;
+  const int ticks = static_cast<int>(12e-3 / (speed * 1e-3));
+  int count = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const Vec3d at(-2e-3 + i * speed * 1e-3, middle.y(), middle.z() + R - 2e-3);
+    const TickResult r = scene.tick({.X_WT = tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
+    REQUIRE(r.status == Status::kOk);
+    if (at.x() < 5e-3) continue;
+    const CuttingReport& now = scene.part<CuttingForce>().report();
+    ++count;
+    out.pull += now.edges.force;
+    out.torque += now.torque;
+    out.rate += r.removed_mm3 / 1e-3;
+    const Engagement& on = scene.part<CuttingForce>().engagement();
+    if (on.area > 0) out.power += o.law.energy * r.removed_mm3 * 1e-6 * on.hard_area / on.area;
+  }
+  out.pull /= count;
+  out.torque /= count;
+  out.rate /= count;
+  out.power /= count;
+  return out;
+}
+
+TEST_CASE("cutting force: a slot takes the power of its volume, and the teeth pull the tool sideways") {
+  const double speed = 4e-3, R = 0.0015;
+  const CuttingLaw law;
+  for (const bool clockwise : {true, false}) {
+    const Slot s = mill(clockwise, 1, speed);
+    CAPTURE(clockwise);
+    const double expected = 2 * R * 2e-3 * speed * 1e9;
+    CHECK(std::abs(s.rate / expected - 1) < 0.04);
+    CHECK(std::abs(s.torque * rpm(30'000) / s.power - 1) < 0.01);
+    // Bone is softer within a voxel of its surface, where the image is blurred.
+    CHECK(s.power < law.energy * s.rate * 1e-9);
+    CHECK(s.power > 0.75 * law.energy * s.rate * 1e-9);
+    // Teeth that turn clockwise, seen from the handle, move toward −y at the front, and bone pushes the tool to +y: π/4
+    // of torque over R, for the side; the flat front adds to it where it cuts.
+    const double side = (clockwise ? 1 : -1) * s.pull.y() * R / s.torque;
+    CHECK(side > 0.65);
+    CHECK(side < 0.95);
+    MESSAGE("clockwise ", clockwise, ": pull over torque by radius ", side, " (pi/4 by the law), along ",
+            s.pull.x() * R / s.torque);
+  }
+}
+
+TEST_CASE("cutting force: a burr that climbs is pulled forward, one that mills up is pushed back") {
+  const double speed = 4e-3;
+  // Bone on the side −y alone.
+  const Slot a = mill(true, 0.5, speed), b = mill(false, 0.5, speed);
+  CHECK(a.pull.x() * b.pull.x() < 0);
+  CHECK(std::abs(a.pull.x()) > 0.2 * a.pull.norm());
+  // Clockwise, at y < 0 teeth move to −x, and bone pushes the tool forward, to +x.
+  CHECK(a.pull.x() > 0);
+}
+
+TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any path and with any cut") {
+  Random random(kSeed + 1);
+  for (int n = 0; n < cases(8); ++n) {
+    const Block<std::int16_t> block{};
+    const NamedTool tool = tool_by_name("match-head-3");
+    VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+    const CuttingForce::Options o{.edges = tool.edges, .strength = block.strength()};
+    const auto run = [&](auto&& scene) {
+      double V = 0;
+      const double a = random.uniform(0, 6), b = random.uniform(0, 6), tilt = random.uniform(0, 0.6);
+      for (int i = 0; i < 3000; ++i) {
+        const double t = i * 1e-3;
+        const Vec3d at = block.middle() + Vec3d(3e-3 * std::sin(2 * t + a), 2e-3 * std::sin(3 * t + b),
+                                                1.5e-3 - 1.2e-3 * t * t / 9 * (1 + 0.5 * std::sin(9 * t)));
+        const Vec3d axis = Vec3d(tilt * std::sin(t), tilt * std::cos(2 * t), 1).normalized();
+        V += scene.tick({.X_WT = tool_at(at, axis), .spindle_on = true}, 1e-3).removed_mm3;
+      }
+      // Rest in the air: the last deposit is taken out.
+      for (int i = 0; i < 200; ++i)
+        V += scene.tick({.X_WT = tool_at(block.middle() + Vec3d(0, 0, 5e-3), Vec3d::UnitZ()), .spindle_on = true}, 1e-3)
+                 .removed_mm3;
+      CHECK(V > 1);
+      return scene.template part<CuttingForce>().report().chip_work / (o.law.energy * V * 1e-9);
+    };
+    const CoupledToolRenderer renderer{tool.tool, CoupledOptions{.stiffness = 1500}};
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{PressureCut{}}}) ==
+          doctest::Approx(1).epsilon(0.02));
+    bone.restore();
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{}}) ==
+          doctest::Approx(1).epsilon(0.02));
+  }
+}
+
+TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and it recovers") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("twist-3.2");
+  const Vec3d up = Vec3d::UnitZ(), top = block.middle() + 0.2 * block.length * up;
+  VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, up});
+  auto o = drill_options();
+  o.edges = tool.edges;
+  o.strength = block.strength();
+  o.stall_torque = 0.05;  // of 0.18 N m that the feed takes
+  o.inertia = 1e-5;
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+                    CuttingForce(o), Milling{PressureCut{}}};
+  const auto tick = [&](double height) {
+    const TickResult r = scene.tick({.X_WT = tool_at(top + height * up, up), .spindle_on = true}, 1e-3);
+    CHECK(is_finite(r.wrench));
+    return r;
+  };
+  double height = 1.7e-3;
+  for (int i = 0; i < 2500; ++i) tick(height -= 2e-6);
+  const CuttingReport stalled = scene.part<CuttingForce>().report();
+  CHECK(stalled.spindle == 0);
+  CHECK(stalled.torque <= o.stall_torque * 1.01);
+  double removed = 0;
+  for (int i = 0; i < 300; ++i) removed += tick(height -= 2e-6).removed_mm3;
+  CHECK(removed == 0);
+  for (int i = 0; i < 1500; ++i) tick(height += 5e-6);
+  CHECK(scene.part<CuttingForce>().report().spindle > 0.9 * o.speed);
+}
+
+TEST_CASE("cutting force: thrust drops when the far side breaks") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("cylinder-2.3");
+  const Vec3d up = Vec3d::UnitZ(), top = block.middle();
+  const double thick = 2e-3;
+  VoxelGrid<std::int16_t> bone =
+      block.image([&](const Vec3d& p) { return std::max((p - top).dot(up), -(p - top).dot(up) - thick); });
+  CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
+  o.strength = block.strength();
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
+                    CuttingForce(o), Milling{PressureCut{}}};
+  double most = 0, after = -1, before = -1, height = 1.3e-3;
+  std::vector<double> forces;
+  for (int i = 0; i < 9000; ++i) {
+    forces.push_back(
+        scene.tick({.X_WT = tool_at(top + (height -= 1e-6) * up, up), .spindle_on = true}, 1e-3).wrench.force.z());
+    most = std::max(most, forces.back());
+  }
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    if (forces[i] > 0.8 * most) before = static_cast<double>(i), after = -1;
+    if (after < 0 && before >= 0 && forces[i] < 0.2 * most) after = static_cast<double>(i);
+  }
+  MESSAGE("breakthrough: from four fifths to a fifth of ", most, " N in ", after - before, " ms");
+  CHECK(before > 0);
+  CHECK(after > before);
+}
+
+TEST_CASE("cutting force: the device gets its share, the report the true forces") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("round-3");
+  const auto run = [&](double felt, double stiffness) {
+    VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+    CuttingForce::Options o{.edges = tool.edges, .felt = felt};
+    o.strength = block.strength();
+    HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = stiffness}},
+                      CuttingForce(o), Milling{PressureCut{}}};
+    TickResult r;
+    for (int i = 0; i < 3000; ++i)
+      r = scene.tick(
+          {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 1e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
+    const CuttingReport& now = scene.part<CuttingForce>().report();
+    const Wrenchd contact = r.wrench + (-felt) * now.edges;
+    CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 0.02);
+    CHECK(std::abs(now.edges.torque.z() / now.torque - 1) < 1e-9);
+    return now;
+  };
+  // The same true forces: a softer coupling with a smaller share.
+  const CuttingReport whole = run(0.5, 1500), part = run(0.25, 750);
+  CHECK(std::abs(part.thrust / whole.thrust - 1) < 0.03);
+  CHECK(std::abs(part.torque / whole.torque - 1) < 0.06);
+}
+
+TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall that only the shank touches") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("twist-3.2");
+  VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+  CuttingForce::Options o{.edges = tool.edges};
+  o.strength = block.strength();
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{}}, CuttingForce(o),
+                    Milling{PressureCut{}}};
+  const auto tick = [&](const Vec3d& from_middle, const Vec3d& axis, bool on) {
+    return scene.tick({.X_WT = tool_at(block.middle() + from_middle, axis), .spindle_on = on}, 1e-3);
+  };
+  for (int i = 0; i < 100; ++i) {
+    tick(Vec3d(0, 0, 3e-3), Vec3d::UnitZ(), true);
+    const CuttingReport& air = scene.part<CuttingForce>().report();
+    CHECK(air.torque == 0);
+    CHECK(air.edges == Wrenchd::zero());
+  }
+  for (int i = 0; i < 600; ++i) CHECK(tick(Vec3d(0, 0, 2e-3 - i * 2e-6), Vec3d::UnitZ(), false).removed_mm3 == 0);
+  CHECK(scene.part<CuttingForce>().report().torque == 0);
+  // The flank lies on the plane, the head beyond its edge would be in the air: here it is lifted.
+  scene.reset();
+  double removed = 0;
+  for (int i = 0; i < 400; ++i)
+    removed += tick(Vec3d(-6e-3, 0, 3e-3 - i * 5e-6), Vec3d(1, 0, -0.08).normalized(), true).removed_mm3;
+  CHECK(removed < 1e-3);
+}
+
+TEST_CASE("cutting force: protected bone stays") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("match-head-3");
+  VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+  const double deep = 1e-3;
+  auto floor = std::make_shared<CutFloor<std::int16_t>>(bone, block.isovalue());
+  const std::array<int, 3> n = bone.size();
+  floor->protect(0, {{0, 0, 0}, {n[0] - 1, n[1] - 1, n[2] - 1}},
+                 [&](int, int, int k) { return k * block.h - (block.middle().z() - deep); });
+  floor->seal(bone);
+  CuttingForce::Options o{.edges = tool.edges, .felt = 0.05};
+  o.strength = block.strength();
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+                    CuttingForce(o), Milling{ProtectedCut{PressureCut{}, floor}}};
+  for (int i = 0; i < 3000; ++i)
+    static_cast<void>(scene.tick(
+        {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 2e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3));
+  const DensityField<std::int16_t, double> field(bone, block.isovalue());
+  CHECK(field.value(block.middle() - Vec3d(0, 0, deep + 0.2e-3)) > 0);
+  CHECK(field.value(block.middle() - Vec3d(0, 0, deep - 0.2e-3)) < 0);
+}
+
+TEST_CASE("cutting force: works with other renderers and cuts, and takes no memory in a tick") {
+  const Block<std::int16_t> block{};
+  VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+  CuttingForce::Options o{};
+  o.strength = block.strength();
+  const auto run = [&](auto scene) {
+    double torque = 0;
+    std::int64_t calls = 0;
+    for (int i = 0; i < 1200; ++i) {
+      const TickInput input{.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.6e-3 - i * 1e-6), Vec3d::UnitZ()),
+                            .spindle_on = true};
+      calls += heap_calls([&] { static_cast<void>(scene.tick(input, 1e-3)); });
+      torque += scene.template part<CuttingForce>().report().torque;
+    }
+    CHECK(calls == 0);
+    CHECK(torque > 0);
+  };
+  const CuttingForce law(o);
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{PressureCut{}}});
+  bone.restore();
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{}});
+  bone.restore();
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{{.rate = 2e5}}});
+  bone.restore();
+  const ToolDiscretization vertices{kDrill, SurfaceCounts{}};
+  run(HapticScene{bone, block.isovalue(), SurfaceApproxRenderer{vertices, SurfaceOptions{}}, law, Milling{}});
+}
+
+TEST_CASE("cutting force: options out of range are refused") {
+  using O = CuttingForce::Options;
+  CHECK_THROWS_AS(CuttingForce(O{.speed = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.stall_torque = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.inertia = -1}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.felt = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.felt = 1.5}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.lag = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.edges = {.flutes = 0}}), std::invalid_argument);
+}
+
+}  // namespace

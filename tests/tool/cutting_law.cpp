@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+// The cutting law, and which part of a head cuts, against closed forms and brute force.
+#include "support/random.hpp"
+#include "support/revolved_tools.hpp"
+
+#include <trephine/tool/cutting_law.hpp>
+#include <trephine/tool/named_tools.hpp>
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kR = 0.0015;
+
+HeadElements::Numbers all(float v) {
+  HeadElements::Numbers n;
+  n.fill(v);
+  return n;
+}
+
+/// Sums by brute force over the outline's radius at each height, which is another way than along it. It holds where the
+/// outline has no level piece.
+struct Surface {
+  double area = 0, length = 0;  // ∫ dA, ∫ dA / ρ
+};
+Surface side_of(const ToolOutline& o) {
+  Surface sum;
+  constexpr int kSteps = 400000;
+  const double low = o.z_low(), step = (o.z_high() - low) / kSteps;
+  double before = o.radius_at(low + 1e-12);
+  for (int i = 1; i <= kSteps; ++i) {
+    const double rho = o.radius_at(std::min(low + i * step, o.z_high() - 1e-12));
+    const double s = std::hypot(rho - before, step);
+    sum.area += kPi * (rho + before) * s;
+    sum.length += 2 * kPi * s;
+    before = rho;
+  }
+  return sum;
+}
+
+TEST_CASE("head elements: areas and lengths of every head add up to the outline's") {
+  for (const ToolOfShape& t : revolved_tools()) {
+    const CuttingHead head = t.tool.cutting_head(0);
+    const HeadElements e(head);
+    double area = 0, length = 0;
+    for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
+      area += static_cast<double>(e.area[i]);
+      length += static_cast<double>(e.length[i]);
+      const double normal = std::hypot(static_cast<double>(e.normal_x[i]), static_cast<double>(e.normal_y[i]),
+                                       static_cast<double>(e.normal_z[i]));
+      CHECK(normal == doctest::Approx(1).epsilon(1e-6));
+      // The place lies on the head.
+      const double rho = std::hypot(static_cast<double>(e.x[i]), static_cast<double>(e.y[i]));
+      CHECK(std::abs(head.outline.signed_distance(rho, static_cast<double>(e.z[i]))) < 1e-8);
+    }
+    const std::string& name = t.name;
+    CAPTURE(name);
+    CHECK(length == doctest::Approx(2 * kPi * head.outline.side_length()).epsilon(1e-5));
+    // Level pieces have no height: their rings are added.
+    double level = 0, level_length = 0;
+    for (double z = head.outline.z_low(); z < head.outline.z_high(); z += (head.outline.z_high() - z) * 2) {
+      const double rho = head.outline.radius_at(z + 1e-9);
+      if (rho > 1e-5) {
+        level += kPi * rho * rho;
+        level_length += 2 * kPi * rho;
+      }
+    }
+    const Surface side = side_of(head.outline);
+    if (name == "disc") continue;  // its upper side is level too
+    CHECK(area == doctest::Approx(side.area + level).epsilon(2e-3));
+    CHECK(length == doctest::Approx(side.length + level_length).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("engagement: a ball whose front half cuts has closed forms, in any direction") {
+  const HeadElements ball(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+  Random random(11);
+  for (int n = 0; n < 40; ++n) {
+    const Vec3d d = random.unit();
+    const Engagement e = engagement_of(ball, d, all(1), all(2));
+    CAPTURE(d.transpose());
+    CHECK(e.area == doctest::Approx(kPi * kR * kR).epsilon(0.01));
+    CHECK(e.hard_area == doctest::Approx(2 * e.area).epsilon(1e-5));
+    CHECK(e.facing_area == doctest::Approx(2 * kPi * kR * kR).epsilon(0.03));
+    // ∫ (d·n)₊² dA/ρ = R ∫∫ (d·n)₊² dθ dφ over polar and azimuth angle: (π² R / 4) (1 + d_z²).
+    CHECK(e.pressed == doctest::Approx(2 * kPi * kPi * kR / 4 * (1 + d.z() * d.z())).epsilon(0.03));
+    // ∫ (d·n)₊ t dA/ρ: of d across the axis π R along z × d, none along the axis.
+    const Vec3d across = Vec3d::UnitZ().cross(d);
+    CHECK((e.around - 2 * kPi * kR * across).norm() < 0.04 * kPi * kR);
+    CHECK(e.moment.z() == e.hard_area);
+  }
+}
+
+TEST_CASE("engagement: half of a cylinder that mills a slot") {
+  // Without its flat front. Depth b, feed along x: sums by hand.
+  ToolOutline tube(0, -kR);
+  const double b = 0.004;
+  tube.line_to(kR, -kR + 1e-9).line_to(kR, -kR + b).close();
+  const HeadElements e(CuttingHead{tube, 0});
+  HeadElements::Numbers side;
+  for (std::size_t i = 0; i < HeadElements::kCount; ++i) side[i] = e.normal_z[i] < -0.5F ? 0.0F : 1.0F;
+  const Engagement s = engagement_of(e, Vec3d::UnitX(), side, all(1));
+  CHECK(s.area == doctest::Approx(2 * kR * b).epsilon(0.03));
+  CHECK(s.pressed == doctest::Approx(kPi / 2 * b).epsilon(0.03));
+  CHECK(s.around.y() == doctest::Approx(kPi / 2 * b).epsilon(0.03));
+  CHECK(std::abs(s.around.x()) < 0.03 * s.around.y());
+  // Half of the slot is bone: y > 0 alone. Then the pull has a part against the feed.
+  for (std::size_t i = 0; i < HeadElements::kCount; ++i) side[i] = e.y[i] > 0 ? side[i] : 0.0F;
+  const Engagement half = engagement_of(e, Vec3d::UnitX(), side, all(1));
+  CHECK(half.area == doctest::Approx(kR * b).epsilon(0.05));
+  CHECK(half.around.x() == doctest::Approx(-b / 2).epsilon(0.06));
+}
+
+TEST_CASE("engagement: an enlarged head cuts a larger hole") {
+  const CuttingHead head = static_cast<RevolvedTool>(MatchHead{}).cutting_head(5e-5);
+  const Engagement e = engagement_of(HeadElements(head), -Vec3d::UnitZ(), all(1), all(1));
+  const double R = head.outline.largest_radius() + 5e-5;
+  CHECK(e.area == doctest::Approx(kPi * R * R).epsilon(0.01));
+}
+
+TEST_CASE("cutting law: the feed is the one whose thrust is the force") {
+  Random random(12);
+  for (int n = 0; n < 300; ++n) {
+    const CuttingLaw law{.energy = random.uniform(1e8, 5e9),
+                         .thrust_ratio = random.uniform(0.1, 2),
+                         .edge_force = random.uniform(0, 5e4),
+                         .edge_thrust = random.uniform(0, 5e4),
+                         .edge_radius = random.uniform(1e-6, 5e-5)};
+    Engagement on;
+    on.pressed = random.uniform(1e-5, 1e-2);
+    on.tip = random.uniform();
+    const CuttingEdges edges{.flutes = 1 + random.below(12), .chisel = n % 2 == 0};
+    const double force = std::pow(10, random.uniform(-3, 3));
+    const double x = law.feed_under(force, on, edges, 0.002);
+    CAPTURE(force);
+    CHECK(x > 0);
+    CHECK(law.thrust(x, on, edges, 0.002) == doctest::Approx(force).epsilon(1e-5));
+  }
+  CHECK(CuttingLaw{}.feed_under(1, Engagement{}, {}, 0.002) == 0);
+  Engagement on;
+  on.pressed = 0.01;
+  CHECK(CuttingLaw{}.feed_under(0, on, {}, 0.002) == 0);
+  CHECK(CuttingLaw{}.feed_under(-1, on, {}, 0.002) == 0);
+  CHECK(CuttingLaw{}.feed_under(std::nan(""), on, {}, 0.002) == 0);
+}
+
+TEST_CASE("cutting law: thin chips take energy in proportion, thick ones u and the whole edge") {
+  const CuttingLaw law;
+  Engagement on;
+  on.pressed = 0.005;
+  const CuttingEdges edges{.flutes = 6};
+  const double thin = 1e-12, thick = 1e-3;
+  CHECK(law.thrust(2 * thin, on, edges, 0) == doctest::Approx(2 * law.thrust(thin, on, edges, 0)).epsilon(1e-4));
+  CHECK(law.edges_around(thin, 6) == doctest::Approx(law.edge_force * thin / law.edge_radius).epsilon(1e-4));
+  CHECK(law.edges_around(thick, 6) == doctest::Approx(law.edge_force * 6 / (2 * kPi)).epsilon(1e-6));
+}
+
+TEST_CASE("cutting law: bone's strength grows with the square of its density") {
+  const BoneStrength s{.soft = 0, .cortical = 1700};
+  CHECK(s(1700) == doctest::Approx(1));
+  CHECK(s(850) == doctest::Approx(0.25));
+  CHECK(s(-1000) == 0);
+  CHECK(s(30000) == 4);
+}
+
+TEST_CASE("cutting law: what is out of range is refused") {
+  CHECK_NOTHROW(CuttingLaw{}.validate());
+  CHECK_THROWS_AS((CuttingLaw{.energy = 0}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingLaw{.edge_radius = 0}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingLaw{.edge_force = -1}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingLaw{.thrust_ratio = 0, .edge_thrust = 0}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingLaw{.chisel = std::nan("")}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((BoneStrength{.soft = 100, .cortical = 100}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingEdges{.flutes = 0}.validate()), std::invalid_argument);
+  CHECK_NOTHROW((CuttingEdges{.kind = CuttingEdges::Kind::kDiamond, .flutes = 0}.validate()));
+}
+
+}  // namespace
