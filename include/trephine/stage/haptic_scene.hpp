@@ -59,7 +59,7 @@ class HapticScene {
 /// \endcode
 /// Parts are stages, carvers and tags; an unlisted part is not compiled into the loop and takes no bytes. Steps of a
 /// tick:
-/// 1. every part's `begin_tick`;
+/// 1. every part's `begin_tick`; the renderer's first, and a `reset` of the scene if its tool changed;
 /// 2. check of the input;
 /// 3. contact (renderer), in the grid's frame;
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
@@ -289,6 +289,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   void begin_tick() noexcept {
     if constexpr (requires { renderer_.begin_tick(); }) renderer_.begin_tick();
+    if constexpr (requires { renderer_.take_tool_change(); })
+      if (renderer_.take_tool_change()) reset();
     for_each_part([](auto& part) {
       if constexpr (requires { part.begin_tick(); }) part.begin_tick();
     });
