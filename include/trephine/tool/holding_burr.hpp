@@ -63,4 +63,7 @@ namespace detail {
   return burr;
 }
 
+/// A burr holds itself.
+[[nodiscard]] inline Burr holding_burr(const Burr& burr) noexcept { return burr; }
+
 }  // namespace trephine
