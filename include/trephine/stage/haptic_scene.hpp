@@ -106,14 +106,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
-    // A burr larger than the bone means that burr and grid differ in units.
-    const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm(),
-                 tip_radius = renderer_.shape().tip_radius;
-    if (!(2 * tip_radius <= diagonal)) {
-      std::ostringstream rule;
-      rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
-      refuse("HapticScene", rule.str(), 2 * tip_radius);
-    }
+    check_size(bone, renderer_.shape());
     if constexpr (!kHasTorque && requires { renderer_.disable_torque(); }) renderer_.disable_torque();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
@@ -123,6 +116,15 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       surface_ = shared_bone_surface(bone, isovalue);
       renderer_.prepare(surface_->view());
     }
+  }
+
+  /// Throws std::invalid_argument for a burr larger than the bone: burr and grid then differ in units.
+  static void check_size(const Grid& bone, const Burr& burr) {
+    const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm();
+    if (2 * burr.tip_radius <= diagonal) return;
+    std::ostringstream rule;
+    rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
+    refuse("HapticScene", rule.str(), 2 * burr.tip_radius);
   }
 
   /// Runs one step of the loop and returns the wrench on the tool, about T's origin, in W axes, with contact, removed
