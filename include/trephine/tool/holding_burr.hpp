@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+/// Burr that holds a tool: for code that takes a ball and a shaft and must not miss a part of the tool.
 namespace trephine {
 
 namespace detail {
@@ -52,7 +53,7 @@ namespace detail {
 }  // namespace detail
 
 /// Returns the burr that holds a tool: the smallest ball about T's origin that holds what is not above it, and the
-/// thinnest shaft that holds the rest. For code that takes a `Burr` and must not miss a part of the tool.
+/// thinnest shaft that holds the rest.
 [[nodiscard]] inline Burr holding_burr(const RevolvedTool& tool) noexcept {
   const ToolOutline& outline = tool.outline();
   Burr burr{.tip_radius = outline.largest_distance(outline.z_low(), 0, 0), .shaft_radius = 0, .shaft_length = 0};
