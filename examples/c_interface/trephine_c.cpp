@@ -5,6 +5,7 @@
 
 #include <trephine/compiled/scene.hpp>
 #include <trephine/compiled/structures.hpp>
+#include <trephine/tool/named_tools.hpp>
 #include <trephine/version.hpp>
 
 #include <cmath>
@@ -167,6 +168,12 @@ compiled::StageOptions stages_of(const trephine_scene_options& o) {
   return s;
 }
 
+compiled::Scene scene_of(const compiled::Bone& bone, const trephine_scene_options& o) {
+  if (o.tool_name != nullptr) return {bone, o.isovalue, tool_by_name(o.tool_name).tool, renderer_of(o), stages_of(o)};
+  const Burr burr{o.tool.tip_radius, o.tool.shaft_radius, o.tool.shaft_length};
+  return {bone, o.isovalue, burr, renderer_of(o), stages_of(o)};
+}
+
 trephine_tick_result default_tick_result() {
   trephine_tick_result r{};
   r.X_WV = kIdentity;
@@ -270,10 +277,7 @@ trephine_result trephine_scene_create(trephine_grid* grid, const trephine_scene_
   return guarded([&] {
     require_pointers(grid, options, scene);
     const auto o = read_struct(*options, default_scene_options());
-    const Burr burr{o.tool.tip_radius, o.tool.shaft_radius, o.tool.shaft_length};
-    *scene = std::make_unique<trephine_scene>(
-                 trephine_scene{compiled::Scene(grid->bone, o.isovalue, burr, renderer_of(o), stages_of(o))})
-                 .release();
+    *scene = std::make_unique<trephine_scene>(trephine_scene{scene_of(grid->bone, o)}).release();
   });
 }
 
@@ -318,6 +322,13 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
     out.refused_mm3 = s.refused_mm3;
     out.taken_mm3 = s.taken_mm3;
     write_struct(out, *result);
+  });
+}
+
+trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name) noexcept {
+  return guarded([&] {
+    require_pointers(scene, name);
+    scene->scene.set_tool(tool_by_name(name).tool);
   });
 }
 

@@ -130,6 +130,9 @@ typedef struct trephine_scene_options {
   double force_limit;          /* [N] */
   double torque_limit;         /* [N m]; 0 for a device without torque */
   double rotational_stiffness; /* Coupled: of the coupling [N m/rad] */
+  /* Coupled: a tool's family and diameter in mm, as "match-head-3", instead of `tool`; null (default): `tool`. A wrong
+   * name is refused with all that there are. Read in the call alone. */
+  const char* tool_name;
 } trephine_scene_options;
 
 TREPHINE_C_API trephine_result trephine_scene_options_init(trephine_scene_options* options,
@@ -177,6 +180,11 @@ TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* r
  * that a loop has one way out. Takes no memory, lock or clock, unless it fails. */
 TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* X_WT, int32_t spindle_on,
                                                    double dt, trephine_tick_result* result) TREPHINE_C_NOEXCEPT;
+/* Another tool, for scenes of the coupled tool that were made with a name. From the next tick on the scene is as a new
+ * one with that tool: where the tool then lies in bone the status is TREPHINE_STATUS_STARTED_INSIDE. Haptic thread,
+ * between ticks; takes no memory, unless it fails. Refused while structures are guarded: take them out before, and set
+ * them again after. */
+TREPHINE_C_API trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name) TREPHINE_C_NOEXCEPT;
 /* Forgets contact and velocity; the bone and the removed volume stay. */
 TREPHINE_C_API trephine_result trephine_scene_reset(trephine_scene* scene) TREPHINE_C_NOEXCEPT;
 

@@ -41,7 +41,7 @@ class SceneOptions(c.Structure):
                 ("kinetic_friction", c.c_double), ("damping", c.c_double), ("angular_damping", c.c_double),
                 ("milling", c.c_int32), ("reserved", c.c_int32), ("milling_rate", c.c_double),
                 ("milling_force", c.c_double), ("force_limit", c.c_double), ("torque_limit", c.c_double),
-                ("rotational_stiffness", c.c_double)]
+                ("rotational_stiffness", c.c_double), ("tool_name", c.c_char_p)]
 
 
 class TickResult(c.Structure):
@@ -83,6 +83,7 @@ class Library:
         "scene_create": [c.c_void_p, c.POINTER(SceneOptions), c.POINTER(c.c_void_p)],
         "tick_result_init": [c.POINTER(TickResult), c.c_size_t],
         "scene_tick": [c.c_void_p, c.POINTER(Pose), c.c_int32, c.c_double, c.POINTER(TickResult)],
+        "scene_set_tool": [c.c_void_p, c.c_char_p],
         "scene_reset": [c.c_void_p],
         "labels_options_init": [c.POINTER(LabelsOptions), c.c_size_t],
         "structures_create": [c.POINTER(LabelsOptions), c.c_void_p, c.c_size_t, c.POINTER(c.c_void_p)],
@@ -156,7 +157,8 @@ class Grid:
 
 
 class Scene:
-    """One tool in one bone; keyword arguments are the fields of SceneOptions."""
+    """One tool in one bone; keyword arguments are the fields of SceneOptions. tool_name, as "match-head-3", takes the
+    place of tool in a scene of the coupled tool."""
 
     def __init__(self, grid, **options):
         self.library = grid.library
@@ -165,7 +167,7 @@ class Scene:
         for name, value in options.items():
             if name not in dict(SceneOptions._fields_):
                 raise TypeError(f"SceneOptions has no {name}")
-            setattr(self.options, name, value)
+            setattr(self.options, name, value.encode() if isinstance(value, str) else value)
         self.result = self.library.options(TickResult)
         self.library.scene_create(grid.handle, c.byref(self.options), c.byref(self.handle))
 
@@ -173,6 +175,10 @@ class Scene:
         """The result is the same object each time."""
         self.library.scene_tick(self.handle, c.byref(X_WT), int(spindle_on), dt, c.byref(self.result))
         return self.result
+
+    def set_tool(self, name):
+        """Another tool between ticks; the scene goes on as a new one with it."""
+        self.library.scene_set_tool(self.handle, name.encode())
 
     def set_structures(self, structures):
         """Guards Structures as they are set, and keeps cuts from them; None takes guard and vetoes out."""

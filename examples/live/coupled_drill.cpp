@@ -9,6 +9,8 @@ std::unique_ptr<HeldDrill> coupled_drill(drill::Grid& bone, double isovalue, con
                                          Inboxes& inboxes) {
   const trephine::CoupledOptions gains{
       .stiffness = settings.stiffness, .rotational_stiffness = 0.3, .force = kMaxForce, .torque = kMaxTorque};
+  if (const trephine::RevolvedTool* tool = settings.shape())
+    return held(bone, isovalue, settings, inboxes, trephine::CoupledToolRenderer{*tool, gains});
   return held(bone, isovalue, settings, inboxes, trephine::CoupledToolRenderer{settings.burr, gains});
 }
 

@@ -95,6 +95,7 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
         const double most = 127 * labels.spacing().maxCoeff();
         const double wanted =
             std::max({GuardPotential::required_reach(largest, margin, guarded->smoothing),
+                      bone.tool ? GuardPotential::required_reach(*bone.tool, margin, guarded->smoothing) : 0.0,
                       required_veto_reach(bone.grid, kVetoShare * margin), labels.spacing().maxCoeff()});
         guarded->largest_radius = largest.tip_radius - std::max(wanted - most, 0.0);
         if (!(guarded->largest_radius >= bone.burr.tip_radius))
@@ -112,10 +113,20 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
   return guarded;
 }
 
-std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const Burr& burr) {
+namespace {
+template <class Tool>
+std::shared_ptr<const GuardPotential> potential_round(const GuardedBone& guarded, const Tool& tool) {
   const std::vector<GuardedStructure> all(guarded.structures.size(), {.margin = guarded.margin});
-  return std::make_shared<const GuardPotential>(guarded.field, guarded.X_GS, burr, all,
+  return std::make_shared<const GuardPotential>(guarded.field, guarded.X_GS, tool, all,
                                                 GuardPotentialOptions{.smoothing = guarded.smoothing});
+}
+}  // namespace
+
+std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const Burr& burr) {
+  return potential_round(guarded, burr);
+}
+std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const RevolvedTool& tool) {
+  return potential_round(guarded, tool);
 }
 
 std::shared_ptr<const GuardedBone> guard_made_structures(const drill::Bone& bone, const drill::Spot& spot,

@@ -44,6 +44,9 @@ inline constexpr double kVetoShare = 0.5;
 /// The guard's potential for a burr: it takes up to a second, so not for the haptic thread.
 [[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,
                                                                             const trephine::Burr& burr);
+/// The same for a tool. Throws std::invalid_argument for one that the field does not reach round.
+[[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,
+                                                                            const trephine::RevolvedTool& tool);
 
 /// Largest radius of a burr in this bone [m].
 [[nodiscard]] double largest_burr(const drill::Bone& bone);

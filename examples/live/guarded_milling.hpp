@@ -41,10 +41,10 @@ class GuardedMilling {
     milling_.set_policy(policy);
   }
 
+  template <class Head>
   double carve(trephine::VoxelGrid<std::int16_t>& bone, double isovalue, const trephine::Posed& X_GT_previous,
-               const trephine::Posed& X_GT, const trephine::Burr& burr,
-               const trephine::CarveContext& context) noexcept {
-    return milling_.carve(bone, isovalue, X_GT_previous, X_GT, burr, context);
+               const trephine::Posed& X_GT, const Head& head, const trephine::CarveContext& context) noexcept {
+    return milling_.carve(bone, isovalue, X_GT_previous, X_GT, head, context);
   }
 
   [[nodiscard]] double taken_mm3() const noexcept { return watch_->taken_mm3(); }

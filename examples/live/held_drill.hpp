@@ -11,10 +11,13 @@
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/structure/structure_guard.hpp>
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 
 namespace live {
 
@@ -34,15 +37,48 @@ struct Inboxes {
   trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
 };
 
-/// What is fixed while a drill runs.
+/// Largest force and torque of the simulated device [N, N·m].
+inline constexpr double kMaxForce = 8.5, kMaxTorque = 0.188;
+/// The surface recedes by the burr's radius in this time [s], as in the other drilling examples.
+inline constexpr double kRadiusTime = 0.2;
+
+/// What the sliders set while a drill runs.
+struct Tuning {
+  double feed = 0;           ///< speed at which the surface recedes [m/s]; 0: by the burr's radius in kRadiusTime
+  double damping = 1;        ///< in contact [N s/m]
+  double vibration = 0.08;   ///< amplitude by contact force [N/N]
+  double force = kMaxForce;  ///< largest [N]
+  friend bool operator==(const Tuning&, const Tuning&) = default;
+
+  [[nodiscard]] trephine::AdvancingCut cut(const trephine::Burr& burr) const {
+    return {.speed = feed > 0 ? feed : burr.tip_radius / kRadiusTime};
+  }
+  [[nodiscard]] trephine::MillingVibration::Options trembling() const {
+    return {.frequency = 180, .per_force = vibration};
+  }
+  [[nodiscard]] trephine::Damping::Options damped() const {
+    return {.linear = damping, .angular = 1e-4, .only_in_contact = true};
+  }
+  [[nodiscard]] trephine::DeviceLimits limited() const { return {.force = force, .torque = kMaxTorque}; }
+};
+
+/// What is fixed while a drill runs, and what its sliders show.
 struct DrillSettings {
   Renderer renderer = Renderer::kCoupled;
-  trephine::Burr burr{};
+  trephine::Burr burr{};    ///< or a burr of the tool's size
+  std::string tool_name{};  ///< of `tool`; empty: the burr
+  std::optional<trephine::RevolvedTool> tool{};
   double stiffness = 800;  ///< [N/m]
+  Tuning tuning{};
   // Only with structures.
   std::shared_ptr<const GuardedBone> guarded{};
-  std::shared_ptr<const trephine::GuardPotential> potential{};  ///< for this burr
+  std::shared_ptr<const trephine::GuardPotential> potential{};  ///< for this tool
   Protection protection = Protection::kWarn;                    ///< at the start
+
+  /// The tool that this renderer drills with, or nullptr: its burr.
+  [[nodiscard]] const trephine::RevolvedTool* shape() const {
+    return renderer == Renderer::kCoupled && tool ? &*tool : nullptr;
+  }
 };
 
 [[nodiscard]] constexpr trephine::StructureGuard::Options guard_options(Protection p) {
@@ -74,10 +110,5 @@ class HeldDrill {
                                                        const DrillSettings& settings, Inboxes& inboxes);
 [[nodiscard]] std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                                     Inboxes& inboxes);
-
-/// Largest force and torque of the simulated device [N, N·m].
-inline constexpr double kMaxForce = 8.5, kMaxTorque = 0.188;
-/// The surface recedes by the burr's radius in this time [s], as in the other drilling examples.
-inline constexpr double kRadiusTime = 0.2;
 
 }  // namespace live

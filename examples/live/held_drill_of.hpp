@@ -63,10 +63,10 @@ template <class ContactRenderer>
 [[nodiscard]] std::unique_ptr<HeldDrill> held(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                               Inboxes& inboxes, ContactRenderer renderer) {
   using namespace trephine;
-  const AdvancingCut cut{.speed = settings.burr.tip_radius / kRadiusTime};
-  Remote vibration{MillingVibration{{.frequency = 180, .per_force = 0.08}}, inboxes.vibration};
-  Remote damping{Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}}, inboxes.damping};
-  Remote limits{DeviceLimits{.force = kMaxForce, .torque = kMaxTorque}, inboxes.limits};
+  const AdvancingCut cut = settings.tuning.cut(settings.burr);
+  Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
+  Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
+  Remote limits{settings.tuning.limited(), inboxes.limits};
   if (settings.guarded == nullptr) {
     Remote milling{Milling{cut}, inboxes.feed};
     using Scene = HapticScene<std::int16_t, ContactRenderer, decltype(milling), decltype(vibration), decltype(damping),

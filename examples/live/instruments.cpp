@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "instruments.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <imgui.h>
 
 #include <algorithm>
@@ -97,14 +99,6 @@ void plot(const char* title, const char* unit, const std::vector<float>& values,
 
 }  // namespace
 
-Instruments::Instruments(const Workbench& bench)
-    : feed_mm_s_(static_cast<float>(1e3 * bench.bone().burr.tip_radius / kRadiusTime)),
-      damping_(1),
-      vibration_(0.08F),
-      force_limit_(static_cast<float>(kMaxForce)),
-      stiffness_(800),
-      scale_(1) {}
-
 void Instruments::draw(Workbench& bench, double seconds) {
   const ImGuiIO& io = ImGui::GetIO();
   if (bench.panels()) {
@@ -117,10 +111,11 @@ void Instruments::draw(Workbench& bench, double seconds) {
                                         ImGuiWindowFlags_NoFocusOnAppearing;
     ImGui::Begin("Instruments", nullptr, kFixed);
     state(bench);
+    if (bench.session().options().drill.renderer == Renderer::kCoupled) tools(bench);
     if (bench.guarded() != nullptr) structures(bench);
     plots(bench);
     // Where there is room for them.
-    const float lines = bench.guarded() != nullptr ? 36 : 30;
+    const float lines = bench.guarded() != nullptr ? 37 : 31;
     if (io.DisplaySize.y > lines * ImGui::GetTextLineHeightWithSpacing()) sliders(bench);
     ImGui::End();
   }
@@ -133,7 +128,10 @@ void Instruments::draw(Workbench& bench, double seconds) {
 void Instruments::state(Workbench& bench) {
   const TickView& v = bench.view();
   const SessionOptions& o = bench.session().options();
-  ImGui::Text("%s, burr %.1f mm", to_string(o.drill.renderer), 2e3 * o.drill.burr.tip_radius);
+  if (o.drill.shape() != nullptr)
+    ImGui::Text("%s, %s mm", to_string(o.drill.renderer), o.drill.tool_name.c_str());
+  else
+    ImGui::Text("%s, burr %.1f mm", to_string(o.drill.renderer), 2e3 * o.drill.burr.tip_radius);
   ImGui::SameLine();
   if (v.spindle_on)
     ImGui::TextColored(ImVec4(1, 0.62F, 0.25F, 1), "spindle on");
@@ -150,7 +148,26 @@ void Instruments::state(Workbench& bench) {
   if (bench.session().failed()) ImGui::TextColored(ImVec4(1, 0.4F, 0.3F, 1), "the device failed");
   ImGui::PushTextWrapPos();
   ImGui::TextDisabled("%s", bench.session().report().c_str());
+  if (!bench.note().empty()) ImGui::TextColored(ImVec4(1, 0.7F, 0.3F, 1), "%s", bench.note().c_str());
   ImGui::PopTextWrapPos();
+}
+
+/// Kinds of tools; a choice has about the diameter of the last one.
+void Instruments::tools(Workbench& bench) {
+  const DrillSettings& drill = bench.session().options().drill;
+  const std::string_view chosen = family_of(drill.tool_name);
+  const std::string shown(chosen);
+  ImGui::PushItemWidth(8.0F * ImGui::GetFontSize());
+  if (ImGui::BeginCombo("tool", shown.c_str())) {
+    const auto offer = [&](std::string_view family) {
+      const bool is_chosen = family == chosen;
+      if (ImGui::Selectable(std::string(family).c_str(), is_chosen) && !is_chosen) bench.choose_family(family);
+    };
+    offer(kBurrName);
+    for (const trephine::ToolFamily& family : trephine::kToolFamilies) offer(family.name);
+    ImGui::EndCombo();
+  }
+  ImGui::PopItemWidth();
 }
 
 void Instruments::structures(Workbench& bench) {
@@ -188,7 +205,7 @@ void Instruments::plots(Workbench& bench) {
     time.push_back(s.tick_us);
   }
   ImGui::Separator();
-  plot("force", "N", force, force_limit_, 2);
+  plot("force", "N", force, static_cast<float>(bench.session().options().drill.tuning.force), 2);
   plot("torque", "mN m", torque, static_cast<float>(1e3 * kMaxTorque), 20);
   plot("tick", "us", time, 0, 50);
   ImGui::TextDisabled("missed %llu periods; picture %.0f ms", static_cast<unsigned long long>(bench.view().missed),
@@ -196,17 +213,18 @@ void Instruments::plots(Workbench& bench) {
 }
 
 void Instruments::sliders(Workbench& bench) {
-  Inboxes& inboxes = bench.session().inboxes();
   ImGui::Separator();
   ImGui::PushItemWidth(8.0F * ImGui::GetFontSize());
-  if (ImGui::SliderFloat("feed mm/s", &feed_mm_s_, 0.5F, 30))
-    inboxes.feed.post({.speed = 1e-3 * static_cast<double>(feed_mm_s_)});
-  if (ImGui::SliderFloat("damping N s/m", &damping_, 0, 4))
-    inboxes.damping.post({.linear = static_cast<double>(damping_), .angular = 1e-4, .only_in_contact = true});
-  if (ImGui::SliderFloat("vibration N/N", &vibration_, 0, 0.3F))
-    inboxes.vibration.post({.frequency = 180, .per_force = static_cast<double>(vibration_)});
-  if (ImGui::SliderFloat("limit N", &force_limit_, 0.5F, static_cast<float>(kMaxForce)))
-    inboxes.limits.post({.force = static_cast<double>(force_limit_), .torque = kMaxTorque});
+  Tuning tuning = bench.session().options().drill.tuning;
+  const auto slide = [](const char* name, double& value, double unit, float least, float most) {
+    float shown = static_cast<float>(value / unit);
+    if (ImGui::SliderFloat(name, &shown, least, most)) value = unit * static_cast<double>(shown);
+  };
+  slide("feed mm/s", tuning.feed, 1e-3, 0.5F, 30);
+  slide("damping N s/m", tuning.damping, 1, 0, 4);
+  slide("vibration N/N", tuning.vibration, 1, 0, 0.3F);
+  slide("limit N", tuning.force, 1, 0.5F, static_cast<float>(kMaxForce));
+  bench.session().tune(tuning);
   // These start the loop again, so they wait until the slider is let go.
   SessionOptions o = bench.session().options();
   ImGui::SliderFloat("stiffness N/m", &stiffness_, 100, 2000, "%.0f");

@@ -9,19 +9,19 @@ namespace live {
 /// workbench and post through its inboxes. Needs a current Dear ImGui frame. Window thread.
 class Instruments {
  public:
-  explicit Instruments(const Workbench& bench);
   void draw(Workbench& bench, double seconds);
 
  private:
-  void state(Workbench& bench);
+  static void state(Workbench& bench);
   static void structures(Workbench& bench);
-  void plots(Workbench& bench);
+  static void tools(Workbench& bench);
+  static void plots(Workbench& bench);
   void sliders(Workbench& bench);
   static void help();
   static void hints(const Workbench& bench, double seconds);
 
-  // What the sliders show, in their own units.
-  float feed_mm_s_, damping_, vibration_, force_limit_, stiffness_, scale_;
+  // While a slider is dragged whose value starts the loop again.
+  float stiffness_ = 800, scale_ = 1;
 };
 
 }  // namespace live

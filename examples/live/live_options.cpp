@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "live_options.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -8,6 +10,8 @@
 #include <filesystem>
 #include <map>
 #include <sstream>
+#include <stdexcept>
+#include <system_error>
 
 namespace live {
 namespace {
@@ -29,6 +33,24 @@ void read_size(const std::string& text, LiveOptions& o) {
   o.height = number(std::string_view(text).substr(x + 1), 120, 4320);
 }
 
+/// A burr's radius [mm] or a tool's name; throws CLI::ValidationError.
+void read_tool(const std::string& text, bool coupled, LiveOptions& o) {
+  double mm = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
+  if (error == std::errc{} && end == text.data() + text.size()) {
+    if (!(mm >= 0.01 && mm <= 1000)) throw CLI::ValidationError("--tool", "a burr's radius is 0.01 to 1000 mm");
+    o.bone.tip_radius = 1e-3 * mm;
+    return;
+  }
+  try {
+    (void)trephine::tool_by_name(text);
+  } catch (const std::invalid_argument& e) {
+    throw CLI::ValidationError("--tool", e.what());
+  }
+  if (!coupled) throw CLI::ValidationError("--tool", "line and surface have a round burr; use --algorithm coupled");
+  o.bone.tool = text;
+}
+
 }  // namespace
 
 Parsed parse_live_options(int argc, const char* const* argv) {
@@ -38,8 +60,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       "A window to drill in by hand: the mouse moves the drill, the bone holds it. F1 shows keys and mouse.\n"
       "Without --skull or --ct it opens a built-in tooth phantom.");
   app.name("live");
-  const CLI::Range size_mm(0.01, 1000.0);
-  double isovalue = 0, tip_mm = 0, voxel_mm = 0, margin_mm = 1;
+  double isovalue = 0, voxel_mm = 0, margin_mm = 1;
   std::vector<double> at_mm;
   std::string size;
   auto* skull = app.add_option("--skull", o.bone.skull, "folder of an InVesalius project: matrix.dat and main.plist")
@@ -67,7 +88,10 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   std::string renderer = "coupled", device = "mouse";
   app.add_option("--algorithm", renderer, "coupled, line or surface (coupled)")
       ->check(CLI::IsMember({"coupled", "line", "surface"}));
-  auto* tip = app.add_option("--tool", tip_mm, "burr's radius [mm] (three voxels at least)")->check(size_mm);
+  std::string tool;
+  app.add_option("--tool", tool,
+                 "burr's radius [mm] (three voxels at least), or a tool's name and diameter [mm] for the coupled "
+                 "algorithm: match-head-3, twist-3.2");
   auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
                     ->check(CLI::Range(0.0, 10.0));
   std::string protection = "warn";
@@ -97,6 +121,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
     if (!size.empty()) read_size(size, o);
+    if (!tool.empty()) read_tool(tool, renderer == "coupled", o);
     if (*at) {
       if (at_mm.size() != 3) throw CLI::ValidationError("--at", "needs X Y Z");
       o.bone.at = 1e-3 * trephine::Vec3d(at_mm[0], at_mm[1], at_mm[2]);
@@ -118,7 +143,6 @@ Parsed parse_live_options(int argc, const char* const* argv) {
     return parsed;
   }
   if (*iso) o.bone.isovalue = isovalue;
-  if (*tip) o.bone.tip_radius = 1e-3 * tip_mm;
   if (*voxel) o.bone.voxel = 1e-3 * voxel_mm;
   o.protection = kProtections[static_cast<std::size_t>(
       std::find(kProtectionNames.begin(), kProtectionNames.end(), protection) - kProtectionNames.begin())];

@@ -113,6 +113,11 @@ int run(const LiveOptions& options, int& code) {
   int shots = 0;
   bool spindle = false;
   Protection protection = bench.protection();
+  const auto tool_of = [&] {
+    const std::string& name = bench.session().options().drill.tool_name;
+    return name.empty() ? std::string(kBurrName) : name;
+  };
+  std::string tool = tool_of();
   const auto start = Clock::now();
   auto last = start;
   std::size_t frames = 0;
@@ -129,6 +134,7 @@ int run(const LiveOptions& options, int& code) {
     if (record) {
       for (const Action a : screen.pressed())
         if (a != Action::kSpindle && a != Action::kProtection) record->key(time, a);
+      if (tool_of() != tool) record->tool(time, tool_of());
       if (bench.spindle() != spindle) record->spindle(time, bench.spindle());
       if (bench.protection() != protection) record->protect(time, bench.protection());
       record->hand(time, bench.hand().pose());
@@ -136,6 +142,7 @@ int run(const LiveOptions& options, int& code) {
     }
     spindle = bench.spindle();
     protection = bench.protection();
+    tool = tool_of();
     if (bench.take_shot()) save_shot(screen, time, "trephine_" + std::to_string(++shots) + ".png");
     if (bench.session().failed()) throw std::runtime_error(bench.session().report());
     if (!window.gl_errors().empty()) throw std::runtime_error("OpenGL: " + window.gl_errors());

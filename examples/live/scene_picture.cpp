@@ -3,8 +3,10 @@
 
 #include "shaders.hpp"
 
+#include <array>
 #include <cmath>
 #include <string>
+#include <vector>
 
 namespace live {
 namespace {
@@ -24,6 +26,33 @@ void set_tool(const gl::Program& p, const std::string& name, const Posed& X_GT) 
   const Eigen::Matrix3f axes = X_GT.linear().cast<float>();
   glUniformMatrix3fv(place(p, (name + ".axes").c_str()), 1, GL_FALSE, axes.data());
   set(p, (name + ".tip").c_str(), Vec3d(kMm * X_GT.translation()));
+}
+
+/// The outline of a tool, or none: places in mm, and what is round.
+void set_outline(const gl::Program& p, const SceneView& view) {
+  std::vector<float> ends, arcs, middles;
+  if (view.shape) {
+    const auto push = [](std::vector<float>& to, std::array<double, 4> v) {
+      for (const double x : v) to.push_back(static_cast<float>(x));
+    };
+    for (const trephine::ToolOutline::Piece& q : view.shape->outline().pieces()) {
+      push(ends, {kMm * q.rho, kMm * q.z, kMm * q.end_rho, kMm * q.end_z});
+      push(arcs, {kMm * q.centre_rho, kMm * q.centre_z, kMm * q.radius, q.side});
+      push(middles, {q.middle_rho, q.middle_z, q.cosine, 0});
+    }
+    const trephine::ToolBounds b = view.shape->bounds();
+    // A drill's flutes go on behind its cone.
+    const double fluted = view.flutes == 2 ? 0.6 * b.z_high : b.head_top;
+    glUniform4f(place(p, "shape"), static_cast<float>(kMm * b.z_low), static_cast<float>(kMm * b.z_high),
+                static_cast<float>(kMm * b.radius), static_cast<float>(kMm * fluted));
+  }
+  const auto count = static_cast<GLsizei>(ends.size() / 4);
+  glUniform1i(place(p, "pieces"), count);
+  set(p, "flutes", static_cast<double>(view.flutes));
+  if (count == 0) return;
+  glUniform4fv(place(p, "ends"), count, ends.data());
+  glUniform4fv(place(p, "arcs"), count, arcs.data());
+  glUniform4fv(place(p, "middles"), count, middles.data());
 }
 
 /// The R2 sequence: places that fill a pixel evenly however many are taken.
@@ -126,6 +155,7 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
   set_tool(p, "tool", X_GW * view.tool_W);
   set_tool(p, "ghost", X_GW * view.ghost_W);
   set(p, "burr", Vec3d(kMm * Vec3d(view.burr.tip_radius, view.burr.shaft_radius, view.burr.shaft_length)));
+  set_outline(p, view);
   set(p, "spin", view.spin);
   set(p, "ghostly", view.ghost_opacity);
   set(p, "flat_shading", view.only_bone);

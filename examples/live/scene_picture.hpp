@@ -6,7 +6,7 @@
 #include "orbit_camera.hpp"
 #include "structure_texture.hpp"
 
-#include <trephine/tool/shape.hpp>
+#include <trephine/tool/revolved_tool.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -32,6 +32,8 @@ struct ClipPlane {
 struct SceneView {
   OrbitCamera camera{};
   trephine::Burr burr{};
+  std::optional<trephine::RevolvedTool> shape{};  ///< drawn in place of the burr
+  int flutes = 8;                                 ///< of the head; 0: diamond
   Posed tool_W = Posed::Identity();
   Posed ghost_W = Posed::Identity();  ///< where the hand holds the drill
   double ghost_opacity = 0;

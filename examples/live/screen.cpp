@@ -36,7 +36,7 @@ void choose_font(float scale) {
 
 }  // namespace
 
-Screen::Screen(Window& window, Workbench& bench, bool by_hand) : window_(window), bench_(bench), instruments_(bench) {
+Screen::Screen(Window& window, Workbench& bench, bool by_hand) : window_(window), bench_(bench) {
   GLFWwindow* const w = window_.handle();
   glfwSetWindowUserPointer(w, this);
   if (by_hand) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "script.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -41,6 +43,17 @@ bool read_rest(std::istringstream& in, const std::string& word, Event& e) {
     if (at == kProtectionNames.end()) return false;
     e.protection = kProtections[static_cast<std::size_t>(at - kProtectionNames.begin())];
     return true;
+  }
+  if (word == "tool") {
+    e.kind = Kind::kTool;
+    in >> e.file;
+    if (e.file == "burr") return true;
+    try {
+      (void)trephine::tool_by_name(e.file);
+      return true;
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
   }
   if (word == "view") {
     e.kind = Kind::kView;
@@ -145,6 +158,8 @@ void EventWriter::spindle(double time, bool on) {
 void EventWriter::protect(double time, Protection protection) {
   out_ << time << " protect " << to_string(protection) << '\n' << std::flush;
 }
+
+void EventWriter::tool(double time, const std::string& name) { out_ << time << " tool " << name << '\n' << std::flush; }
 
 void EventWriter::key(double time, Action action) {
   for (const Key& k : kKeys)

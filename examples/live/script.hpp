@@ -23,6 +23,7 @@ struct Event {
     kMove,     ///< the mouse is at pixel numbers[0], numbers[1]
     kTurn,     ///< the mouse turned the drill by numbers[0], numbers[1] [pixels]
     kProtect,  ///< structures by `protection`
+    kTool,     ///< the tool named `file`, or the burr
     kOrbit,    ///< from now on the view turns by numbers[0] [degrees/s]
     kSize,     ///< the window is numbers[0] x numbers[1] [pixels]
     kLog,      ///< print a line about structures
@@ -47,6 +48,7 @@ struct Event {
 ///     TIME view X Y Z YAW PITCH DISTANCE   focus [mm in W], degrees, mm
 ///     TIME key NAME                   a key by the name that the help shows
 ///     TIME protect off|warn|push|veto
+///     TIME tool NAME                  as match-head-3, or burr
 ///     TIME push MM | move PX PY | turn PX PY   as the mouse does
 ///     TIME orbit DEGREES_A_SECOND
 ///     TIME size WIDTH HEIGHT
@@ -57,8 +59,8 @@ struct Event {
 /// Throws std::runtime_error with file, line and reason. Times must not fall.
 [[nodiscard]] std::vector<Event> read_events(const std::string& path);
 
-/// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys, spindle and
-/// protection at once.
+/// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys, spindle,
+/// protection and tool at once.
 class EventWriter {
  public:
   /// Throws std::runtime_error where the file cannot be written.
@@ -67,6 +69,7 @@ class EventWriter {
   void view(double time, const OrbitCamera& camera);
   void spindle(double time, bool on);
   void protect(double time, Protection protection);
+  void tool(double time, const std::string& name);
   void key(double time, Action action);
 
  private:

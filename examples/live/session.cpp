@@ -62,9 +62,17 @@ bool same_burr(const Burr& a, const Burr& b) {
   return a.tip_radius == b.tip_radius && a.shaft_radius == b.shaft_radius && a.shaft_length == b.shaft_length;
 }
 
-/// Gives the settings the guard's potential for their burr, if there are structures.
+bool same_tool(const DrillSettings& a, const DrillSettings& b) {
+  if (a.shape() != nullptr && b.shape() != nullptr) return a.tool_name == b.tool_name;
+  return a.shape() == b.shape() && same_burr(a.burr, b.burr);
+}
+
+/// Gives the settings the guard's potential for their tool, if there are structures.
 void fit_potential(DrillSettings& settings) {
-  if (settings.guarded != nullptr) settings.potential = potential_for(*settings.guarded, settings.burr);
+  if (settings.guarded == nullptr) return;
+  const RevolvedTool* const shape = settings.shape();
+  settings.potential =
+      shape != nullptr ? potential_for(*settings.guarded, *shape) : potential_for(*settings.guarded, settings.burr);
 }
 
 /// The registration at another scale that leaves the tool where it is.
@@ -217,15 +225,24 @@ void Session::change(const SessionOptions& options) {
     throw std::invalid_argument("the scale must be > 0 and at most 10");
   options.drill.burr.validate();
   SessionOptions next = options;
-  if (!same_burr(options_.drill.burr, next.drill.burr)) fit_potential(next.drill);
+  if (!same_tool(options_.drill, next.drill)) fit_potential(next.drill);
   options_ = next;
   command([this, options = std::move(next)] {
     const auto same = [](const DrillSettings& a, const DrillSettings& b) {
-      return a.renderer == b.renderer && a.stiffness == b.stiffness && same_burr(a.burr, b.burr);
+      return a.renderer == b.renderer && a.stiffness == b.stiffness && same_tool(a, b);
     };
     if (!same(running_.drill, options.drill)) drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
     running_ = options;
   });
+}
+
+void Session::tune(const Tuning& tuning) {
+  DrillSettings& drill = options_.drill;
+  const Tuning before = std::exchange(drill.tuning, tuning);
+  if (tuning.feed != before.feed) inboxes_.feed.post(tuning.cut(drill.burr));
+  if (tuning.damping != before.damping) inboxes_.damping.post(tuning.damped());
+  if (tuning.vibration != before.vibration) inboxes_.vibration.post(tuning.trembling());
+  if (tuning.force != before.force) inboxes_.limits.post(tuning.limited());
 }
 
 void Session::protect(Protection protection) {

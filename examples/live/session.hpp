@@ -114,7 +114,8 @@ class Session {
     return {heard_spindle_.load(std::memory_order_relaxed), heard_force_.load(std::memory_order_relaxed),
             heard_removal_.load(std::memory_order_relaxed)};
   }
-  [[nodiscard]] Inboxes& inboxes() noexcept { return inboxes_; }
+  /// Takes what the sliders show; a drill that is made later has it too. Throws std::invalid_argument.
+  void tune(const Tuning& tuning);
   /// The turning burr's way since the last look; only with structures.
   [[nodiscard]] BurrPath& path() noexcept { return path_; }
   /// Takes another protection at the next tick; the guard's force fades in or out.

@@ -44,6 +44,13 @@ struct Tool { mat3 axes; vec3 tip; };  // axes of T as columns
 uniform Tool tool, ghost;
 uniform vec3 burr;      // radius of the ball, radius and length of the shaft
 uniform float spin;     // angle of the burr's flutes
+// Another tool: the pieces of its outline in the half plane (rho, z), as `trephine::ToolOutline` has them. 0: the burr.
+uniform int pieces;
+uniform vec4 ends[24];     // where a piece starts and ends
+uniform vec4 arcs[24];     // centre and radius of an arc, and 1 or -1 where it bulges outward or inward; 0: a line
+uniform vec4 middles[24];  // direction of an arc's middle, cosine of half its angle
+uniform vec4 shape;        // lowest and highest z, largest rho, z up to which there are flutes
+uniform float flutes;      // round the head; 0: diamond
 uniform float ghostly;  // opacity of the ghost, 0: none
 uniform bool flat_shading;  // for tests: bone white, structures in their colours, all else black
 
@@ -206,8 +213,68 @@ vec2 through_ball(vec3 o, vec3 d, float r) {
   return vec2(-b - sqrt(q), -b + sqrt(q));
 }
 
+/// Signed distance of (rho, z) to the outline.
+float to_outline(vec2 p) {
+  float best = 1e12;
+  bool inside = false;
+  for (int i = 0; i < pieces; ++i) {
+    vec4 e = ends[i], c = arcs[i];
+    bool level = p.y >= e.y && p.y < e.w;
+    if (c.w == 0.0) {
+      vec2 along = e.zw - e.xy, q = p - e.xy;
+      vec2 off = q - along * clamp(dot(q, along) / dot(along, along), 0.0, 1.0);
+      best = min(best, dot(off, off));
+      if (level && q.x * along.y - q.y * along.x < 0.0) inside = !inside;
+    } else {
+      vec2 q = p - c.xy, m = middles[i].xy;
+      float l = length(q);
+      bool within = dot(q, m) >= middles[i].z * l;
+      vec2 off = p - ((m.x * q.y - m.y * q.x) * c.w > 0.0 ? e.zw : e.xy);
+      best = min(best, within ? (l - c.z) * (l - c.z) : dot(off, off));
+      bool before = q.x < 0.0, in_circle = l < c.z;
+      if (level && (c.w > 0.0 ? before || in_circle : before && !in_circle)) inside = !inside;
+    }
+  }
+  return inside ? -sqrt(best) : sqrt(best);
+}
+
+/// The part of a ray that lies in the outline's cylinder, widened by `more`; x > y: none.
+vec2 through_cylinder(vec3 o, vec3 d, float more) {
+  float r = shape.z + more, a = max(dot(d.xy, d.xy), 1e-9), b = dot(o.xy, d.xy), c = dot(o.xy, o.xy) - r * r;
+  float q = b * b - a * c;
+  if (q < 0.0) return vec2(1.0, -1.0);
+  float z = abs(d.z) > 1e-6 ? d.z : 1e-6;
+  float low = (shape.x - more - o.z) / z, high = (shape.y + more - o.z) / z;
+  return vec2(max((-b - sqrt(q)) / a, min(low, high)), min((-b + sqrt(q)) / a, max(low, high)));
+}
+
+/// Meets the outline's body in T, as `through_tool` does; steps are as long as the distance. The loop is bounded.
+float through_outline(vec3 o, vec3 d, out vec3 n, out bool on_head) {
+  n = vec3(0.0, 0.0, 1.0);
+  on_head = false;
+  vec2 part = through_cylinder(o, d, 0.01);
+  float t = max(part.x, 0.0);
+  for (int i = 0; i < 96 && t <= part.y; ++i) {
+    vec3 p = o + t * d;
+    vec2 q = vec2(length(p.xy), p.z);
+    float s = to_outline(q);
+    if (s < 0.002) {
+      const float e = 0.004;
+      vec2 g = vec2(to_outline(q + vec2(e, 0.0)) - to_outline(q - vec2(e, 0.0)),
+                    to_outline(q + vec2(0.0, e)) - to_outline(q - vec2(0.0, e)));
+      g = normalize(g + vec2(1e-9));
+      n = vec3(q.x > 1e-4 ? g.x * p.xy / q.x : vec2(0.0), g.y);
+      on_head = p.z <= shape.w;
+      return t;
+    }
+    t += s;
+  }
+  return -1.0;
+}
+
 /// Meets ball and shaft in T; returns the distance or -1, with the outward normal.
 float through_tool(vec3 o, vec3 d, out vec3 n, out bool on_ball) {
+  if (pieces > 0) return through_outline(o, d, n, on_ball);
   float best = 1e9;
   on_ball = false;
   n = vec3(0.0, 0.0, 1.0);
@@ -243,6 +310,16 @@ float through_tool(vec3 o, vec3 d, out vec3 n, out bool on_ball) {
 /// Share of the key light at p that the tool lets through; soft, the softer the farther away.
 float past_tool(vec3 p) {
   vec3 o = (p - tool.tip) * tool.axes, d = to_key * tool.axes;
+  if (pieces > 0) {
+    vec2 part = through_cylinder(o, d, 1.0);
+    float open = 1.0, s = max(part.x, 0.0);
+    for (int i = 0; i < 24 && s <= part.y && open > 0.0; ++i) {
+      float gap = to_outline(vec2(length(o.xy + s * d.xy), o.z + s * d.z));
+      open = min(open, smoothstep(-0.15, 0.10 * s + 0.15, gap + 0.02));
+      s += max(gap, 0.15);
+    }
+    return open;
+  }
   float t = max(-dot(o, d), 0.0);
   float gap = length(o + t * d) - burr.x;
   float light = smoothstep(-0.15, 0.10 * t + 0.15, gap + 0.02);
@@ -272,7 +349,22 @@ vec3 lit(vec3 albedo, vec3 n, vec3 v, float key, float open, float gloss) {
 
 vec3 steel(vec3 n_T, vec3 p_T, vec3 v, bool on_ball) {
   float dark = 1.0;
-  if (on_ball) {
+  if (on_ball && pieces > 0 && flutes > 0.0) {
+    // Edges that wind round the head, and hardly a disc's or a flat end's.
+    float wind = flutes < 3.0 ? 0.9 : 0.35;
+    float around = atan(p_T.y, p_T.x) - spin + wind * p_T.z / max(burr.x, 0.1);
+    float depth = (1.0 - n_T.z * n_T.z) * smoothstep(0.05, 0.5, length(p_T.xy) / burr.x);
+    vec3 tangent = normalize(vec3(-p_T.y, p_T.x, 1e-6));
+    n_T = normalize(n_T + 0.55 * depth * cos(flutes * around) * tangent);
+    dark = mix(1.0, 0.45 + 0.55 * smoothstep(-0.7, 0.5, sin(flutes * around)), depth);
+  } else if (on_ball && pieces > 0) {
+    // Diamond grains.
+    vec3 cell = floor(vec3(atan(p_T.y, p_T.x) - spin, p_T.z, length(p_T.xy)) * vec3(9.0, 9.0, 9.0));
+    vec3 grain = fract(sin(vec3(dot(cell, vec3(12.9, 78.2, 37.7)), dot(cell, vec3(39.3, 11.1, 83.2)),
+                                dot(cell, vec3(73.1, 52.2, 9.2)))) * 43758.5);
+    n_T = normalize(n_T + 0.7 * (grain - 0.5));
+    dark = 0.75;
+  } else if (on_ball) {
     // Eight flutes that wind round the ball, deepest at its equator and gone at the tip.
     float around = atan(n_T.y, n_T.x) - spin + 1.6 * n_T.z;
     float blade = sin(8.0 * around);

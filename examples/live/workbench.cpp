@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "workbench.hpp"
 
+#include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/resample.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <stdexcept>
 
 namespace live {
 namespace {
@@ -36,6 +40,11 @@ OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
   return camera;
 }
 
+/// A round burr with a shaft in proportion.
+trephine::Burr round_burr(double radius) {
+  return {.tip_radius = radius, .shaft_radius = 0.53 * radius, .shaft_length = 0.040};
+}
+
 constexpr double kMostVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
 
 }  // namespace
@@ -52,7 +61,7 @@ Loaded load(const drill::Options& options) {
     fine_options.voxel = voxel;
     if (voxels <= kMostVoxels) {
       bone.grid = trephine::resampled(bone.grid, Vec3d::Constant(voxel));
-      bone.burr = drill::fitting_burr(bone.grid, options);
+      if (!bone.tool) bone.burr = drill::fitting_burr(bone.grid, options);
     } else if (auto fine = drill::resampled_around(bone, spot.p_W, fine_options)) {
       bone = std::move(*fine);
     }
@@ -73,16 +82,20 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options)
       structures_(loaded_.guarded ? std::make_unique<StructureTexture>(*loaded_.guarded) : nullptr),
       picture_(structures_.get()),
       hand_(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius)) {
-  session_ = std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
-                                       SessionOptions{.drill = {.renderer = options.renderer,
-                                                                .burr = loaded_.bone.burr,
-                                                                .guarded = loaded_.guarded,
-                                                                .protection = options.protection},
-                                                      .rate = options.rate,
-                                                      .scale = options.scale,
-                                                      .device = options.device,
-                                                      .R_WD = camera_.axes()},
-                                       hand_.pose());
+  session_ = std::make_unique<Session>(
+      loaded_.bone.grid, loaded_.bone.isovalue,
+      SessionOptions{.drill = {.renderer = options.renderer,
+                               .burr = loaded_.bone.tool ? round_burr(loaded_.bone.burr.tip_radius) : loaded_.bone.burr,
+                               .tool_name = loaded_.bone.tool_name,
+                               .tool = loaded_.bone.tool,
+                               .tuning = {.feed = loaded_.bone.burr.tip_radius / kRadiusTime},
+                               .guarded = loaded_.guarded,
+                               .protection = options.protection},
+                     .rate = options.rate,
+                     .scale = options.scale,
+                     .device = options.device,
+                     .R_WD = camera_.axes()},
+      hand_.pose());
 }
 
 void Workbench::post() { session_->wish({hand_.pose(), spindle_}); }
@@ -208,8 +221,53 @@ void Workbench::act(Action action) {
   }
 }
 
+std::string_view family_of(std::string_view tool_name) {
+  return tool_name.empty() ? kBurrName : tool_name.substr(0, tool_name.rfind('-'));
+}
+
+void Workbench::choose_tool(const std::string& name) {
+  changed_ = true;
+  SessionOptions o = session_->options();
+  o.drill.tool_name = name == kBurrName ? "" : name;
+  o.drill.tool.reset();
+  o.drill.burr = round_burr(o.drill.burr.tip_radius);
+  try {
+    if (name != kBurrName) {
+      o.drill.renderer = Renderer::kCoupled;
+      o.drill.tool = trephine::tool_by_name(name).tool;
+      o.drill.burr = round_burr(o.drill.tool->burr().tip_radius);
+      if (o.drill.burr.tip_radius > largest_burr(loaded_.bone))
+        throw std::invalid_argument("the " + name + " is too large for this bone");
+    }
+    session_->change(o);
+    note_.clear();
+  } catch (const std::invalid_argument& e) {
+    note_ = e.what();
+  }
+}
+
+void Workbench::choose_family(std::string_view family) {
+  choose_family(family, 2e3 * session_->options().drill.burr.tip_radius);
+}
+
+void Workbench::choose_family(std::string_view family, double mm) {
+  for (const trephine::ToolFamily& f : trephine::kToolFamilies) {
+    if (f.name != family) continue;
+    std::array<char, 32> diameter{};
+    std::snprintf(diameter.data(), diameter.size(), "-%.3g", std::clamp(0.1 * std::round(10 * mm), f.least, f.most));
+    return choose_tool(std::string(family) + diameter.data());
+  }
+  choose_tool(std::string(kBurrName));
+}
+
 void Workbench::change_burr(double factor) {
   SessionOptions o = session_->options();
+  if (o.drill.shape() != nullptr) {
+    // Another tool of the family, at least a tenth of a millimetre wider or narrower.
+    const double mm = 2e3 * o.drill.burr.tip_radius;
+    const double wanted = factor > 1 ? std::max(mm * factor, mm + 0.1) : std::min(mm * factor, mm - 0.1);
+    return choose_family(family_of(o.drill.tool_name), wanted);
+  }
   trephine::Burr& burr = o.drill.burr;
   const drill::Grid& grid = loaded_.bone.grid;
   const double least = std::min(3 * grid.spacing().minCoeff(), burr.tip_radius);
@@ -286,6 +344,9 @@ void Workbench::apply(const Event& event) {
     case Kind::kProtect:
       protect(event.protection);
       break;
+    case Kind::kTool:
+      choose_tool(event.file);
+      break;
     case Kind::kOrbit:
       turning_ = event.numbers[0] / 180 * std::numbers::pi;
       break;
@@ -319,7 +380,12 @@ void Workbench::update(double dt, int width, int height) {
 SceneView Workbench::scene_view() const {
   SceneView v;
   v.camera = camera_;
-  v.burr = session_->options().drill.burr;
+  const DrillSettings& drill = session_->options().drill;
+  v.burr = drill.burr;
+  if (const trephine::RevolvedTool* shape = drill.shape()) {
+    v.shape = *shape;
+    v.flutes = trephine::tool_by_name(drill.tool_name).edges.flutes;
+  }
   v.tool_W = tick_.tool;
   v.ghost_W = tick_.probe;
   const double apart = (tick_.tool.translation() - tick_.probe.translation()).norm();

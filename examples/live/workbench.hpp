@@ -14,6 +14,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace live {
 
@@ -28,6 +29,11 @@ struct Loaded {
 [[nodiscard]] Loaded load(const drill::Options& options);
 /// Reads or makes the structures that the options ask for, likewise.
 void load_structures(Loaded& loaded, const LiveOptions& options);
+
+/// What a session's file and the instruments call the round burr.
+inline constexpr std::string_view kBurrName = "burr";
+/// Returns the family of a tool's name, and `kBurrName` for no name.
+[[nodiscard]] std::string_view family_of(std::string_view tool_name);
 
 /// All of the window but the window itself: bone, drill, hand and camera, what keys and mouse do, and the picture.
 /// Needs a current OpenGL context. Window thread.
@@ -45,6 +51,11 @@ class Workbench {
   void orbit(double dx, double dy) { camera_.orbit(dx, dy, height_); }
   void pan(double dx, double dy) { camera_.pan(dx, dy, height_); }
   void zoom(double notches) { camera_.zoom(notches); }
+  /// Takes a tool by its name, or the round burr; the coupled renderer comes with a tool. A tool that cannot be leaves
+  /// all as it is, with a note.
+  void choose_tool(const std::string& name);
+  /// Takes a tool of a family, as wide as the present one if the family has that.
+  void choose_family(std::string_view family);
   /// Takes another protection of structures, if there are any.
   void protect(Protection protection);
   /// Does what an event says, but for the window's own: sizes, shots, the end.
@@ -71,6 +82,8 @@ class Workbench {
   [[nodiscard]] const MouseHand& hand() const { return hand_; }
   [[nodiscard]] const OrbitCamera& camera() const { return camera_; }
   [[nodiscard]] bool spindle() const { return spindle_; }
+  /// What was refused last, in a line; empty since.
+  [[nodiscard]] const std::string& note() const { return note_; }
   [[nodiscard]] bool help() const { return help_; }
   [[nodiscard]] bool panels() const { return panels_; }
   [[nodiscard]] bool clipped() const { return clip_.has_value(); }
@@ -88,6 +101,7 @@ class Workbench {
  private:
   void set_spindle(bool on);
   void change_burr(double factor);
+  void choose_family(std::string_view family, double mm);
   void place_under_mouse();
   void go_home();
   void begin_stroke();
@@ -120,6 +134,7 @@ class Workbench {
   double removed_seen_ = 0;
   bool spindle_ = false, marks_ = true, help_ = false, panels_ = true, still_ = false, quit_ = false, shot_ = false;
   bool changed_ = true;
+  std::string note_;
 };
 
 }  // namespace live

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "arguments.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <system_error>
 
 namespace openhaptics {
@@ -26,6 +30,15 @@ Algorithm algorithm(const std::string& text) {
   throw UsageError("--algorithm: '" + text + "' is none of line, surface and coupled");
 }
 
+std::string tool(const std::string& name) {
+  try {
+    (void)trephine::tool_by_name(name);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--tool: ") + error.what());
+  }
+  return name;
+}
+
 }  // namespace
 
 const char* name_of(Algorithm algorithm) {
@@ -34,13 +47,15 @@ const char* name_of(Algorithm algorithm) {
 
 Arguments parse_arguments(int argc, const char* const* argv) {
   Arguments out;
+  std::optional<Algorithm> chosen;
   for (int i = 1; i < argc; ++i) {
     const std::string name = argv[i];
     if (name == "--help" || name == "-h") {
       out.help = true;
       return out;
     }
-    if (name != "--seconds" && name != "--device" && name != "--algorithm" && name != "--skull" && name != "--scale")
+    if (name != "--seconds" && name != "--device" && name != "--algorithm" && name != "--skull" && name != "--scale" &&
+        name != "--tool")
       throw UsageError("unknown option '" + name + "'; --help lists what there is");
     if (++i == argc) throw UsageError(name + " needs a value");
     const std::string value = argv[i];
@@ -49,8 +64,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (name == "--scale") out.scale = number(name, value, 0.05, 2);
     if (name == "--device") out.device = value;
     if (name == "--skull") out.skull = value;
-    if (name == "--algorithm") out.algorithm = algorithm(value);
+    if (name == "--tool") out.tool = tool(value);
+    if (name == "--algorithm") chosen = algorithm(value);
   }
+  out.algorithm = chosen.value_or(out.tool.empty() ? Algorithm::kLine : Algorithm::kCoupled);
+  if (!out.tool.empty() && out.algorithm != Algorithm::kCoupled)
+    throw UsageError("--tool: line and surface have a round burr; use --algorithm coupled");
   return out;
 }
 
@@ -63,7 +82,8 @@ std::string usage() {
          "hand, named 'Default Device', '6-DOF' (the same) and '3-DOF' (force alone).\n\n"
          "  --skull DIR      InVesalius project's folder with matrix.dat and main.plist (the phantom);\n"
          "                   build/data/cranium once examples/run has fetched the skull\n"
-         "  --algorithm A    what computes the force: line, surface or coupled (line)\n"
+         "  --algorithm A    what computes the force: line, surface or coupled (line; coupled with --tool)\n"
+         "  --tool NAME-MM   a tool by name and diameter instead of a round burr: match-head-3, twist-3.2\n"
          "  --device NAME    as set up in the driver (its default device)\n"
          "  --scale S        the drill moves S metres for a metre of the hand, 0.05 to 2 (1)\n"
          "  --seconds S      end by itself (run until Ctrl-C)\n"

@@ -21,6 +21,7 @@ struct Arguments {
   double seconds = 0;  ///< 0: until Ctrl-C
   double scale = 1;    ///< how far the drill moves for a metre of the hand
   Algorithm algorithm = Algorithm::kLine;
+  std::string tool;  ///< name as `trephine::tool_by_name`; empty: a round burr
 };
 
 /// Throws UsageError with one clear line.

@@ -9,8 +9,11 @@ namespace {
 template <trephine::CoupledMotion Motion>
 Outcome drill_moving(const Session& session, const trephine::CoupledOptions& options) {
   using namespace trephine;
-  using Renderer = CoupledToolRenderer<double, BallAndShaft, Frictionless, Motion>;
-  return drill_with(Renderer(session.bone.burr, options), session);
+  if (session.bone.tool)
+    return drill_with(CoupledToolRenderer<double, RevolvedTool, Frictionless, Motion>(*session.bone.tool, options),
+                      session);
+  return drill_with(CoupledToolRenderer<double, BallAndShaft, Frictionless, Motion>(session.bone.burr, options),
+                    session);
 }
 
 }  // namespace

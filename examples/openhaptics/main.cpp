@@ -6,6 +6,7 @@
 #include "device_setup.hpp"
 #include "session.hpp"
 
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -23,6 +24,7 @@ void on_interrupt(int) { interrupted.store(true); }
 int run(const Arguments& arguments) {
   drill::Options what;
   what.skull = arguments.skull;
+  what.tool = arguments.tool;
   drill::Bone bone = drill::load_bone(what);
   drill::Spot spot = drill::find_spot(bone);
   if (auto fine = drill::resampled_around(bone, spot.p_W, what)) {
@@ -35,9 +37,11 @@ int run(const Arguments& arguments) {
   Device device({.name = arguments.device});
   HandledDevice handled(device, HD_DEVICE_BUTTON_2);
   const trephine::DeviceCapabilities able = handled.capabilities();
-  std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m; %s, %.1f mm burr, %s\n",
-              able.name.c_str(), able.input_dof, able.output_dof, able.max_force, able.max_torque, bone.name.c_str(),
-              2e3 * bone.burr.tip_radius, name_of(arguments.algorithm));
+  std::array<char, 32> burr{};
+  std::snprintf(burr.data(), burr.size(), "%.1f mm burr", 2e3 * bone.burr.tip_radius);
+  std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m; %s, %s, %s\n", able.name.c_str(),
+              able.input_dof, able.output_dof, able.max_force, able.max_torque, bone.name.c_str(),
+              bone.tool ? bone.tool_name.c_str() : burr.data(), name_of(arguments.algorithm));
 
   std::signal(SIGINT, on_interrupt);
   const Session session{device, handled, bone, workspace.registration, arguments.seconds, interrupted};

@@ -310,8 +310,11 @@ static void older_structs(void) {
     trephine_scene_destroy(scene);
   }
   trephine_scene* scene = NULL;
-  o.struct_size = (uint32_t)sizeof o;
+  o.struct_size = (uint32_t)offsetof(trephine_scene_options, tool_name); /* a header before named tools */
   CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "rotational_stiffness");
+  o.rotational_stiffness = 0.3;
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  trephine_scene_destroy(scene);
   /* Older than the first release there is none. */
   memset(&o, 0xAB, sizeof o);
   CHECK_REFUSED(trephine_scene_options_init(&o, older - 8), TREPHINE_WRONG_STRUCT, "this library knows");
@@ -511,6 +514,73 @@ static void structures(void) {
   trephine_grid_destroy(twin_grid);
 }
 
+/* A tool by its name: the coupled tool alone, another one between ticks, and all names where it is none. */
+static void named_tools(void) {
+  trephine_grid* grid = make_grid();
+  trephine_scene* scene = NULL;
+  trephine_scene_options o = scene_options(TREPHINE_COUPLED);
+  CHECK(o.tool_name == NULL);
+  o.tool_name = "ball-3";
+  CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "match-head-1.5 to 5");
+  CHECK(strstr(trephine_last_error(), "got ball-3") != NULL);
+  for (int algorithm = TREPHINE_LINE; algorithm <= TREPHINE_SURFACE; ++algorithm) {
+    o = scene_options(algorithm);
+    o.tool_name = "match-head-3";
+    CHECK_REFUSED(trephine_scene_create(grid, &o, &scene), TREPHINE_INVALID_ARGUMENT, "line and surface take a Burr");
+  }
+  CHECK(scene == NULL);
+  o = scene_options(TREPHINE_COUPLED);
+  o.tool_name = "match-head-3";
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  /* Half a ball in front: pressed like one. */
+  const double radius = 1.5e-3, depth = radius / 2;
+  trephine_pose X_WT = tool_at(kSurface + radius);
+  for (int i = 0; i <= 200; ++i) {
+    X_WT = tool_at(kSurface + radius + 1e-3 - (1e-3 + depth) * i / 200);
+    CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_OK);
+  }
+  CHECK(r.tip == 1 && fabs(r.force[2] - o.stiffness * depth) < 0.15 * o.stiffness * depth);
+  /* Less deep than the head is long, its hole is that of a round burr. */
+  double hole[2];
+  for (int round = 0; round < 2; ++round) {
+    if (round == 1) {
+      trephine_scene_destroy(scene);
+      CHECK(trephine_grid_restore(grid, 1000, NULL) == TREPHINE_OK);
+      o.tool_name = "round-3";
+      CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+    }
+    for (int i = -50; i <= 600; ++i) {
+      X_WT = tool_at(kSurface + radius - 3e-3 * (i < 500 ? i : 500) / 500);
+      CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+    }
+    hole[round] = r.removed_total_mm3;
+  }
+  printf("holes: %.2f mm3 of a match head, %.2f of a round burr\n", hole[0], hole[1]);
+  CHECK(hole[0] > 17 && fabs(hole[0] - hole[1]) < 0.02 * hole[1]);
+
+  /* A wider tool in that hole lies in bone; its force is to be ramped, and it removes nothing by itself. */
+  const double before = r.removed_total_mm3;
+  CHECK(trephine_scene_set_tool(scene, "cylinder-4") == TREPHINE_OK);
+  CHECK(trephine_scene_tick(scene, &X_WT, 0, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.status == TREPHINE_STATUS_STARTED_INSIDE && r.removed_total_mm3 == before);
+  for (int i = 0; i < 200; ++i) CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.removed_total_mm3 > before + 15); /* 44 mm3 in all, and the hole was 20 */
+  CHECK_REFUSED(trephine_scene_set_tool(scene, "disc"), TREPHINE_INVALID_ARGUMENT, "disc-3 to 20");
+  CHECK_REFUSED(trephine_scene_set_tool(scene, NULL), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK_REFUSED(trephine_scene_set_tool(NULL, "disc-3"), TREPHINE_NULL_ARGUMENT, "null");
+  trephine_scene_destroy(scene);
+
+  /* A scene with a round burr has no other shape. */
+  o = scene_options(TREPHINE_COUPLED);
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_scene_set_tool(scene, "disc-3"), TREPHINE_INVALID_ARGUMENT, "kind of tool");
+  trephine_scene_destroy(scene);
+  trephine_grid_destroy(grid);
+}
+
 int main(void) {
   fill();
   CHECK(trephine_version() == TREPHINE_EXPECTED_VERSION);
@@ -518,6 +588,7 @@ int main(void) {
   drill(TREPHINE_LINE);
   drill(TREPHINE_SURFACE);
   drill(TREPHINE_COUPLED);
+  named_tools();
   without_torque();
   structures();
   older_structs();

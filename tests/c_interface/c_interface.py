@@ -78,6 +78,20 @@ scene = t.Scene(bone, isovalue=300)
 result = scene.tick(t.Pose((math.nan, 0, 0)), True, 1e-3)
 assert result.status == t.STATUS_BAD_INPUT and list(result.force) == [0, 0, 0]
 
+# Tools by name.
+bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
+refused(2, "twist-1 to 6", lambda: t.Scene(bone, algorithm=t.COUPLED, isovalue=300, tool_name="nail-3"))
+refused(2, "take a Burr", lambda: t.Scene(bone, algorithm=t.LINE, isovalue=300, tool_name="disc-6"))
+scene = t.Scene(bone, algorithm=t.COUPLED, isovalue=300, tool_name="disc-6")
+for tick in range(300):
+    result = scene.tick(t.Pose((10e-3, 10e-3, surface + 3e-3 + 1e-4 - 3e-6 * tick)), True, 1e-3)
+disc = result.removed_total_mm3
+assert 0.9 < disc / (math.pi * 9 * 0.8) < 1.2, disc  # mm3 of a flat hole
+scene.set_tool("twist-2")
+refused(2, "twist-1 to 6", lambda: scene.set_tool("twist"))
+result = scene.tick(t.Pose((10e-3, 10e-3, surface + 3e-3)), True, 1e-3)
+assert result.removed_total_mm3 == disc and result.contacts == 0
+
 # Structures: a box that must stay, and one that may break.
 labels = bytearray(side**3)
 for k in range(9, 18):

@@ -7,6 +7,8 @@
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 
+#include <trephine/tool/named_tools.hpp>
+
 #include <array>
 #include <cstring>
 #include <limits>
@@ -238,6 +240,74 @@ TEST_CASE("stages change between ticks as a header scene's options do") {
   scene.set_stages({});
   scene.reset();
   CHECK(scene.tick(input_at(701), kDt).removed_mm3 == 0);
+}
+
+TEST_CASE("a tool of another shape equals the header scene with it, and changes between ticks likewise") {
+  for (const bool rough : {false, true}) {
+    CAPTURE(rough);
+    const RevolvedTool first = tool_by_name("match-head-3").tool;
+    auto block = make_block<std::int16_t>();
+    compiled::RendererOptions options;
+    if (rough) options.friction = kFriction;
+    compiled::Scene scene(bone_like(block), kIsovalue, first, options, every_stage());
+    const auto compare = [&](auto header) {
+      drill_both<std::int16_t>(header, scene);
+      const RevolvedTool pear = tool_by_name("pear-2.3").tool;
+      header.renderer().set_tool(pear);
+      scene.set_tool(pear);
+      // Elsewhere in the block, where there is still bone.
+      int different = 0;
+      double removed = 0;
+      for (int tick = 0; tick < 1000; ++tick) {
+        TickInput input = input_at(tick);
+        input.X_WT.translation().y() += 5e-3;
+        const TickResult expected = header.tick(input, kDt), got = scene.tick(input, kDt);
+        different += equal(expected, got) && equal_contacts(header, scene) ? 0 : 1;
+        removed += got.removed_mm3;
+      }
+      CHECK(different == 0);
+      CHECK(removed > 0.1);
+    };
+    if (rough)
+      compare(scene_with_every_stage(block, CoupledToolRenderer{first, CoupledOptions{}, kFriction}));
+    else
+      compare(scene_with_every_stage(block, CoupledToolRenderer{first}));
+  }
+}
+
+TEST_CASE("a burr changes between ticks, and no change of a tool takes from the heap") {
+  const Burr large{.tip_radius = 2e-3, .shaft_radius = 1e-3};
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, every_stage());
+  auto header = scene_with_every_stage(block, CoupledToolRenderer{kDrill});
+  compiled::Scene shaped(bone_like(block), kIsovalue, tool_by_name("disc-6").tool, {}, every_stage());
+  const RevolvedTool other = tool_by_name("barrel-4").tool;
+  int different = 0;
+  const auto calls = heap_calls([&] {
+    for (int tick = 300; tick < 600; ++tick) {
+      if (tick == 400) {
+        scene.set_tool(large);
+        header.renderer().set_tool(large);
+        shaped.set_tool(other);
+      }
+      different += equal(header.tick(input_at(tick), kDt), scene.tick(input_at(tick), kDt)) ? 0 : 1;
+      static_cast<void>(shaped.tick(input_at(tick), kDt));
+    }
+  });
+  CHECK(different == 0);
+  if (AllocationGuard::available()) CHECK(calls == 0);
+
+  check_refused("kind of tool", [&] { scene.set_tool(other); });
+  check_refused("kind of tool", [&] { shaped.set_tool(kDrill); });
+  check_refused("tip_radius", [&] { scene.set_tool(Burr{.tip_radius = -1}); });
+  check_refused("diagonal", [&] { scene.set_tool(Burr{.tip_radius = 0.03, .shaft_length = 0.04}); });
+  CHECK(equal(header.tick(input_at(610), kDt), scene.tick(input_at(610), kDt)));
+  compiled::Scene line(bone_like(block), kIsovalue, kDrill, {.renderer = compiled::RendererKind::kLine});
+  check_refused("coupled tool", [&] { line.set_tool(large); });
+  check_refused("coupled tool", [&] { line.set_tool(other); });
+  for (const auto kind : {compiled::RendererKind::kLine, compiled::RendererKind::kSurface})
+    check_refused("take a Burr, got " + std::string(kind == compiled::RendererKind::kLine ? "line" : "surface"),
+                  [&] { compiled::Scene(bone_like(block), kIsovalue, MatchHead{}, {.renderer = kind}); });
 }
 
 TEST_CASE("wrong arguments are refused at construction") {

@@ -11,6 +11,7 @@
 #include <trephine/device/replay.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
+#include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>
@@ -98,11 +99,10 @@ TickInput input_at(int tick) {
   return input;
 }
 
-}  // namespace
-
-TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
+template <class Tool>
+void compare_guarded(const Tool& tool) {
   auto block = make_block<std::int16_t>();
-  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages());
+  compiled::Scene scene(bone_like(block), kIsovalue, tool, {}, stages());
   const compiled::Structures structures(labelled().geometry, labelled().labels);
   CHECK(structures.count() == 2);
   scene.set_structures(structures, each());
@@ -114,20 +114,20 @@ TEST_CASE("a compiled scene guards structures and spares them as the header scen
   const auto floor = make_cut_floor(*labelled().field, X_GS, block, kIsovalue, vetoes);
   HapticScene header{block,
                      kIsovalue,
-                     CoupledToolRenderer{kDrill},
+                     CoupledToolRenderer{tool},
                      Milling{ProtectedCut{RateLimitedCut<>{.rate = 2e5}, floor}},
-                     StructureGuard{std::make_shared<const GuardPotential>(labelled().field, X_GS, kDrill, guards)},
+                     StructureGuard{std::make_shared<const GuardPotential>(labelled().field, X_GS, tool, guards)},
                      DeviceLimits{kForceLimit, kTorqueLimit}};
   int different = 0, pushed = 0, warned = 0;
   double refused = 0, taken = 0;
   for (int tick = 0; tick < 1500; ++tick) {
     if (tick == 1300) {  // the push goes off, then on again
       scene.set_push(false);
-      header.part<StructureGuard>().adopt({.push = false});
+      header.template part<StructureGuard>().adopt({.push = false});
     }
     if (tick == 1400) {
       scene.set_push(true);
-      header.part<StructureGuard>().adopt({});
+      header.template part<StructureGuard>().adopt({});
     }
     const TickInput input = input_at(std::min(tick, kDeep));
     const TickResult expected = header.tick(input, kDt), got = scene.tick(input, kDt);
@@ -149,6 +149,17 @@ TEST_CASE("a compiled scene guards structures and spares them as the header scen
   block.copy_voxels(expected);
   scene.bone().copy_voxels(std::span(left));
   CHECK(expected == left);
+
+  check_refused("a guarded scene", [&] { scene.set_tool(tool); });
+  scene.clear_structures();
+  CHECK_NOTHROW(scene.set_tool(tool));
+}
+
+}  // namespace
+
+TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
+  compare_guarded(kDrill);
+  compare_guarded(tool_by_name("match-head-3").tool);
 }
 
 TEST_CASE("a planned cavity keeps cuts within it") {

@@ -123,11 +123,13 @@ TEST_CASE("sessions: what is written is read back") {
     out.spindle(0.5, true);
     out.key(0.6, Action::kClip);
     out.protect(0.65, Protection::kVeto);
+    out.tool(0.66, "match-head-3");
+    out.tool(0.67, "burr");
     out.hand(0.7, X);  // nothing new
   }
   const std::vector<Event> events = read_events(path);
   std::remove(path.c_str());
-  REQUIRE(events.size() == 5);
+  REQUIRE(events.size() == 7);
   CHECK((events[0].pose.matrix() - X.matrix()).norm() < 1e-5);
   CHECK((events[1].camera.focus_W - camera.focus_W).norm() < 1e-6);
   CHECK(events[1].camera.yaw == doctest::Approx(camera.yaw).epsilon(1e-5));
@@ -136,13 +138,16 @@ TEST_CASE("sessions: what is written is read back") {
   CHECK(events[3].action == Action::kClip);
   CHECK(events[4].kind == Event::Kind::kProtect);
   CHECK(events[4].protection == Protection::kVeto);
+  CHECK(events[5].kind == Event::Kind::kTool);
+  CHECK(events[5].file == "match-head-3");
+  CHECK(events[6].file == "burr");
 }
 
 TEST_CASE("sessions: a wrong line is refused with its number") {
   const std::string path = "wrong_line.session";
   for (const char* line : {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing",
                            "1 spindle maybe", "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1",
-                           "1 shot", "1 orbit fast", "1 protect maybe", "1 protect"}) {
+                           "1 shot", "1 orbit fast", "1 protect maybe", "1 protect", "1 tool", "1 tool nail-3"}) {
     CAPTURE(line);
     std::ofstream(path) << "# a comment\n\n0 spindle on\n" << line << "\n";
     std::string message;

@@ -28,6 +28,9 @@ TEST_CASE("openhaptics_drill: arguments") {
   CHECK(all.device == "Left");
   CHECK(all.algorithm == Algorithm::kSurface);
   CHECK(parsed({"--algorithm", "coupled"}).algorithm == Algorithm::kCoupled);
+  CHECK(parsed({"--tool", "match-head-3"}).algorithm == Algorithm::kCoupled);
+  CHECK(parsed({"--tool", "twist-2.5", "--algorithm", "coupled"}).tool == "twist-2.5");
+  CHECK(none.tool.empty());
   CHECK(all.skull == "d");
   CHECK(all.scale == 0.5);
   CHECK(parsed({"-h"}).help);
@@ -37,6 +40,9 @@ TEST_CASE("openhaptics_drill: arguments") {
                                                                  {"--seconds", "3s"},
                                                                  {"--algorithm", "Line"},
                                                                  {"--device", ""},
+                                                                 {"--tool", "ball-3"},
+                                                                 {"--tool", "pear-2", "--algorithm", "line"},
+                                                                 {"--algorithm", "surface", "--tool", "pear-2"},
                                                                  {"--scale", "3"},
                                                                  {"drill"}})
     CHECK_THROWS_AS((void)parsed(wrong), UsageError);

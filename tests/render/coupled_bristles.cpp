@@ -160,6 +160,7 @@ TEST_CASE("bristles: their stiffness is the derivative of their force") {
       const double mu = slides ? 0.1 : 50.0;
       Bristles<Coulomb> bristles{Coulomb(mu, mu)};
       bristles.reserve(2048, 4, 16384);
+      bristles.set_points_per_element(4);
       bristles.begin_tick(X);
       bristles.attach(foundation.points(), X, kLaw.stiffness);
       // All points go the same way, far enough for all to slide.
@@ -188,6 +189,7 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   Foundation foundation(2, 16384);
   Bristles<Coulomb> bristles(Coulomb(0.5, 0.5));
   bristles.reserve(2048, 4, 16384);
+  bristles.set_points_per_element(4);
   constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
   Posed X = plane.pressed(1e-4);
   const auto gather = [&](const Posed& from, double reach) {

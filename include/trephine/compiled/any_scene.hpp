@@ -13,6 +13,7 @@
 #include <span>
 
 namespace trephine {
+class RevolvedTool;
 class StructureField;
 struct TickContext;
 }  // namespace trephine
@@ -61,6 +62,8 @@ class AnyStructures : public Interface {
   [[nodiscard]] virtual int count() const noexcept = 0;
   [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
                                                              const GuardOptions& options) const = 0;
+  [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const RevolvedTool& tool, std::span<const Structure> each,
+                                                             const GuardOptions& options) const = 0;
 };
 
 class AnyScene : public Interface {
@@ -68,6 +71,8 @@ class AnyScene : public Interface {
   [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
   virtual void reset() noexcept = 0;
   virtual void set_stages(const StageOptions& stages) = 0;
+  virtual void set_tool(const Burr& burr) = 0;
+  virtual void set_tool(const RevolvedTool& tool) = 0;
   virtual void set_structures(const AnyStructures& structures, std::span<const Structure> each,
                               const GuardOptions& options) = 0;
   virtual void clear_structures() noexcept = 0;
@@ -100,6 +105,9 @@ class AnyBone : public Interface {
   virtual void copy_voxels(const VoxelBuffer& out) const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyReader> make_reader() const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr,
+                                                             const RendererOptions& renderer,
+                                                             const StageOptions& stages) = 0;
+  [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const RevolvedTool& tool,
                                                              const RendererOptions& renderer,
                                                              const StageOptions& stages) = 0;
 };

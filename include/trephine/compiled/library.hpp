@@ -16,6 +16,9 @@
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
+#include <concepts>
+#include <memory>
+#include <utility>
 #include <vector>
 
 /// Bodies of the compiled library. CMake compiles them, a unit a density; without CMake a unit reads
@@ -91,11 +94,12 @@ inline StructureVeto veto_of(const Structure& s) {
   refuse("compiled::Structure", "veto must be one of VetoMode's", static_cast<int>(s.veto));
 }
 
-template <VoxelDensity Density, class ContactRenderer>
+/// `Tool` is the Burr or the RevolvedTool that the scene was made with.
+template <VoxelDensity Density, class ContactRenderer, class Tool>
 class SceneOf final : public AnyScene {
  public:
-  SceneOf(VoxelGrid<Density>& grid, double isovalue, const Burr& burr, ContactRenderer renderer, const SceneParts& p)
-      : burr_(burr),
+  SceneOf(VoxelGrid<Density>& grid, double isovalue, const Tool& tool, ContactRenderer renderer, const SceneParts& p)
+      : tool_(tool),
         scene_(grid, isovalue, std::move(renderer), OptionalMilling<Density>(p.milling),
                OptionalStage<trephine::HuntCrossley>(p.hunt_crossley),
                OptionalStage<trephine::MillingVibration>(p.vibration), OptionalStage<trephine::Damping>(p.damping),
@@ -117,9 +121,11 @@ class SceneOf final : public AnyScene {
     part<OptionalStage<trephine::WrenchRateLimit>>().adopt(p.rate_limit);
     part<trephine::DeviceLimits>().adopt(p.limits);
   }
+  void set_tool(const Burr& burr) override { set_tool_of_kind(burr); }
+  void set_tool(const RevolvedTool& tool) override { set_tool_of_kind(tool); }
   void set_structures(const AnyStructures& structures, std::span<const Structure> each,
                       const GuardOptions& options) override {
-    std::shared_ptr<AnyGuard> guard = structures.make_guard(burr_, each, options);
+    std::shared_ptr<AnyGuard> guard = structures.make_guard(tool_, each, options);
     std::vector<StructureVeto> vetoes;
     bool any = false;
     for (const Structure& s : each) {
@@ -156,7 +162,28 @@ class SceneOf final : public AnyScene {
     return scene_.template part<Part>();
   }
 
-  Burr burr_;  // a renderer's own may be wider
+  template <class Other>
+  void set_tool_of_kind(const Other& tool) {
+    if constexpr (!requires { scene_.renderer().take_tool_change(); }) {
+      refuse("compiled::Scene", "set_tool is for the coupled tool", "another renderer");
+    } else if constexpr (!std::same_as<Other, Tool>) {
+      refuse("compiled::Scene", "set_tool takes the kind of tool that the scene was made with, Burr or RevolvedTool",
+             "the other");
+    } else {
+      if (part<OptionalGuard>().is_set())
+        refuse("compiled::Scene", "set_tool must be between clear_structures and set_structures", "a guarded scene");
+      if constexpr (std::same_as<Tool, Burr>) {
+        tool.validate();
+        scene_.check_size(scene_.bone(), tool);
+      } else {
+        scene_.check_size(scene_.bone(), tool.burr());
+      }
+      scene_.renderer().set_tool(tool);
+      tool_ = tool;
+    }
+  }
+
+  Tool tool_;  // a renderer's own may be wider
   HapticScene<Density, ContactRenderer, OptionalMilling<Density>, OptionalStage<trephine::HuntCrossley>,
               OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
               OptionalStage<trephine::FirstOrderFilter>, OptionalGuard, OptionalStage<trephine::PassivityController>,
@@ -218,9 +245,7 @@ class BoneOf final : public AnyBone {
   std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr, const RendererOptions& o,
                                        const StageOptions& stages) override {
     const SceneParts parts(stages);
-    const auto scene = [&]<class R>(R renderer) -> std::unique_ptr<AnyScene> {
-      return std::make_unique<SceneOf<Density, R>>(grid_, isovalue, burr, std::move(renderer), parts);
-    };
+    const auto scene = [&]<class R>(R renderer) { return scene_of(isovalue, burr, std::move(renderer), parts); };
     switch (o.renderer) {
       case RendererKind::kCoupled:
         burr.validate();
@@ -244,8 +269,24 @@ class BoneOf final : public AnyBone {
     }
     refuse("compiled::RendererOptions", "renderer must be one of RendererKind's", static_cast<int>(o.renderer));
   }
+  std::unique_ptr<AnyScene> make_scene(double isovalue, const RevolvedTool& tool, const RendererOptions& o,
+                                       const StageOptions& stages) override {
+    const SceneParts parts(stages);
+    if (o.renderer != RendererKind::kCoupled)
+      refuse("compiled::Scene", "only the coupled tool has another shape than a burr; line and surface take a Burr",
+             o.renderer == RendererKind::kLine      ? "line"
+             : o.renderer == RendererKind::kSurface ? "surface"
+                                                    : "no renderer");
+    return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, o.friction.value_or(Coulomb{0, 0})}, parts);
+  }
 
  private:
+  template <class Tool, class R>
+  [[nodiscard]] std::unique_ptr<AnyScene> scene_of(double isovalue, const Tool& tool, R renderer,
+                                                   const SceneParts& parts) {
+    return std::make_unique<SceneOf<Density, R, Tool>>(grid_, isovalue, tool, std::move(renderer), parts);
+  }
+
   VoxelGrid<Density> grid_;
 };
 

@@ -61,6 +61,7 @@ class OptionalStage {
 class OptionalGuard {
  public:
   void set(std::shared_ptr<AnyGuard> guard) noexcept { guard_ = std::move(guard); }
+  [[nodiscard]] bool is_set() const noexcept { return guard_ != nullptr; }
   void set_push(bool on) noexcept {
     if (guard_) guard_->set_push(on);
   }
@@ -106,12 +107,12 @@ class OptionalMilling {
 
   [[nodiscard]] bool follow_probe() const noexcept { return options_ && options_->follow_probe; }
 
-  template <class Grid>
-  double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Burr& burr,
+  template <class Grid, class Head = Burr>
+  double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
                const CarveContext& context) noexcept {
     double removed_mm3 = 0;
     visit(milling_,
-          [&](auto& milling) { removed_mm3 = milling.carve(grid, isovalue, X_GT_previous, X_GT, burr, context); });
+          [&](auto& milling) { removed_mm3 = milling.carve(grid, isovalue, X_GT_previous, X_GT, head, context); });
     return removed_mm3;
   }
 

@@ -106,6 +106,12 @@ class Scene {
   Scene(const Bone& bone, double isovalue, const Burr& burr, const RendererOptions& renderer = {},
         const StageOptions& stages = {})
       : bone_(bone), scene_(bone_.bone_->make_scene(isovalue, burr, renderer, stages)), stages_(stages) {}
+  /// With a tool of another shape, for the coupled tool alone: include tool/named_tools.hpp or a header of
+  /// tool/shapes/. \code Scene scene(bone, 300, tool_by_name("match-head-3").tool); \endcode Throws
+  /// std::invalid_argument likewise, and for another renderer.
+  Scene(const Bone& bone, double isovalue, const RevolvedTool& tool, const RendererOptions& renderer = {},
+        const StageOptions& stages = {})
+      : bone_(bone), scene_(bone_.bone_->make_scene(isovalue, tool, renderer, stages)), stages_(stages) {}
 
   /// One step of the loop; `dt` is the measured time since the last tick [s]. No memory, lock, file or clock.
   [[nodiscard]] TickResult tick(const TickInput& input, double dt) noexcept { return scene_->tick(input, dt); }
@@ -120,6 +126,13 @@ class Scene {
     scene_->set_stages(stages);
     stages_ = stages;
   }
+
+  /// Takes another tool between ticks, on the haptic thread, without memory from the heap: a RevolvedTool in a scene
+  /// made with one, a Burr in one made with a burr, for the coupled tool alone. From the next tick on the scene is as a
+  /// new one with that tool. Throws std::invalid_argument for another scene, a tool larger than the bone, or while
+  /// structures are guarded: a guard is made for its tool.
+  void set_tool(const RevolvedTool& tool) { scene_->set_tool(tool); }
+  void set_tool(const Burr& burr) { scene_->set_tool(burr); }
 
   /// Guards structures and keeps cuts from them, instead of those before: include compiled/structures.hpp.
   void set_structures(const Structures& structures, std::span<const Structure> each, const GuardOptions& options = {});

@@ -44,15 +44,25 @@ class StructuresOf final : public AnyStructures {
   int count() const noexcept override { return field_->structures(); }
   std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
                                        const GuardOptions& options) const override {
+    return guard_round(burr, each, options);
+  }
+  std::shared_ptr<AnyGuard> make_guard(const RevolvedTool& tool, std::span<const Structure> each,
+                                       const GuardOptions& options) const override {
+    return guard_round(tool, each, options);
+  }
+
+ private:
+  template <class Tool>
+  [[nodiscard]] std::shared_ptr<AnyGuard> guard_round(const Tool& tool, std::span<const Structure> each,
+                                                      const GuardOptions& options) const {
     std::vector<GuardedStructure> guarded;
     for (const Structure& s : each) guarded.push_back(guarded_structure(s));
     GuardPotentialOptions of_all{.smoothing = options.smoothing};
     of_all.budget = options.budget;
-    return std::make_shared<GuardOf>(std::make_shared<const GuardPotential>(field_, X_GS_, burr, guarded, of_all),
+    return std::make_shared<GuardOf>(std::make_shared<const GuardPotential>(field_, X_GS_, tool, guarded, of_all),
                                      StructureGuard::Options{.push = options.push, .ramp_time = options.ramp_time});
   }
 
- private:
   [[nodiscard]] static GuardedStructure guarded_structure(const Structure& s) {
     GuardedStructure g{
         .margin = s.margin, .stiffness = s.stiffness, .greatest_force = s.greatest_force, .damping = s.damping};

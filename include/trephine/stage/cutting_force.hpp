@@ -89,9 +89,9 @@ class CuttingForce {
   [[nodiscard]] const Options& options() const noexcept { return options_; }
   /// Replaces the options by valid ones, between ticks on the haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
-  /// Prepares for a tool's head: the scene's constructor calls it, and whoever changes the tool between ticks.
+  /// Prepares for a tool's head. The scene calls it at its construction and after a change of tool; no allocation.
   template <class Head>
-  void prepare(const Head& head) {
+  void prepare(const Head& head) noexcept {
     const CuttingHead& cutting = head_of(head);
     elements_ = HeadElements(cutting);
     top_ = cutting.outline.z_high();

@@ -59,7 +59,7 @@ class HapticScene {
 /// \endcode
 /// Parts are stages, carvers and tags; an unlisted part is not compiled into the loop and takes no bytes. Steps of a
 /// tick:
-/// 1. every part's `begin_tick`;
+/// 1. every part's `begin_tick`; the renderer's first, and a `reset` of the scene if its tool changed;
 /// 2. check of the input;
 /// 3. contact (renderer), in the grid's frame;
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
@@ -106,14 +106,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
-    // A burr larger than the bone means that burr and grid differ in units.
-    const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm(),
-                 tip_radius = renderer_.shape().tip_radius;
-    if (!(2 * tip_radius <= diagonal)) {
-      std::ostringstream rule;
-      rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
-      refuse("HapticScene", rule.str(), 2 * tip_radius);
-    }
+    check_size(bone, renderer_.shape());
     if constexpr (!kHasTorque && requires { renderer_.disable_torque(); }) renderer_.disable_torque();
     for_each_part([&](const auto& part) {
       if constexpr (requires { part.validate(); }) part.validate();
@@ -123,9 +116,16 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       surface_ = shared_bone_surface(bone, isovalue);
       renderer_.prepare(surface_->view());
     }
-    for_each_part([&](auto& part) {
-      if constexpr (requires { part.prepare(cutting_head()); }) part.prepare(cutting_head());
-    });
+    prepare_parts();
+  }
+
+  /// Throws std::invalid_argument for a burr larger than the bone: burr and grid then differ in units.
+  static void check_size(const Grid& bone, const Burr& burr) {
+    const double diagonal = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2])).norm();
+    if (2 * burr.tip_radius <= diagonal) return;
+    std::ostringstream rule;
+    rule << "the grid's diagonal of " << diagonal << " m must exceed the burr's diameter (are both in metres?)";
+    refuse("HapticScene", rule.str(), 2 * burr.tip_radius);
   }
 
   /// Runs one step of the loop and returns the wrench on the tool, about T's origin, in W axes, with contact, removed
@@ -297,8 +297,20 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       return renderer_.cutting_pose();
   }
 
+  /// Tells parts the head that cuts.
+  void prepare_parts() noexcept {
+    for_each_part([&](auto& part) {
+      if constexpr (requires { part.prepare(cutting_head()); }) part.prepare(cutting_head());
+    });
+  }
+
   void begin_tick() noexcept {
     if constexpr (requires { renderer_.begin_tick(); }) renderer_.begin_tick();
+    if constexpr (requires { renderer_.take_tool_change(); })
+      if (renderer_.take_tool_change()) {
+        reset();
+        prepare_parts();
+      }
     for_each_part([](auto& part) {
       if constexpr (requires { part.begin_tick(); }) part.begin_tick();
     });

@@ -5,12 +5,13 @@
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
-#include <trephine/tool/shape.hpp>
+#include <trephine/tool/holding_burr.hpp>
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -59,9 +60,11 @@ struct GuardPotentialOptions {
 /// A push out of the margins of all structures, as the gradient of one potential of the tool's pose.
 ///
 /// A tool of revolution is a union of balls on its axis: one of the tip's radius at T's origin, and balls of the
-/// shaft's radius at samples z along the shaft. u_iz = margin_i + radius_z − d_i is how deep ball z is in the margin of
-/// structure i. d_i is the structure's distance at the ball's centre, smoothed by quadratic B-splines, so it has a
-/// continuous gradient everywhere, also where two parts of a structure are equally near.
+/// shaft's radius at samples z along the shaft. Another tool than a burr has the tip's ball of its `holding_burr`, and
+/// behind it balls that each hold the tool halfway to the next, so that all balls hold all of the tool.
+/// u_iz = margin_i + radius_z − d_i is how deep ball z is in the margin of structure i. d_i is the structure's distance
+/// at the ball's centre, smoothed by quadratic B-splines, so it has a continuous gradient everywhere, also where two
+/// parts of a structure are equally near.
 ///
 ///     U = Σ_i Ψ_i(v_i),   v_i = (Σ_z w_z u_iz^p)^(1/p),  p = 4,   Ψ(v) = ½ k v²,  linear beyond the greatest force
 ///
@@ -91,15 +94,17 @@ class GuardPotential {
     }
   };
 
-  /// `structures` has an entry for each structure of the field, in its order. Throws std::invalid_argument for options
-  /// out of range, another number of structures, a pose that is not rigid, or a field whose bands do not reach
-  /// `required_reach`.
-  GuardPotential(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Burr& burr,
-                 std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
-      : field_(std::move(field)), X_GS_(X_GS), burr_(burr), H_(options.smoothing) {
+  /// The tool is a Burr, a RevolvedTool or measures of one. `structures` has an entry for each structure of the field,
+  /// in its order. Throws std::invalid_argument for options out of range, another number of structures, a pose that is
+  /// not rigid, or a field whose bands do not reach `required_reach`.
+  template <class Tool>
+  requires(std::same_as<Tool, Burr> || std::convertible_to<Tool, RevolvedTool>)
+      GuardPotential(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Tool& tool,
+                     std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
+      : field_(std::move(field)), X_GS_(X_GS), burr_(holding_burr(tool)), H_(options.smoothing) {
     if (field_ == nullptr) refuse("GuardPotential", "it needs a StructureField", "none");
     if (!is_usable_pose(X_GS)) refuse("GuardPotential", "X_GS must be rigid", "not so");
-    burr.validate();
+    burr_.validate();
     if (!(H_ >= 0.05e-3) || !(H_ <= 0.01)) refuse("GuardPotential", "smoothing must be 0.00005 to 0.01 m", H_);
     if (structures.size() != static_cast<std::size_t>(field_->structures()))
       refuse("GuardPotential", "structures must have one entry for each of the field's",
@@ -111,7 +116,8 @@ class GuardPotential {
       if (s.mode == GuardMode::kOff) continue;
       widest_margin_ = std::max(widest_margin_, s.margin);
     }
-    const double reach = required_reach(burr, widest_margin_, H_);
+    place_samples(tool);
+    const double reach = required_reach(largest_radius(), widest_margin_, H_);
     if (field_->reach() < reach)
       refuse("GuardPotential",
              "the field's bands must reach margin + tool's radius + 2.6 smoothing = " + std::to_string(1e3 * reach) +
@@ -124,18 +130,29 @@ class GuardPotential {
       smooth_.emplace_back(*field_, s, H_, g.mode == GuardMode::kPush ? zone : -1);
     }
     find_stiffness();
-    if (options.budget) keep_to(*options.budget);
-    place_samples(options.budget);
+    if (options.budget) {
+      keep_to(*options.budget);
+      weigh_samples(*options.budget);
+    }
   }
 
   /// Returns the reach that a field's bands need [m].
   [[nodiscard]] static double required_reach(const Burr& burr, double widest_margin, double smoothing) noexcept {
-    const double radius = burr.has_shaft() ? std::max(burr.tip_radius, burr.shaft_radius) : burr.tip_radius;
-    return widest_margin + radius + 2.6 * smoothing;  // a knot of a spline is up to 1.5 √3 spacings away
+    return required_reach(burr.has_shaft() ? std::max(burr.tip_radius, burr.shaft_radius) : burr.tip_radius,
+                          widest_margin, smoothing);
+  }
+  /// The same for any tool, or a little more.
+  [[nodiscard]] static double required_reach(const RevolvedTool& tool, double widest_margin,
+                                             double smoothing) noexcept {
+    const double half_step = std::max(smoothing, tool.outline().z_high() / kMostSamples) / 2;
+    const Burr burr = holding_burr(tool);
+    return required_reach(std::max(burr.tip_radius, std::hypot(tool.outline().largest_radius(), half_step)),
+                          widest_margin, smoothing);
   }
 
   [[nodiscard]] const StructureField& field() const noexcept { return *field_; }
   [[nodiscard]] const Posed& X_GS() const noexcept { return X_GS_; }
+  /// Returns the burr, or the `holding_burr` of another tool.
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
   /// Returns the structures' options; a budget has lowered stiffness, force and damping.
   [[nodiscard]] std::span<const GuardedStructure> structures() const noexcept { return structures_; }
@@ -163,7 +180,7 @@ class GuardPotential {
     for (std::size_t n = 0; n < samples_.size();) {
       const Sample& s = samples_[n];
       const Vec3d p = tip + s.z * axis;
-      const double clear = clear_length(p, s.radius);
+      const double clear = clear_length(p, shaft_radius_);
       if (clear > 0) {
         n += 1 + static_cast<std::size_t>(clear / sample_step_);
         continue;
@@ -208,9 +225,10 @@ class GuardPotential {
     double z, radius, weight;
   };
 
-  [[nodiscard]] double largest_radius() const noexcept {
-    return burr_.has_shaft() ? std::max(burr_.tip_radius, burr_.shaft_radius) : burr_.tip_radius;
+  [[nodiscard]] static double required_reach(double radius, double widest_margin, double smoothing) noexcept {
+    return widest_margin + radius + 2.6 * smoothing;  // a knot of a spline is up to 1.5 √3 spacings away
   }
+  [[nodiscard]] double largest_radius() const noexcept { return std::max(burr_.tip_radius, shaft_radius_); }
 
   /// Returns how far a ball's centre can move before it may touch a margin [m]; <= 0 if it may touch one.
   [[nodiscard]] double clear_length(const Vec3d& p_S, double radius) const noexcept {
@@ -228,22 +246,41 @@ class GuardPotential {
     }
   }
 
-  void place_samples(const std::optional<StiffnessBudget>& budget) {
-    if (!burr_.has_shaft()) return;
-    const double from = burr_.tip_radius, length = burr_.shaft_length - from;
-    if (!(length > 0)) return;
+  void place_samples(const Burr& burr) {
+    place_samples(burr.tip_radius, burr.shaft_length, [&](double, double) { return burr.shaft_radius; });
+  }
+  void place_samples(const RevolvedTool& tool) {
+    // Up to there the tip's ball holds the tool.
+    double from = 0, not_to = tool.outline().z_high();
+    const double most = burr_.tip_radius * (1 + kRounding);
+    for (int i = 0; i < kBisections; ++i) {
+      const double z = (from + not_to) / 2;
+      (tool.outline().largest_distance(0, z, 0) <= most ? from : not_to) = z;
+    }
+    place_samples(from, tool.outline().z_high(), [&](double z, double half_step) {
+      return tool.outline().largest_distance(z - half_step, z + half_step, z);
+    });
+  }
+  /// Places balls of the radius `radius_of(z, half a step)` between two heights.
+  template <class Radius>
+  void place_samples(double from, double to, Radius radius_of) {
+    const double length = to - from;
+    if (!burr_.has_shaft() || !(length > 0)) return;
     const int count = std::clamp(static_cast<int>(std::ceil(length / H_)), 1, kMostSamples);
     sample_step_ = length / count;
+    for (int n = 0; n < count; ++n) {
+      const double z = from + (n + 0.5) * sample_step_;
+      samples_.push_back({z, radius_of(z, sample_step_ / 2), 1.0 / count});
+      shaft_radius_ = std::max(shaft_radius_, samples_.back().radius);
+    }
+  }
+  /// A ball far from T turns with its lever.
+  void weigh_samples(const StiffnessBudget& budget) {
     double stiffest = 0;
     for (const GuardedStructure& s : structures_) stiffest = std::max(stiffest, s.stiffness);
-    for (int n = 0; n < count; ++n) {
-      Sample s{from + (n + 0.5) * sample_step_, burr_.shaft_radius, 1.0 / count};
-      // A ball far from T turns with its lever.
-      if (budget) {
-        const double rocking = kPinch * stiffest * s.z * s.z;
-        s.weight *= std::pow(std::min(1.0, budget->angular / rocking), kNorm / 2.0);
-      }
-      samples_.push_back(s);
+    for (Sample& s : samples_) {
+      const double rocking = kPinch * stiffest * s.z * s.z;
+      s.weight *= std::pow(std::min(1.0, budget.angular / rocking), kNorm / 2.0);
     }
   }
 
@@ -276,7 +313,7 @@ class GuardPotential {
   /// Finds the largest stiffness of a ball, at the knots and midway between four of them.
   void find_stiffness() {
     stiffness_ = 0;
-    const double tip = burr_.tip_radius, shaft = burr_.has_shaft() ? burr_.shaft_radius : tip;
+    const double tip = burr_.tip_radius, shaft = samples_.empty() ? tip : shaft_radius_;
     for (SmoothDistance& smooth : smooth_) {
       for (const Vec3d& knot : smooth.knots())
         for (const double shift : {0.0, 0.5 * H_})
@@ -305,6 +342,8 @@ class GuardPotential {
 
   // A smooth distance is a mean of distances. Its points lie √3/2 knot spacings away, in root mean square.
   static constexpr double kSplineReach = 0.8661;
+  static constexpr double kRounding = 1e-9;
+  static constexpr int kBisections = 50;
 
   std::shared_ptr<const StructureField> field_;
   Posed X_GS_;
@@ -313,6 +352,7 @@ class GuardPotential {
   std::vector<GuardedStructure> structures_;
   std::vector<SmoothDistance> smooth_;  // of each structure
   std::vector<Sample> samples_;
+  double shaft_radius_ = 0;  // largest of the samples [m]
   double sample_step_ = 1;
   double widest_margin_ = 0;
   double stiffness_ = 0;

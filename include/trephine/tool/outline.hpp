@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 
 namespace trephine {
 
@@ -25,6 +26,43 @@ namespace trephine {
 class ToolOutline {
  public:
   static constexpr std::size_t kMostPieces = 24;
+
+  /// A place on the outline [m] with the unit normal out of the body.
+  struct Place {
+    double rho, z, normal_rho, normal_z;
+  };
+
+  /// A line, or an arc with side ±1 (outward, inward), from its lower end to its upper one [m].
+  struct Piece {
+    double rho, z, end_rho, end_z;
+    double along_rho = 0, along_z = 0, length = 0;              // of a line
+    double centre_rho = 0, centre_z = 0, radius = 0, side = 0;  // of an arc
+    double middle_rho = 0, middle_z = 0, cosine = 1;            // of an arc: its middle's direction, half its angle
+
+    /// ρ at a height between its ends [m].
+    [[nodiscard]] double radius_at(double height) const noexcept {
+      if (side != 0) {
+        const double b = height - centre_z;
+        return centre_rho + side * std::sqrt(std::max(0.0, radius * radius - b * b));
+      }
+      if (!(end_z > z)) return std::min(rho, end_rho);
+      return rho + (end_rho - rho) * (height - z) / (end_z - z);
+    }
+    /// Largest ρ [m].
+    [[nodiscard]] double largest_radius() const noexcept {
+      const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
+      return bulges ? centre_rho + radius : std::max(rho, end_rho);
+    }
+    /// Length along it [m].
+    [[nodiscard]] double way() const noexcept { return side != 0 ? 2 * radius * std::acos(cosine) : length; }
+    /// Place after this length [m] along it.
+    [[nodiscard]] Place place_at(double along) const noexcept {
+      if (side == 0) return {rho + along * along_rho, z + along * along_z, along_z, -along_rho};
+      const double angle = std::atan2(z - centre_z, rho - centre_rho) + side * along / radius;
+      const double c = std::cos(angle), s = std::sin(angle);
+      return {centre_rho + radius * c, centre_z + radius * s, side * c, side * s};
+    }
+  };
 
   /// Starts at height z [m]. If ρ > 0 the body begins with a flat end.
   ToolOutline(double rho, double z) : low_(z), rho_(0), z_(z) {
@@ -82,6 +120,8 @@ class ToolOutline {
     return *this;
   }
 
+  /// The pieces, from the tip up.
+  [[nodiscard]] std::span<const Piece> pieces() const noexcept { return {pieces_.data(), count_}; }
   [[nodiscard]] bool is_closed() const noexcept { return closed_; }
   [[nodiscard]] double z_low() const noexcept { return low_; }
   [[nodiscard]] double z_high() const noexcept { return z_; }
@@ -107,11 +147,6 @@ class ToolOutline {
     return least;
   }
 
-  /// A place on the outline [m] with the unit normal out of the body.
-  struct Place {
-    double rho, z, normal_rho, normal_z;
-  };
-
   /// Length of the outline from the foremost point, without a flat end at the top [m].
   [[nodiscard]] double side_length() const noexcept {
     double length = 0;
@@ -124,6 +159,22 @@ class ToolOutline {
     std::size_t i = 0;
     for (; i + 1 < count_ && !is_top(pieces_[i + 1]) && length > pieces_[i].way(); ++i) length -= pieces_[i].way();
     return pieces_[i].place_at(std::clamp(length, 0.0, pieces_[i].way()));
+  }
+
+  /// Largest distance of the body between two heights from the axis' point at a third height [m].
+  [[nodiscard]] double largest_distance(double from, double to, double centre) const noexcept {
+    double most = 0;
+    for (const Piece& p : pieces()) {
+      if (p.end_z < from || p.z > to) continue;
+      const auto offer = [&](double rho, double z) { most = std::max(most, std::hypot(rho, z - centre)); };
+      p.z < from ? offer(p.radius_at(from), from) : offer(p.rho, p.z);
+      p.end_z > to ? offer(p.radius_at(to), to) : offer(p.end_rho, p.end_z);
+      const double away = std::hypot(p.centre_rho, p.centre_z - centre);
+      if (!(p.side > 0) || !(away > 0) || !(p.centre_rho >= 0)) continue;
+      const double z = p.centre_z + p.radius * (p.centre_z - centre) / away;
+      if (std::max(p.z, from) < z && z < std::min(p.end_z, to)) most = std::max(most, away + p.radius);
+    }
+    return most;
   }
 
   /// The body below a height, with a flat end there: the part of a tool that cuts.
@@ -259,33 +310,6 @@ class ToolOutline {
   static constexpr double kCentre = 1e-9;      // [m] below it a gradient has no direction
   static constexpr double kAtEnd = 1e-12;      // a rounding error's part of a squared distance
 
-  /// A line, or an arc with side ±1 (outward, inward).
-  struct Piece {
-    double rho, z, end_rho, end_z;
-    double along_rho = 0, along_z = 0, length = 0;              // of a line
-    double centre_rho = 0, centre_z = 0, radius = 0, side = 0;  // of an arc
-    double middle_rho = 0, middle_z = 0, cosine = 1;            // of an arc: its middle's direction, half its angle
-
-    [[nodiscard]] double radius_at(double height) const noexcept {
-      if (side != 0) {
-        const double b = height - centre_z;
-        return centre_rho + side * std::sqrt(std::max(0.0, radius * radius - b * b));
-      }
-      if (!(end_z > z)) return std::min(rho, end_rho);
-      return rho + (end_rho - rho) * (height - z) / (end_z - z);
-    }
-    [[nodiscard]] double largest_radius() const noexcept {
-      const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
-      return bulges ? centre_rho + radius : std::max(rho, end_rho);
-    }
-    [[nodiscard]] double way() const noexcept { return side != 0 ? 2 * radius * std::acos(cosine) : length; }
-    [[nodiscard]] Place place_at(double along) const noexcept {
-      if (side == 0) return {rho + along * along_rho, z + along * along_z, along_z, -along_rho};
-      const double angle = std::atan2(z - centre_z, rho - centre_rho) + side * along / radius;
-      const double c = std::cos(angle), s = std::sin(angle);
-      return {centre_rho + radius * c, centre_z + radius * s, side * c, side * s};
-    }
-  };
   [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
     return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
   }

@@ -40,16 +40,23 @@ class Bristles {
   /// Returns false for a law that slips at any force.
   [[nodiscard]] bool has_friction() const noexcept { return has_friction_; }
 
-  /// Allocates bristles for `elements` elements in contact at once, each of `points_per_element` points, and for
-  /// `points` points in all.
+  /// Allocates bristles for `elements` elements in contact at once, each of at most `points_per_element` points, and
+  /// for `points` points in all. Elements have no points before `set_points_per_element`.
   void reserve(std::size_t elements, std::size_t points_per_element, std::size_t points) {
     if (!has_friction_) return;
-    points_per_element_ = points_per_element;
     rows_.clear();
     rows_.reserve(elements);
-    deflections_.assign(elements * points_per_element, {});
+    deflections_.reserve(rows_.capacity() * points_per_element);
     table_.assign(std::bit_ceil(4 * elements), kNone);
     groups_.resize((points + kProfileLanes - 1) / kProfileLanes);
+  }
+
+  /// Takes another number of points, not above the reserved one, and removes all deflections. Rows are filled when an
+  /// element comes into contact.
+  void set_points_per_element(std::size_t points) noexcept {
+    reset();
+    points_per_element_ = points;
+    deflections_.resize(rows_.capacity() * points);
   }
 
   /// Removes all deflections.
@@ -269,6 +276,7 @@ class Bristles<Frictionless> {
   explicit Bristles(const Frictionless&) noexcept {}
   [[nodiscard]] static constexpr bool has_friction() noexcept { return false; }
   void reserve(std::size_t, std::size_t, std::size_t) noexcept {}
+  void set_points_per_element(std::size_t) noexcept {}
   void reset() noexcept {}
   void begin_tick(const Posed&) noexcept {}
   void attach(std::span<const FoundationPoint>, const Posed&, double) noexcept {}

@@ -37,12 +37,17 @@ class BroadPhase {
   /// Allocates room for all blocks of the bone's surface. Contact begins `contact_offset` [m] outside the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
-    contact_offset_ = contact_offset;
     skipped_distance_ = static_cast<float>(Constants::kSkippedDistance * view.grid().spacing().minCoeff());
     blocks_.reserve(view.surface().block_count());
     block_spheres_.reserve(view.surface().block_count());
     bricks_.reserve(Constants::kMaxBricks);
     brick_spheres_.reserve(Constants::kMaxBricks);
+    set_contact_offset(contact_offset);
+  }
+
+  /// Contact begins `offset` [m] outside the tool. Empties the lists.
+  void set_contact_offset(double offset) noexcept {
+    contact_offset_ = offset;
     invalidate();
   }
 

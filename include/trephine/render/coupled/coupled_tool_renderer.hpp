@@ -55,6 +55,9 @@ class CoupledToolRenderer {
   /// Newton steps of a tick, at most.
   static constexpr int kMaxSteps = CoupledConstants::kMaxSteps;
 
+  /// What a `Remote<CoupledToolRenderer>` receives: another tool; nothing changes nothing.
+  using Options = std::optional<Shape>;
+
   /// Throws std::invalid_argument for options outside their range.
   CoupledToolRenderer(Shape shape, const CoupledOptions& options = {}, const FrictionLaw& friction = FrictionLaw{})
       : shape_(std::move(shape)),
@@ -68,15 +71,36 @@ class CoupledToolRenderer {
   /// Allocates for the tool in the voxels of this bone. A scene calls it once, before its first tick.
   template <class View>
   void prepare(const View& view) {
-    const bool solves_rotation = Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
-    gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation, view.grid().spacing(),
-                                  view.surface().longest_part());
-    head_ = shape_.cutting_head(gains_.cut_allowance);
-    broad_phase_.reserve(view, gains_.law.offset);
-    foundation_ = Foundation(gains_.points_per_side, Constants::kMaxPoints);
-    bristles_.reserve(Constants::kMaxContacts, foundation_.side() * foundation_.side(), Constants::kMaxPoints);
+    spacing_ = view.grid().spacing();
+    longest_part_ = view.surface().longest_part();
+    broad_phase_.reserve(view, 0);
+    foundation_ = Foundation(1, Constants::kMaxPoints);
+    bristles_.reserve(Constants::kMaxContacts, Foundation::kMaxSide * Foundation::kMaxSide, Constants::kMaxPoints);
     contacts_.reserve(Constants::kMaxContacts);
+    fit_tool();
   }
+
+  /// Takes another tool between ticks, no larger than the bone, with gains of its own. At the next tick the scene
+  /// forgets contact, velocities and the state of its stages, as a new scene with that tool. So a tool that then lies
+  /// in bone has `kStartedInside`, and its force is ramped. Haptic thread; no allocation. Another thread posts the tool
+  /// to a Mailbox:
+  /// \code
+  /// Mailbox<std::optional<RevolvedTool>> tools;
+  /// HapticScene scene{bone, 300, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Milling{}};
+  /// tools.post(tool_by_name("pear-2.3").tool);
+  /// \endcode
+  void set_tool(const Shape& tool) noexcept {
+    shape_ = tool;
+    bounds_ = shape_.bounds();
+    fit_tool();
+    reset();
+    tool_changed_ = true;
+  }
+  void adopt(const Options& tool) noexcept {
+    if (tool) set_tool(*tool);
+  }
+  /// True once after `set_tool`: the scene resets itself.
+  [[nodiscard]] bool take_tool_change() noexcept { return std::exchange(tool_changed_, false); }
 
   /// Returns the wrench on the tool about T's origin, G axes, for a device at X_GT.
   template <class View>
@@ -142,6 +166,16 @@ class CoupledToolRenderer {
 
  private:
   using Constants = CoupledConstants;
+
+  /// Derives from the tool what depends on it.
+  void fit_tool() noexcept {
+    const bool solves_rotation = Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
+    gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation, spacing_, longest_part_);
+    head_ = shape_.cutting_head(gains_.cut_allowance);
+    broad_phase_.set_contact_offset(gains_.law.offset);
+    foundation_.set_side(gains_.points_per_side);
+    bristles_.set_points_per_element(foundation_.side() * foundation_.side());
+  }
 
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
   [[nodiscard]] Pose<Scalar> ahead(double max_distance) const noexcept {
@@ -276,6 +310,9 @@ class CoupledToolRenderer {
   Foundation foundation_;
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
   ContactList<Scalar> contacts_;
+  Vec3d spacing_ = Vec3d::Ones();  // of the grid [m]
+  double longest_part_ = 1;        // of a surface element [m]
+  bool tool_changed_ = false;      // since the scene asked
 
   // State from tick to tick.
   Posed X_ = Posed::Identity();

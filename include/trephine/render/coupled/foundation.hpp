@@ -78,10 +78,11 @@ class Foundation {
 
   /// `side` points lie along each side of an element, evenly over it: a lattice has the smallest quadrature error. At
   /// most `max_points` points in contact are stored. Allocates.
-  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0)
-      : side_(std::clamp<std::size_t>(side, 1, kMaxSide)) {
+  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) {
+    set_side(side);
     points_.reserve(max_points);
   }
+  void set_side(std::size_t side) noexcept { side_ = std::clamp<std::size_t>(side, 1, kMaxSide); }
 
   [[nodiscard]] std::size_t side() const noexcept { return side_; }
   /// Points in contact at the last `sum`, as many as there is room for.
