@@ -303,29 +303,52 @@ TEST_CASE("A structure's bricks hold every sample within reach") {
     labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(1e-3, 3e-3), 2e-4, rng).distance, s + 1);
   const auto field = build_structure_field(labels.view(), {.reach = 1e-3, .threads = 2});
   for (int s = 0; s < field->structures(); ++s) {
-    std::size_t stored = 0, found = 0;
+    std::size_t in_bricks = 0, found = 0;
     for (std::size_t b = 0; b < field->brick_count(s); ++b) {
-      const StructureBrick brick = field->brick(s, b);
-      REQUIRE(brick.samples.size() == 512);
-      std::size_t n = 0;
+      const std::array<int, 3> first = field->brick(s, b);
       for (int k = 0; k < 8; ++k)
         for (int j = 0; j < 8; ++j)
-          for (int i = 0; i < 8; ++i, ++n) {
-            const double d = brick.samples[n] * field->quantum();
-            if (std::abs(d) < field->reach()) ++stored;
-            const int x = brick.first[0] + i, y = brick.first[1] + j, z = brick.first[2] + k;
-            CHECK_UNARY(field->sample(s, x, y, z) == std::clamp(d, -field->reach(), field->reach()));
-          }
+          for (int i = 0; i < 8; ++i)
+            if (std::abs(field->sample(s, first[0] + i, first[1] + j, first[2] + k)) < field->reach()) ++in_bricks;
       bool listed = false;
-      field->structures_near(brick.first[0], brick.first[1], brick.first[2], [&](int t) { listed = listed || t == s; });
+      field->structures_near(first[0], first[1], first[2], [&](int t) { listed = listed || t == s; });
       CHECK(listed);
     }
     for (int k = -16; k < 48; ++k)
       for (int j = -16; j < 56; ++j)
         for (int i = -16; i < 56; ++i) found += std::abs(field->sample(s, i, j, k)) < field->reach() ? 1U : 0U;
-    CHECK(stored == found);
-    CHECK(stored > 500);
+    CHECK(in_bricks == found);
+    CHECK(in_bricks > 500);
   }
+}
+
+TEST_CASE("Distances of a structure among others are those that it has alone, bit for bit") {
+  constexpr unsigned kSeed = 27;
+  Random rng(kSeed);
+  Labels labels({60, 56, 50}, Vec3d::Constant(3e-4));
+  constexpr int kCount = 4;
+  for (int s = 0; s < kCount; ++s)
+    labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(2e-3, 5e-3), 2e-4, rng).distance, s + 1);
+  const StructureFieldOptions options{.reach = 2e-3, .threads = 2};
+  const auto together = build_structure_field(labels.view(), options);
+  std::size_t own = 0, all = 0;
+  for (int s = 0; s < kCount; ++s) {
+    Labels lone(labels.size, labels.spacing);
+    std::size_t n = 0;
+    lone.set([&](int, int, int) { return labels.structure[n++] == s + 1 ? 1 : 0; });
+    const auto alone = build_structure_field(lone.view(), options);
+    std::size_t others = 0;
+    for (int k = -12; k < 62; ++k)
+      for (int j = -12; j < 68; ++j)
+        for (int i = -12; i < 72; ++i) others += together->sample(s, i, j, k) != alone->sample(0, i, j, k) ? 1U : 0U;
+    CHECK(others == 0);
+    own += together->bytes();
+    all += alone->brick_count(0);
+  }
+  // Most bricks have no samples of their own, and some do: both are looked up above.
+  const std::size_t dense = 3 * 62 * 58 * 52, bands = own / kCount - dense;
+  CHECK(bands > 20 * 1024);
+  CHECK(bands < all * 512);
 }
 
 TEST_CASE("Labels at their edges: refused, all one, one voxel, 255 structures") {

@@ -218,10 +218,11 @@ class GuardPotential {
   }
 
   void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
+    const SmoothDistance::Place place(p_S, H_);
     for (std::size_t i = 0; i < smooth_.size(); ++i) {
       if (smooth_[i].empty()) continue;
       Push push{static_cast<int>(i), s.z, 0, s.weight, Vec3d::Zero()};
-      const std::optional<double> d = smooth_[i].at(p_S, push.gradient);
+      const std::optional<double> d = smooth_[i].at(place, push.gradient);
       if (!d) continue;
       push.depth = structures_[i].margin + s.radius - *d;
       if (push.depth > 0 && count < out.size()) out[count++] = push;
