@@ -260,16 +260,9 @@ class GuardPotential {
       if (!d) continue;
       const double u = s.margin + radius - *d;
       if (!(u > 0)) continue;
-      Mat3d second;
-      for (int a = 0; a < 3; ++a) {
-        Vec3d more = g, less = g;
-        (void)smooth_[i].at(p_S + 0.25 * H_ * Vec3d::Unit(a), more);
-        (void)smooth_[i].at(p_S - 0.25 * H_ * Vec3d::Unit(a), less);
-        second.col(a) = (more - less) / (0.5 * H_);
-      }
       const double force = std::min(s.stiffness * u, s.greatest_force);
       if (force < s.greatest_force) K += std::sqrt(2.0) * s.stiffness * g * g.transpose();
-      K -= 0.5 * force * (second + second.transpose());
+      K -= force * smooth_[i].curvature(p_S, g);
     }
     return K;
   }

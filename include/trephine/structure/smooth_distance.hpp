@@ -121,6 +121,18 @@ class SmoothDistance {
     return value;
   }
 
+  /// Returns the second derivative where the gradient at p_S is `gradient`, by differences over half a spacing [1/m].
+  [[nodiscard]] Mat3d curvature(const Vec3d& p_S, const Vec3d& gradient) const noexcept {
+    Mat3d second;
+    for (int a = 0; a < 3; ++a) {
+      Vec3d more = gradient, less = gradient;
+      static_cast<void>(at(Vec3d(p_S + 0.25 * H_ * Vec3d::Unit(a)), more));
+      static_cast<void>(at(Vec3d(p_S - 0.25 * H_ * Vec3d::Unit(a)), less));
+      second.col(a) = (more - less) / (0.5 * H_);
+    }
+    return 0.5 * (second + second.transpose());
+  }
+
  private:
   static constexpr int kBlock = 8, kSide = kBlock + 2;
   /// Distances [m] at 8³ knots and one around them.
