@@ -397,9 +397,9 @@ class StructureFieldBuilder {
 /// as the nearest. It is exact for the discs within reach of a structure, and for the nearest structure's discs beyond.
 ///
 /// Errors against analytic shapes of three voxels across and more, at the 99th percentile and in longest spacings: 0.26
-/// smoothed, 0.47 raw. Tubes of 1.6 to 3 voxels: 0.41 smoothed (`tests/structure/structure_field.cpp`).
+/// smoothed, 0.47 raw. Tubes of 1.4 to 3 voxels: 0.40 smoothed, 0.73 at worst (`tests/structure/structure_field.cpp`).
 ///
-/// Cost: 11 to 13 s of processor time for 256³ voxels with 15 structures, divided among the threads. Memory while it
+/// Cost: 9 to 13 s of processor time for 256³ voxels with 15 structures, divided among the threads. Memory while it
 /// works: 56 bytes an edge that leaves a structure, 16 more a thread, and twice the bands.
 ///
 /// Throws std::invalid_argument for what `LabelVolume::validate` refuses, and unless reach is in [1, 127] longest
