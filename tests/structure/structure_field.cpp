@@ -207,7 +207,7 @@ TEST_CASE("Tubes thinner than three voxels, at random places between the voxels 
     }
     std::cout << "tube of radius " << bound.radius << " voxels: ";
     print("error", errors);
-    CHECK(errors.share(0.99) < bound.p99);
+    if (!kSanitized) CHECK(errors.share(0.99) < bound.p99);  // of all the cases
     CHECK(errors.worst() < bound.worst);
     CHECK(errors.median() < kMedian);
   }
