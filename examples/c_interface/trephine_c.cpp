@@ -13,6 +13,8 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,6 +45,18 @@ struct trephine_reader {
 struct trephine_structures {
   compiled::Structures distances;
   std::vector<compiled::Structure> each;
+  std::vector<std::string> names;
+  compiled::GuardOptions guard{};
+
+  /// Throws std::invalid_argument for a number that is none.
+  [[nodiscard]] std::size_t index(const char* function, std::int32_t structure) const {
+    require(structure >= 0 && structure < distances.count(), function, ": no structure ", structure);
+    return static_cast<std::size_t>(structure);
+  }
+};
+
+struct trephine_protection {
+  compiled::Protection protection;
 };
 
 namespace {
@@ -222,6 +236,29 @@ compiled::Structure structure_of(const trephine_structure_options& o) {
           .veto_margin = o.veto_margin};
 }
 
+trephine_guard_options default_guard_options() {
+  const compiled::GuardOptions g;
+  trephine_guard_options o{};
+  o.push = g.push ? 1 : 0;
+  o.ramp_time = g.ramp_time;
+  o.smoothing = g.smoothing;
+  return o;
+}
+
+compiled::GuardOptions guard_of(const trephine_guard_options& o) {
+  compiled::GuardOptions g{.push = o.push != 0, .ramp_time = o.ramp_time, .smoothing = o.smoothing};
+  if (o.linear_budget != 0 || o.angular_budget != 0) g.budget = StiffnessBudget{o.linear_budget, o.angular_budget};
+  return g;
+}
+
+void write_totals(const compiled::StructureTotals& t, trephine_structure_totals& to) {
+  trephine_structure_totals out{};
+  out.breaches = t.breaches;
+  out.refused_mm3 = t.refused_mm3;
+  out.taken_mm3 = t.taken_mm3;
+  write_struct(out, to);
+}
+
 }  // namespace
 
 const char* trephine_last_error(void) noexcept { return last_error(); }
@@ -352,11 +389,15 @@ trephine_result trephine_structures_create(const trephine_labels_options* option
                                            .spacing = Vec3d(o.spacing[0], o.spacing[1], o.spacing[2]),
                                            .X_GS = checked_pose(o.X_GS),
                                            .reach = o.reach,
-                                           .threads = o.threads};
+                                           .threads = o.threads,
+                                           .smooth = o.raw == 0};
     compiled::Structures made(geometry, std::span(labels, bytes));
     std::vector<compiled::Structure> each(static_cast<std::size_t>(made.count()));
+    std::vector<std::string> names;
+    for (int s = 1; s <= made.count(); ++s) names.push_back("structure " + std::to_string(s));
     *structures =
-        std::make_unique<trephine_structures>(trephine_structures{std::move(made), std::move(each)}).release();
+        std::make_unique<trephine_structures>(trephine_structures{std::move(made), std::move(each), std::move(names)})
+            .release();
   });
 }
 
@@ -377,10 +418,40 @@ trephine_result trephine_structures_set(trephine_structures* structures, int32_t
                                         const trephine_structure_options* options) noexcept {
   return guarded([&] {
     require_pointers(structures, options);
-    require(structure >= 0 && structure < structures->distances.count(), "trephine_structures_set: no structure ",
-            structure);
-    structures->each[static_cast<std::size_t>(structure)] =
+    structures->each[structures->index("trephine_structures_set", structure)] =
         structure_of(read_struct(*options, default_structure_options()));
+  });
+}
+
+trephine_result trephine_structures_set_name(trephine_structures* structures, int32_t structure,
+                                             const char* name) noexcept {
+  return guarded([&] {
+    require_pointers(structures, name);
+    std::string& own = structures->names[structures->index("trephine_structures_set_name", structure)];
+    const std::string_view text(name);
+    require(!text.empty() && text.find_first_of("\r\n") == text.npos,
+            "trephine_structures_set_name: a name must be one line, not empty");
+    own = text;
+  });
+}
+
+trephine_result trephine_structures_name(const trephine_structures* structures, int32_t structure,
+                                         const char** name) noexcept {
+  return guarded([&] {
+    require_pointers(structures, name);
+    *name = structures->names[structures->index("trephine_structures_name", structure)].c_str();
+  });
+}
+
+trephine_result trephine_guard_options_init(trephine_guard_options* options, size_t struct_size) noexcept {
+  return guarded([&] { init_struct(options, struct_size, default_guard_options()); });
+}
+
+trephine_result trephine_structures_set_guard(trephine_structures* structures,
+                                              const trephine_guard_options* options) noexcept {
+  return guarded([&] {
+    require_pointers(structures, options);
+    structures->guard = guard_of(read_struct(*options, default_guard_options()));
   });
 }
 
@@ -388,9 +459,54 @@ trephine_result trephine_scene_set_structures(trephine_scene* scene, const treph
   return guarded([&] {
     require_pointers(scene);
     if (structures != nullptr)
-      scene->scene.set_structures(structures->distances, structures->each);
+      scene->scene.set_structures(structures->distances, structures->each, structures->guard);
     else
       scene->scene.clear_structures();
+  });
+}
+
+trephine_result trephine_protection_create(const trephine_scene* scene, const trephine_structures* structures,
+                                           trephine_protection** protection) noexcept {
+  return guarded([&] {
+    require_pointers(scene, protection);
+    const compiled::Scene& of = scene->scene;
+    *protection =
+        std::make_unique<trephine_protection>(
+            trephine_protection{structures != nullptr
+                                    ? of.make_protection(structures->distances, structures->each, structures->guard)
+                                    : of.make_protection()})
+            .release();
+  });
+}
+
+void trephine_protection_destroy(trephine_protection* protection) noexcept { delete protection; }
+
+trephine_result trephine_scene_exchange(trephine_scene* scene, trephine_protection* protection) noexcept {
+  return guarded([&] {
+    require_pointers(scene, protection);
+    scene->scene.exchange(protection->protection);
+  });
+}
+
+trephine_result trephine_structure_totals_init(trephine_structure_totals* totals, size_t struct_size) noexcept {
+  return guarded([&] { init_struct(totals, struct_size, trephine_structure_totals{}); });
+}
+
+trephine_result trephine_scene_structure_totals(const trephine_scene* scene, int32_t structure,
+                                                trephine_structure_totals* totals) noexcept {
+  return guarded([&] {
+    require_pointers(scene, totals);
+    check_struct(*totals);
+    write_totals(scene->scene.totals(structure), *totals);
+  });
+}
+
+trephine_result trephine_protection_structure_totals(const trephine_protection* protection, int32_t structure,
+                                                     trephine_structure_totals* totals) noexcept {
+  return guarded([&] {
+    require_pointers(protection, totals);
+    check_struct(*totals);
+    write_totals(protection->protection.totals(structure), *totals);
   });
 }
 

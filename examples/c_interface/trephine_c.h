@@ -18,8 +18,8 @@
  *   trephine_scene_options_init(&options, sizeof options);
  *
  * Threads: one thread, the haptic one, calls tick and reset on a scene and pose and restore on its grid. Each reader is
- * for one thread, whichever that is, and reads while the haptic thread drills. The rest is for one thread at a time
- * that is not in a tick. Handles may be destroyed in any order: scenes and readers keep their grid alive. */
+ * for one thread, whichever that is, and reads while the haptic thread drills. Protections are made and destroyed on any
+ * thread while a scene ticks. The rest is for one thread at a time that is not in a tick. Handles may be destroyed in any order: scenes and readers keep their grid alive. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -200,7 +200,7 @@ typedef struct trephine_labels_options {
   trephine_pose X_GS; /* of the labels' frame in the grid's; default identity: both share a grid */
   double reach;       /* half width of the bands with distances of each structure [m]. Default 0.006 */
   int32_t threads;    /* that build; 0 (default): as many as the machine has */
-  int32_t reserved;   /* 0 */
+  int32_t raw;        /* 0 (default): surfaces are fitted to the labels; 1: they lie midway between voxels */
 } trephine_labels_options;
 
 TREPHINE_C_API trephine_result trephine_labels_options_init(trephine_labels_options* options,
@@ -236,12 +236,69 @@ TREPHINE_C_API trephine_result trephine_structure_options_init(trephine_structur
 /* Options of structure s, from the next trephine_scene_set_structures on. Their ranges are checked there. */
 TREPHINE_C_API trephine_result trephine_structures_set(trephine_structures* structures, int32_t structure,
                                                        const trephine_structure_options* options) TREPHINE_C_NOEXCEPT;
+/* A structure's name, one line, copied; "structure 1" unless set. The name that is given back is valid until the next
+ * is set or the structures are destroyed. */
+TREPHINE_C_API trephine_result trephine_structures_set_name(trephine_structures* structures, int32_t structure,
+                                                            const char* name) TREPHINE_C_NOEXCEPT;
+TREPHINE_C_API trephine_result trephine_structures_name(const trephine_structures* structures, int32_t structure,
+                                                        const char** name) TREPHINE_C_NOEXCEPT;
+
+typedef struct trephine_guard_options {
+  uint32_t struct_size;
+  int32_t push;          /* 1 (default); 0: distances and warnings, but no force */
+  double ramp_time;      /* in which a push fades in and out [s]. Default 0.25 */
+  double smoothing;      /* over which distances are smoothed [m]. Default 0.0006 */
+  double linear_budget;  /* most that the guard may stiffen the loop [N/m]; 0 (default): no budget ... */
+  double angular_budget; /* ... and about T's origin [N m/rad]. Both or none are given */
+} trephine_guard_options;
+
+TREPHINE_C_API trephine_result trephine_guard_options_init(trephine_guard_options* options,
+                                                           size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* Options of the guard for all structures, from the next trephine_scene_set_structures on. */
+TREPHINE_C_API trephine_result trephine_structures_set_guard(trephine_structures* structures,
+                                                             const trephine_guard_options* options) TREPHINE_C_NOEXCEPT;
 /* Guards structures and keeps cuts from them, instead of those before; null takes guard and vetoes out. Haptic thread,
- * between ticks; takes memory and tenths of a second. Margin + the tool's largest radius + 1.56 mm must be within
+ * between ticks; takes memory and up to seconds. Margin + the tool's largest radius + 2.6 smoothings must be within
  * `reach`, and so must a veto's margin + the diagonal of a voxel of bone. */
 TREPHINE_C_API trephine_result trephine_scene_set_structures(trephine_scene* scene,
                                                              const trephine_structures* structures) TREPHINE_C_NOEXCEPT;
-/* Switches the guard's push, which fades in or out in 0.25 s; distances and vetoes stay. Haptic thread, between ticks.
+/* The same without memory in the haptic thread: guard and vetoes are made on another thread, while the scene ticks, and
+ * exchanged between ticks. The protection then holds those before, for another thread to destroy.
+ *
+ *   trephine_protection_create(scene, structures, &protection);   any thread; nobody changes the structures meanwhile
+ *   trephine_scene_exchange(scene, protection);                   haptic thread, between ticks; microseconds
+ *   trephine_protection_destroy(protection);                      any thread
+ */
+typedef struct trephine_protection trephine_protection;
+
+/* Null structures: one that protects nothing. The scene must not be destroyed meanwhile. */
+TREPHINE_C_API trephine_result trephine_protection_create(const trephine_scene* scene,
+                                                          const trephine_structures* structures,
+                                                          trephine_protection** protection) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. */
+TREPHINE_C_API void trephine_protection_destroy(trephine_protection* protection) TREPHINE_C_NOEXCEPT;
+/* Only for the scene that the protection was made for. A push that acts ends at once: fade it out before. */
+TREPHINE_C_API trephine_result trephine_scene_exchange(trephine_scene* scene,
+                                                       trephine_protection* protection) TREPHINE_C_NOEXCEPT;
+
+typedef struct trephine_structure_totals {
+  uint32_t struct_size;
+  int32_t breaches;   /* times that the tool went into the structure while it was guarded */
+  double refused_mm3; /* protected bone that cuts would have taken, each voxel once [mm^3] */
+  double taken_mm3;   /* bone that cuts took of it while it was watched, each voxel once [mm^3] */
+} trephine_structure_totals;
+
+TREPHINE_C_API trephine_result trephine_structure_totals_init(trephine_structure_totals* totals,
+                                                              size_t struct_size) TREPHINE_C_NOEXCEPT;
+/* What was counted of structure s since its protection came into the scene; zeros for a number that is none. Haptic
+ * thread, between ticks; no memory. */
+TREPHINE_C_API trephine_result trephine_scene_structure_totals(const trephine_scene* scene, int32_t structure,
+                                                               trephine_structure_totals* totals) TREPHINE_C_NOEXCEPT;
+/* The same of a protection that left the scene. */
+TREPHINE_C_API trephine_result trephine_protection_structure_totals(
+    const trephine_protection* protection, int32_t structure, trephine_structure_totals* totals) TREPHINE_C_NOEXCEPT;
+/* Switches the guard's push, which fades in or out in its ramp time; distances and vetoes stay. Haptic thread, between
+ * ticks.
  */
 TREPHINE_C_API trephine_result trephine_scene_set_push(trephine_scene* scene, int32_t on) TREPHINE_C_NOEXCEPT;
 

@@ -55,13 +55,23 @@ class TickResult(c.Structure):
 
 class LabelsOptions(c.Structure):
     _fields_ = [("struct_size", c.c_uint32), ("size", c.c_int32 * 3), ("spacing", c.c_double * 3), ("X_GS", Pose),
-                ("reach", c.c_double), ("threads", c.c_int32), ("reserved", c.c_int32)]
+                ("reach", c.c_double), ("threads", c.c_int32), ("raw", c.c_int32)]
 
 
 class StructureOptions(c.Structure):
     _fields_ = [("struct_size", c.c_uint32), ("guard", c.c_int32), ("margin", c.c_double), ("stiffness", c.c_double),
                 ("greatest_force", c.c_double), ("damping", c.c_double), ("veto", c.c_int32), ("reserved", c.c_int32),
                 ("veto_margin", c.c_double)]
+
+
+class GuardOptions(c.Structure):
+    _fields_ = [("struct_size", c.c_uint32), ("push", c.c_int32), ("ramp_time", c.c_double), ("smoothing", c.c_double),
+                ("linear_budget", c.c_double), ("angular_budget", c.c_double)]
+
+
+class StructureTotals(c.Structure):
+    _fields_ = [("struct_size", c.c_uint32), ("breaches", c.c_int32), ("refused_mm3", c.c_double),
+                ("taken_mm3", c.c_double)]
 
 
 class Error(Exception):
@@ -90,6 +100,15 @@ class Library:
         "structures_count": [c.c_void_p, c.POINTER(c.c_int32)],
         "structure_options_init": [c.POINTER(StructureOptions), c.c_size_t],
         "structures_set": [c.c_void_p, c.c_int32, c.POINTER(StructureOptions)],
+        "structures_set_name": [c.c_void_p, c.c_int32, c.c_char_p],
+        "structures_name": [c.c_void_p, c.c_int32, c.POINTER(c.c_char_p)],
+        "guard_options_init": [c.POINTER(GuardOptions), c.c_size_t],
+        "structures_set_guard": [c.c_void_p, c.POINTER(GuardOptions)],
+        "protection_create": [c.c_void_p, c.c_void_p, c.POINTER(c.c_void_p)],
+        "scene_exchange": [c.c_void_p, c.c_void_p],
+        "structure_totals_init": [c.POINTER(StructureTotals), c.c_size_t],
+        "scene_structure_totals": [c.c_void_p, c.c_int32, c.POINTER(StructureTotals)],
+        "protection_structure_totals": [c.c_void_p, c.c_int32, c.POINTER(StructureTotals)],
         "scene_set_structures": [c.c_void_p, c.c_void_p],
         "scene_set_push": [c.c_void_p, c.c_int32],
         "reader_create": [c.c_void_p, c.POINTER(c.c_void_p)],
@@ -109,7 +128,7 @@ class Library:
             function = getattr(self._dll, "trephine_" + name)
             function.argtypes = arguments
             setattr(self, name, self._raising(function))
-        for handle in ("grid", "scene", "reader", "structures"):
+        for handle in ("grid", "scene", "reader", "structures", "protection"):
             function = getattr(self._dll, f"trephine_{handle}_destroy")
             function.argtypes = [c.c_void_p]
             function.restype = None
@@ -124,12 +143,22 @@ class Library:
         return call
 
     def options(self, kind):
-        """A struct with its defaults: GridOptions, SceneOptions, TickResult, LabelsOptions or StructureOptions."""
+        """A struct with its defaults: one of the classes of options, TickResult or StructureTotals."""
         init = {GridOptions: self.grid_options_init, SceneOptions: self.scene_options_init,
                 TickResult: self.tick_result_init, LabelsOptions: self.labels_options_init,
-                StructureOptions: self.structure_options_init}[kind]
+                StructureOptions: self.structure_options_init, GuardOptions: self.guard_options_init,
+                StructureTotals: self.structure_totals_init}[kind]
         made = kind()
         init(c.byref(made), c.sizeof(made))
+        return made
+
+    def filled(self, kind, values):
+        """The same with some fields set, by their names."""
+        made = self.options(kind)
+        for name, value in values.items():
+            if name not in dict(kind._fields_):
+                raise TypeError(f"{kind.__name__} has no {name}")
+            setattr(made, name, value.encode() if isinstance(value, str) else value)
         return made
 
 
@@ -163,11 +192,7 @@ class Scene:
     def __init__(self, grid, **options):
         self.library = grid.library
         self.handle = c.c_void_p()
-        self.options = self.library.options(SceneOptions)
-        for name, value in options.items():
-            if name not in dict(SceneOptions._fields_):
-                raise TypeError(f"SceneOptions has no {name}")
-            setattr(self.options, name, value.encode() if isinstance(value, str) else value)
+        self.options = self.library.filled(SceneOptions, options)
         self.result = self.library.options(TickResult)
         self.library.scene_create(grid.handle, c.byref(self.options), c.byref(self.handle))
 
@@ -184,6 +209,16 @@ class Scene:
         """Guards Structures as they are set, and keeps cuts from them; None takes guard and vetoes out."""
         self.library.scene_set_structures(self.handle, structures.handle if structures else None)
 
+    def exchange(self, protection):
+        """Puts a Protection in, which then holds guard and vetoes before; between ticks."""
+        self.library.scene_exchange(self.handle, protection.handle)
+
+    def totals(self, structure):
+        """StructureTotals of one structure since it came into the scene; between ticks."""
+        made = self.library.options(StructureTotals)
+        self.library.scene_structure_totals(self.handle, structure, c.byref(made))
+        return made
+
     def set_push(self, on):
         """Switches the guard's push; distances and vetoes stay."""
         self.library.scene_set_push(self.handle, int(on))
@@ -195,13 +230,14 @@ class Scene:
 class Structures:
     """Distances to the structures of a segmentation: a byte a voxel, x fastest, 0 for none and s + 1 for structure s."""
 
-    def __init__(self, library, size, spacing, labels, X_GS=None, reach=None, threads=0):
+    def __init__(self, library, size, spacing, labels, X_GS=None, reach=None, threads=0, raw=False):
         self.library = library
         self.handle = c.c_void_p()
         o = library.options(LabelsOptions)
         o.size[:] = size
         o.spacing[:] = spacing
         o.threads = threads
+        o.raw = int(raw)
         if X_GS is not None:
             o.X_GS = X_GS
         if reach is not None:
@@ -215,15 +251,40 @@ class Structures:
 
     def set(self, structure, **options):
         """Options of one structure, from the next Scene.set_structures on; keyword arguments are StructureOptions'."""
-        o = self.library.options(StructureOptions)
-        for name, value in options.items():
-            if name not in dict(StructureOptions._fields_):
-                raise TypeError(f"StructureOptions has no {name}")
-            setattr(o, name, value)
-        self.library.structures_set(self.handle, structure, c.byref(o))
+        self.library.structures_set(self.handle, structure, c.byref(self.library.filled(StructureOptions, options)))
+
+    def set_guard(self, **options):
+        """Options of the guard for all of them, from the next Scene.set_structures on; GuardOptions' fields."""
+        self.library.structures_set_guard(self.handle, c.byref(self.library.filled(GuardOptions, options)))
+
+    def name(self, structure):
+        name = c.c_char_p()
+        self.library.structures_name(self.handle, structure, c.byref(name))
+        return name.value.decode()
+
+    def set_name(self, structure, name):
+        self.library.structures_set_name(self.handle, structure, name.encode())
 
     def __del__(self):
         self.library.structures_destroy(self.handle)
+
+
+class Protection:
+    """Guard and vetoes for a scene, made while it ticks on another thread; Scene.exchange puts them in. None: nothing."""
+
+    def __init__(self, scene, structures=None):
+        self.library = scene.library
+        self.handle = c.c_void_p()
+        self.library.protection_create(scene.handle, structures.handle if structures else None, c.byref(self.handle))
+
+    def totals(self, structure):
+        """StructureTotals of what left the scene."""
+        made = self.library.options(StructureTotals)
+        self.library.protection_structure_totals(self.handle, structure, c.byref(made))
+        return made
+
+    def __del__(self):
+        self.library.protection_destroy(self.handle)
 
 
 class Reader:

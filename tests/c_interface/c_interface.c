@@ -412,6 +412,47 @@ static trephine_pose deeper(int tick) {
   return tool_at(from + 1.5e-3 + (to - from) * (tick < 1000 ? tick / 1000.0 : 1.0));
 }
 
+/* Another guard, made apart: in, and out again with its counts. The twin's does not fit. */
+static void exchange(trephine_structures* s, trephine_scene* scene, trephine_scene* twin, const trephine_pose* X_WT,
+                     double taken) {
+  trephine_guard_options g;
+  CHECK(trephine_guard_options_init(&g, sizeof g) == TREPHINE_OK);
+  CHECK(g.push == 1 && g.ramp_time == 0.25 && g.smoothing == 0.6e-3 && g.linear_budget == 0 && g.angular_budget == 0);
+  trephine_protection *other = NULL, *wrong = NULL;
+  g.ramp_time = 0;
+  CHECK(trephine_structures_set_guard(s, &g) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_protection_create(scene, s, &other), TREPHINE_INVALID_ARGUMENT, "ramp_time");
+  g.ramp_time = 0.01;
+  g.linear_budget = 20;
+  CHECK(trephine_structures_set_guard(s, &g) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_protection_create(scene, s, &other), TREPHINE_INVALID_ARGUMENT, "angular");
+  g.angular_budget = 0.01;
+  CHECK(trephine_structures_set_guard(s, &g) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_protection_create(NULL, s, &other), TREPHINE_NULL_ARGUMENT, "null");
+  CHECK(other == NULL);
+  CHECK(trephine_protection_create(scene, s, &other) == TREPHINE_OK);
+  CHECK(trephine_protection_create(twin, NULL, &wrong) == TREPHINE_OK);
+  CHECK_REFUSED(trephine_scene_exchange(scene, wrong), TREPHINE_INVALID_ARGUMENT, "made for this scene");
+  CHECK_REFUSED(trephine_scene_exchange(scene, NULL), TREPHINE_NULL_ARGUMENT, "null");
+  trephine_tick_result r;
+  CHECK(trephine_tick_result_init(&r, sizeof r) == TREPHINE_OK);
+  CHECK(trephine_scene_tick(scene, X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  const double before = r.push_force[2];
+  CHECK(trephine_scene_exchange(scene, other) == TREPHINE_OK);
+  for (int tick = 0; tick < 20; ++tick) CHECK(trephine_scene_tick(scene, X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  CHECK(r.push_force[2] > 0 && r.push_force[2] < 0.1 * before); /* the budget, faded in within 10 ticks */
+  trephine_structure_totals t;
+  CHECK(trephine_structure_totals_init(&t, sizeof t) == TREPHINE_OK);
+  CHECK(trephine_scene_structure_totals(scene, 1, &t) == TREPHINE_OK && t.taken_mm3 == 0 && t.breaches == 1);
+  CHECK(trephine_protection_structure_totals(other, 1, &t) == TREPHINE_OK && fabs(t.taken_mm3 - taken) < 1e-9);
+  CHECK(trephine_scene_exchange(scene, other) == TREPHINE_OK);
+  CHECK(trephine_scene_structure_totals(scene, 1, &t) == TREPHINE_OK && fabs(t.taken_mm3 - taken) < 1e-9);
+  for (int tick = 0; tick < 300; ++tick) CHECK(trephine_scene_tick(scene, X_WT, 1, 1e-3, &r) == TREPHINE_OK);
+  trephine_protection_destroy(other);
+  trephine_protection_destroy(wrong);
+  trephine_protection_destroy(NULL);
+}
+
 static void structures(void) {
   trephine_structures* s = make_structures();
   trephine_structure_options o;
@@ -432,6 +473,16 @@ static void structures(void) {
   o.struct_size = 5;
   CHECK_REFUSED(trephine_structures_set(s, 1, &o), TREPHINE_WRONG_STRUCT, "struct_size is 5");
   CHECK_REFUSED(trephine_structures_set(NULL, 0, &o), TREPHINE_NULL_ARGUMENT, "null");
+
+  const char* name = NULL;
+  CHECK(trephine_structures_name(s, 1, &name) == TREPHINE_OK && strcmp(name, "structure 2") == 0);
+  CHECK(trephine_structures_set_name(s, 1, "chorda tympani") == TREPHINE_OK);
+  CHECK(trephine_structures_name(s, 1, &name) == TREPHINE_OK && strcmp(name, "chorda tympani") == 0);
+  CHECK_REFUSED(trephine_structures_set_name(s, 1, ""), TREPHINE_INVALID_ARGUMENT, "one line");
+  CHECK_REFUSED(trephine_structures_set_name(s, 1, "a\nb"), TREPHINE_INVALID_ARGUMENT, "one line");
+  CHECK_REFUSED(trephine_structures_set_name(s, 2, "c"), TREPHINE_INVALID_ARGUMENT, "no structure 2");
+  CHECK_REFUSED(trephine_structures_name(s, 2, &name), TREPHINE_INVALID_ARGUMENT, "no structure 2");
+  CHECK_REFUSED(trephine_structures_name(s, 0, NULL), TREPHINE_NULL_ARGUMENT, "null");
 
   trephine_grid* grid = make_grid();
   trephine_scene_options options = scene_options(TREPHINE_COUPLED);
@@ -485,6 +536,17 @@ static void structures(void) {
   }
   CHECK(lost == 0);
   CHECK(broken > 0 && fabs(taken - broken * 0.125) < 1e-9);
+  trephine_structure_totals first, second;
+  CHECK(trephine_structure_totals_init(&first, sizeof first) == TREPHINE_OK);
+  second = first;
+  CHECK(trephine_scene_structure_totals(scene, 0, &first) == TREPHINE_OK);
+  CHECK(trephine_scene_structure_totals(scene, 1, &second) == TREPHINE_OK);
+  CHECK(fabs(first.refused_mm3 - refused) < 1e-9 && first.taken_mm3 == 0 && second.refused_mm3 == 0);
+  CHECK(fabs(second.taken_mm3 - taken) < 1e-9 && second.breaches == 1);
+  CHECK(trephine_scene_structure_totals(scene, 7, &first) == TREPHINE_OK && first.refused_mm3 == 0);
+  first.struct_size = 3;
+  CHECK_REFUSED(trephine_scene_structure_totals(scene, 0, &first), TREPHINE_WRONG_STRUCT, "struct_size is 3");
+  exchange(s, scene, twin, &X_WT, taken);
 
   /* A caller with an older header gets the same tick, and nothing beyond its struct is touched. */
   const size_t older = offsetof(trephine_tick_result, nearest);

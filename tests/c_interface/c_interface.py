@@ -104,6 +104,10 @@ structures.set(0, stiffness=500, veto_margin=0.3e-3)
 structures.set(1, guard=t.GUARD_WARN, veto=t.VETO_WATCH)
 refused(2, "no structure 2", lambda: structures.set(2))
 refused(2, "veto", lambda: structures.set(1, veto=7))
+assert structures.name(0) == "structure 1"
+structures.set_name(0, "nervus facialis, rechts \u00df")
+assert structures.name(0) == "nervus facialis, rechts \u00df"
+refused(2, "one line", lambda: structures.set_name(0, ""))
 refused(2, "reach", lambda: t.Structures(library, (side,) * 3, spacing, labels, reach=0))
 bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
 scene = t.Scene(bone, algorithm=t.COUPLED, isovalue=300)
@@ -117,6 +121,25 @@ for tick in range(1000):
     taken_mm3 += result.taken_mm3
 assert result.nearest == 1 and result.warns and -1e-3 < result.distance < 0, result.distance
 assert max(pushes) > 0.2 and refused_mm3 > 0 and taken_mm3 > 0, (max(pushes), refused_mm3, taken_mm3)
+totals = [scene.totals(s) for s in range(2)]
+assert abs(totals[0].refused_mm3 - refused_mm3) < 1e-9 and abs(totals[1].taken_mm3 - taken_mm3) < 1e-9
+assert totals[1].breaches == 1 and totals[1].refused_mm3 == 0, totals[1].breaches
+# Labels as they are, a guard with a budget, made on a thread while the scene ticks.
+raw = t.Structures(library, (side,) * 3, spacing, labels, raw=True)
+raw.set(0, stiffness=500)
+refused(2, "smoothing", lambda: (raw.set_guard(smoothing=-1), t.Protection(scene, raw)))
+raw.set_guard(ramp_time=0.01, linear_budget=20, angular_budget=0.01)
+made = []
+builder = threading.Thread(target=lambda: made.append(t.Protection(scene, raw)))
+builder.start()
+while builder.is_alive():
+    scene.tick(t.Pose((10e-3, 10e-3, 7.5e-3)), True, 1e-3)
+scene.exchange(made[0])
+for tick in range(20):
+    result = scene.tick(t.Pose((10e-3, 10e-3, 7.5e-3)), True, 1e-3)
+assert 0 < result.push_force[2] < 0.1, result.push_force[2]
+assert made[0].totals(1).breaches == 1 and scene.totals(0).refused_mm3 < refused_mm3
+scene.exchange(made[0])
 scene.set_push(False)
 for tick in range(300):
     result = scene.tick(t.Pose((10e-3, 10e-3, 7.5e-3)), True, 1e-3)

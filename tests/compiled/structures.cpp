@@ -17,11 +17,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace trephine;
@@ -241,6 +243,93 @@ TEST_CASE("a tick with structures takes nothing from the heap, nor does the swit
   });
   CHECK(calls == 0);
   CHECK(pushes > 0);
+}
+
+TEST_CASE("a protection that is exchanged acts as one that is set, and goes on where it was when it comes back") {
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages());
+  compiled::Scene set(bone_like(block), kIsovalue, kDrill, {}, stages());
+  const compiled::Structures structures(labelled().geometry, labelled().labels);
+  const auto differ = [&](int from, int to) {
+    int different = 0;
+    for (int tick = from; tick < to; ++tick)
+      different += same_bits(scene.tick(input_at(tick), kDt), set.tick(input_at(tick), kDt)) ? 0 : 1;
+    return different;
+  };
+  compiled::Protection protection = scene.make_protection(structures, each());
+  CHECK(differ(0, 100) == 0);  // made, but not in
+  scene.exchange(protection);
+  set.set_structures(structures, each());
+  CHECK(differ(100, kDeep) == 0);
+  const auto at_depth = [&] { return scene.tick(input_at(kDeep), kDt); };
+  for (int n = 0; n < 400; ++n) (void)at_depth();
+  const double push = at_depth().structures.push.force.norm();
+  const compiled::StructureTotals first = scene.totals(0), second = scene.totals(1);
+  CHECK(push > 0.2);
+  CHECK(first.refused_mm3 > 0);
+  CHECK(first.taken_mm3 == 0);
+  CHECK(second.taken_mm3 > 0);
+  CHECK(second.breaches == 1);
+  CHECK(scene.totals(-1).breaches == 0);
+  CHECK(scene.totals(2).refused_mm3 == 0);
+
+  scene.exchange(protection);  // out: nothing was in before
+  CHECK(same_bits(at_depth().structures, StructureSummary{}));
+  CHECK(scene.totals(0).refused_mm3 == 0);
+  CHECK(protection.totals(0).refused_mm3 == first.refused_mm3);
+  CHECK(protection.totals(1).breaches == second.breaches);
+  scene.exchange(protection);
+  CHECK(at_depth().structures.push.force.norm() < 0.05 * push);  // fades in anew
+  CHECK(scene.totals(0).refused_mm3 >= first.refused_mm3);
+  for (int n = 0; n < 400; ++n) (void)at_depth();
+  CHECK(at_depth().structures.push.force.norm() > 0.5 * push);
+
+  compiled::Protection other = set.make_protection();
+  check_refused("made for this scene", [&] { scene.exchange(other); });
+  compiled::Scene bytes(bone_like(make_block<std::uint8_t>()), kIsovalue, kDrill, {}, stages());
+  compiled::Protection byte = bytes.make_protection();
+  check_refused("made for this scene", [&] { scene.exchange(byte); });
+  CHECK(at_depth().structures.push.force.norm() > 0.5 * push);
+}
+
+TEST_CASE("protections are made and freed on one thread while another ticks, drills and exchanges without the heap") {
+  compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
+  const compiled::Structures structures(labelled().geometry, labelled().labels);
+  std::atomic<compiled::Protection*> next{nullptr}, before{nullptr};
+  std::atomic<bool> done{false};
+  constexpr int kMade = 8;
+  double counted = 0;
+  std::thread builder([&] {
+    for (int n = 0; n < kMade; ++n) {
+      std::vector<compiled::Structure> others = each();
+      others[0].margin = (0.3 + 0.1 * n) * 1e-3;
+      others[0].veto = n % 2 == 0 ? compiled::VetoMode::kProtect : compiled::VetoMode::kWatch;
+      auto made = std::make_unique<compiled::Protection>(n % 4 == 3 ? scene.make_protection()
+                                                                    : scene.make_protection(structures, others));
+      next.store(made.get(), std::memory_order_release);
+      while (before.exchange(nullptr, std::memory_order_acquire) != made.get()) std::this_thread::yield();
+      counted += made->totals(0).refused_mm3 + made->totals(0).taken_mm3;
+    }
+    done = true;
+  });
+  std::int64_t calls = 0;
+  int exchanged = 0, guarded = 0, ticks = 0;
+  for (; !done; ++ticks) {
+    const AllocationGuard heap;
+    if (compiled::Protection* const protection = next.exchange(nullptr, std::memory_order_acquire)) {
+      scene.exchange(*protection);
+      before.store(protection, std::memory_order_release);
+      ++exchanged;
+    }
+    guarded += scene.tick(input_at(ticks % kDeep), kDt).structures.nearest >= 0 ? 1 : 0;
+    calls += heap.allocations() + heap.frees();
+  }
+  builder.join();
+  CHECK(calls == 0);
+  CHECK(exchanged == kMade);
+  CHECK(guarded > 0);
+  CHECK(guarded < ticks);
+  MESSAGE(ticks << " ticks, " << counted << " mm³ counted by those that left");
 }
 
 TEST_CASE("structures that cannot be are refused, and leave those that were") {

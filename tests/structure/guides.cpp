@@ -502,6 +502,64 @@ TEST_CASE("a scene takes guides, and another thread's options") {
   CHECK(r.wrench.torque == Vec3d::Zero());
 }
 
+TEST_CASE("no tangent is stiffer than the options say, and a budget lowers the law as a whole") {
+  Random random;
+  // The derivative of the wrench along a step, against the step [N/m, N·m/rad]; what pushes onward is negative.
+  const auto stiffest = [&](const auto& guide, bool turn) {
+    constexpr double kStep = 1e-6;
+    double most = 0;
+    for (int n = 0; n < 20000; ++n) {
+      const Posed X = random.pose();
+      Vec6d step = Vec6d::Zero();
+      step.segment<3>(turn ? 3 : 0) = random.vector(1).normalized();
+      const Vec6d change =
+          spatial(guide.spring(moved(X, Vec6d(-kStep * step)))) - spatial(guide.spring(moved(X, Vec6d(kStep * step))));
+      most = std::max(most, change.dot(step) / (2 * kStep));
+    }
+    return most;
+  };
+  constexpr double kRounding = 1.001;
+  std::vector<AxisGuide> axes = axis_guides();
+  AxisGuide::Options axis = axis_options(10e-3);
+  axis.damping = 3, axis.angular_damping = 1e-3;
+  axis.budget = StiffnessBudget{.linear = 125, .angular = 0.1};
+  axes.emplace_back(axis);
+  CHECK(axes.back().options().stiffness == 125);
+  CHECK(axes.back().options().force == 0.5);
+  CHECK(axes.back().options().damping == 0.75);
+  CHECK(axes.back().options().angular_stiffness == doctest::Approx(0.1));
+  CHECK(axes.back().options().torque == doctest::Approx(0.02));
+  for (const AxisGuide& guide : axes) {
+    const double linear = stiffest(guide, false), angular = stiffest(guide, true);
+    CHECK(linear <= kRounding * guide.options().stiffness);
+    CHECK(linear > 0.9 * guide.options().stiffness);
+    CHECK(angular <= kRounding * guide.options().angular_stiffness);
+    CHECK(angular > 0.9 * guide.options().angular_stiffness);
+  }
+  std::vector<DepthStop> stops = depth_stops();
+  DepthStop::Options stop = stop_options(10e-3);
+  stop.budget = StiffnessBudget{.linear = 200, .angular = 0.1};
+  stops.emplace_back(stop);
+  CHECK(stops.back().options().force == 0.75);
+  stops.front().adopt(stop);  // under way as at the start
+  CHECK(stops.front().options().stiffness == 200);
+  stops.front().reset();
+  for (const DepthStop& guide : stops) {
+    const double linear = stiffest(guide, false);
+    CHECK(linear <= kRounding * guide.options().stiffness);
+    CHECK(linear > 0.9 * guide.options().stiffness);
+  }
+  axis.budget->linear = kNaN;
+  CHECK_THROWS_AS(AxisGuide{axis}, std::invalid_argument);
+  stop.budget->angular = 0;
+  CHECK_THROWS_AS(DepthStop{stop}, std::invalid_argument);
+  // A generous budget changes no bit.
+  AxisGuide::Options rich = axis_options();
+  rich.budget = StiffnessBudget{1e5, 1e3};
+  const Posed X = at(1, 2, 0.1);
+  CHECK(AxisGuide{rich}.spring(X) == AxisGuide{axis_options()}.spring(X));
+}
+
 TEST_CASE("options out of range are refused") {
   const auto axis = [](auto change) {
     AxisGuide::Options o = axis_options();

@@ -15,6 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 using namespace trephine;
@@ -199,4 +201,40 @@ TEST_CASE("keep in: damping takes energy, and what the guide cannot use is refus
   Posed scaled = Posed::Identity();
   scaled.linear() *= 2;
   CHECK_THROWS_AS((KeepIn(*field, 0, scaled, {})), std::invalid_argument);
+}
+
+TEST_CASE("keep in: no place is stiffer than said, and a budget holds in a bed narrower than the ball") {
+  const LabelledTubes truth = bed();
+  const auto field = truth.field(5_mm);
+  Random random(9);
+  KeepIn::Options narrow = bed_options();
+  narrow.radius = 2.5_mm;  // tubes of 1.2 and 2 mm: the push turns over at their axes
+  KeepIn::Options budgeted = narrow;
+  budgeted.budget = StiffnessBudget{.linear = 300, .angular = 0.1};
+  KeepIn wide(*field, 0, askew(), bed_options()), tight(*field, 0, askew(), narrow), kept(*field, 0, askew(), budgeted);
+  CHECK(tight.stiffness() > 2 * narrow.stiffness);  // or this would not ask anything
+  CHECK(kept.stiffness() == doctest::Approx(300));
+  CHECK(kept.options().force / kept.options().stiffness == doctest::Approx(narrow.force / narrow.stiffness));
+  KeepIn firmer = kept;
+  KeepIn::Options more = budgeted;
+  more.force = 3;
+  more.margin = 1_mm;
+  firmer.reset();
+  firmer.adopt(more);
+  firmer.reset();
+  CHECK(firmer.stiffness() <= 300 * (1 + 1e-9));
+  constexpr double kStep = 0.05_mm;  // secants are no stiffer than the tangents on the way
+  for (const auto& [name, keep] :
+       {std::pair("wide", &wide), std::pair("tight", &tight), std::pair("kept", &kept), std::pair("firmer", &firmer)}) {
+    double stiffest = 0;
+    for (int n = 0; n < 20000; ++n) {
+      const Vec3d p = place_near(truth, 3_mm, random), u = random.unit();
+      stiffest = std::max(stiffest, (keep->spring(p) - keep->spring(p + kStep * u)).dot(u) / kStep);
+    }
+    MESSAGE(std::string(name) << ": at most " << keep->stiffness() << " N/m said, " << stiffest << " found");
+    CHECK(stiffest < 1.03 * keep->stiffness());
+    CHECK(stiffest > (keep == &firmer ? 0.2 : 0.6) * keep->stiffness());
+  }
+  narrow.budget = StiffnessBudget{.linear = 0, .angular = 1};
+  CHECK_THROWS_AS(KeepIn(*field, 0, askew(), narrow), std::invalid_argument);
 }

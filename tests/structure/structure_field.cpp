@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "structure/label_shapes.hpp"
+#include "support/cases.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/random.hpp"
@@ -177,33 +178,37 @@ TEST_CASE("The search among cells gives what all surfels give") {
   CHECK(beyond.worst() < disc);
 }
 
-TEST_CASE("Tubes thinner than three voxels") {
+TEST_CASE("Tubes thinner than three voxels, at random places between the voxels and in random directions") {
   constexpr unsigned kSeed = 22;
-  Random rng(kSeed);
-  // Labels of so thin a tube come apart where its axis misses voxel centres: the error is the labels' own resolution.
-  constexpr double kMost = 0.6, kMedian = 0.2;  // p99 and median [longest spacings]
-  for (const double radius : {0.8, 1.0, 1.2, 1.4}) {
-    Figures errors, signed_errors;
-    for (int c = 0; c < 6; ++c) {
+  // Where the axis misses voxel centres, labels of so thin a tube come apart: no surface within their edges is nearer.
+  struct Bound {
+    double radius, p99, worst;  // [longest spacings]
+  };
+  constexpr double kMedian = 0.1;
+  for (const Bound& bound : {Bound{0.7, 0.42, 0.75}, Bound{0.8, 0.40, 0.75}, Bound{1.0, 0.36, 0.65},
+                             Bound{1.2, 0.33, 0.6}, Bound{1.4, 0.32, 0.6}}) {
+    Random rng(kSeed);
+    Figures errors;
+    for (int c = 0; c < cases(40); ++c) {
       const double h = 3e-4, half = 9 * h;
       Labels labels({32, 32, 32}, Vec3d::Constant(h));
       const Vec3d centre = 0.5 * labels.end() + rng.arrow(0, h), axis = rng.unit();
       const auto shape = [&](const Vec3d& p) {
         const Vec3d q = p - centre;
-        return (q - std::clamp(q.dot(axis), -half, half) * axis).norm() - radius * h;
+        return (q - std::clamp(q.dot(axis), -half, half) * axis).norm() - bound.radius * h;
       };
       labels.fill(shape, 1);
       const auto field = build_structure_field(labels.view(), {.threads = 1});
       for (int n = 0; n < 3000; ++n) {
         const Vec3d p = labels.end().cwiseProduct(Vec3d{rng.uniform(), rng.uniform(), rng.uniform()});
         if (std::abs((p - centre).dot(axis)) > half || shape(p) < 0) continue;
-        signed_errors.add((field->nearest(p).distance - shape(p)) / h);
-        errors.add(std::abs(signed_errors.all().back()));
+        errors.add(std::abs(field->nearest(p).distance - shape(p)) / h);
       }
     }
-    std::cout << "tube of radius " << radius << " voxels: ";
+    std::cout << "tube of radius " << bound.radius << " voxels: ";
     print("error", errors);
-    CHECK(errors.share(0.99) < kMost);
+    if (!kSanitized) CHECK(errors.share(0.99) < bound.p99);  // of all the cases
+    CHECK(errors.worst() < bound.worst);
     CHECK(errors.median() < kMedian);
   }
 }
@@ -303,29 +308,52 @@ TEST_CASE("A structure's bricks hold every sample within reach") {
     labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(1e-3, 3e-3), 2e-4, rng).distance, s + 1);
   const auto field = build_structure_field(labels.view(), {.reach = 1e-3, .threads = 2});
   for (int s = 0; s < field->structures(); ++s) {
-    std::size_t stored = 0, found = 0;
+    std::size_t in_bricks = 0, found = 0;
     for (std::size_t b = 0; b < field->brick_count(s); ++b) {
-      const StructureBrick brick = field->brick(s, b);
-      REQUIRE(brick.samples.size() == 512);
-      std::size_t n = 0;
+      const std::array<int, 3> first = field->brick(s, b);
       for (int k = 0; k < 8; ++k)
         for (int j = 0; j < 8; ++j)
-          for (int i = 0; i < 8; ++i, ++n) {
-            const double d = brick.samples[n] * field->quantum();
-            if (std::abs(d) < field->reach()) ++stored;
-            const int x = brick.first[0] + i, y = brick.first[1] + j, z = brick.first[2] + k;
-            CHECK_UNARY(field->sample(s, x, y, z) == std::clamp(d, -field->reach(), field->reach()));
-          }
+          for (int i = 0; i < 8; ++i)
+            if (std::abs(field->sample(s, first[0] + i, first[1] + j, first[2] + k)) < field->reach()) ++in_bricks;
       bool listed = false;
-      field->structures_near(brick.first[0], brick.first[1], brick.first[2], [&](int t) { listed = listed || t == s; });
+      field->structures_near(first[0], first[1], first[2], [&](int t) { listed = listed || t == s; });
       CHECK(listed);
     }
     for (int k = -16; k < 48; ++k)
       for (int j = -16; j < 56; ++j)
         for (int i = -16; i < 56; ++i) found += std::abs(field->sample(s, i, j, k)) < field->reach() ? 1U : 0U;
-    CHECK(stored == found);
-    CHECK(stored > 500);
+    CHECK(in_bricks == found);
+    CHECK(in_bricks > 500);
   }
+}
+
+TEST_CASE("Distances of a structure among others are those that it has alone, bit for bit") {
+  constexpr unsigned kSeed = 27;
+  Random rng(kSeed);
+  Labels labels({60, 56, 50}, Vec3d::Constant(3e-4));
+  constexpr int kCount = 4;
+  for (int s = 0; s < kCount; ++s)
+    labels.fill(random_shape(s, 0.5 * labels.end() + rng.arrow(2e-3, 5e-3), 2e-4, rng).distance, s + 1);
+  const StructureFieldOptions options{.reach = 2e-3, .threads = 2};
+  const auto together = build_structure_field(labels.view(), options);
+  std::size_t own = 0, all = 0;
+  for (int s = 0; s < kCount; ++s) {
+    Labels lone(labels.size, labels.spacing);
+    std::size_t n = 0;
+    lone.set([&](int, int, int) { return labels.structure[n++] == s + 1 ? 1 : 0; });
+    const auto alone = build_structure_field(lone.view(), options);
+    std::size_t others = 0;
+    for (int k = -12; k < 62; ++k)
+      for (int j = -12; j < 68; ++j)
+        for (int i = -12; i < 72; ++i) others += together->sample(s, i, j, k) != alone->sample(0, i, j, k) ? 1U : 0U;
+    CHECK(others == 0);
+    own += together->bytes();
+    all += alone->brick_count(0);
+  }
+  // Most bricks have no samples of their own, and some do: both are looked up above.
+  const std::size_t dense = 3 * 62 * 58 * 52, bands = own / kCount - dense;
+  CHECK(bands > 20 * 1024);
+  CHECK(bands < all * 512);
 }
 
 TEST_CASE("Labels at their edges: refused, all one, one voxel, 255 structures") {

@@ -254,6 +254,41 @@ TEST_CASE("a tool within a margin is reported with its distance, also where noth
   CHECK(warned > 50);
 }
 
+TEST_CASE("breaches count each way into a guarded structure once, however the tool rests on its surface") {
+  auto some = options();
+  some[1].mode = GuardMode::kOff;
+  some[2].mode = GuardMode::kWarn;
+  const Burr ball{.tip_radius = 1_mm, .shaft_radius = 0.5_mm, .shaft_length = 0};
+  StructureGuard guard(std::make_shared<const GuardPotential>(nerves().field(kReach), Posed::Identity(), ball, some));
+  const auto go = [&](double x, double y, double z) {
+    const TickInput input{.X_WT = make_pose<double>(Mat3d::Identity(), 1e-3 * Vec3d(x, y, z))};
+    Wrenchd w = Wrenchd::zero();
+    guard.apply(context_at(input), w);
+    return guard.report().nearest.distance;
+  };
+  // The first tube lies along x at y = z = 9 mm, and is 0.8 mm thick: the ball touches it from 1.8 mm on.
+  for (int n = 0; n < 3; ++n) {
+    CHECK(go(12, 9, 6) > 1e-3);
+    for (int i = 0; i < 50; ++i) CHECK(std::abs(go(12, 9, 7.2 + 0.02 * (i % 2))) < 0.15e-3);  // to and fro
+    CHECK(go(12, 9, 8) < -0.5e-3);
+  }
+  CHECK(guard.breaches(0) == 3);
+  CHECK(go(9, 5, 12.5) < -1e-3);  // within the second, which is off
+  CHECK(guard.breaches(1) == 0);
+  CHECK(go(9, 9, 6) > 1e-3);
+  // Between the first and the third: the nearest changes to and fro, but the tool leaves neither.
+  for (int i = 0; i < 20; ++i) CHECK(go(4.5, i % 2 == 0 ? 9.8 : 10.9, 9) < 0);
+  CHECK(guard.breaches(0) == 4);
+  CHECK(guard.breaches(2) == 1);
+  CHECK(guard.breaches(3) == 0);
+  CHECK(guard.breaches(4) == 0);
+  CHECK(guard.breaches(-1) == 0);
+  guard.reset();  // forgets contact, not what was counted
+  CHECK(guard.breaches(0) == 4);
+  guard.reset_counts();
+  CHECK(guard.breaches(0) == 0);
+}
+
 TEST_CASE("the push fades in after a start, a switch and a jump, and out when switched off") {
   Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(9_mm, 9_mm, 9_mm));
   X.linear().col(1) *= -1;

@@ -53,6 +53,13 @@ class AnyGuard : public Interface {
   virtual void add_to(StructureSummary& summary) const noexcept = 0;
   virtual void reset() noexcept = 0;
   virtual void set_push(bool on) noexcept = 0;
+  [[nodiscard]] virtual int breaches(int structure) const noexcept = 0;
+};
+
+/// Guard and vetoes for one scene, while they are not in it.
+class AnyProtection : public Interface {
+ public:
+  [[nodiscard]] virtual StructureTotals totals(int structure) const noexcept = 0;
 };
 
 class AnyStructures : public Interface {
@@ -73,9 +80,13 @@ class AnyScene : public Interface {
   virtual void set_stages(const StageOptions& stages) = 0;
   virtual void set_tool(const Burr& burr) = 0;
   virtual void set_tool(const RevolvedTool& tool) = 0;
-  virtual void set_structures(const AnyStructures& structures, std::span<const Structure> each,
-                              const GuardOptions& options) = 0;
+  /// Null structures: one that protects nothing.
+  [[nodiscard]] virtual std::unique_ptr<AnyProtection> make_protection(const AnyStructures* structures,
+                                                                       std::span<const Structure> each,
+                                                                       const GuardOptions& options) const = 0;
+  virtual void exchange(AnyProtection& protection) = 0;
   virtual void clear_structures() noexcept = 0;
+  [[nodiscard]] virtual StructureTotals totals(int structure) const noexcept = 0;
   virtual void set_push(bool on) noexcept = 0;
   [[nodiscard]] virtual double stiffness() const noexcept = 0;
   [[nodiscard]] virtual double tangent_stiffness(double force) const = 0;

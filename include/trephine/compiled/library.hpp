@@ -16,7 +16,9 @@
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
+#include <atomic>
 #include <concepts>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -94,6 +96,33 @@ inline StructureVeto veto_of(const Structure& s) {
   refuse("compiled::Structure", "veto must be one of VetoMode's", static_cast<int>(s.veto));
 }
 
+/// Totals of a guard and a floor, each of which may be absent.
+template <VoxelDensity Density>
+[[nodiscard]] StructureTotals totals_of(int breaches, const CutFloor<Density>* floor, int structure) noexcept {
+  if (floor == nullptr) return {.breaches = breaches};
+  return {breaches, floor->refused_mm3(structure), floor->taken_mm3(structure)};
+}
+
+template <VoxelDensity Density>
+class ProtectionOf final : public AnyProtection {
+ public:
+  explicit ProtectionOf(std::uint64_t scene) : of_scene(scene) {}
+
+  StructureTotals totals(int structure) const noexcept override {
+    return totals_of(guard ? guard->breaches(structure) : 0, floor.get(), structure);
+  }
+
+  std::uint64_t of_scene;
+  std::shared_ptr<AnyGuard> guard{};
+  std::shared_ptr<CutFloor<Density>> floor{};
+};
+
+/// Returns a number that no other scene of the program has.
+[[nodiscard]] inline std::uint64_t number_of_scene() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
 /// `Tool` is the Burr or the RevolvedTool that the scene was made with.
 template <VoxelDensity Density, class ContactRenderer, class Tool>
 class SceneOf final : public AnyScene {
@@ -123,25 +152,34 @@ class SceneOf final : public AnyScene {
   }
   void set_tool(const Burr& burr) override { set_tool_of_kind(burr); }
   void set_tool(const RevolvedTool& tool) override { set_tool_of_kind(tool); }
-  void set_structures(const AnyStructures& structures, std::span<const Structure> each,
-                      const GuardOptions& options) override {
-    std::shared_ptr<AnyGuard> guard = structures.make_guard(tool_, each, options);
+  std::unique_ptr<AnyProtection> make_protection(const AnyStructures* structures, std::span<const Structure> each,
+                                                 const GuardOptions& options) const override {
+    auto made = std::make_unique<ProtectionOf<Density>>(number_);
+    if (structures == nullptr) return made;
+    made->guard = structures->make_guard(tool_, each, options);
     std::vector<StructureVeto> vetoes;
     bool any = false;
     for (const Structure& s : each) {
       vetoes.push_back(veto_of(s));
       any = any || vetoes.back().mode != StructureVeto::Mode::kFree;
     }
-    std::shared_ptr<CutFloor<Density>> floor;
-    if (any) floor = make_cut_floor(structures.field(), structures.X_GS(), scene_.bone(), scene_.isovalue(), vetoes);
-    auto& milling = part<OptionalMilling<Density>>();
-    milling = OptionalMilling<Density>(milling.options(), std::move(floor));
-    part<OptionalGuard>().set(std::move(guard));
+    if (any)
+      made->floor = make_cut_floor(structures->field(), structures->X_GS(), scene_.bone(), scene_.isovalue(), vetoes);
+    return made;
+  }
+  void exchange(AnyProtection& protection) override {
+    auto* const other = dynamic_cast<ProtectionOf<Density>*>(&protection);
+    if (other == nullptr || other->of_scene != number_)
+      refuse("compiled::Scene", "exchange needs a protection made for this scene", "another scene's");
+    take(*other);
   }
   void clear_structures() noexcept override {
-    auto& milling = part<OptionalMilling<Density>>();
-    if (milling.floor() != nullptr) milling = OptionalMilling<Density>(milling.options());
-    part<OptionalGuard>().set(nullptr);
+    ProtectionOf<Density> none(number_);
+    take(none);
+  }
+  StructureTotals totals(int structure) const noexcept override {
+    return totals_of(part<OptionalGuard>().breaches(structure), part<OptionalMilling<Density>>().floor().get(),
+                     structure);
   }
   void set_push(bool on) noexcept override { part<OptionalGuard>().set_push(on); }
   double stiffness() const noexcept override { return scene_.stiffness(); }
@@ -161,6 +199,24 @@ class SceneOf final : public AnyScene {
   Part& part() noexcept {
     return scene_.template part<Part>();
   }
+  template <class Part>
+  const Part& part() const noexcept {
+    return scene_.template part<Part>();
+  }
+
+  /// Exchanges guard and floor.
+  void take(ProtectionOf<Density>& other) noexcept {
+    auto& milling = part<OptionalMilling<Density>>();
+    if (milling.floor() != other.floor) {
+      std::shared_ptr<CutFloor<Density>> before = milling.floor();
+      milling = OptionalMilling<Density>(milling.options(), std::move(other.floor));
+      other.floor = std::move(before);
+    }
+    if (other.guard) other.guard->reset();
+    part<OptionalGuard>().swap(other.guard);
+  }
+
+  std::uint64_t number_ = number_of_scene();
 
   template <class Other>
   void set_tool_of_kind(const Other& tool) {
@@ -180,6 +236,7 @@ class SceneOf final : public AnyScene {
       }
       scene_.renderer().set_tool(tool);
       tool_ = tool;
+      number_ = number_of_scene();  // protections made for the last tool are of another scene now
     }
   }
 

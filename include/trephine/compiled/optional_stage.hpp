@@ -60,8 +60,9 @@ class OptionalStage {
 /// A guard that is there or not.
 class OptionalGuard {
  public:
-  void set(std::shared_ptr<AnyGuard> guard) noexcept { guard_ = std::move(guard); }
   [[nodiscard]] bool is_set() const noexcept { return guard_ != nullptr; }
+  void swap(std::shared_ptr<AnyGuard>& guard) noexcept { guard_.swap(guard); }
+  [[nodiscard]] int breaches(int structure) const noexcept { return guard_ ? guard_->breaches(structure) : 0; }
   void set_push(bool on) noexcept {
     if (guard_) guard_->set_push(on);
   }

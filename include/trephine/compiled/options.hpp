@@ -146,6 +146,13 @@ struct GuardOptions {
   std::optional<StiffnessBudget> budget{};  ///< of the whole guard; contact's stiffness adds to it
 };
 
+/// What was counted of a structure since its protection came into the scene.
+struct StructureTotals {
+  int breaches = 0;        ///< times that the tool went into it while it was guarded (`StructureGuard::breaches`)
+  double refused_mm3 = 0;  ///< protected bone that cuts would have taken [mm³]
+  double taken_mm3 = 0;    ///< bone that cuts took of it while it was watched [mm³]
+};
+
 /// The stages of a scene, in the order in which they run; an absent stage changes no bit of the wrench. The guard of
 /// `set_structures` runs between filter and passivity control.
 struct StageOptions {

@@ -14,6 +14,7 @@ template <class Voxels>
 using DensityOf = std::remove_cv_t<std::remove_pointer_t<decltype(std::declval<const Voxels&>().data())>>;
 
 class Structures;
+class Protection;
 
 /// The bone. Copies of a Bone are the same bone, which lives as long as a copy, a scene or a reader of it does.
 /// \code
@@ -138,6 +139,16 @@ class Scene {
   void set_structures(const Structures& structures, std::span<const Structure> each, const GuardOptions& options = {});
   /// Takes guard and vetoes out; between ticks, haptic thread.
   void clear_structures() noexcept { scene_->clear_structures(); }
+  /// Makes guard and vetoes for `exchange`, on any thread and while this scene ticks. Without arguments they protect
+  /// nothing. Include compiled/structures.hpp.
+  [[nodiscard]] Protection make_protection(const Structures& structures, std::span<const Structure> each,
+                                           const GuardOptions& options = {}) const;
+  [[nodiscard]] Protection make_protection() const;
+  /// Puts guard and vetoes in, and those before into `protection`; between ticks, haptic thread.
+  void exchange(Protection& protection);
+  /// What was counted of a structure since its protection came in; zeros for a number that is none. Between ticks,
+  /// haptic thread; no memory.
+  [[nodiscard]] StructureTotals totals(int structure) const noexcept { return scene_->totals(structure); }
   /// Switches the guard's push, which fades in or out within a margin; between ticks, haptic thread. No memory.
   void set_push(bool on) noexcept { scene_->set_push(on); }
 

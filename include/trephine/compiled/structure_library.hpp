@@ -29,6 +29,7 @@ class GuardOf final : public AnyGuard {
     options.push = on;
     guard_.adopt(options);
   }
+  int breaches(int structure) const noexcept override { return guard_.breaches(structure); }
 
  private:
   StructureGuard guard_;
@@ -89,7 +90,7 @@ std::shared_ptr<const AnyStructures> StructuresMaker<kAlignment>::make(const Lab
   if (!is_usable_pose(geometry.X_GS)) refuse("compiled::Structures", "X_GS must be rigid", "not so");
   return std::make_shared<const StructuresOf>(
       build_structure_field(LabelVolume{geometry.size, geometry.spacing, labels},
-                            {.reach = geometry.reach, .threads = geometry.threads}),
+                            {.smooth = geometry.smooth, .reach = geometry.reach, .threads = geometry.threads}),
       geometry.X_GS);
 }
 

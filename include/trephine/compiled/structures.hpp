@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 
 /// Structures that a compiled scene keeps tool and cuts from.
 namespace trephine::compiled {
@@ -18,6 +19,7 @@ struct LabelGeometry {
   Posed X_GS = Posed::Identity();  ///< pose of the labels' frame in the bone's: identity where both share a grid
   double reach = 6e-3;             ///< half width of the bands with distances of each structure [m]
   int threads = 0;                 ///< that build; 0: as many as the machine has
+  bool smooth = true;              ///< surfaces are fitted to the labels; false: they lie midway between voxels
 };
 
 /// Makes distances to structures. The library defines `make`; the alignment is part of its name, as for BoneMaker.
@@ -51,13 +53,45 @@ class Structures {
   std::shared_ptr<const AnyStructures> structures_;
 };
 
-/// `each` has an entry for each structure. Between ticks, on the haptic thread: it takes memory and tenths of a second,
-/// and the cut's state begins anew. Counts of earlier vetoes are forgotten. A push fades in where the tool already is
-/// in a margin. Throws std::invalid_argument for options out of range, another number of entries, or a reach that is
-/// too short, and then all stays as it was.
+/// Guard and vetoes that were made for a scene and are not in it. Structures, margins and modes so change while a scene
+/// ticks: one thread makes and frees, and the haptic thread exchanges.
+/// \code
+/// Protection next = scene.make_protection(nerves, each);  // seconds, on another thread
+/// scene.exchange(next);                                   // between ticks: no memory, no lock, microseconds
+/// next.totals(0);                                         // of those before, until another thread frees them
+/// \endcode
+class Protection {
+ public:
+  /// What was counted of a structure until its protection left the scene.
+  [[nodiscard]] StructureTotals totals(int structure) const noexcept { return protection_->totals(structure); }
+
+ private:
+  friend class Scene;
+  explicit Protection(std::unique_ptr<AnyProtection> protection) noexcept : protection_(std::move(protection)) {}
+
+  std::unique_ptr<AnyProtection> protection_;
+};
+
+/// `each` has an entry for each structure. Takes memory and up to seconds. The scene must outlive the call, and may
+/// tick meanwhile on its own thread. Bone that cuts take between this and `exchange` is as for `make_cut_floor`. Throws
+/// std::invalid_argument for options out of range, another number of entries, or a reach that is too short.
+inline Protection Scene::make_protection(const Structures& structures, std::span<const Structure> each,
+                                         const GuardOptions& options) const {
+  return Protection(scene_->make_protection(structures.structures_.get(), each, options));
+}
+inline Protection Scene::make_protection() const { return Protection(scene_->make_protection(nullptr, {}, {})); }
+
+/// The cut's state begins anew, and a push fades in where the tool already is in a margin. The push before ends at
+/// once, unless `set_push` has faded it out. Exchanged back, a protection goes on with its counts. Throws
+/// std::invalid_argument for another scene's; takes no memory otherwise.
+inline void Scene::exchange(Protection& protection) { scene_->exchange(*protection.protection_); }
+
+/// As `make_protection` and `exchange`, with memory and up to seconds on the haptic thread, between ticks. Where it
+/// throws, all stays as it was.
 inline void Scene::set_structures(const Structures& structures, std::span<const Structure> each,
                                   const GuardOptions& options) {
-  scene_->set_structures(*structures.structures_, each, options);
+  Protection protection = make_protection(structures, each, options);
+  exchange(protection);
 }
 
 }  // namespace trephine::compiled

@@ -236,10 +236,11 @@ class GuardPotential {
   }
 
   void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
+    const SmoothDistance::Place place(p_S, H_);
     for (std::size_t i = 0; i < smooth_.size(); ++i) {
       if (smooth_[i].empty()) continue;
       Push push{static_cast<int>(i), s.z, 0, s.weight, Vec3d::Zero()};
-      const std::optional<double> d = smooth_[i].at(p_S, push.gradient);
+      const std::optional<double> d = smooth_[i].at(place, push.gradient);
       if (!d) continue;
       push.depth = structures_[i].margin + s.radius - *d;
       if (push.depth > 0 && count < out.size()) out[count++] = push;
@@ -296,16 +297,9 @@ class GuardPotential {
       if (!d) continue;
       const double u = s.margin + radius - *d;
       if (!(u > 0)) continue;
-      Mat3d second;
-      for (int a = 0; a < 3; ++a) {
-        Vec3d more = g, less = g;
-        (void)smooth_[i].at(p_S + 0.25 * H_ * Vec3d::Unit(a), more);
-        (void)smooth_[i].at(p_S - 0.25 * H_ * Vec3d::Unit(a), less);
-        second.col(a) = (more - less) / (0.5 * H_);
-      }
       const double force = std::min(s.stiffness * u, s.greatest_force);
       if (force < s.greatest_force) K += std::sqrt(2.0) * s.stiffness * g * g.transpose();
-      K -= 0.5 * force * (second + second.transpose());
+      K -= force * smooth_[i].curvature(p_S, g);
     }
     return K;
   }

@@ -101,6 +101,11 @@ class GuideGain {
   double level_ = 0;
 };
 
+/// Share of a law that keeps its largest stiffness within a budget's.
+[[nodiscard]] inline double share_within(double budget, double stiffness) noexcept {
+  return stiffness > budget ? budget / stiffness : 1.0;
+}
+
 // Checks of options.
 inline void check_at_least_zero(std::string_view type, const std::string& name, const char* unit, double v) {
   if (!(v >= 0) || !std::isfinite(v)) refuse(type, name + " must be finite and >= 0 " + unit, v);

@@ -6,6 +6,7 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
+#include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/structure/guide_parts.hpp>
 
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 /// Guides: stages that lead the tool along an axis (`AxisGuide`) and stop it at a depth (`DepthStop`), in the bone's
 /// frame G. They move with the bone.
@@ -25,8 +27,10 @@
 /// spring its energy.
 ///
 /// Each adds to the wrench: list it after stages that scale contact forces (`HuntCrossley`) and before limits. Its
-/// stiffness counts in what the device must bear. Haptic thread; options change between ticks or through `Remote`.
-/// Cost: a few square roots, and the twists that the scene computes.
+/// stiffness adds to that of contact, guard and other guides in what the device must bear. `budget` is the guide's part
+/// of that, and lowers stiffness, force and damping alike where they are more. A potential's level ends only soften it,
+/// so the largest tangent stiffness is the spring's own. Haptic thread; options change between ticks or through
+/// `Remote`. Cost: a few square roots, and the twists that the scene computes.
 namespace trephine {
 
 /// Holds T's origin on a line of the bone, and T's +z along it: a drill guide. Motion along the line and rotation about
@@ -56,7 +60,8 @@ class AxisGuide {
     double capture_radius = std::numeric_limits<double>::infinity();  ///< [m], > 0; infinite: acts at any distance
     double capture_angle = std::numeric_limits<double>::infinity();   ///< [rad], > 0; infinite: acts at any angle
     bool enabled = true;
-    double ramp = 0.5;  ///< time of the gain from 0 to 1 [s], >= 0.05
+    double ramp = 0.5;                        ///< time of the gain from 0 to 1 [s], >= 0.05
+    std::optional<StiffnessBudget> budget{};  ///< of this guide
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
@@ -70,10 +75,21 @@ class AxisGuide {
       detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
       detail::check_above_zero(kType, "capture_angle", "rad", capture_angle);
       detail::check_ramp(kType, ramp);
+      if (budget) budget->validate();
       if (std::isfinite(capture_radius) && !(stiffness > 0 && force > 0))
         refuse(kType, "a capture radius needs a stiffness and a force > 0", stiffness);
       if (std::isfinite(capture_angle) && !(angular_stiffness > 0 && torque > 0))
         refuse(kType, "a capture angle needs an angular stiffness and a torque > 0", angular_stiffness);
+    }
+    /// Returns the options that keep to their budget.
+    [[nodiscard]] Options within_budget() const noexcept {
+      Options o = *this;
+      if (!budget) return o;
+      const double linear = detail::share_within(budget->linear, stiffness);
+      o.stiffness *= linear, o.force *= linear, o.damping *= linear;
+      const double angular = detail::share_within(budget->angular, angular_stiffness);
+      o.angular_stiffness *= angular, o.torque *= angular, o.angular_damping *= angular;
+      return o;
     }
     /// Returns true if the other options give the same wrench at a gain of 1.
     [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
@@ -86,12 +102,13 @@ class AxisGuide {
   };
 
   /// Throws std::invalid_argument if an option is out of range.
-  explicit AxisGuide(const Options& options) : gain_(options) { options.validate(); }
+  explicit AxisGuide(const Options& options) : gain_(options.within_budget()) { options.validate(); }
 
-  /// Returns the latest options; a new law acts once the gain of the old one has fallen to 0.
+  /// Returns the latest options, lowered to their budget: `stiffness` and `angular_stiffness` are the largest that the
+  /// tool feels. A new law acts once the gain of the old one has fallen to 0.
   [[nodiscard]] const Options& options() const noexcept { return gain_.wanted(); }
   /// Replaces the options, which `validate` must accept, without a step of the wrench; between ticks, haptic thread.
-  void adopt(const Options& options) noexcept { gain_.adopt(options); }
+  void adopt(const Options& options) noexcept { gain_.adopt(options.within_budget()); }
   void reset() noexcept { gain_.restart(); }
 
   /// Returns the present gain, in [0, 1].
@@ -174,7 +191,8 @@ class DepthStop {
     double damping = 0;             ///< along the force [N·s/m], >= 0; in full from force/stiffness beyond the stop on
     double capture_radius = std::numeric_limits<double>::infinity();  ///< about the axis [m], > 0; infinite: a plane
     bool enabled = true;
-    double ramp = 0.5;  ///< time of the gain from 0 to 1 [s], >= 0.05
+    double ramp = 0.5;                        ///< time of the gain from 0 to 1 [s], >= 0.05
+    std::optional<StiffnessBudget> budget{};  ///< of this guide
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
@@ -186,6 +204,14 @@ class DepthStop {
       detail::check_at_least_zero(kType, "damping", "N·s/m", damping);
       detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
       detail::check_ramp(kType, ramp);
+      if (budget) budget->validate();
+    }
+    /// Returns the options that keep to their budget.
+    [[nodiscard]] Options within_budget() const noexcept {
+      Options o = *this;
+      const double share = budget ? detail::share_within(budget->linear, stiffness) : 1.0;
+      o.stiffness *= share, o.force *= share, o.damping *= share;
+      return o;
     }
     /// Returns true if the other options give the same wrench at a gain of 1.
     [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
@@ -196,12 +222,13 @@ class DepthStop {
   };
 
   /// Throws std::invalid_argument if an option is out of range.
-  explicit DepthStop(const Options& options) : gain_(options) { options.validate(); }
+  explicit DepthStop(const Options& options) : gain_(options.within_budget()) { options.validate(); }
 
-  /// Returns the latest options; a new law acts once the gain of the old one has fallen to 0.
+  /// Returns the latest options, lowered to their budget: `stiffness` is the largest that the tool feels. A new law
+  /// acts once the gain of the old one has fallen to 0.
   [[nodiscard]] const Options& options() const noexcept { return gain_.wanted(); }
   /// Replaces the options, which `validate` must accept, without a step of the wrench; between ticks, haptic thread.
-  void adopt(const Options& options) noexcept { gain_.adopt(options); }
+  void adopt(const Options& options) noexcept { gain_.adopt(options.within_budget()); }
   void reset() noexcept { gain_.restart(); }
 
   /// Returns the present gain, in [0, 1].

@@ -6,16 +6,20 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
+#include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/guide_parts.hpp>
 #include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace trephine {
 
@@ -45,6 +49,9 @@ class KeepIn {
     double capture = 3e-3;   ///< distance of T's origin from the structure where the push ends [m], > 0
     bool enabled = true;
     double ramp = 0.5;  ///< time of the gain from 0 to 1 [s], >= 0.05
+    /// Of this guide; stiffness, force and damping are lowered alike where it is more. The others' stiffness adds to
+    /// it.
+    std::optional<StiffnessBudget> budget{};
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
@@ -58,6 +65,7 @@ class KeepIn {
       detail::check_above_zero(kType, "capture", "m", capture);
       detail::check_at_least_zero(kType, "capture", "m", capture);
       detail::check_ramp(kType, ramp);
+      if (budget) budget->validate();
     }
     /// Returns true if the other options give the same force at a gain of 1.
     [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
@@ -73,7 +81,7 @@ class KeepIn {
   /// bands do not reach `required_reach`.
   KeepIn(const StructureField& field, int structure, const Posed& X_GS, const Options& options,
          double smoothing = 0.6e-3)
-      : gain_(options), X_SG_(X_GS.inverse()), reach_(field.reach()), smoothing_(smoothing) {
+      : gain_(options), made_(options), X_SG_(X_GS.inverse()), reach_(field.reach()), smoothing_(smoothing) {
     options.validate();
     if (structure < 0 || structure >= field.structures())
       refuse(Options::kType, "structure must be a number of the field's", structure);
@@ -81,7 +89,11 @@ class KeepIn {
       refuse(Options::kType, "smoothing must be 0.00005 to 0.01 m", smoothing);
     if (!is_usable_pose(X_GS)) refuse(Options::kType, "X_GS must be rigid", "not so");
     check_reach(options);
-    distance_ = std::make_shared<const SmoothDistance>(field, structure, smoothing, reach_);
+    auto distance = std::make_shared<SmoothDistance>(field, structure, smoothing, reach_);
+    find_stiffness(*distance);
+    distance->release_knots();
+    distance_ = std::move(distance);
+    gain_ = detail::GuideGain<Options>(within_budget(options));
   }
 
   /// Returns the reach that a field's bands need [m].
@@ -89,7 +101,7 @@ class KeepIn {
     return std::max(options.capture, options.radius + options.margin) + 2.6 * smoothing;
   }
 
-  /// Returns the latest options; a new law acts once the gain of the old one has fallen to 0.
+  /// Returns the latest options, lowered to their budget; a new law acts once the gain of the old one has fallen to 0.
   [[nodiscard]] const Options& options() const noexcept { return gain_.wanted(); }
   /// Replaces the options, which `validate` must accept, without a step of the force; between ticks, haptic thread. A
   /// capture, radius or margin beyond the field's bands is shortened to them.
@@ -99,8 +111,12 @@ class KeepIn {
     within.capture = std::min(within.capture, most);
     within.radius = std::min(within.radius, most);
     within.margin = std::min(within.margin, most - within.radius);
-    gain_.adopt(within);
+    gain_.adopt(within_budget(within));
   }
+  /// Returns the largest stiffness of the push under the latest options [N/m], found at the knots and between them. In
+  /// places narrower than the ball it exceeds `Options::stiffness`, as the push turns over within a smoothing. Options
+  /// that differ from those at construction have a bound of it.
+  [[nodiscard]] double stiffness() const noexcept { return stiffness_of(options()); }
   void reset() noexcept { gain_.restart(); }
 
   /// Returns the present gain, in [0, 1].
@@ -146,6 +162,42 @@ class KeepIn {
     return {energy, share * spring.pull(beyond), -(X_SG_.linear().transpose() * outward_S)};
   }
 
+  /// Finds the largest stiffness under the options at construction, and the largest curvature of the distance. The end
+  /// of the potential only softens it.
+  void find_stiffness(const SmoothDistance& distance) {
+    const auto largest = [](const Mat3d& K) {
+      return Eigen::SelfAdjointEigenSolver<Mat3d>(K, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+    };
+    for (const Vec3d& knot : distance.knots())
+      for (const double shift : {0.0, 0.5 * smoothing_}) {
+        const Vec3d p = knot + Vec3d::Constant(shift);
+        Vec3d g;
+        const std::optional<double> d = distance.at(p, g);
+        if (!d || *d >= made_.capture) continue;
+        const Mat3d second = distance.curvature(p, g);
+        curvature_ = std::max(curvature_, largest(second));
+        const double u = *d + made_.radius + made_.margin;
+        if (!(u > 0)) continue;
+        Mat3d K = std::min(made_.stiffness * u, made_.force) * second;
+        if (made_.stiffness * u <= made_.force) K += made_.stiffness * g * g.transpose();
+        stiffest_ = std::max(stiffest_, largest(K));
+      }
+  }
+  /// A stiffness times g gᵀ and a force times the second derivative: at most each times its greatest. With the ball and
+  /// margin at construction, or less, no more than that law's times what grew more.
+  [[nodiscard]] double stiffness_of(const Options& o) const noexcept {
+    double bound = o.stiffness + o.force * curvature_;
+    if (made_.stiffness > 0 && made_.force > 0 && o.radius + o.margin <= made_.radius + made_.margin &&
+        o.capture <= made_.capture)
+      bound = std::min(bound, stiffest_ * std::max(o.stiffness / made_.stiffness, o.force / made_.force));
+    return bound;
+  }
+  [[nodiscard]] Options within_budget(Options o) const noexcept {
+    const double share = o.budget ? detail::share_within(o.budget->linear, stiffness_of(o)) : 1.0;
+    o.stiffness *= share, o.force *= share, o.damping *= share;
+    return o;
+  }
+
   void check_reach(const Options& options) const {
     const double reach = required_reach(options, smoothing_);
     if (reach_ < reach)
@@ -156,6 +208,8 @@ class KeepIn {
   }
 
   detail::GuideGain<Options> gain_;
+  Options made_;  // at construction
+  double stiffest_ = 0, curvature_ = 0;
   Posed X_SG_;
   double reach_, smoothing_;
   std::shared_ptr<const SmoothDistance> distance_;

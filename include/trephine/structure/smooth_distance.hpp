@@ -31,8 +31,8 @@ class SmoothDistance {
     if (zone < 0 || field.brick_count(structure) == 0) return;
     Eigen::AlignedBox3d box;
     for (std::size_t b = 0; b < field.brick_count(structure); ++b) {
-      const StructureBrick brick = field.brick(structure, b);
-      const Vec3d lo(brick.first[0], brick.first[1], brick.first[2]);
+      const std::array<int, 3> first = field.brick(structure, b);
+      const Vec3d lo(first[0], first[1], first[2]);
       box.extend(Vec3d(lo.cwiseProduct(field.spacing())));
       box.extend(Vec3d((lo + Vec3d::Constant(8)).cwiseProduct(field.spacing())));
     }
@@ -59,35 +59,78 @@ class SmoothDistance {
   /// Frees the list of knots.
   void release_knots() noexcept { places_ = {}; }
 
+  /// The knots around a point of S, and the spline's weights there: the same for all structures of one spacing.
+  class Place {
+   public:
+    /// `spacing` is that between knots [m].
+    Place(const Vec3d& p_S, double spacing) noexcept : per_spacing_(1 / spacing) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double x = p_S[static_cast<Eigen::Index>(a)] * per_spacing_;
+        if (!(std::abs(x) < kFarthest)) return;
+        const double knot = std::floor(x + 0.5), t = x - knot, below = 0.5 - t, above = 0.5 + t;
+        knot_[a] = static_cast<int>(knot);
+        w_[a] = {below * below / 2, 0.75 - t * t, above * above / 2};
+        dw_[a] = {-below, -2 * t, above};
+      }
+      valid_ = true;
+    }
+
+   private:
+    friend class SmoothDistance;
+    static constexpr double kFarthest = 1e9;  // [knots]
+
+    double per_spacing_;
+    bool valid_ = false;                               // the point is finite and near enough for integers
+    std::array<int, 3> knot_{};                        // the nearest one
+    std::array<std::array<double, 3>, 3> w_{}, dw_{};  // by axis
+  };
+
   /// Returns the smooth distance at p_S [m] with its gradient; nothing where no knot around is below the zone.
   [[nodiscard]] std::optional<double> at(const Vec3d& p_S, Vec3d& gradient) const noexcept {
-    std::array<std::array<double, 3>, 3> w, dw;  // by axis
+    return at(Place(p_S, H_), gradient);
+  }
+  /// The same at a place, which must be of this spline's spacing.
+  [[nodiscard]] std::optional<double> at(const Place& place, Vec3d& gradient) const noexcept {
+    if (!place.valid_) return std::nullopt;
     std::array<int, 3> block{}, in{};
     for (std::size_t a = 0; a < 3; ++a) {
-      const double x = p_S[static_cast<Eigen::Index>(a)] / H_ - first_[a];
-      if (!(x >= 0) || !(x < kBlock * blocks_along_[a] - 1)) return std::nullopt;
-      const int nearest = static_cast<int>(x + 0.5);
-      const double t = x - nearest, below = 0.5 - t, above = 0.5 + t;
-      block[a] = nearest / kBlock;
-      in[a] = nearest % kBlock;
-      w[a] = {below * below / 2, 0.75 - t * t, above * above / 2};
-      dw[a] = {-below, -2 * t, above};
+      const int knot = place.knot_[a] - first_[a];
+      if (knot < 0 || knot >= kBlock * blocks_along_[a]) return std::nullopt;
+      block[a] = knot / kBlock;
+      in[a] = knot % kBlock;
     }
     const std::int32_t found = block_of_[table_index(block)];
     if (found < 0) return std::nullopt;
+    const auto &w = place.w_, &dw = place.dw_;
     const float* d = blocks_[static_cast<std::size_t>(found)].d.data() + (in[2] * kSide + in[1]) * kSide + in[0];
     double value = 0;
     Vec3d g = Vec3d::Zero();
-    for (std::size_t k = 0; k < 3; ++k, d += kSide * (kSide - 3))
+    for (std::size_t k = 0; k < 3; ++k, d += kSide * (kSide - 3)) {
+      double plane = 0, along_x = 0, along_y = 0;
       for (std::size_t j = 0; j < 3; ++j, d += kSide) {
         const double d0 = static_cast<double>(d[0]), d1 = static_cast<double>(d[1]), d2 = static_cast<double>(d[2]);
         const double row = w[0][0] * d0 + w[0][1] * d1 + w[0][2] * d2;
-        const double slope = dw[0][0] * d0 + dw[0][1] * d1 + dw[0][2] * d2;
-        value += w[2][k] * w[1][j] * row;
-        g += Vec3d(w[2][k] * w[1][j] * slope, w[2][k] * dw[1][j] * row, dw[2][k] * w[1][j] * row);
+        plane += w[1][j] * row;
+        along_x += w[1][j] * (dw[0][0] * d0 + dw[0][1] * d1 + dw[0][2] * d2);
+        along_y += dw[1][j] * row;
       }
-    gradient = g / H_;
+      value += w[2][k] * plane;
+      g += Vec3d(w[2][k] * along_x, w[2][k] * along_y, dw[2][k] * plane);
+    }
+    gradient = place.per_spacing_ * g;
     return value;
+  }
+
+  /// Returns the second derivative where the gradient at p_S is `gradient`, by differences over half a spacing [1/m].
+  [[nodiscard]] Mat3d curvature(const Vec3d& p_S, const Vec3d& gradient) const noexcept {
+    Mat3d second;
+    for (int a = 0; a < 3; ++a) {
+      Vec3d more = gradient, less = gradient;
+      static_cast<void>(at(Vec3d(p_S + 0.25 * H_ * Vec3d::Unit(a)), more));
+      static_cast<void>(at(Vec3d(p_S - 0.25 * H_ * Vec3d::Unit(a)), less));
+      second.col(a) = (more - less) / (0.5 * H_);
+    }
+    return 0.5 * (second + second.transpose());
   }
 
  private:

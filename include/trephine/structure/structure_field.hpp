@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -18,12 +18,6 @@ namespace trephine {
 struct NearestStructure {
   double distance;  ///< [m], negative inside of the structure
   int structure;    ///< its number, from 0; -1 at a point that is not finite
-};
-
-/// A brick of 8³ samples of one structure's signed distance.
-struct StructureBrick {
-  std::array<int, 3> first{};  ///< sample (i, j, k) of the brick's first one, a multiple of 8; may be negative
-  std::span<const std::int16_t> samples;  ///< 512, x fastest, in quanta (`StructureField::quantum`)
 };
 
 /// The part of a line from a point to where it leaves the point's cell of eight samples.
@@ -41,18 +35,22 @@ namespace detail {
 struct DistanceBand {
   static constexpr std::int32_t kOutside = -1;  // no brick: beyond reach, outside of the structure
   static constexpr std::int32_t kInside = -2;   // no brick: beyond reach, inside
+  static constexpr std::int32_t kShared = -3;   // a brick whose samples follow from those of the nearest structure
   std::array<int, 3> first{};                   // brick coordinates of the table's first entry
   std::array<int, 3> count{};                   // bricks in the table along each axis
-  std::vector<std::int32_t> table;              // number of a brick's samples, x fastest
-  std::vector<std::array<int, 3>> bricks;       // brick coordinates, by number
-  std::vector<std::int16_t> samples;            // 512 a brick [quanta]
+  std::vector<std::int32_t> table;              // number of a brick's own samples, x fastest
+  std::vector<std::array<int, 3>> bricks;       // brick coordinates
+  std::vector<std::int16_t> samples;            // 512 a brick that has its own [quanta]
 
   [[nodiscard]] std::int32_t brick(int bx, int by, int bz) const noexcept {
     const int x = bx - first[0], y = by - first[1], z = bz - first[2];
     if (x < 0 || y < 0 || z < 0 || x >= count[0] || y >= count[1] || z >= count[2]) return kOutside;
-    return table[static_cast<std::size_t>(x) +
-                 static_cast<std::size_t>(count[0]) *
-                     (static_cast<std::size_t>(y) + static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(z))];
+    return table[entry({bx, by, bz})];
+  }
+  /// Place in the table of a brick that it has.
+  [[nodiscard]] std::size_t entry(const std::array<int, 3>& at) const noexcept {
+    const auto along = [&](std::size_t a) { return static_cast<std::size_t>(at[a] - first[a]); };
+    return along(0) + static_cast<std::size_t>(count[0]) * (along(1) + static_cast<std::size_t>(count[1]) * along(2));
   }
 };
 
@@ -65,6 +63,19 @@ struct StructureFieldParts {
   std::vector<std::int16_t> distance;   // (size + 2)³ samples from voxel (-1, -1, -1), x fastest [quanta]
   std::vector<std::uint8_t> structure;  // the same samples: the nearest structure
   std::vector<DistanceBand> bands;      // by structure
+
+  /// Number of sample (i, j, k), each from -1 to the size along its axis.
+  [[nodiscard]] std::size_t index(int i, int j, int k) const noexcept {
+    return static_cast<std::size_t>(i + 1) +
+           static_cast<std::size_t>(size[0] + 2) *
+               (static_cast<std::size_t>(j + 1) +
+                static_cast<std::size_t>(size[1] + 2) * static_cast<std::size_t>(k + 1));
+  }
+  /// Distance of a structure [quanta] in a brick that shares its samples: beyond reach where another one is nearer.
+  [[nodiscard]] std::int16_t shared(std::uint8_t of, int i, int j, int k) const noexcept {
+    const std::size_t n = index(i, j, k);
+    return structure[n] == of ? distance[n] : std::numeric_limits<std::int16_t>::max();
+  }
 };
 
 }  // namespace detail
@@ -75,8 +86,9 @@ struct StructureFieldParts {
 /// negative inside of a structure. Samples are 16-bit multiples of `quantum`, which is 1/256 of the longest spacing.
 /// They are clamped at ±127.99 longest spacings. A structure ends where the volume ends.
 ///
-/// Memory: 3 bytes a voxel for the nearest structure, and 1 KiB for each brick of 8³ samples near a structure's
-/// surface. Immutable: any number of threads may look up at a time. Lookups take no memory and do not throw.
+/// Memory: 3 bytes a voxel for the nearest structure, and 1 KiB for each brick of 8³ samples within reach of a
+/// structure and of another that is nearer. Immutable: any number of threads may look up at a time. Lookups take no
+/// memory and do not throw.
 class StructureField {
  public:
   static constexpr int kBrick = 8;  ///< edge of a brick [samples]
@@ -184,25 +196,33 @@ class StructureField {
     return std::abs(distance(structure, p_S)) < reach();
   }
 
-  /// Bricks with samples of `structure`, and one of them by its number. Every sample nearer than reach() is in one.
+  /// Bricks of 8³ samples of `structure`, and the first sample (i, j, k) of one by its number: multiples of 8, possibly
+  /// negative. Every sample nearer than reach() is in a brick.
   [[nodiscard]] std::size_t brick_count(int structure) const noexcept { return band(structure).bricks.size(); }
-  [[nodiscard]] StructureBrick brick(int structure, std::size_t number) const noexcept {
-    const auto& b = band(structure);
-    const auto& at = b.bricks[number];
-    return {{at[0] * kBrick, at[1] * kBrick, at[2] * kBrick},
-            std::span<const std::int16_t>(b.samples).subspan(number * kSamples, kSamples)};
+  [[nodiscard]] std::array<int, 3> brick(int structure, std::size_t number) const noexcept {
+    const auto& at = band(structure).bricks[number];
+    return {at[0] * kBrick, at[1] * kBrick, at[2] * kBrick};
   }
 
   /// Calls `visit(structure)` for each structure with samples in the brick of sample (i, j, k), in ascending order.
   template <class Visit>
   void structures_near(int i, int j, int k, const Visit& visit) const {
     for (int s = 0; s < structures(); ++s)
-      if (band(s).brick(i >> kShift, j >> kShift, k >> kShift) >= 0) visit(s);
+      if (const std::int32_t n = band(s).brick(i >> kShift, j >> kShift, k >> kShift);
+          n >= 0 || n == detail::DistanceBand::kShared)
+        visit(s);
   }
 
   /// Signed distance of `structure` at sample (i, j, k), at `spacing * (i, j, k)` [m]; ±reach() beyond the band.
   [[nodiscard]] double sample(int structure, int i, int j, int k) const noexcept {
-    return sample(band(structure), i, j, k);
+    const detail::DistanceBand& b = band(structure);
+    const std::int32_t n = b.brick(i >> kShift, j >> kShift, k >> kShift);
+    if (n == detail::DistanceBand::kOutside) return reach();
+    if (n == detail::DistanceBand::kInside) return -reach();
+    const double d = n == detail::DistanceBand::kShared
+                         ? parts_.shared(static_cast<std::uint8_t>(structure), i, j, k)
+                         : b.samples[static_cast<std::size_t>(n) * kSamples + offset(i, j, k)];
+    return std::clamp(d * parts_.quantum, -reach(), reach());
   }
 
  private:
@@ -300,13 +320,9 @@ class StructureField {
     gradient.z() = across(d[4] - d[0], d[5] - d[1], d[6] - d[2], d[7] - d[3], t.x(), t.y()) * per_metre_.z();
   }
 
-  [[nodiscard]] double sample(const detail::DistanceBand& b, int i, int j, int k) const noexcept {
-    const std::int32_t n = b.brick(i >> kShift, j >> kShift, k >> kShift);
-    if (n < 0) return n == detail::DistanceBand::kInside ? -reach() : reach();
+  [[nodiscard]] static std::size_t offset(int i, int j, int k) noexcept {
     constexpr int kMask = kBrick - 1;
-    const int offset = (i & kMask) + kBrick * ((j & kMask) + kBrick * (k & kMask));
-    const double d = b.samples[static_cast<std::size_t>(n) * kSamples + static_cast<std::size_t>(offset)];
-    return std::clamp(d * parts_.quantum, -reach(), reach());
+    return static_cast<std::size_t>((i & kMask) + kBrick * ((j & kMask) + kBrick * (k & kMask)));
   }
 
   [[nodiscard]] bool corners(int structure, const Vec3d& p_S, Corners& d, Vec3d& t) const noexcept {
@@ -319,9 +335,8 @@ class StructureField {
       at[a] = static_cast<int>(low);
       t[axis] = u - low;
     }
-    const auto& b = band(structure);
     for (std::size_t n = 0; n < 8; ++n)
-      d[n] = sample(b, at[0] + static_cast<int>(n & 1), at[1] + static_cast<int>(n >> 1 & 1),
+      d[n] = sample(structure, at[0] + static_cast<int>(n & 1), at[1] + static_cast<int>(n >> 1 & 1),
                     at[2] + static_cast<int>(n >> 2));
     return true;
   }

@@ -57,6 +57,7 @@ class StructureGuard {
     validate();
     pushes_.resize(potential_->most_pushes());
     loads_.resize(potential_->structures().size());
+    breaches_.resize(loads_.size());
     X_SG_ = potential_->X_GS().inverse();
   }
   explicit StructureGuard(std::shared_ptr<const GuardPotential> potential)
@@ -67,6 +68,16 @@ class StructureGuard {
   void adopt(const Options& options) noexcept { options_ = options; }
   [[nodiscard]] const GuardPotential& potential() const noexcept { return *potential_; }
   [[nodiscard]] const GuardReport& report() const noexcept { return report_; }
+
+  /// Returns how often the tool went into a structure that is guarded, at the device's pose. The next time counts once
+  /// the tool has left all structures by `StructureField::slack`. 0 for a number that is none.
+  [[nodiscard]] int breaches(int structure) const noexcept {
+    return structure >= 0 && static_cast<std::size_t>(structure) < breaches_.size()
+               ? breaches_[static_cast<std::size_t>(structure)].count
+               : 0;
+  }
+  /// Forgets breaches.
+  void reset_counts() noexcept { std::fill(breaches_.begin(), breaches_.end(), Breach{}); }
 
   /// Adds the last tick's push, and its distance if it is the least of several guards. Structures are numbered as in
   /// the guard's own field.
@@ -95,6 +106,7 @@ class StructureGuard {
     if (report_.nearest.structure >= 0) {
       const GuardedStructure& s = potential_->structures()[static_cast<std::size_t>(report_.nearest.structure)];
       report_.warns = s.mode != GuardMode::kOff && report_.nearest.distance < s.margin;
+      note_breach(s.mode != GuardMode::kOff);
     }
     if (count == 0) return;
 
@@ -126,6 +138,23 @@ class StructureGuard {
   }
 
  private:
+  /// How often the tool went into a structure, and whether it has been out of all since.
+  struct Breach {
+    int count = 0;
+    bool open = false;
+  };
+
+  void note_breach(bool guarded) noexcept {
+    if (report_.nearest.distance < 0) {
+      Breach& breach = breaches_[static_cast<std::size_t>(report_.nearest.structure)];
+      if (guarded && !breach.open) ++breach.count;
+      breach.open = in_structure_ = true;
+    } else if (in_structure_ && report_.nearest.distance > potential_->field().slack()) {
+      for (Breach& breach : breaches_) breach.open = false;
+      in_structure_ = false;
+    }
+  }
+
   /// Returns the damping of one ball [N], for motion toward the structure at `approach` [m/s]. `part` is the ball's
   /// part of its structure's push.
   [[nodiscard]] static double damping(const GuardedStructure& s, const GuardPotential::Push& p, double part,
@@ -149,6 +178,8 @@ class StructureGuard {
   Posed X_SG_;
   std::vector<GuardPotential::Push> pushes_;
   std::vector<GuardPotential::Load> loads_;
+  std::vector<Breach> breaches_;  // of each structure
+  bool in_structure_ = false;     // a breach is open
   double share_ = 0;
   GuardReport report_;
 };

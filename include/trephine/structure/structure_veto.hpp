@@ -93,7 +93,8 @@ void keep_in(const StructureField& field, const Posed& X_SG, const VoxelGrid<Den
 ///
 /// Throws std::invalid_argument for another number of entries, a margin out of range, a pose that is not rigid, or a
 /// field whose bands do not reach `required_veto_reach`. Not for the haptic thread: it allocates, and takes about
-/// a tenth of a second for a million voxels near structures.
+/// a tenth of a second for a million voxels near structures. Any other thread may make one while the bone is cut. Where
+/// cuts then go on before the floor takes effect, interpolated bone may lose up to a cell; protected voxels do not.
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<CutFloor<Density>> make_cut_floor(const StructureField& field, const Posed& X_GS,
                                                                 const VoxelGrid<Density>& bone, double isovalue,

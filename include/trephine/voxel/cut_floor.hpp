@@ -3,6 +3,7 @@
 
 #include <trephine/voxel/brick_layout.hpp>
 #include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/grid_reader.hpp>
 
 #include <algorithm>
 #include <array>
@@ -105,7 +106,9 @@ class CutFloor {
   }
 
   /// Freezes cells whose bone does not reach its floors. Call it once after all bodies. Frozen voxels are never cut.
+  /// Any thread, also while the bone is cut: it then sees voxels before or after the cut.
   void seal(const VoxelGrid<Density>& grid) {
+    const GridReader<Density> reader(grid, false);
     std::vector<std::array<int, 3>> frozen;
     for (std::size_t brick = 0; brick < block_of_.size(); ++brick) {
       if (block_of_[brick] < 0) continue;
@@ -115,7 +118,7 @@ class CutFloor {
       for (int k = lo[2] - 1; k < lo[2] + kBrick; ++k)
         for (int j = lo[1] - 1; j < lo[1] + kBrick; ++j)
           for (int i = lo[0] - 1; i < lo[0] + kBrick; ++i)
-            if (must_freeze(grid, i, j, k)) frozen.push_back({i, j, k});
+            if (must_freeze(grid, reader, i, j, k)) frozen.push_back({i, j, k});
     }
     for (const auto& cell : frozen)
       for (int c = 0; c < 8; ++c) {
@@ -275,7 +278,8 @@ class CutFloor {
   }
 
   /// Whether the cell holds protected bone and a corner with less than its floor.
-  [[nodiscard]] bool must_freeze(const VoxelGrid<Density>& grid, int i, int j, int k) const noexcept {
+  [[nodiscard]] bool must_freeze(const VoxelGrid<Density>& grid, const GridReader<Density>& reader, int i, int j,
+                                 int k) const noexcept {
     bool holds = false, lower = false;
     for (int c = 0; c < 8; ++c) {
       const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2);
@@ -285,7 +289,7 @@ class CutFloor {
       }
       const Density floor = floor_at(x, y, z);
       holds = holds || !(floor < threshold_);
-      lower = lower || grid.at(x, y, z) < floor;
+      lower = lower || reader.voxel(x, y, z) < floor;
     }
     return holds && lower;
   }
