@@ -288,9 +288,9 @@ TEST_CASE("cutting force: a slot takes the power of its volume, and the teeth pu
     const double expected = 2 * R * 2e-3 * speed * 1e9;
     CHECK(std::abs(s.rate / expected - 1) < 0.04);
     CHECK(std::abs(s.torque * rpm(30'000) / s.power - 1) < 0.01);
-    // Bone is softer within a voxel of its surface, where the image is blurred.
+    // By the image's blur bone seems softer at its very surface.
     CHECK(s.power < law.energy * s.rate * 1e-9);
-    CHECK(s.power > 0.75 * law.energy * s.rate * 1e-9);
+    CHECK(s.power > 0.92 * law.energy * s.rate * 1e-9);
     // Teeth that turn clockwise, seen from the handle, move toward −y at the front, and bone pushes the tool to +y: π/4
     // of torque over R, for the side; the flat front adds to it where it cuts.
     const double side = (clockwise ? 1 : -1) * s.pull.y() * R / s.torque;
@@ -373,31 +373,47 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
   CHECK(scene.part<CuttingForce>().report().spindle > 0.9 * o.speed);
 }
 
-TEST_CASE("cutting force: thrust drops when the far side breaks") {
-  const Block<std::int16_t> block{};
+/// Feeds a flat head through a plate; returns the time from four fifths of the greatest thrust to a fifth [s].
+double breakthrough(const Block<std::int16_t>& block, double offset, double dt) {
   const NamedTool tool = tool_by_name("cylinder-2.3");
-  const Vec3d up = Vec3d::UnitZ(), top = block.middle();
-  const double thick = 2e-3;
+  const Vec3d up = Vec3d::UnitZ(), top = block.middle() + offset * up;
+  const double thick = 1.2e-3, speed = 1e-3;
   VoxelGrid<std::int16_t> bone =
       block.image([&](const Vec3d& p) { return std::max((p - top).dot(up), -(p - top).dot(up) - thick); });
   CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
   o.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
                     CuttingForce(o), Milling{PressureCut{}}};
-  double most = 0, after = -1, before = -1, height = 1.3e-3;
-  std::vector<double> forces;
-  for (int i = 0; i < 9000; ++i) {
-    forces.push_back(
-        scene.tick({.X_WT = tool_at(top + (height -= 1e-6) * up, up), .spindle_on = true}, 1e-3).wrench.force.z());
-    most = std::max(most, forces.back());
+  double most = 0, before = -1, after = -1, height = 1.2e-3;
+  for (int i = 0; height > -1.6e-3; ++i) {
+    height -= speed * dt;
+    const TickResult r = scene.tick({.X_WT = tool_at(top + height * up, up), .spindle_on = true}, dt);
+    REQUIRE(r.status == Status::kOk);
+    const double thrust = scene.part<CuttingForce>().report().thrust;
+    most = std::max(most, thrust);
+    if (thrust > 0.8 * most) before = i, after = -1;
+    if (after < 0 && thrust < 0.2 * most) after = i;
   }
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    if (forces[i] > 0.8 * most) before = static_cast<double>(i), after = -1;
-    if (after < 0 && before >= 0 && forces[i] < 0.2 * most) after = static_cast<double>(i);
-  }
-  MESSAGE("breakthrough: from four fifths to a fifth of ", most, " N in ", after - before, " ms");
-  CHECK(before > 0);
   CHECK(after > before);
+  return (after - before) * dt;
+}
+
+TEST_CASE("cutting force: thrust drops when the far side breaks") {
+  Random random(kSeed + 2);
+  for (const double sigma : {0.5, 0.7, 1.0}) {
+    Figures fine, coarse;
+    for (int n = 0; n < cases(4); ++n) {
+      const Block<std::int16_t> block{.sigma = sigma, .length = 10e-3};
+      const double offset = random.uniform(-0.5, 0.5) * block.h;
+      fine.add(1e3 * breakthrough(block, offset, 0.25e-3));
+      coarse.add(1e3 * breakthrough(block, offset, 1e-3));
+    }
+    MESSAGE("blur ", sigma, " voxels: thrust falls from four fifths to a fifth in [ms]: ", fine, " at 4 kHz; ", coarse,
+            " at 1 kHz");
+    CHECK(fine.worst() <= 2);
+    // A tick cuts a pressed depth and a bite at most, so the film takes a few ticks, whatever their length.
+    CHECK(coarse.worst() <= 8);
+  }
 }
 
 TEST_CASE("cutting force: the device gets its share, the report the true forces") {
@@ -409,15 +425,19 @@ TEST_CASE("cutting force: the device gets its share, the report the true forces"
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = stiffness}},
                       CuttingForce(o), Milling{PressureCut{}}};
-    TickResult r;
-    for (int i = 0; i < 3000; ++i)
-      r = scene.tick(
+    CuttingReport mean;  // of the last tenth
+    for (int i = 0; i < 3000; ++i) {
+      const TickResult r = scene.tick(
           {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 1e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
-    const CuttingReport& now = scene.part<CuttingForce>().report();
-    const Wrenchd contact = r.wrench + (-felt) * now.edges;
-    CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 0.02);
-    CHECK(std::abs(now.edges.torque.z() / now.torque - 1) < 1e-9);
-    return now;
+      if (i < 2700) continue;
+      const CuttingReport& now = scene.part<CuttingForce>().report();
+      const Wrenchd contact = r.wrench + (-felt) * now.edges;
+      CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 0.02);
+      CHECK(std::abs(now.edges.torque.z() / now.torque - 1) < 1e-9);
+      mean.thrust += now.thrust / 300;
+      mean.torque += now.torque / 300;
+    }
+    return mean;
   };
   // The same true forces: a softer coupling with a smaller share.
   const CuttingReport whole = run(0.5, 1500), part = run(0.25, 750);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <trephine/core/spatial.hpp>
+#include <trephine/core/tick.hpp>
+#include <trephine/render/coupled/foundation.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/tool/cutting_law.hpp>
@@ -9,6 +11,7 @@
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -50,10 +53,10 @@ struct CuttingReport {
 /// *Device.* The wrench gets `felt` times the edges' true wrench. The renderer's force counts as `felt` times the true
 /// thrust. So a felt share of 1/60 lets a pen of 3 N drill as 180 N do.
 ///
-/// Which part of the head cuts is sampled at `HeadElements` half a voxel ahead, toward the feed; densities a voxel
-/// farther than cuts reach. T's z axis is the spindle. Works with every renderer and cut. Without PressureCut the feed
-/// does not depend on the force. The edges' force is not conservative: the spindle feeds it.
-/// Haptic thread; no allocation.
+/// Which part of the head cuts is sampled at `HeadElements` half a voxel ahead, toward the feed. There the bone's
+/// strength follows from its density before all cuts (`GridOptions::keep_original`). T's z axis is the spindle. Works
+/// with every renderer and cut. Without PressureCut the feed does not depend on the force. The edges' force is not
+/// conservative: the spindle feeds it. Haptic thread; no allocation.
 class CuttingForce {
  public:
   static constexpr bool kUsesTwist = false;
@@ -104,6 +107,7 @@ class CuttingForce {
 
   void reset() noexcept {
     deposit_.setZero();
+    pattern_.setZero();
     spindle_ = 0;
     ledger_mm3_ = 0;
     engagement_ = {};
@@ -111,39 +115,39 @@ class CuttingForce {
   }
 
   /// Returns the fraction of the bone in the head that this tick's cuts remove. The scene calls it after contact,
-  /// before its carvers. `renderer` has rendered this tick.
-  template <VoxelDensity Density, class ContactRenderer>
-  double engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer, double dt,
-                bool spindle_on) noexcept {
+  /// before its carvers. `renderer` has rendered this tick, with the result `found`.
+  template <VoxelDensity Density, class ContactRenderer, RealScalar Scalar>
+  double engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
+                const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
     engagement_ = {};
-    wanted_mm3_ = 0;
-    thrust_ = 0;
+    feed_ = 0;
     spindle_ = spindle_on ? (spindle_ > 0 || is_stalled_ ? spindle_ : options_.speed) : 0;
     is_stalled_ = is_stalled_ && spindle_on;
     const Posed X_GT = renderer.proxy_pose().template cast<double>();
     R_GT_ = X_GT.linear();
-    const HeadContact contact = contact_of(renderer, X_GT);
-    thrust_ = contact.force.norm() / options_.felt;
+    const Vec3d force =
+        found.contact.shaft ? force_on_head(renderer, X_GT) : found.wrench.force.template cast<double>();
+    thrust_ = force.norm() / options_.felt;
     if (!spindle_on || !(thrust_ > 0)) {
       ledger_mm3_ = 0;
       return 0;
     }
-    const Vec3d feed_T = -(R_GT_.transpose() * contact.force).normalized();
-    sample(bone, isovalue, X_GT, feed_T);
-    const double x = options_.law.feed_under(thrust_, engagement_, options_.edges, radius_);
-    feed_ = x * spindle_;
-    wanted_mm3_ = feed_ * engagement_.area * dt * 1e9;
+    sample(bone, isovalue, X_GT, -(R_GT_.transpose() * force).normalized());
+    const Engagement& on = engagement_;
+    feed_ = options_.law.feed_under(thrust_, on, options_.edges, radius_) * spindle_;
     if constexpr (requires {
                     renderer.foundation_law();
                     renderer.pressure_cutting_pose();
                   }) {
-      // The head cuts ahead of the pose in which it presses.
+      // What the elements miss has no strength to hold the head.
+      if (!(on.area > 0)) return spindle_ > 0 ? 1 : 0;
+      // Bone in the head where it cuts, ahead of where it presses. It need not be exact: the ledger corrects it.
+      const FoundationLaw& foundation = renderer.foundation_law();
       const Vec3d ahead = renderer.pressure_cutting_pose().translation().template cast<double>() - X_GT.translation();
+      const double load = force.norm() * on.facing_area / on.area;
       const double pressed_mm3 =
-          1e9 * (contact.load / renderer.foundation_law().stiffness +
-                 engagement_.facing_area * renderer.foundation_law().ramp / 2 + engagement_.area * ahead.norm());
-      if (!(pressed_mm3 > 0)) return 0;
-      ledger_mm3_ = std::clamp(ledger_mm3_ + wanted_mm3_, -pressed_mm3, pressed_mm3);
+          1e9 * (load / foundation.stiffness + on.facing_area * foundation.ramp / 2 + on.area * ahead.norm());
+      ledger_mm3_ = std::clamp(ledger_mm3_ + 1e9 * feed_ * on.area * dt, -pressed_mm3, pressed_mm3);
       return std::max(0.0, ledger_mm3_ / pressed_mm3);
     } else {
       return 1;
@@ -155,12 +159,10 @@ class CuttingForce {
     ledger_mm3_ -= context.removed_mm3;
     const CuttingLaw& law = options_.law;
     const Engagement& on = engagement_;
-    // Work on chips, with the pattern of force where they are cut: by radian, torque along z.
-    if (on.area > 0) {
-      const double work_per_hard_area = law.energy * context.removed_mm3 * 1e-9 / on.area;
-      deposit_.head<3>() += work_per_hard_area * on.around;
-      deposit_.tail<3>() += work_per_hard_area * on.moment;
-    }
+    // Work on chips, with the pattern of force where they are cut: by radian, torque along z. A cut that runs ahead of
+    // contact has the pattern of the last contact.
+    if (on.area > 0) pattern_ << on.around / on.area, on.moment / on.area;
+    deposit_ += law.energy * context.removed_mm3 * 1e-9 * pattern_;
     const double lag_angle = options_.lag * options_.speed, turn = spindle_ * dt;
     const double part = -std::expm1(-turn / lag_angle);
     const Vec6d chips = deposit_ * (turn > 0 ? part / turn : 1 / lag_angle);
@@ -191,55 +193,64 @@ class CuttingForce {
   }
 
  private:
-  struct HeadContact {
-    Vec3d force = Vec3d::Zero();  // on the head, in G [N]
-    double load = 0;              // sum of the normal forces [N]
-  };
-
+  /// Sum of the contact forces below the head's upper end, in G [N].
   template <class ContactRenderer>
-  [[nodiscard]] HeadContact contact_of(const ContactRenderer& renderer, const Posed& X_GT) const noexcept {
-    HeadContact sum;
+  [[nodiscard]] Vec3d force_on_head(const ContactRenderer& renderer, const Posed& X_GT) const noexcept {
+    Vec3d sum = Vec3d::Zero();
     const Vec3d axis = X_GT.linear().col(2);
-    for (const auto& c : renderer.contacts()) {
-      const Vec3d force = c.force.template cast<double>();
-      if (axis.dot(c.position.template cast<double>() - X_GT.translation()) > top_) continue;
-      sum.force += force;
-      sum.load += force.dot(c.normal.template cast<double>());
-    }
+    const double top = top_ + axis.dot(X_GT.translation());
+    for (const auto& c : renderer.contacts())
+      if (axis.dot(c.position.template cast<double>()) <= top) sum += c.force.template cast<double>();
     return sum;
   }
 
-  /// Samples the bone ahead of the head's elements.
+  /// Samples the bone ahead of the head's elements that face the feed.
   template <VoxelDensity Density>
   void sample(const VoxelGrid<Density>& bone, double isovalue, const Posed& X_GT, const Vec3d& feed_T) noexcept {
-    constexpr auto kCount = static_cast<int>(HeadElements::kCount);
     static_assert(HeadElements::kCount % kLane == 0);
     const DensityField<Density, float> field(bone, isovalue);
     const Pose<float> X = X_GT.template cast<float>();
-    const double h = bone.spacing().minCoeff();
-    const auto near = Vec3<float>((kLead * h * feed_T).template cast<float>());
-    const auto far = static_cast<float>(cut_reach(bone.spacing()) + bone.spacing().norm());
-    HeadElements::Numbers x, y, z, engaged, beyond;
+    const Vec3<float> d = feed_T.template cast<float>();
+    const auto lead = static_cast<float>(kLead * bone.spacing().minCoeff());
+    // Strength is the original bone's; without it, of bone beyond the reach of cuts.
+    const auto original = DensityField<Density, float>::of_original(bone, isovalue);
+    const auto apart =
+        static_cast<float>(bone.spacing().norm() + (bone.keeps_original() ? 0 : cut_reach(bone.spacing())));
+    std::array<std::size_t, HeadElements::kCount> element;
+    HeadElements::Numbers x, y, z, nx, ny, nz, ahead, density;
+    std::size_t count = 0;
     for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
-      x[i] = elements_.x[i] + near.x();
-      y[i] = elements_.y[i] + near.y();
-      z[i] = elements_.z[i] + near.z();
+      nx[count] = elements_.normal_x[i], ny[count] = elements_.normal_y[i], nz[count] = elements_.normal_z[i];
+      if (!(d.x() * nx[count] + d.y() * ny[count] + d.z() * nz[count] > 0)) continue;
+      element[count] = i;
+      x[count] = elements_.x[i] + lead * d.x();
+      y[count] = elements_.y[i] + lead * d.y();
+      z[count] = elements_.z[i] + lead * d.z();
+      ++count;
     }
-    field.values(X, x.data(), y.data(), z.data(), engaged.data(), kCount);
-    for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
-      x[i] = elements_.x[i] + far * elements_.normal_x[i];
-      y[i] = elements_.y[i] + far * elements_.normal_y[i];
-      z[i] = elements_.z[i] + far * elements_.normal_z[i];
+    const int padded = padded_to_lane(static_cast<int>(count));
+    for (auto i = count; i < static_cast<std::size_t>(padded); ++i) x[i] = y[i] = z[i] = nx[i] = ny[i] = nz[i] = 0;
+    field.values(X, x.data(), y.data(), z.data(), ahead.data(), padded);
+    // The image blurs bone's surface. The densest of three places, a cell's diagonal apart, is bone without the blur.
+    std::array<float, HeadElements::kCount> densest;
+    original.values(X, x.data(), y.data(), z.data(), densest.data(), padded);
+    for (const float step : {apart, -2 * apart}) {
+      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
+        x[i] += step * nx[i];
+        y[i] += step * ny[i];
+        z[i] += step * nz[i];
+      }
+      original.values(X, x.data(), y.data(), z.data(), density.data(), padded);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) densest[i] = std::max(densest[i], density[i]);
     }
-    field.values(X, x.data(), y.data(), z.data(), beyond.data(), kCount);
     // Beside a cut the density rises by the cut's slope.
     const auto whole = static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue));
-    for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
-      const float density = std::max(engaged[i], beyond[i]);
-      engaged[i] = std::clamp(engaged[i] / whole, 0.0F, 1.0F);
-      beyond[i] = static_cast<float>(options_.strength(isovalue + static_cast<double>(density)));
+    HeadElements::Numbers engaged{}, strength{};
+    for (std::size_t i = 0; i < count; ++i) {
+      engaged[element[i]] = std::clamp(ahead[i] / whole, 0.0F, 1.0F);
+      strength[element[i]] = static_cast<float>(options_.strength(isovalue + static_cast<double>(densest[i])));
     }
-    engagement_ = engagement_of(elements_, feed_T, engaged, beyond);
+    engagement_ = engagement_of(elements_, feed_T, engaged, strength);
   }
 
   /// J dω/dt = drive − torque, the drive falling from the stall torque to 0 at the speed without load.
@@ -261,6 +272,7 @@ class CuttingForce {
 
   // State from tick to tick.
   Vec6d deposit_ = Vec6d::Zero();  // work on chips not yet taken out: force and torque times radians, T axes
+  Vec6d pattern_ = Vec6d::Zero();  // of the last engagement: around and moment by area
   double spindle_ = 0;             // [rad/s]
   bool is_stalled_ = false;
   double ledger_mm3_ = 0;  // the law's volume less the removed
@@ -268,7 +280,7 @@ class CuttingForce {
   // Of this tick.
   Engagement engagement_;
   Mat3d R_GT_ = Mat3d::Identity();
-  double thrust_ = 0, feed_ = 0, wanted_mm3_ = 0;
+  double thrust_ = 0, feed_ = 0;
   CuttingReport report_;
 };
 

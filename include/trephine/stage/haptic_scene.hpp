@@ -167,7 +167,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         CarveContext cut{input.spindle_on, context.dt, magnitude(wrench_G.force)};
         for_each_part([&](auto& part) {
           if constexpr (CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
-            cut.fraction = part.engage(*bone_, isovalue_, renderer_, cut.dt, cut.spindle_on);
+            cut.fraction = part.engage(*bone_, isovalue_, renderer_, found, cut.dt, cut.spindle_on);
         });
         result.removed_mm3 = carve(step, X_GT, X_GC, cut);
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {

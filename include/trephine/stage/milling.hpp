@@ -112,7 +112,9 @@ class Milling {
   template <class Grid, class Head>
   double cut_path(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
                   const CarveContext& context) noexcept {
-    if (!context.spindle_on || !(context.fraction > 0)) return 0;
+    if (!context.spindle_on) return 0;
+    if constexpr (kCutsUnderPressure)
+      if (!(context.fraction > 0)) return 0;
     const CutAllowance allowance{context.dt, context.force_N, tick_++, context.fraction};
     const double h = grid.spacing().minCoeff();
     const auto& cuts = head_to_cut(head);

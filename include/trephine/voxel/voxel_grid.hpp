@@ -94,6 +94,11 @@ class VoxelGrid {
 
   // --- Raw layout, for the sampling kernels ------------------------------------------------------------------------
   [[nodiscard]] const Density* data() const noexcept { return voxels_.data(); }  ///< border voxel (−1, −1, −1)
+  /// Returns the densities at construction, in the same layout; the present ones without `keep_original`.
+  [[nodiscard]] const Density* original_data() const noexcept {
+    return keeps_original() ? original_.data() : voxels_.data();
+  }
+  [[nodiscard]] bool keeps_original() const noexcept { return !original_.empty(); }
   [[nodiscard]] int row_pitch() const noexcept { return row_; }
   [[nodiscard]] int plane_pitch() const noexcept { return plane_; }
   [[nodiscard]] std::size_t index(int i, int j, int k) const noexcept {
