@@ -62,8 +62,7 @@ class Report {
   Table table_;
 };
 
-// --- Drills at a machine's feed
-// ---------------------------------------------------------------------------------------
+// --- Drills at a machine's feed ----------------------------------------------------------------------------
 
 /// Thrust [N] and torque [N m].
 struct Cut {
@@ -187,12 +186,11 @@ void compare_drills(Report& report, bool quick) {
   report.row({"J Braz Soc 2020", "2 mm, 12000 rpm, 50 mm/min", "thrust", "N", 14.1, kNone, thin.thrust,
               by_machine(CuttingLaw{}, two, 12000, 50e-3 / 60).thrust, true});
   const NamedTool drill = tool_by_name("twist-3.2");
-  // The same speeds and feed elsewhere give a quarter to an eighth of MacAvelia's thrust: no law of one material fits
-  // both. Their strength is what follows.
+  // Others measured a twentieth to a third of this thrust, at conditions of their own. No law of one material fits all.
   const Cut at_1000 = by_law(CuttingLaw{}, drill, 1000, 2e-3);
   const auto strength = [&](const char* who, double low, double high) {
     report.row({"other femurs", who, "thrust over the law's", "", (low + high) / 2 / at_1000.thrust,
-                (high - low) / 2 / at_1000.thrust, kNone, kNone, false});
+                (high - low) / 2 / at_1000.thrust, 1, kNone, false});
   };
   strength("bovine (12 to 20 N)", 12, 20);
   strength("porcine (8 to 11 N)", 8, 11);
@@ -200,8 +198,7 @@ void compare_drills(Report& report, bool quick) {
   strength("Alam (25 to 85 N)", 25, 85);
 }
 
-// --- Hands
-// ------------------------------------------------------------------------------------------------------------
+// --- Hands -------------------------------------------------------------------------------------------------
 
 /// What a hand-held run felt.
 struct Held {

@@ -97,8 +97,29 @@ def stability_energy(folder, rows, renderer):
     return plot.draw()
 
 
-def all_plots(folder, sweep, energy):
+def cutting(folder, rows, quantity):
+    """A drill's thrust or torque by the spindle's speed: measured with its spread, the law, and runs."""
+    rows = [row for row in rows if row["quantity"] == quantity and row["case"].endswith(" rpm")]
+    if not rows:
+        return None
+    plot = Plot(folder, f"cutting_{quantity}", f"3.2 mm drill fed 120 mm/min: {quantity} by the spindle's speed",
+                "spindle [rpm]", f"{quantity} [{rows[0]['unit'].replace(' mm', '·mm')}]")
+    plot.setup += ["set xrange [900:1600]", "set yrange [0:*]"]
+    for part, colour in zip(tables.unique(rows, "part"), COLOURS):
+        mine = [(float(row["case"].split()[0]), row) for row in rows if row["part"] == part]
+        name = part.split(": ")[-1]
+        plot.add(f"{name}, measured", [(rpm, r["measured"], r["spread"]) for rpm, r in mine],
+                 f"yerrorbars pt 7 ps 0.7 lw 1.5 lc rgb '{colour}'")
+        plot.add("law", [(rpm, r["law"]) for rpm, r in mine], f"lines lw 2 lc rgb '{colour}'")
+        plot.add("run", [(rpm, r["simulated"]) for rpm, r in mine], f"points pt 4 ps 1.2 lc rgb '{colour}'")
+        plot.add("fitted here", [(rpm, r["measured"]) for rpm, r in mine if r["fitted"] == "yes"],
+                 f"points pt 6 ps 2 lw 2 lc rgb '{colour}'")
+    return plot.draw()
+
+
+def all_plots(folder, sweep, energy, forces):
     """Paths by section; None where a table has nothing to draw."""
     each = ("line", "surface", "coupled")
-    return {"error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
+    return {"cutting": [cutting(folder, forces, quantity) for quantity in ("thrust", "torque")],
+            "error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
             "stability": [stability_energy(folder, energy, r) for r in each]}

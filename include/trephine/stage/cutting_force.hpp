@@ -9,6 +9,7 @@
 #include <trephine/tool/cutting_law.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
+#include <trephine/voxel/sampling.hpp>
 
 #include <algorithm>
 #include <array>
@@ -25,7 +26,7 @@ namespace trephine {
 /// Cutting in one tick. Forces are true ones, before the device's share.
 struct CuttingReport {
   Wrenchd edges;            ///< of the cutting edges, on the tool about T's origin, W axes [N, N·m]
-  double thrust = 0;        ///< magnitude of the contact's force on the head [N]
+  double thrust = 0;        ///< magnitude of the contact's force on the head; of a drill along its axis [N]
   double torque = 0;        ///< of the bone about the spindle's axis [N·m]
   double spindle = 0;       ///< speed [rad/s]
   double feed = 0;          ///< speed at which the law lets the head advance [m/s]
@@ -125,8 +126,9 @@ class CuttingForce {
     is_stalled_ = is_stalled_ && spindle_on;
     const Posed X_GT = renderer.proxy_pose().template cast<double>();
     R_GT_ = X_GT.linear();
-    const Vec3d force =
-        found.contact.shaft ? force_on_head(renderer, X_GT) : found.wrench.force.template cast<double>();
+    Vec3d force = found.contact.shaft ? force_on_head(renderer, X_GT) : found.wrench.force.template cast<double>();
+    // A drill cuts along its axis alone: its margins guide it in the hole.
+    if (options_.edges.chisel) force = std::max(0.0, R_GT_.col(2).dot(force)) * R_GT_.col(2);
     thrust_ = force.norm() / options_.felt;
     if (!spindle_on || !(thrust_ > 0)) {
       ledger_mm3_ = 0;
@@ -212,12 +214,8 @@ class CuttingForce {
     const Pose<float> X = X_GT.template cast<float>();
     const Vec3<float> d = feed_T.template cast<float>();
     const auto lead = static_cast<float>(kLead * bone.spacing().minCoeff());
-    // Strength is the original bone's; without it, of bone beyond the reach of cuts.
-    const auto original = DensityField<Density, float>::of_original(bone, isovalue);
-    const auto apart =
-        static_cast<float>(bone.spacing().norm() + (bone.keeps_original() ? 0 : cut_reach(bone.spacing())));
     std::array<std::size_t, HeadElements::kCount> element;
-    HeadElements::Numbers x, y, z, nx, ny, nz, ahead, density;
+    HeadElements::Numbers x, y, z, nx, ny, nz, ahead, density, densest;
     std::size_t count = 0;
     for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
       nx[count] = elements_.normal_x[i], ny[count] = elements_.normal_y[i], nz[count] = elements_.normal_z[i];
@@ -231,24 +229,33 @@ class CuttingForce {
     const int padded = padded_to_lane(static_cast<int>(count));
     for (auto i = count; i < static_cast<std::size_t>(padded); ++i) x[i] = y[i] = z[i] = nx[i] = ny[i] = nz[i] = 0;
     field.values(X, x.data(), y.data(), z.data(), ahead.data(), padded);
-    // The image blurs bone's surface. The densest of three places, a cell's diagonal apart, is bone without the blur.
-    std::array<float, HeadElements::kCount> densest;
-    original.values(X, x.data(), y.data(), z.data(), densest.data(), padded);
+
+    // Strength is the original bone's; without it, of bone beyond the reach of cuts. The image blurs bone's surface.
+    // The densest of three voxels, a cell's diagonal apart, is bone without the blur.
+    SampleView<Density, float> original(bone);
+    original.voxels = bone.original_data();
+    const auto apart =
+        static_cast<float>(bone.spacing().norm() + (bone.keeps_original() ? 0 : cut_reach(bone.spacing())));
+    const Vec3<float> per_metre = bone.spacing().cwiseInverse().template cast<float>();
+    const Mat3<float> A = per_metre.asDiagonal() * X.linear();
+    const Vec3<float> t = per_metre.cwiseProduct(X.translation()) + Vec3<float>::Ones();
+    nearest_voxels(original, A, t, x.data(), y.data(), z.data(), densest.data(), padded);
     for (const float step : {apart, -2 * apart}) {
       for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
         x[i] += step * nx[i];
         y[i] += step * ny[i];
         z[i] += step * nz[i];
       }
-      original.values(X, x.data(), y.data(), z.data(), density.data(), padded);
+      nearest_voxels(original, A, t, x.data(), y.data(), z.data(), density.data(), padded);
       for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) densest[i] = std::max(densest[i], density[i]);
     }
+
     // Beside a cut the density rises by the cut's slope.
     const auto whole = static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue));
     HeadElements::Numbers engaged{}, strength{};
     for (std::size_t i = 0; i < count; ++i) {
       engaged[element[i]] = std::clamp(ahead[i] / whole, 0.0F, 1.0F);
-      strength[element[i]] = static_cast<float>(options_.strength(isovalue + static_cast<double>(densest[i])));
+      strength[element[i]] = static_cast<float>(options_.strength(static_cast<double>(densest[i])));
     }
     engagement_ = engagement_of(elements_, feed_T, engaged, strength);
   }

@@ -47,13 +47,6 @@ class DensityField {
         min_rise_(static_cast<Scalar>(kFlatShare * (static_cast<double>(grid.original_range().max) -
                                                     static_cast<double>(grid.original_range().min)))) {}
 
-  /// Returns the field before any cut; that of the present densities if the grid does not keep them.
-  [[nodiscard]] static DensityField of_original(const VoxelGrid<Density>& grid, double isovalue) noexcept {
-    DensityField field(grid, isovalue);
-    field.view_.voxels = grid.original_data();
-    return field;
-  }
-
   /// Returns the shortest spacing [m], the unit of step lengths.
   [[nodiscard]] Scalar voxel() const noexcept { return voxel_; }
   [[nodiscard]] const VoxelGrid<Density>& grid() const noexcept { return *grid_; }

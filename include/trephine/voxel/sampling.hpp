@@ -189,6 +189,28 @@ void sample_points(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, 
   }
 }
 
+/// Computes the densities of the voxels nearest to `n` points, given as for `sample_points`.
+template <VoxelDensity Density, RealScalar Scalar>
+void nearest_voxels(const SampleView<Density, Scalar>& v, const Mat3<Scalar>& A, const Vec3<Scalar>& t, const Scalar* x,
+                    const Scalar* y, const Scalar* z, Scalar* out, int n) noexcept {
+  const Scalar a00 = A(0, 0), a01 = A(0, 1), a02 = A(0, 2), t0 = t.x();
+  const Scalar a10 = A(1, 0), a11 = A(1, 1), a12 = A(1, 2), t1 = t.y();
+  const Scalar a20 = A(2, 0), a21 = A(2, 1), a22 = A(2, 2), t2 = t.z();
+  const Scalar last_x = v.last.x(), last_y = v.last.y(), last_z = v.last.z();
+  const int row = v.row, plane = v.plane;
+  std::array<int, kLane> at;
+  for (int first = 0; first < n; first += kLane, x += kLane, y += kLane, z += kLane, out += kLane) {
+    for (int i = 0; i < kLane; ++i) {
+      const Scalar px = x[i], py = y[i], pz = z[i];
+      const auto ix = static_cast<int>(clamp_coordinate(a00 * px + a01 * py + a02 * pz + t0, last_x) + Scalar(0.5));
+      const auto iy = static_cast<int>(clamp_coordinate(a10 * px + a11 * py + a12 * pz + t1, last_y) + Scalar(0.5));
+      const auto iz = static_cast<int>(clamp_coordinate(a20 * px + a21 * py + a22 * pz + t2, last_z) + Scalar(0.5));
+      at[static_cast<std::size_t>(i)] = iz * plane + iy * row + ix;
+    }
+    for (int i = 0; i < kLane; ++i) out[i] = static_cast<Scalar>(v.voxels[at[static_cast<std::size_t>(i)]]);
+  }
+}
+
 /// Returns the second voxel of a word minus the first.
 template <VoxelDensity Density, RealScalar Scalar>
 [[nodiscard]] inline Scalar difference_of_pair(const PairWord<Density>& word) noexcept {
