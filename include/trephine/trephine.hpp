@@ -16,7 +16,8 @@
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/line/shaft_tracking.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
-#include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/cutting_sound.hpp>
+#include <trephine/stage/cutting_vibration.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/first_order_filter.hpp>
