@@ -474,6 +474,40 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   CHECK(removed < 1e-3);
 }
 
+TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the thrust and torque") {
+  const Block<std::int16_t> block{};
+  const NamedTool tool = tool_by_name("round-3");
+  const Vec3d up = Vec3d::UnitZ(), top = block.middle() + 0.2 * block.length * up;
+  CuttingForce::Options o{.edges = tool.edges, .felt = 0.05};
+  o.strength = block.strength();
+  // Two layers under the surface: the upper of rate 1, the lower from 2.5 mm on of rate 1/2.
+  const std::array<double, 2> rates{1, 0.5};
+  VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, up});
+  const double border = top.z() - 2.5e-3;
+  const auto tissues =
+      std::make_shared<const TissueMap>(bone, rates, [&](int, int, int k) { return k * block.h < border ? 1 : 0; });
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+                    CuttingForce(o, tissues), Milling{PressureCut{}}};
+  const double R = tool.tool.burr().tip_radius, speed = 1e-3;
+  std::array<CuttingReport, 2> mean;  // while all that cuts is in one tissue
+  std::array<int, 2> count{};
+  for (int i = 0; i < 5600; ++i) {
+    const double tip = 1e-4 - i * speed * 1e-3;
+    static_cast<void>(scene.tick({.X_WT = tool_at(top + (tip + R) * up, up), .spindle_on = true}, 1e-3));
+    const int layer = tip < -2.1e-3 && tip > -2.4e-3 ? 0 : tip < -5e-3 ? 1 : -1;
+    if (layer < 0) continue;
+    const auto l = static_cast<std::size_t>(layer);
+    const CuttingReport& now = scene.part<CuttingForce>().report();
+    mean[l].thrust += now.thrust;
+    mean[l].torque += now.torque;
+    ++count[l];
+  }
+  CHECK(std::abs(mean[1].thrust / count[1] / (mean[0].thrust / count[0]) / 2 - 1) < 0.03);
+  CHECK(std::abs(mean[1].torque / count[1] / (mean[0].torque / count[0]) / 2 - 1) < 0.03);
+  const VoxelGrid<std::int16_t> other = Block<std::int16_t>{.length = 10e-3}.image(HalfSpace{block.middle(), up});
+  CHECK_THROWS_AS(CuttingForce(o, tissues).validate_for(other, 0), std::invalid_argument);
+}
+
 TEST_CASE("cutting force: protected bone stays") {
   const Block<std::int16_t> block{};
   const NamedTool tool = tool_by_name("match-head-3");

@@ -162,6 +162,86 @@ TEST_CASE("cutting law: thin chips take energy in proportion, thick ones u and t
   CHECK(law.edges_around(thick, 6) == doctest::Approx(law.edge_force * 6 / (2 * kPi)).epsilon(1e-6));
 }
 
+/// Thrust and torque of a whole head that is fed along its axis at `speed` [m/s].
+struct Forces {
+  double thrust, torque;
+};
+Forces forces_of(const CuttingLaw& law, const Engagement& on, const CuttingEdges& edges, double radius, double speed,
+                 double spindle) {
+  const double x = speed / spindle;
+  return {law.thrust(x, on, edges, radius), (law.energy * x + law.edges_around(x, edges.count())) * on.hard_area};
+}
+/// d ln f / d ln a, by central differences of a fifth.
+template <class F>
+double exponent(F&& f, double a) {
+  return std::log(f(1.2 * a) / f(a / 1.2)) / std::log(1.44);
+}
+
+TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, density and depth") {
+  const CuttingLaw law;
+  const RevolvedTool drill = tool_by_name("twist-3.2").tool;
+  const CuttingEdges edges = tool_by_name("twist-3.2").edges;
+  const double R = drill.burr().tip_radius, spindle = 2 * kPi * 1000 / 60;
+  const Engagement on = engagement_of(HeadElements(drill.cutting_head(0)), -Vec3d::UnitZ(), all(1), all(1));
+  const auto at = [&](double speed, double turns, int flutes) {
+    return forces_of(law, on, {.flutes = flutes, .chisel = edges.chisel}, R, speed, turns);
+  };
+  // Feed: thin chips take force in proportion, thick ones less, since the edge's own force is whole.
+  const auto by_feed = [&](double v) { return at(v, spindle, 2).thrust; };
+  const auto torque_by_feed = [&](double v) { return at(v, spindle, 2).torque; };
+  CHECK(exponent(by_feed, 1e-8) == doctest::Approx(1).epsilon(0.001));
+  CHECK(exponent(torque_by_feed, 1e-8) == doctest::Approx(1).epsilon(0.001));
+  for (const double v : {2e-4, 2e-3, 2e-2}) {
+    CHECK(exponent(by_feed, v) > 0);
+    CHECK(exponent(by_feed, v) < 1);
+    CHECK(exponent(torque_by_feed, v) > 0);
+    CHECK(exponent(torque_by_feed, v) < 1);
+    // Spindle: the chip is feed by turn, so the exponent is the feed's with the other sign.
+    CHECK(exponent([&](double w) { return at(v, w, 2).thrust; }, spindle) ==
+          doctest::Approx(-exponent(by_feed, v)).epsilon(1e-6));
+    // Teeth: thinner chips, and each has an edge.
+    CHECK(at(v, spindle, 3).torque > at(v, spindle, 2).torque);
+    CHECK(at(v, spindle, 3).torque < 1.5 * at(v, spindle, 2).torque);
+  }
+  // MacAvelia et al. 2012: from 1000 to 1500 rpm thrust falls to 0.89, torque to 0.75.
+  CHECK(exponent([&](double w) { return at(2e-3, w, 2).thrust; }, 1.2 * spindle) ==
+        doctest::Approx(std::log(176.0 / 198) / std::log(1.5)).epsilon(0.3));
+  CHECK(exponent([&](double w) { return at(2e-3, w, 2).torque; }, 1.2 * spindle) ==
+        doctest::Approx(std::log(140.0 / 186) / std::log(1.5)).epsilon(0.3));
+
+  // Size: a burr of twice the radius has twice the edge, at twice the lever.
+  const auto ball = [&](double radius) {
+    const HeadElements head(head_of(Burr{.tip_radius = radius, .shaft_length = 0}));
+    return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(1)), {}, radius, 1e-3, 3000);
+  };
+  CHECK(exponent([&](double r) { return ball(r).thrust; }, kR) == doctest::Approx(1).epsilon(0.01));
+  CHECK(exponent([&](double r) { return ball(r).torque; }, kR) == doctest::Approx(2).epsilon(0.01));
+
+  // Density: both with its square.
+  const BoneStrength strength{.soft = 0, .cortical = 1700};
+  const auto by_density = [&](double density) {
+    const auto s = static_cast<float>(strength(density));
+    const HeadElements head(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+    return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(s)), {}, kR, 1e-3, 3000);
+  };
+  CHECK(exponent([&](double d) { return by_density(d).thrust; }, 1200) == doctest::Approx(2).epsilon(0.001));
+  CHECK(exponent([&](double d) { return by_density(d).torque; }, 1200) == doctest::Approx(2).epsilon(0.001));
+
+  // Depth of a ball that mills along x: the torque is that of the segment's area, 4/3 √(2R) a^1.5 at small depths a.
+  const auto by_depth = [&](double a) {
+    const HeadElements head(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+    HeadElements::Numbers engaged{};
+    for (std::size_t i = 0; i < HeadElements::kCount; ++i) engaged[i] = head.z[i] < a - kR ? 1.0F : 0.0F;
+    return forces_of(law, engagement_of(head, Vec3d::UnitX(), engaged, all(1)), {}, kR, 4e-3, 3000);
+  };
+  const auto segment = [&](double a) {
+    return kR * kR * std::acos(1 - a / kR) - (kR - a) * std::sqrt(2 * kR * a - a * a);
+  };
+  for (const double a : {0.3 * kR, 0.6 * kR, kR})
+    CHECK(by_depth(a).torque / by_depth(2 * kR).torque == doctest::Approx(segment(a) / (kPi * kR * kR)).epsilon(0.1));
+  CHECK(by_depth(0.6 * kR).thrust > by_depth(0.3 * kR).thrust);
+}
+
 TEST_CASE("cutting law: bone's strength grows with the square of its density") {
   const BoneStrength s{.soft = 0, .cortical = 1700};
   CHECK(s(1700) == doctest::Approx(1));

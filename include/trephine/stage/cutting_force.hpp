@@ -10,13 +10,16 @@
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
 #include <trephine/voxel/sampling.hpp>
+#include <trephine/voxel/tissue_cut.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <utility>
 
 namespace trephine {
 
@@ -86,10 +89,20 @@ class CuttingForce {
     }
   };
 
-  /// Throws std::invalid_argument.
-  explicit CuttingForce(const Options& options) : options_(options) { options_.validate(); }
+  /// `tissues`: bone is stronger by 1/rate where the map's rate is below 1 (`make_tissue_map`, structure/tissues.hpp).
+  /// So cut with a plain `PressureCut`, not a `TissueCut` of it. Copies share the map. Throws std::invalid_argument.
+  explicit CuttingForce(const Options& options, std::shared_ptr<const TissueMap> tissues = nullptr)
+      : options_(options), tissues_(std::move(tissues)) {
+    options_.validate();
+  }
 
   void validate() const { options_.validate(); }
+  /// Throws std::invalid_argument if the tissues' map was made for another grid.
+  template <VoxelDensity Density>
+  void validate_for(const VoxelGrid<Density>& bone, double /*isovalue*/) const {
+    if (tissues_ != nullptr && !tissues_->fits(bone))
+      refuse("CuttingForce", "the map of tissues must be made for a bone of the scene's size", "another");
+  }
   [[nodiscard]] const Options& options() const noexcept { return options_; }
   /// Replaces the options by valid ones, between ticks on the haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
@@ -257,6 +270,15 @@ class CuttingForce {
       engaged[element[i]] = std::clamp(ahead[i] / whole, 0.0F, 1.0F);
       strength[element[i]] = static_cast<float>(options_.strength(static_cast<double>(densest[i])));
     }
+    if (tissues_ != nullptr) {
+      const auto last = [&](int a) { return bone.size()[static_cast<std::size_t>(a)] - 1; };
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t e = element[i];
+        const Vec3<float> u = A * (Vec3<float>(elements_.x[e], elements_.y[e], elements_.z[e]) + lead * d) + t;
+        const auto voxel = [&](int a) { return std::clamp(static_cast<int>(u[a] - 0.5F), 0, last(a)); };
+        strength[e] /= static_cast<float>(tissues_->rate_at(voxel(0), voxel(1), voxel(2)));
+      }
+    }
     engagement_ = engagement_of(elements_, feed_T, engaged, strength);
   }
 
@@ -273,6 +295,7 @@ class CuttingForce {
   static constexpr double kLead = 0.5;  // [voxels]
 
   Options options_;
+  std::shared_ptr<const TissueMap> tissues_;
   HeadElements elements_;
   double top_ = std::numeric_limits<double>::infinity();  // of the head, in T [m]
   double radius_ = 0;                                     // [m]
