@@ -190,8 +190,8 @@ ToolFigures figures_of(const ToolRun& run) {
   std::vector<Vec3d> forces;
   for (const ToolRow& r : run.rows) {
     const double force = r.force_W.norm();
-    f.most_force = f.most_force >= force ? f.most_force : force;
-    if (!std::isfinite(force)) f.most_force = kNone;
+    // A NaN stays: std::max returns its first argument then.
+    f.most_force = std::isnan(force) ? force : std::max(f.most_force, force);
     if (!r.presses) continue;
     forces.push_back(r.force_W);
     f.force += force;

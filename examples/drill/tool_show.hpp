@@ -54,7 +54,7 @@ struct ToolRun {
 /// Means over the ticks that press.
 struct ToolFigures {
   double force = 0, ripple = 0;  ///< on the device: mean and, above about 10 Hz, root mean square [N]
-  double most_force = 0;         ///< on the device, of all ticks; nan if one is not finite [N]
+  double most_force = 0;         ///< on the device, of all ticks; nan if one is [N]
   double thrust = 0;             ///< [N]
   double torque = 0;             ///< [N·m]
   double removed_mm3 = 0;        ///< by all ticks that press

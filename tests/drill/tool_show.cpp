@@ -68,6 +68,10 @@ TEST_CASE("a force beyond the device's, lost work and a fault each fail a check 
   CHECK(failed_after([&] { run.rows[9].status = trephine::Status::kJump; }) == 1);
   CHECK(failed_after([&] { run.chip_work *= 1.021; }) == 1);
   CHECK(failed_after([&] { run.strength.densest = 0.9 * run.worked_strength(); }) == 1);
+  CHECK(failed_after([&] { run.strength.voxels = 1.1 * run.worked_strength(); }) == 1);
+  CHECK(failed_after([&] {
+          for (ToolRow& row : run.rows) row.thrust *= 0.01;
+        }) == 1);
   CHECK(check(show) == 0);
 }
 
