@@ -7,6 +7,7 @@
 #include "spot.hpp"
 #include "structure_show.hpp"
 #include "temporal_bone.hpp"
+#include "tool_show.hpp"
 #include "verification.hpp"
 
 #include <chrono>
@@ -114,6 +115,8 @@ Prepared prepare(const Options& options) {
   if (!at && options.phantom == Phantom::kTemporalBone) at = temporal_bone::kSpot_W;
   Spot spot = at ? spot_near(whole, *at) : find_spot(whole);
   std::optional<Bone> fine = resampled_around(whole, spot.p_W, options);
+  if (options.tools && !shown_tools_fit(fine ? *fine : whole))
+    throw UsageError("--tools: its tools of 3 mm need voxels of half a millimetre at most; use --voxel 0.4");
   if (fine) spot = spot_near(*fine, spot.p_W);
   if (fine) whole.burr = fine->burr;
   const Surgeon surgeon(spot, whole.burr, {.seconds = options.seconds});
@@ -172,13 +175,38 @@ int perform_structures(const Options& options, const Bone& bone, const Surgeon& 
   return failed == 0 ? 0 : 1;
 }
 
-/// 0; or 1 where a check of the verification failed.
+/// Tools by name, without and with the cutting law; returns how many checks failed. They are left out where they are
+/// too small for the voxels.
+int press_tools(const Options& options, const Bone& bone, const Surgeon& surgeon, bool plots) {
+  if (!shown_tools_fit(bone)) {
+    std::printf("\nleft out: tools of 3 mm, for voxels of half a millimetre at most (--voxel 0.4)\n");
+    return 0;
+  }
+  std::printf("\ntools pressed into the bone, without and with a law of cutting forces\n");
+  const ToolShow show = show_tools(bone, options, surgeon);
+  write_csv(show, (fs::path(options.out) / "tools.csv").string());
+  print_table(show);
+  if (plots) plot_tools(options.out, show);
+  return check(show);
+}
+
+/// 0; or 1 where a check failed.
+int perform_tools(const Options& options, const Bone& bone, const Surgeon& surgeon) {
+  const bool plots = have_gnuplot();
+  const int failed = press_tools(options, bone, surgeon, plots);
+  say_what_is_left(options, plots, false);
+  if (failed > 0) std::printf("%d of the checks failed\n", failed);
+  return failed == 0 ? 0 : 1;
+}
+
+/// 0; or 1 where a check failed.
 int perform(const Options& options, const Prepared& prepared) {
   const Bone& whole = prepared.whole;
   const Bone& bone = prepared.bone();
   const Surgeon& surgeon = prepared.surgeon;
   introduce(whole, bone, surgeon);
   if (options.structures) return perform_structures(options, bone, surgeon);
+  if (options.tools) return perform_tools(options, bone, surgeon);
   const bool plots = have_gnuplot();
   std::printf("\n%.3g s with each algorithm, in %s, hand and device simulated\n", options.seconds,
               options.real_time ? "real time" : "simulated time");
@@ -197,7 +225,7 @@ int perform(const Options& options, const Prepared& prepared) {
   for (const Run& r : runs) logs.push_back(&r.log);
   print_table(logs);
 
-  const int failed = verify(options, plots);
+  const int failed = verify(options, plots) + press_tools(options, bone, surgeon, plots);
 
   const bool pictures = options.pictures && can_write_png();
   if (pictures) {
@@ -205,7 +233,7 @@ int perform(const Options& options, const Prepared& prepared) {
     take_pictures(options, whole, bone, surgeon, runs);
   }
   say_what_is_left(options, plots, pictures);
-  if (failed > 0) std::printf("%d of the verification's checks failed\n", failed);
+  if (failed > 0) std::printf("%d of the checks failed\n", failed);
   return failed == 0 ? 0 : 1;
 }
 

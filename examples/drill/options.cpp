@@ -105,6 +105,8 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.per_slice = whole(v[0], 3, 1000); }},
     Entry{"--structures", 0, "", "only drill toward made structures, with nothing, a guard, and a guard and a veto",
           [](Options& o, Values) { o.structures = true; }},
+    Entry{"--tools", 0, "", "only press three tools by name into the bone, without and with the cutting law",
+          [](Options& o, Values) { o.tools = true; }},
     Entry{"--seconds", 1, "S", "simulated length of an algorithm's run (8)",
           [](Options& o, Values v) { o.seconds = number(v[0], 2, 600, " s"); }},
     Entry{"--real-time", 0, "", "keep pace with the clock instead of running as fast as possible",
@@ -150,10 +152,12 @@ Options parse_options(int argc, const char* const* argv) {
   if (options.phantom && !(options.skull.empty() && options.ct.empty()))
     throw UsageError("--phantom: give it, or --skull, or --ct");
   if (!options.series.empty() && options.ct.empty()) throw UsageError("--series needs --ct with a DICOM folder");
+  if (options.structures && options.tools) throw UsageError("--structures and --tools: give one of them");
   if (!options.tool.empty()) {
     if (options.tip_radius || options.shaft_radius || options.shaft_length)
       throw UsageError("--tool: its name says its measures; leave out those of a burr");
     if (options.structures) throw UsageError("--tool: --structures has a round burr");
+    if (options.tools) throw UsageError("--tool: --tools has tools of its own");
     if (!options.coupled) throw UsageError("--tool: line and surface have a round burr; use --algorithm coupled");
     options.line = options.surface = false;
   }
@@ -165,8 +169,9 @@ std::string usage() {
   std::string text =
       "usage: drill [options]\n"
       "Drills a hole into a CT volume with a simulated device, leans the shaft on its rim, turns and withdraws, once\n"
-      "with each algorithm, then repeats the thesis' verification on a block. Without --skull or --ct it drills a\n"
-      "built-in tooth phantom.\n\n";
+      "with each algorithm. Then it repeats the thesis' verification on a block, and presses three tools into the "
+      "bone,\n"
+      "without and with a law of cutting forces. Without --skull or --ct it drills a built-in tooth phantom.\n\n";
   for (const Entry& e : kEntries) {
     std::array<char, 160> line{};
     const std::string left = std::string(e.name) + " " + e.shown;

@@ -37,6 +37,7 @@ struct Options {
   int line_vertices = 50;
   std::optional<int> sphere_vertices, slices, per_slice;
   bool structures = false;  ///< only the part with labelled structures
+  bool tools = false;       ///< only the part with tools by name
   double seconds = 8;
   bool real_time = false;
   std::string out = "build/drill";

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -218,6 +219,23 @@ std::string plot_structures(const std::string& folder, const StructureShow& show
     script.panel(structure.name + ": distance [mm]", "[*:*]",
                  "0 with lines linecolor '#39424e' notitle," + each("1e3*$4"));
     script.panel("guard pushes [N]", "[0:*]", each("$6"));
+  }
+  return script.run(folder);
+}
+
+std::string plot_tools(const std::string& folder, const ToolShow& show) {
+  Script script("tools", "Tools pressed into bone: force on the device, without and with the cutting law",
+                static_cast<int>(show.runs.size() / 2), show.seconds, nullptr);
+  for (std::size_t i = 0; i + 1 < show.runs.size(); i += 2) {
+    const ToolRun& with = show.runs[i + 1];
+    const auto force = [&](const std::string& law, const std::string& title, std::size_t nth) {
+      return curve("tools.csv", "(strcol(2) eq '" + with.tool + "' && strcol(3) eq '" + law + "' ? $4 : NaN)", title,
+                   nth);
+    };
+    const std::string share =
+        with.felt < 1 ? ", 1/" + std::to_string(std::lround(1 / with.felt)) + " of it felt" : std::string();
+    script.panel(with.tool + ": force [N]", "[0:*]",
+                 force("without", "without", 5) + "," + force("with", "with the law" + share, 1));
   }
   return script.run(folder);
 }

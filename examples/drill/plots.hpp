@@ -3,6 +3,7 @@
 
 #include "structure_show.hpp"
 #include "surgeon.hpp"
+#include "tool_show.hpp"
 
 #include <string>
 #include <vector>
@@ -22,5 +23,7 @@ std::string plot_surface_verification(const std::string& folder, const Surgeon& 
                                       const std::vector<int>& slices);
 /// Distance and guard's push on the way to each structure, of `structures.csv`.
 std::string plot_structures(const std::string& folder, const StructureShow& show);
+/// Force of each tool with the cutting law and without, of `tools.csv`.
+std::string plot_tools(const std::string& folder, const ToolShow& show);
 
 }  // namespace drill

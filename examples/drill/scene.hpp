@@ -15,7 +15,8 @@ namespace drill {
 /// The surface recedes at a speed, not at once: the hand feels bone, and a burr that is fed too fast lags behind. At
 /// full cover the burr goes down by its radius in 0.2 s, whatever the bone's density and the voxels' size. Force plays
 /// no part: Line's tip is a point, feels nothing in a pit, and would leave the pit's walls uncut.
-[[nodiscard]] inline trephine::AdvancingCut bite(const Bone& bone) { return {.speed = bone.burr.tip_radius / 0.2}; }
+[[nodiscard]] inline trephine::AdvancingCut bite(double radius) { return {.speed = radius / 0.2}; }
+[[nodiscard]] inline trephine::AdvancingCut bite(const Bone& bone) { return bite(bone.burr.tip_radius); }
 
 /// The scene, with a cut and more stages after it. `bone` may be a copy of `about`'s grid; `limits` are the device's.
 template <class Renderer, class Cut, class... More>

@@ -2,6 +2,7 @@
 #include "structure_show.hpp"
 
 #include "algorithms.hpp"
+#include "checks.hpp"
 #include "csv.hpp"
 #include "run.hpp"
 #include "scene.hpp"
@@ -259,12 +260,7 @@ void write_csv(const StructureShow& show, const std::string& path) {
 }
 
 int check(const StructureShow& show) {
-  int failed = 0;
-  const auto expect = [&](bool holds, const std::string& what) {
-    std::printf("  %-6s %s\n", holds ? "ok" : "FAILED", what.c_str());
-    failed += holds ? 0 : 1;
-  };
-  std::printf("\nchecks\n");
+  Checks checks;
   for (int s = 0; s < show.made.count(); ++s) {
     const auto at = static_cast<std::size_t>(s);
     const std::string name = show.made.labels.structures()[at].name;
@@ -272,10 +268,11 @@ int check(const StructureShow& show) {
     for (const Show& each : show.shows) {
       const ShowRun& run = each.runs[at];
       if (each.protection == Protection::kNothing)
-        expect(run.least_distance() < 0 && run.taken_mm3 > 0, name + ": without protection the drill takes of it");
+        checks.expect(run.least_distance() < 0 && run.taken_mm3 > 0,
+                      name + ": without protection the drill takes of it");
       if (each.protection == Protection::kVeto)
-        expect(run.least_distance() > 0 && run.taken_mm3 == 0 && run.taken_bone_mm3 == 0,
-               name + ": with the veto it stays whole");
+        checks.expect(run.least_distance() > 0 && run.taken_mm3 == 0 && run.taken_bone_mm3 == 0,
+                      name + ": with the veto it stays whole");
       if (show.made.truth) {
         const double off = std::abs(run.true_distance - run.least_distance());
         exact_agree = exact_agree && (run.true_distance < 0 || off < show.made.labels.spacing().maxCoeff() / 2);
@@ -290,13 +287,13 @@ int check(const StructureShow& show) {
       }
       ticks_agree = ticks_agree && refused >= run.rows.back().refused_mm3 - 1e-6 && taken >= run.watched_mm3 - 1e-6;
     }
-    expect(ticks_agree, name + ": ticks add up to what was refused and taken");
-    expect(counts_agree, name + ": the library counts the bone that is gone");
+    checks.expect(ticks_agree, name + ": ticks add up to what was refused and taken");
+    checks.expect(counts_agree, name + ": the library counts the bone that is gone");
     if (!show.made.truth) continue;
-    expect(exact_whole, name + ": with the veto no drill comes into its formula");
-    expect(exact_agree, name + ": outside of it, labels and formula agree within half a label voxel");
+    checks.expect(exact_whole, name + ": with the veto no drill comes into its formula");
+    checks.expect(exact_agree, name + ": outside of it, labels and formula agree within half a label voxel");
   }
-  return failed;
+  return checks.failed();
 }
 
 }  // namespace drill

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "verification.hpp"
 
+#include "roughness.hpp"
+
 #include <trephine/stage/first_order_filter.hpp>
 
 #include <algorithm>
@@ -68,19 +70,6 @@ Finding rate_kept(const RunLog& log) {
           text("mean %.1f Hz; %.2f %% of the ticks took a millisecond at most", sum / n,
                100 * static_cast<double>(kept) / n),
           verdict(sum / n >= 950)};
-}
-
-/// Root mean square of what a signal does faster than about 10 Hz: each sample less the mean of the 51 round it.
-double roughness(const std::vector<Vec3d>& torque) {
-  constexpr std::size_t kHalf = 25;
-  if (torque.size() < 2 * kHalf + 1) return 0;
-  double sum = 0;
-  for (std::size_t i = kHalf; i + kHalf < torque.size(); ++i) {
-    Vec3d mean = Vec3d::Zero();
-    for (std::size_t j = i - kHalf; j <= i + kHalf; ++j) mean += torque[j] / (2 * kHalf + 1);
-    sum += (torque[i] - mean).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(torque.size() - 2 * kHalf));
 }
 
 struct Torques {

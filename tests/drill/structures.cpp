@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Structures that the example makes, and what its drill does to them with each protection.
 #include "structures.hpp"
-#include "phantom.hpp"
+#include "small_tooth.hpp"
 #include "structure_show.hpp"
 
 #include <trephine/voxel/density_field.hpp>
@@ -9,36 +9,14 @@
 #include <doctest/doctest.h>
 
 #include <cstddef>
-#include <cstdint>
-
-namespace {
 
 using namespace drill;
 
-/// The tooth in voxels of 0.25 mm, and a place on its crown.
-const Bone& tooth() {
-  static const Bone bone = [] {
-    Bone b{.name = "tooth",
-           .unit = "levels",
-           .grid = tooth_phantom<std::int16_t>({.size = {104, 104, 72}, .spacing = 0.25e-3}),
-           .isovalue = PhantomDensities::kIsovalue,
-           .burr = {},
-           .notes = {}};
-    b.burr = fitting_burr(b.grid, {});
-    return b;
-  }();
-  return bone;
-}
-
-Surgeon surgeon() { return {find_spot(tooth()), tooth().burr, {}}; }
-
-}  // namespace
-
 TEST_CASE("made structures lie below their entries, the dura without bone") {
-  const MadeStructures made = make_structures(tooth(), surgeon());
+  const MadeStructures made = make_structures(small_tooth(), small_tooth_surgeon());
   const StructureLabels& labels = made.labels;
   const trephine::Posed X_SW = labels.X_WS().inverse();
-  const trephine::Vec3d in = -surgeon().frame_W().col(2);
+  const trephine::Vec3d in = -small_tooth_surgeon().frame_W().col(2);
   const double voxel = labels.spacing().norm();
   for (int s = 0; s < kSpotStructures; ++s) {
     CAPTURE(s);
@@ -48,20 +26,20 @@ TEST_CASE("made structures lie below their entries, the dura without bone") {
     CHECK(label_below(way.depth + voxel) == s + 1);
   }
   const auto& n = labels.size();
-  const trephine::DensityField<std::int16_t, double> field(tooth().grid, tooth().isovalue);
+  const trephine::DensityField<std::int16_t, double> field(small_tooth().grid, small_tooth().isovalue);
   int bony = 0;
   for (int k = 0; k < n[2]; ++k)
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) {
         if (labels.at(i, j, k) != kDura + 1) continue;
         const trephine::Vec3d p_W = labels.X_WS() * labels.spacing().cwiseProduct(trephine::Vec3d(i, j, k));
-        bony += field.value(tooth().grid.X_WG().inverse() * p_W) >= 0 ? 1 : 0;
+        bony += field.value(small_tooth().grid.X_WG().inverse() * p_W) >= 0 ? 1 : 0;
       }
   CHECK(bony == 0);
 }
 
 TEST_CASE("the drill takes of each structure without protection, and nothing with the veto") {
-  const StructureShow show = show_structures(tooth(), {}, make_structures(tooth(), surgeon()));
+  const StructureShow show = show_structures(small_tooth(), {}, make_structures(small_tooth(), small_tooth_surgeon()));
   CHECK(check(show) == 0);
   for (std::size_t s = 0; s < kSpotStructures; ++s) {
     CAPTURE(s);
