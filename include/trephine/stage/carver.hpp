@@ -8,6 +8,12 @@
 
 namespace trephine {
 
+/// What a cutting law lets a tick's cuts by pressure take.
+struct PressedCut {
+  double fraction = 1;  ///< of the bone in the head, 0 to 1
+  double way = 0;       ///< by which the head may go ahead [m]
+};
+
 /// Inputs of a carver beside the tool's poses.
 struct CarveContext {
   bool spindle_on = false;

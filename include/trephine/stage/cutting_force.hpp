@@ -6,6 +6,7 @@
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
+#include <trephine/stage/motion.hpp>
 #include <trephine/tool/cutting_law.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
@@ -32,7 +33,7 @@ struct CuttingReport {
   double thrust = 0;        ///< magnitude of the contact's force on the head; of a drill along its axis [N]
   double torque = 0;        ///< of the bone about the spindle's axis [N·m]
   double spindle = 0;       ///< speed [rad/s]
-  double feed = 0;          ///< speed at which the law lets the head advance [m/s]
+  double feed = 0;          ///< speed at which the law lets the head advance, at most kMaxSpeed [m/s]
   double removed_rate = 0;  ///< bone removed [mm³/s]
   double chip_work = 0;     ///< of the spindle on chips since the last reset [J]
   double edge_work = 0;     ///< of the spindle on edges that rub since the last reset [J]
@@ -128,11 +129,11 @@ class CuttingForce {
     report_ = {};
   }
 
-  /// Returns the fraction of the bone in the head that this tick's cuts remove. The scene calls it after contact,
-  /// before its carvers. `renderer` has rendered this tick, with the result `found`.
+  /// Returns what this tick's cuts may remove. The scene calls it after contact, before its carvers. `renderer` has
+  /// rendered this tick, with the result `found`.
   template <VoxelDensity Density, class ContactRenderer, RealScalar Scalar>
-  double engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
-                const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
+  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
+                    const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
     engagement_ = {};
     feed_ = 0;
     spindle_ = spindle_on ? (spindle_ > 0 || is_stalled_ ? spindle_ : options_.speed) : 0;
@@ -145,27 +146,31 @@ class CuttingForce {
     thrust_ = force.norm() / options_.felt;
     if (!spindle_on || !(thrust_ > 0)) {
       ledger_mm3_ = 0;
-      return 0;
+      return {0, 0};
     }
     sample(bone, isovalue, X_GT, -(R_GT_.transpose() * force).normalized());
     const Engagement& on = engagement_;
-    feed_ = options_.law.feed_under(thrust_, on, options_.edges, radius_) * spindle_;
+    // What has no strength does not hold the head, and neither does what the elements miss.
+    const bool holds = on.pressed > 0;
+    feed_ = holds ? options_.law.feed_under(thrust_, on, options_.edges, radius_) * spindle_ : kMaxSpeed;
+    feed_ = spindle_ > 0 ? std::min(feed_, kMaxSpeed) : 0;
     if constexpr (requires {
                     renderer.foundation_law();
-                    renderer.pressure_cutting_pose();
+                    renderer.pressure_cutting_pose(dt);
                   }) {
-      // What the elements miss has no strength to hold the head.
-      if (!(on.area > 0)) return spindle_ > 0 ? 1 : 0;
+      const double way = feed_ * dt;
+      if (!(on.area > 0)) return {way > 0 ? 1.0 : 0.0, way};
       // Bone in the head where it cuts, ahead of where it presses. It need not be exact: the ledger corrects it.
       const FoundationLaw& foundation = renderer.foundation_law();
-      const Vec3d ahead = renderer.pressure_cutting_pose().translation().template cast<double>() - X_GT.translation();
+      const Vec3d ahead =
+          renderer.pressure_cutting_pose(way).translation().template cast<double>() - X_GT.translation();
       const double load = force.norm() * on.facing_area / on.area;
       const double pressed_mm3 =
           1e9 * (load / foundation.stiffness + on.facing_area * foundation.ramp / 2 + on.area * ahead.norm());
-      ledger_mm3_ = std::clamp(ledger_mm3_ + 1e9 * feed_ * on.area * dt, -pressed_mm3, pressed_mm3);
-      return std::max(0.0, ledger_mm3_ / pressed_mm3);
+      ledger_mm3_ = std::clamp(ledger_mm3_ + 1e9 * way * on.area, -pressed_mm3, pressed_mm3);
+      return {std::max(0.0, ledger_mm3_ / pressed_mm3), way};
     } else {
-      return 1;
+      return {};
     }
   }
 

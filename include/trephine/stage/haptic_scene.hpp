@@ -158,17 +158,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     context.status = result.status;
     if constexpr (kUsesHistory) {
       if constexpr (kBitesInTime) dt_ = context.dt;
-      const Posed X_GC = kCarves ? Posed(cutting_pose().template cast<double>()) : X_GT;
+      PressedCut pressed;
+      for_each_part([&](auto& part) {
+        if constexpr (CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
+          pressed = part.engage(*bone_, isovalue_, renderer_, found, context.dt, input.spindle_on);
+      });
+      const Posed X_GC = kCarves ? Posed(cutting_pose(pressed.way).template cast<double>()) : X_GT;
       if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, found.status >= Status::kJump);
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
       if constexpr (kCarves) {
-        CarveContext cut{input.spindle_on, context.dt, magnitude(wrench_G.force)};
-        for_each_part([&](auto& part) {
-          if constexpr (CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
-            cut.fraction = part.engage(*bone_, isovalue_, renderer_, found, cut.dt, cut.spindle_on);
-        });
+        const CarveContext cut{input.spindle_on, context.dt, magnitude(wrench_G.force), pressed.fraction};
         result.removed_mm3 = carve(step, X_GT, X_GC, cut);
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
           result.removed_mm3 = 0;
@@ -288,9 +289,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     }
   }
 
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
-    if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(); })
-      return renderer_.pressure_cutting_pose();
+  /// `pressed_way`: by which a cut by pressure may go ahead [m].
+  [[nodiscard]] Pose<Scalar> cutting_pose([[maybe_unused]] double pressed_way = 0) const noexcept {
+    if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(pressed_way); })
+      return renderer_.pressure_cutting_pose(pressed_way);
     else if constexpr (kBitesInTime)
       return renderer_.cutting_pose(dt_);
     else

@@ -33,13 +33,13 @@ concept EmptySpaceSkipper = requires(const P& p) {
 template <class P, class Grid>
 concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::derived_from<P, ForceOnly>;
 
-/// A part that decides how much of the bone in the head a tick's cuts remove, as a CuttingForce does: `engage` returns
-/// a fraction of 0 to 1. The scene calls it after contact, before its carvers.
+/// A part that decides how much of the bone in the head a tick's cuts remove, as a CuttingForce does. The scene calls
+/// `engage` after contact, before its carvers.
 template <class P, class Grid, class R>
 concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const R& renderer,
                                const Rendered<typename R::Scalar>& found, double dt) {
   { part.engage(bone, isovalue, renderer, found, dt, true) }
-  noexcept->std::same_as<double>;
+  noexcept->std::same_as<PressedCut>;
 };
 
 /// A part that reports structures: `add_to` adds its own of the last tick to the scene's result. The scene calls it
