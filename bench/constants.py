@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...]: the coupled tool's constants, each a fifth less and more.
+"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...]: constants of the coupled tool and the cutting law, each a fifth less and more.
 
-Builds bench_coupled_figures against a copy of the headers in which an environment variable scales a real number, runs its
-quick set for each, and writes constants.csv: each figure as it is and as it becomes. Whole numbers are compiled in."""
+Builds the program of their figures against a copy of the headers in which an environment variable scales a real number, runs
+its quick set for each, and writes constants.csv: each figure as it is and as it becomes. Whole numbers are compiled in."""
 
 import argparse
 import csv
@@ -17,12 +17,36 @@ from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 INCLUDE = os.path.join(ROOT, "include")
-HEADERS = ["render/coupled/*.hpp", "voxel/dual_element.hpp"]
 DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
-# Numbers of their own: mathematics, a bound of options, and a margin that must be above 1.
-LEFT_OUT = {"kPi", "kMaxGain", "kRoundedUp", "kDof"}
+# Numbers of their own: mathematics, a bound of options, and a margin that must be above 1. A cut by pressure has its own figures.
+LEFT_OUT = {"kPi", "kMaxGain", "kRoundedUp", "kDof", "kPressureBite"}
 FACTORS = (0.8, 1.2)
+# Elements fill lanes of 16, and a band has 4. A fifth of 4 around is no whole number, so those are left out.
+MULTIPLES = {"kBands": 4}
+
+
+class Set:
+    """Constants judged by one program: its source in bench/, whose figures are in a CSV file of its name.
+
+    `headers`: all declared numbers of these. `places`: further numbers by name, as (header, pattern) with the number in group 1."""
+
+    def __init__(self, program, headers, places):
+        self.program, self.headers, self.places = program, headers, places
+
+
+SETS = [
+    Set("coupled_figures", ["render/coupled/*.hpp", "voxel/dual_element.hpp"], {}),
+    Set("cutting_figures", [], {
+        "kLead": ("stage/cutting_force.hpp", r"double kLead = ([\d.]+);"),
+        "kLead / 4, where bone is whole": ("stage/cutting_force.hpp", r"\((kLead / 4) \* slope"),
+        "distance of the voxels that strength is of": ("stage/cutting_force.hpp", r"apart =\s*static_cast<float>\((bone\.spacing\(\)\.norm\(\))"),
+        "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
+        "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
+        "kBands": ("tool/head_elements.hpp", r"kBands = (\d+);"),
+        "kSmallStep": ("tool/cutting_law.hpp", r"double kSmallStep = ([\d.e-]+);"),
+    }),
+]
 SWEPT = """#pragma once
 #include <cstdlib>
 namespace trephine {
@@ -47,19 +71,20 @@ class Constant:
         return f"{cast}(swept({self.number}, {self.text.strip()}))"
 
     def changed(self, factor):
-        return str(max(1, round(factor * int(self.text))))
+        of = MULTIPLES.get(self.name, 1)
+        return str(max(of, of * round(factor * int(self.text) / of)))
 
 
-def headers():
-    return [path for pattern in HEADERS for path in sorted(glob.glob(os.path.join(INCLUDE, "trephine", pattern)))]
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read()
 
 
-def constants():
+def constants(of):
+    """All constants of a set. Raises where a place is not found once."""
     found = []
-    for path in headers():
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-        for declared in DECLARED.finditer(text):
+    for path in (path for pattern in of.headers for path in sorted(glob.glob(os.path.join(INCLUDE, "trephine", pattern)))):
+        for declared in DECLARED.finditer(read(path)):
             whole = declared[1] == "int"
             for number in NUMBER.finditer(declared[2]):
                 # Whole numbers that decide are limits; the others lay memory out.
@@ -67,11 +92,17 @@ def constants():
                     continue
                 at = declared.start(2)
                 found.append(Constant(len(found), number[1], path, at + number.start(2), at + number.end(2), number[2], whole))
+    for name, (header, pattern) in of.places.items():
+        path = os.path.join(INCLUDE, "trephine", header)
+        matches = list(re.finditer(pattern, read(path)))
+        if len(matches) != 1:
+            raise LookupError(f"constants: {name} is {len(matches)} times in {header}")
+        found.append(Constant(len(found), name, path, matches[0].start(1), matches[0].end(1), matches[0][1], name in MULTIPLES))
     return found
 
 
-def compiler(build):
-    """The command that builds the figures' program, but for its headers and its name."""
+def compiler(build, program):
+    """The command that builds a program of figures, but for its headers and its name."""
     cache = {}
     with open(os.path.join(build, "CMakeCache.txt"), encoding="utf-8") as file:
         for line in file:
@@ -81,7 +112,7 @@ def compiler(build):
     with open(os.path.join(build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         eigen = [line.strip() for line in file if os.path.isdir(os.path.join(line.strip(), "Eigen"))]
     return ([cache["CMAKE_CXX_COMPILER"], "-std=c++20", "-pthread"] + cache["CMAKE_CXX_FLAGS_RELEASE"].split()
-            + cache["TREPHINE_BENCH_FLAGS"].split() + [os.path.join(ROOT, "bench", "coupled_figures.cpp")]
+            + cache["TREPHINE_BENCH_FLAGS"].split() + [os.path.join(ROOT, "bench", program + ".cpp")]
             + ["-I" + os.path.join(ROOT, folder) for folder in ("bench", "tests")] + ["-isystem" + folder for folder in eigen])
 
 
@@ -91,10 +122,9 @@ def write(scratch, all_constants, changed=None, factor=1):
     shutil.copytree(INCLUDE, include)
     with open(os.path.join(include, "trephine", "swept.hpp"), "w", encoding="utf-8") as file:
         file.write(SWEPT)
-    for path in headers():
+    for path in {c.path for c in all_constants}:
         copy = os.path.join(include, os.path.relpath(path, INCLUDE))
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
+        text = read(path)
         for c in sorted((c for c in all_constants if c.path == path), key=lambda c: -c.start):
             if not c.whole:
                 text = text[:c.start] + c.scaled() + text[c.end:]
@@ -118,14 +148,14 @@ def build(command, scratch, all_constants, changed=None, factor=1):
     return program
 
 
-def figures(program, constant=None, factor=1):
-    """The quick figures by name and blur."""
+def figures(program, name, constant=None, factor=1):
+    """The quick figures of a program, by their names and blur."""
     environment = dict(os.environ)
     if constant:
         environment.update(SWEPT_NUMBER=str(constant.number), SWEPT_FACTOR=str(factor))
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([program, "--quick", "--out", out], check=True, capture_output=True, env=environment)
-        with open(os.path.join(out, "coupled_figures.csv"), newline="", encoding="utf-8") as file:
+        with open(os.path.join(out, name + ".csv"), newline="", encoding="utf-8") as file:
             return {(r["figure"], r["blur_voxels"]): r for r in csv.DictReader(file)}
 
 
@@ -136,19 +166,29 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", nargs="*", default=[])
     arguments = parser.parse_args()
-    command = compiler(arguments.build)
-    every = constants()
-    with tempfile.TemporaryDirectory() as scratch:
-        program = build(command, scratch, every)
-        if program is None:
-            print("constants: the figures' program does not build", file=sys.stderr)
-            return 1
-        measure(program, command, every, arguments)
+    with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])
+        for of in SETS:
+            every = constants(of)
+            jobs = [(c, f) for c in every if not arguments.only or c.name in arguments.only for f in FACTORS]
+            if not jobs:
+                continue
+            with tempfile.TemporaryDirectory() as scratch:
+                command = compiler(arguments.build, of.program)
+                program = build(command, scratch, every)
+                if program is None:
+                    print(f"constants: {of.program} does not build", file=sys.stderr)
+                    return 1
+                for rows in measure(of.program, program, command, every, jobs, arguments.jobs):
+                    table.writerows(rows)
+                    file.flush()
     return 0
 
 
-def measure(program, command, every, arguments):
-    before = figures(program)
+def measure(name, program, command, every, jobs, at_once):
+    """Rows of each job, a constant and a factor."""
+    before = figures(program, name)
 
     def rows_of(job):
         constant, factor = job
@@ -156,9 +196,9 @@ def measure(program, command, every, arguments):
         if constant.whole:
             with tempfile.TemporaryDirectory() as scratch:
                 other = build(command, scratch, every, constant, factor)
-                after = other and figures(other)
+                after = other and figures(other, name)
         else:
-            after = figures(program, constant, factor)
+            after = figures(program, name, constant, factor)
         where = os.path.relpath(constant.path, os.path.join(INCLUDE, "trephine"))
         print(f"constants: {constant.name} ({where}) × {factor}: " + ("does not build" if after is None else "done"), file=sys.stderr)
         if after is None:
@@ -166,14 +206,8 @@ def measure(program, command, every, arguments):
         return [[constant.name, where, factor, *key, b["judged"], after[key]["judged"], b["bound"], b["pass"], after[key]["pass"]]
                 for key, b in before.items() if key in after]
 
-    jobs = [(c, f) for c in every if not arguments.only or c.name in arguments.only for f in FACTORS]
-    with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])
-        with ThreadPoolExecutor(arguments.jobs) as pool:
-            for rows in pool.map(rows_of, jobs):
-                table.writerows(rows)
-                file.flush()
+    with ThreadPoolExecutor(at_once) as pool:
+        yield from pool.map(rows_of, jobs)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "common/command_line.hpp"
 #include "common/percentile.hpp"
+#include "common/ripple.hpp"
 #include "common/table.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
@@ -255,17 +256,13 @@ template <class MakeScene>
   }
   out.trembling = std::sqrt(speeds / std::max(1, moving));
   if (forces.empty()) return out;
-  const auto window = static_cast<std::size_t>(0.05 / dt);
-  double sum = 0, square = 0, near = 0;
-  for (std::size_t i = 0; i < forces.size(); ++i) {
-    sum += forces[i];
-    near += forces[i] - (i >= window ? forces[i - window] : 0);
-    const double off = forces[i] - near / static_cast<double>(std::min(i + 1, window));
-    square += off * off;
-    out.peak = std::max(out.peak, forces[i]);
+  double sum = 0;
+  for (const double f : forces) {
+    sum += f;
+    out.peak = std::max(out.peak, f);
   }
   out.mean = sum / static_cast<double>(forces.size());
-  out.ripple = std::sqrt(square / static_cast<double>(forces.size()));
+  out.ripple = ripple(forces, static_cast<std::size_t>(0.05 / dt));
   return out;
 }
 
