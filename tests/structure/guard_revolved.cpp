@@ -66,7 +66,8 @@ Posed pose_at(const RevolvedTool& tool, double distance, Random& random) {
 /// How deep a guard takes the tool to be in the margin [m]; 0: not at all.
 double depth_of(const GuardPotential& guard, const Posed& X_ST) {
   std::vector<GuardPotential::Push> pushes(guard.most_pushes());
-  const std::size_t count = guard.find(X_ST, pushes);
+  std::vector<AxisProbe> probes(guard.most_probes());
+  const std::size_t count = guard.find(X_ST, pushes, probes).pushes;
   double depth = 0;
   for (std::size_t i = 0; i < count; ++i) depth = std::max(depth, pushes[i].depth);
   return depth;

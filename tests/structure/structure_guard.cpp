@@ -58,7 +58,8 @@ struct Found {
 Found at(const GuardPotential& p, const Posed& X_ST) {
   std::vector<GuardPotential::Push> pushes(p.most_pushes());
   std::vector<GuardPotential::Load> loads(p.structures().size());
-  const std::span<const GuardPotential::Push> found(pushes.data(), p.find(X_ST, pushes));
+  std::vector<AxisProbe> probes(p.most_probes());
+  const std::span<const GuardPotential::Push> found(pushes.data(), p.find(X_ST, pushes, probes).pushes);
   Found out{p.energy(found, loads), Wrenchd::zero()};
   for (const auto& q : found) {
     const Vec3d f = loads[static_cast<std::size_t>(q.structure)].per_u3 * q.powered() / q.depth * q.gradient;

@@ -122,6 +122,8 @@ TEST_CASE("a tick's nearest structure, distance and push are the guard's, its vo
   Wanderer wanderer(bone, 3);
   double refused = 0, taken = 0;
   int wrong = 0, bad = 0, pushed = 0, warned = 0, refusals = 0;
+  std::vector<GuardPotential::Push> pushes(guard->most_pushes());
+  std::vector<AxisProbe> probes(guard->most_probes());
   for (int n = 0; n < 6000; ++n) {
     const TickInput input = wanderer.next();
     const FloorCounts before = floor->counts();
@@ -133,7 +135,9 @@ TEST_CASE("a tick's nearest structure, distance and push are the guard's, its vo
       wrong += is_default(s) ? 0 : 1;
       continue;
     }
-    const ToolDistance d = tool_distance(*field(), kBurr, X_GS().inverse() * bone.X_WG().inverse() * input.X_WT);
+    const Posed X_ST = X_GS().inverse() * bone.X_WG().inverse() * input.X_WT;
+    const std::size_t count = guard->find(X_ST, pushes, probes).probes;
+    const ToolDistance d = tool_distance(*field(), kBurr, X_ST, {probes.data(), count});
     const GuardReport& report = scene.part<StructureGuard>().report();
     const double voxel = std::pow(1e3 * kVoxel, 3);
     wrong += s.nearest == d.structure && std::abs(s.distance - d.distance) < 1e-12 && s.push == report.push &&

@@ -9,8 +9,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <iostream>
 #include <limits>
+#include <vector>
 
 using namespace trephine;
 using namespace trephine::test;
@@ -43,7 +45,7 @@ Labels some_structures(const Vec3d& h, Random& rng) {
 TEST_CASE("The whole tool's distance is the least along its axis") {
   constexpr unsigned kSeed = 31;
   Random rng(kSeed);
-  Figures errors, lookups;
+  Figures errors, lookups, known_errors, known_lookups;
   double most_bound = 0;
   for (const Vec3d& h : {Vec3d(3e-4, 3e-4, 3e-4), Vec3d(2e-4, 2e-4, 5e-4)}) {
     const Labels labels = some_structures(h, rng);
@@ -69,10 +71,23 @@ TEST_CASE("The whole tool's distance is the least along its axis") {
       CHECK((tip || shaft));
       CHECK(d.direction_S.norm() == doctest::Approx(1));
       CHECK(d.structure == field->nearest(axis_point).structure);
+
+      // With distances that are known at places on the axis: none, few, or as dense as a guard's.
+      std::vector<AxisProbe> known(static_cast<std::size_t>(n % 4 == 0 ? rng.below(4) : rng.below(60)));
+      for (AxisProbe& probe : known) probe.z = rng.uniform(0, burr.shaft_length);
+      std::sort(known.begin(), known.end(), [](const auto& a, const auto& b) { return a.z < b.z; });
+      for (AxisProbe& probe : known) probe.distance = field->nearest(X_ST * Vec3d(0, 0, probe.z)).distance;
+      const ToolDistance told = tool_distance(*field, burr, X_ST, known);
+      known_errors.add(std::abs(told.distance - truth) / longest);
+      known_lookups.add(told.lookups);
+      CHECK(told.distance <= d.distance + 0.02 * longest);
     }
   }
   std::cout << "tool against small steps [longest spacings]: " << errors << "; lookups: " << lookups << '\n';
+  std::cout << "with known distances: " << known_errors << "; lookups: " << known_lookups << '\n';
   CHECK(errors.worst() < 0.02);
+  CHECK(known_errors.worst() < 0.02);
+  CHECK(known_lookups.median() < 0.7 * lookups.median());
   CHECK(most_bound <= 1);
 }
 

@@ -3,8 +3,10 @@
 
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/motion.hpp>
+#include <trephine/structure/near_splines.hpp>
 #include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
+#include <trephine/structure/tool_distance.hpp>
 #include <trephine/tool/holding_burr.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -129,6 +131,7 @@ class GuardPotential {
       const double zone = g.margin + largest_radius();
       smooth_.emplace_back(*field_, s, H_, g.mode == GuardMode::kPush ? zone : -1);
     }
+    near_ = NearSplines(smooth_);
     find_stiffness();
     if (options.budget) {
       keep_to(*options.budget);
@@ -165,30 +168,40 @@ class GuardPotential {
   [[nodiscard]] std::size_t bytes() const noexcept {
     std::size_t bytes = 0;
     for (const SmoothDistance& d : smooth_) bytes += d.bytes();
-    return bytes;
+    return bytes + near_.bytes();
   }
   /// Returns the most pushes that `find` can give.
   [[nodiscard]] std::size_t most_pushes() const noexcept { return (samples_.size() + 1) * structures_.size(); }
+  /// Returns the most places of the axis that `find` looks up.
+  [[nodiscard]] std::size_t most_probes() const noexcept { return samples_.size(); }
+
+  /// What `find` has written.
+  struct Found {
+    std::size_t pushes = 0, probes = 0;
+  };
 
   /// Finds the balls of a tool at X_ST that lie in margins, and writes them to `out`, which must hold `most_pushes`.
-  /// Returns their number. Cost: one lookup of the nearest structure for each stretch of the axis that is clear, and
-  /// 27 samples for each ball and structure near it.
-  [[nodiscard]] std::size_t find(const Posed& X_ST, std::span<Push> out) const noexcept {
-    std::size_t count = 0;
+  /// Writes the distances that it looks up along the shaft to `probes`, which must hold `most_probes`. Cost: one lookup
+  /// of the nearest structure for each stretch of the axis that is clear, and 27 samples for each ball and structure
+  /// near it.
+  [[nodiscard]] Found find(const Posed& X_ST, std::span<Push> out, std::span<AxisProbe> probes) const noexcept {
+    Found found;
     const Vec3d tip = X_ST.translation(), axis = X_ST.linear().col(2);
-    if (clear_length(tip, burr_.tip_radius) <= 0) add(tip, {0, burr_.tip_radius, 1}, out, count);
+    if (clear_length(field_->nearest(tip).distance, burr_.tip_radius) <= 0)
+      add(tip, {0, burr_.tip_radius, 1}, out, found.pushes);
     for (std::size_t n = 0; n < samples_.size();) {
       const Sample& s = samples_[n];
       const Vec3d p = tip + s.z * axis;
-      const double clear = clear_length(p, shaft_radius_);
+      const double distance = field_->nearest(p).distance, clear = clear_length(distance, shaft_radius_);
+      probes[found.probes++] = {s.z, distance};
       if (clear > 0) {
         n += 1 + static_cast<std::size_t>(clear / sample_step_);
         continue;
       }
-      add(p, s, out, count);
+      add(p, s, out, found.pushes);
       ++n;
     }
-    return count;
+    return found;
   }
 
   /// All pushes of one structure.
@@ -230,16 +243,16 @@ class GuardPotential {
   }
   [[nodiscard]] double largest_radius() const noexcept { return std::max(burr_.tip_radius, shaft_radius_); }
 
-  /// Returns how far a ball's centre can move before it may touch a margin [m]; <= 0 if it may touch one.
-  [[nodiscard]] double clear_length(const Vec3d& p_S, double radius) const noexcept {
-    return field_->nearest(p_S).distance - radius - widest_margin_ - kSplineReach * H_ - field_->slack();
+  /// Returns how far the centre of a ball at `distance` can move before it may touch a margin [m]; <= 0 if it may touch
+  /// one.
+  [[nodiscard]] double clear_length(double distance, double radius) const noexcept {
+    return distance - radius - widest_margin_ - kSplineReach * H_ - field_->slack();
   }
 
   void add(const Vec3d& p_S, const Sample& s, std::span<Push> out, std::size_t& count) const noexcept {
     const SmoothDistance::Place place(p_S, H_);
-    for (std::size_t i = 0; i < smooth_.size(); ++i) {
-      if (smooth_[i].empty()) continue;
-      Push push{static_cast<int>(i), s.z, 0, s.weight, Vec3d::Zero()};
+    for (const std::uint8_t i : near_.at(place)) {
+      Push push{i, s.z, 0, s.weight, Vec3d::Zero()};
       const std::optional<double> d = smooth_[i].at(place, push.gradient);
       if (!d) continue;
       push.depth = structures_[i].margin + s.radius - *d;
@@ -344,7 +357,8 @@ class GuardPotential {
   Burr burr_;
   double H_;
   std::vector<GuardedStructure> structures_;
-  std::vector<SmoothDistance> smooth_;  // of each structure
+  std::vector<SmoothDistance> smooth_;
+  NearSplines near_;  // of each structure
   std::vector<Sample> samples_;
   double shaft_radius_ = 0;  // largest of the samples [m]
   double sample_step_ = 1;

@@ -38,7 +38,8 @@ class SmoothDistance {
     }
     for (int a = 0; a < 3; ++a) {
       const auto axis = static_cast<std::size_t>(a);
-      first_[axis] = static_cast<int>(std::floor(box.min()[a] / H_)) - 2;
+      // Blocks of all splines of one spacing lie alike.
+      first_[axis] = kBlock * block_of_knot(static_cast<int>(std::floor(box.min()[a] / H_)) - 2);
       const int last = static_cast<int>(std::ceil(box.max()[a] / H_)) + 2;
       blocks_along_[axis] = (last - first_[axis]) / kBlock + 1;
     }
@@ -53,6 +54,16 @@ class SmoothDistance {
   [[nodiscard]] bool empty() const noexcept { return blocks_.empty(); }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return blocks_.size() * sizeof(Block) + block_of_.size() * sizeof(std::int32_t);
+  }
+  /// Calls `visit(block)` for each block of knots, by its coordinates: knot n along an axis is in block ⌊n / 8⌋.
+  template <class Visit>
+  void for_each_block(const Visit& visit) const {
+    std::array<int, 3> at{};
+    for (at[2] = 0; at[2] < blocks_along_[2]; ++at[2])
+      for (at[1] = 0; at[1] < blocks_along_[1]; ++at[1])
+        for (at[0] = 0; at[0] < blocks_along_[0]; ++at[0])
+          if (block_of_[table_index(at)] >= 0)
+            visit(std::array{at[0] + first_[0] / kBlock, at[1] + first_[1] / kBlock, at[2] + first_[2] / kBlock});
   }
   /// Returns the knots in the zone, in S [m].
   [[nodiscard]] std::span<const Vec3d> knots() const noexcept { return places_; }
@@ -73,6 +84,13 @@ class SmoothDistance {
         dw_[a] = {-below, -2 * t, above};
       }
       valid_ = true;
+    }
+
+    /// False if no spline has a distance there.
+    [[nodiscard]] bool is_valid() const noexcept { return valid_; }
+    /// Returns the coordinates of the block of knots.
+    [[nodiscard]] std::array<int, 3> block() const noexcept {
+      return {block_of_knot(knot_[0]), block_of_knot(knot_[1]), block_of_knot(knot_[2])};
     }
 
    private:
@@ -135,6 +153,7 @@ class SmoothDistance {
 
  private:
   static constexpr int kBlock = 8, kSide = kBlock + 2;
+  [[nodiscard]] static constexpr int block_of_knot(int knot) noexcept { return knot >> 3; }
   /// Distances [m] at 8³ knots and one around them.
   struct Block {
     std::array<float, static_cast<std::size_t>(kSide) * kSide * kSide> d;

@@ -56,6 +56,7 @@ class StructureGuard {
     if (potential_ == nullptr) refuse("StructureGuard", "it needs a GuardPotential", "none");
     validate();
     pushes_.resize(potential_->most_pushes());
+    probes_.resize(potential_->most_probes());
     loads_.resize(potential_->structures().size());
     breaches_.resize(loads_.size());
     X_SG_ = potential_->X_GS().inverse();
@@ -97,18 +98,18 @@ class StructureGuard {
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     report_ = {};
     const Posed X_ST = X_SG_ * relative_pose(context.X_WG, context.input.X_WT);
-    const std::size_t count = potential_->find(X_ST, pushes_);
-    const std::span<const GuardPotential::Push> pushes(pushes_.data(), count);
+    const GuardPotential::Found found = potential_->find(X_ST, pushes_, probes_);
+    const std::span<const GuardPotential::Push> pushes(pushes_.data(), found.pushes);
     const double energy = potential_->energy(pushes, loads_);
     advance(context, energy > 0);
     report_.share = share_;
-    report_.nearest = tool_distance(potential_->field(), potential_->burr(), X_ST);
+    report_.nearest = tool_distance(potential_->field(), potential_->burr(), X_ST, {probes_.data(), found.probes});
     if (report_.nearest.structure >= 0) {
       const GuardedStructure& s = potential_->structures()[static_cast<std::size_t>(report_.nearest.structure)];
       report_.warns = s.mode != GuardMode::kOff && report_.nearest.distance < s.margin;
       note_breach(s.mode != GuardMode::kOff);
     }
-    if (count == 0) return;
+    if (pushes.empty()) return;
 
     const Mat3d R_WS = context.X_WG.linear() * potential_->X_GS().linear();
     const Vec3d v_S = R_WS.transpose() * context.twist_to_bone.linear;
@@ -177,6 +178,7 @@ class StructureGuard {
   Options options_;
   Posed X_SG_;
   std::vector<GuardPotential::Push> pushes_;
+  std::vector<AxisProbe> probes_;
   std::vector<GuardPotential::Load> loads_;
   std::vector<Breach> breaches_;  // of each structure
   bool in_structure_ = false;     // a breach is open
