@@ -187,7 +187,7 @@ struct Slot {
                     CuttingForce(o), Milling{PressureCut{}}};
   double most = 0, before = -1, after = -1, height = 1.2e-3;
   Status status = Status::kOk;
-  for (int i = 0; height > -1.6e-3; ++i) {
+  for (int i = 0; height > -1.2e-3; ++i) {
     height -= speed * dt;
     const TickResult r = scene.tick({.X_WT = tool_at(top + height * up, up), .spindle_on = true}, dt);
     status = worse(status, r.status);
