@@ -119,4 +119,14 @@ TEST_CASE("gains: the cutting burr is larger by the contact's offset and the cho
   }
 }
 
+TEST_CASE("coupled gains: a force far below the stiffness keeps points per element within their bound") {
+  for (const double force : {1e-6, 1e-12, 1e-30, 1e-200}) {
+    const CoupledOptions options{.stiffness = 1e5, .force = force};
+    const CoupledGains g = CoupledGains::derive(Burr{}, options, true, Vec3d::Constant(3e-4), 4e-4);
+    CAPTURE(force);
+    CHECK(g.points_per_side >= 1);
+    CHECK(g.points_per_side <= Foundation::kMaxSide);
+  }
+}
+
 }  // namespace

@@ -49,7 +49,8 @@ struct CoupledGains {
     CoupledGains gains{h,
                        {gain / std::numbers::pi, ramp, spring.offset()},
                        {spring, {options.rotational_stiffness, options.torque}, solves_rotation},
-                       static_cast<std::size_t>(std::ceil(side - C::kSideRounding))};
+                       static_cast<std::size_t>(side < Foundation::kMaxSide ? std::ceil(side - C::kSideRounding)
+                                                                            : double{Foundation::kMaxSide})};
     // The tool fits the hole of a head that is larger by the contact's offset and by the sag of chords. A chord of a
     // ball's surface sags by h² / 8R in the middle of a voxel's diagonal h, and by a third of that on average.
     gains.cut_allowance = spring.offset() + spacing.squaredNorm() / (24 * R);
