@@ -160,7 +160,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if constexpr (kBitesInTime) dt_ = context.dt;
       PressedCut pressed;
       for_each_part([&](auto& part) {
-        if constexpr (CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
+        if constexpr (kCarves && CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
           pressed = part.engage(*bone_, isovalue_, renderer_, found, context.dt, input.spindle_on);
       });
       const Posed X_GC = kCarves ? Posed(cutting_pose(pressed.way).template cast<double>()) : X_GT;

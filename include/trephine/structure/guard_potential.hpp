@@ -357,8 +357,8 @@ class GuardPotential {
   Burr burr_;
   double H_;
   std::vector<GuardedStructure> structures_;
-  std::vector<SmoothDistance> smooth_;
-  NearSplines near_;  // of each structure
+  std::vector<SmoothDistance> smooth_;  // of each structure
+  NearSplines near_;
   std::vector<Sample> samples_;
   double shaft_radius_ = 0;  // largest of the samples [m]
   double sample_step_ = 1;
