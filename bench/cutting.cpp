@@ -3,6 +3,7 @@
 #include "common/percentile.hpp"
 #include "common/ripple.hpp"
 #include "common/table.hpp"
+#include "stage/cutting_runs.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 
@@ -70,17 +71,9 @@ struct Cut {
   double thrust = 0, torque = 0;
 };
 
-/// Sums over a whole head that is fed along its axis.
-[[nodiscard]] Engagement whole(const RevolvedTool& tool) {
-  HeadElements::Numbers one;
-  one.fill(1);
-  return engagement_of(HeadElements(tool.cutting_head(0)), -Vec3d::UnitZ(), one, one);
-}
 [[nodiscard]] Cut by_law(const CuttingLaw& law, const NamedTool& tool, double turns, double feed) {
-  const Engagement on = whole(tool.tool);
-  const double x = feed / rpm(turns);
-  return {law.thrust(x, on, tool.edges, tool.tool.burr().tip_radius),
-          (law.energy * x + law.edges_around(x, tool.edges.count())) * on.hard_area};
+  const auto says = test::cutting::plunge_of(tool.tool, {.edges = tool.edges, .speed = rpm(turns), .law = law}, feed);
+  return {says.thrust, says.torque};
 }
 
 [[nodiscard]] VoxelGrid<std::int16_t> block(double edge, double h, double top) {
@@ -144,7 +137,7 @@ constexpr Series kArtificial{
                                 double own_torque, double edge_radius) {
   CuttingLaw law;
   law.edge_radius = edge_radius;
-  const Engagement on = whole(drill.tool);
+  const Engagement on = test::cutting::whole(drill.tool);
   const double x = feed / rpm(kTurns[0]), whole_edge = law.edge_share(CuttingLaw::chip(x, drill.edges.count()));
   const double per_edge = drill.edges.count() / (2 * std::numbers::pi);
   law.energy = (1 - own_torque) * torque / (x * on.hard_area);

@@ -38,17 +38,21 @@ struct BoneBlock {
   [[nodiscard]] Vec3d middle() const { return Vec3d::Constant(h * (static_cast<int>(length / h) - 1) / 2); }
 };
 
+/// Sums over a head whose every element cuts bone of strength 1, fed along its axis.
+[[nodiscard]] inline Engagement whole(const RevolvedTool& tool) {
+  HeadElements::Numbers one;
+  one.fill(1);
+  return engagement_of(HeadElements(tool.cutting_head(0)), -Vec3d::UnitZ(), one, one);
+}
+
 /// What the law says of a whole head that is fed along its axis.
 struct Plunge {
   double thrust, torque;
 };
 [[nodiscard]] inline Plunge plunge_of(const RevolvedTool& tool, const CuttingForce::Options& o, double speed) {
-  HeadElements::Numbers one;
-  one.fill(1);
-  const Engagement e = engagement_of(HeadElements(tool.cutting_head(0)), -Vec3d::UnitZ(), one, one);
+  const Engagement e = whole(tool);
   const double x = speed / o.speed;
-  return {o.law.thrust(x, e, o.edges, tool.burr().tip_radius),
-          o.law.energy * x * e.hard_area + o.law.edges_around(x, o.edges.count()) * e.hard_area};
+  return {o.law.thrust(x, e, o.edges, tool.burr().tip_radius), o.law.torque(x, e, o.edges)};
 }
 
 /// A steady feed along the tool's axis.

@@ -196,6 +196,8 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
     CHECK(exponent(by_feed, v) < 1);
     CHECK(exponent(torque_by_feed, v) > 0);
     CHECK(exponent(torque_by_feed, v) < 1);
+    // A law's own torque is that sum.
+    CHECK(law.torque(v / spindle, on, {.flutes = 2}) == doctest::Approx(at(v, spindle, 2).torque).epsilon(1e-12));
     // Spindle: the chip is feed by turn, so the exponent is the feed's with the other sign.
     CHECK(exponent([&](double w) { return at(v, w, 2).thrust; }, spindle) ==
           doctest::Approx(-exponent(by_feed, v)).epsilon(1e-6));

@@ -132,6 +132,10 @@ struct CuttingLaw {
     const int z = edges.count();
     return thrust_ratio * energy * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, z));
   }
+  /// Torque about the axis [N·m] at x metres a radian.
+  [[nodiscard]] double torque(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
+    return (energy * x + edges_around(x, edges.count())) * on.hard_area;
+  }
   /// Feed [m a radian] at which the thrust is `force` [N]: 0 if no part cuts.
   [[nodiscard]] double feed_under(double force, const Engagement& on, const CuttingEdges& edges,
                                   double radius) const noexcept {
