@@ -85,8 +85,9 @@ TEST_CASE("gains: contact and coupling in series are felt with the stated stiffn
   CHECK(sink_voxels.worst() <= CoupledConstants::kMaxYield);
 }
 
-TEST_CASE("gains: a footprint at the largest force has three points or more along its radius") {
-  Figures points;
+// An element has kMaxSide points a side at most: a burr with a radius of one voxel would need six, and gets four.
+TEST_CASE("gains: a footprint at the largest force has three points or more along its radius, or all that fit") {
+  Figures points, bounded;
   for (const Setup& s : kSetups) {
     CAPTURE(s.tip_radius);
     const CoupledGains g = s.gains();
@@ -98,7 +99,9 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
       (pressure_force(g.law, R, middle - g.law.offset) < s.force ? low : high) = middle;
     }
     const double footprint = std::sqrt(2 * R * low);
-    points.add(footprint / (s.longest_part() / static_cast<double>(g.points_per_side)));
+    const bool fits = s.tip_radius > h * (1 + 1e-9);
+    (fits ? points : bounded).add(footprint / (s.longest_part() / static_cast<double>(g.points_per_side)));
+    CHECK((g.points_per_side < Foundation::kMaxSide || !fits));
     CHECK(footprint <= 1.01 * CoupledConstants::kFootprint * h);
     CHECK(low <= 1.02 * std::min(h / 3, R / 4));
     // Depth slopes by footprint / R at the rim, over a cell of half a voxel.
@@ -106,8 +109,10 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
     CHECK(g.law.offset > 0);
     CHECK(g.law.offset < g.law.ramp);
   }
-  MESSAGE("points along a footprint's radius: ", points, ", least ", points.least());
+  MESSAGE("points along a footprint's radius: ", points, ", least ", points.least(), "; burr of one voxel: ", bounded);
   CHECK(points.least() >= 3);
+  REQUIRE(bounded.count() == 1);
+  CHECK(bounded.least() >= 2.8);
 }
 
 // A ball's surface in voxels h is a polyhedron whose faces sag below it by h² / 24R on average.
