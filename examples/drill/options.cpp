@@ -77,8 +77,7 @@ constexpr std::array kEntries{
             for (int a = 0; a < 3; ++a) p[a] = 1e-3 * number(v[static_cast<std::size_t>(a)], -1e5, 1e5, " mm");
             o.at = p;
           }},
-    Entry{"--tool", 1, "NAME-MM",
-          "a tool by name and diameter instead of a round burr, for the coupled algorithm: match-head-3, twist-3.2",
+    Entry{"--tool", 1, "NAME-MM", "a tool by name and diameter instead of a round burr: match-head-3, twist-3.2",
           [](Options& o, Values v) {
             try {
               (void)trephine::tool_by_name(v[0]);
@@ -158,8 +157,6 @@ Options parse_options(int argc, const char* const* argv) {
       throw UsageError("--tool: its name says its measures; leave out those of a burr");
     if (options.structures) throw UsageError("--tool: --structures has a round burr");
     if (options.tools) throw UsageError("--tool: --tools has tools of its own");
-    if (!options.coupled) throw UsageError("--tool: line and surface have a round burr; use --algorithm coupled");
-    options.line = options.surface = false;
   }
   if (options.out.empty()) throw UsageError("--out: the folder's name is empty");
   return options;

@@ -79,10 +79,10 @@ class PressingHand {
   double touches_, back_;
 };
 
-/// Strengths by the image of the voxels that reach the isovalue before and not after.
-MeanStrength strength_of_removed(const Bone& before, const Grid& after) {
-  // Elements look a cell's diagonal ahead, and interpolate: less than three voxels.
-  constexpr int kNear = 3;
+/// Strengths by the image of the voxels that reach the isovalue before and not after: their own, and of the densest
+/// voxel that the head may touch at the same time.
+MeanStrength strength_of_removed(const Bone& before, const Grid& after, double radius) {
+  const int near = static_cast<int>(std::ceil(2 * radius / before.grid.spacing().minCoeff()));
   const BoneStrength strength = strength_of(before);
   const auto& n = after.size();
   MeanStrength sum;
@@ -93,9 +93,9 @@ MeanStrength strength_of_removed(const Bone& before, const Grid& after) {
         const double density = before.grid.at(i, j, k);
         if (density < before.isovalue || after.at(i, j, k) >= before.isovalue) continue;
         double densest = density;
-        for (int c = std::max(k - kNear, 0); c <= std::min(k + kNear, n[2] - 1); ++c)
-          for (int b = std::max(j - kNear, 0); b <= std::min(j + kNear, n[1] - 1); ++b)
-            for (int a = std::max(i - kNear, 0); a <= std::min(i + kNear, n[0] - 1); ++a)
+        for (int c = std::max(k - near, 0); c <= std::min(k + near, n[2] - 1); ++c)
+          for (int b = std::max(j - near, 0); b <= std::min(j + near, n[1] - 1); ++b)
+            for (int a = std::max(i - near, 0); a <= std::min(i + near, n[0] - 1); ++a)
               densest = std::max<double>(densest, before.grid.at(a, b, c));
         sum.voxels += strength(density);
         sum.densest += strength(densest);
@@ -139,7 +139,7 @@ ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const P
     run.rows.push_back(now);
   };
   (void)perform("coupled", scene, hand, 0, options.real_time, tool + (kLaw ? ", cutting law" : ""), watch);
-  run.strength = strength_of_removed(about, scene.bone());
+  run.strength = strength_of_removed(about, scene.bone(), scene.renderer().shape().tip_radius);
   run.strength.law = strong_mm3 / std::max(run.rows.back().removed_mm3, 1e-9);
   return run;
 }

@@ -31,6 +31,7 @@
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/tool/named_tools.hpp>
+#include <trephine/tool/revolved_vertices.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>

@@ -24,18 +24,6 @@ auto scene_of(Bone& bone, const RevolvedTool& tool, const Law& law = {}, Parts..
   return HapticScene{bone, kIso, CoupledToolRenderer<double, RevolvedTool, Law, Motion>{tool, kGains, law}, parts...};
 }
 
-/// Lowest height along `up` of a tool whose axis has the direction `axis` [m].
-double lowest(const RevolvedTool& tool, const Vec3d& axis, const Vec3d& up) {
-  const ToolBounds b = tool.bounds();
-  const double c = axis.dot(up), s = std::sqrt(std::max(0.0, 1 - c * c));
-  double low = 0;
-  for (int i = 0; i <= 20000; ++i) {
-    const double z = b.z_low + (b.z_high - b.z_low) * i / 20000;
-    low = std::min(low, z * c - tool.outline().radius_at(z) * s);
-  }
-  return low;
-}
-
 TEST_CASE("coupled, any shape: measures make a renderer with their tool") {
   static_assert(std::same_as<decltype(CoupledToolRenderer{MatchHead{}}), CoupledToolRenderer<double, RevolvedTool>>);
   static_assert(std::same_as<decltype(CoupledToolRenderer{TwistDrill{}, CoupledOptions{}, Coulomb(0.3, 0.3)}),
@@ -61,7 +49,7 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
       Vec3d axis = (normal + random.arrow(0, 1)).normalized();
       if (axis.dot(normal) < 0.2) axis = (axis + normal).normalized();
       const Mat3d R = tool_at(Vec3d::Zero(), axis).linear();
-      const double low = lowest(tool, axis, normal);
+      const double low = lowest_height(tool, axis, normal);
       for (int i = -50; i <= 200; ++i) {
         const double depth = i * 1e-5;
         const TickResult r = scene.tick({.X_WT = make_pose<double>(R, at - (low + depth) * normal)}, kDt);
@@ -151,7 +139,7 @@ TEST_CASE("coupled, any shape: closed paths in contact gain nothing") {
     auto scene = scene_of<SixDof>(bone, tool);
     const Vec3d axis = (normal + random.arrow(0, 0.5)).normalized(), u = normal.unitOrthogonal(), v = normal.cross(u);
     const Mat3d R = tool_at(Vec3d::Zero(), axis).linear();
-    const Vec3d touch = at - (lowest(tool, axis, normal) + 4e-4) * normal;
+    const Vec3d touch = at - (lowest_height(tool, axis, normal) + 4e-4) * normal;
     std::optional<PathWork> work;
     constexpr int kTicks = 2000;
     for (int i = -200; i <= kTicks; ++i) {

@@ -10,6 +10,8 @@
 #include <trephine/tool/shapes/taper.hpp>
 #include <trephine/tool/shapes/twist_drill.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -30,6 +32,18 @@ struct ToolOfShape {
           {"disc", DiscBurr{.radius = 0.003, .thickness = 0.0015}},
           {"twist drill", TwistDrill{}},
           {"reamer", Reamer{.radius = 0.003, .front_radius = 0.0024, .chamfer = 0.001, .length = 0.007}}};
+}
+
+/// Lowest height along `up` of a tool whose axis has the direction `axis` [m].
+[[nodiscard]] inline double lowest_height(const RevolvedTool& tool, const Vec3d& axis, const Vec3d& up) {
+  const ToolBounds b = tool.bounds();
+  const double c = axis.dot(up), s = std::sqrt(std::max(0.0, 1 - c * c));
+  double low = 0;
+  for (int i = 0; i <= 20000; ++i) {
+    const double z = b.z_low + (b.z_high - b.z_low) * i / 20000;
+    low = std::min(low, z * c - tool.outline().radius_at(z) * s);
+  }
+  return low;
 }
 
 }  // namespace trephine::test

@@ -52,6 +52,9 @@ struct PointArrays {
     y.push_back(static_cast<Scalar>(p.y()));
     z.push_back(static_cast<Scalar>(p.z()));
   }
+  void resize(int count) {
+    for (auto* a : {&x, &y, &z}) a->resize(static_cast<std::size_t>(count));
+  }
   void pad() {
     const auto padded = static_cast<std::size_t>(padded_to_lane(size()));
     for (auto* a : {&x, &y, &z})
@@ -98,8 +101,8 @@ struct SphereLayout {
 
 /// Vertices that represent a tool in the tool frame T. The counts choose the specialisation for a renderer:
 /// `ToolDiscretization{burr, LineCounts{…}}` or `ToolDiscretization{burr, SurfaceCounts{…}}`. Immutable after
-/// construction.
-template <class Counts, RealScalar Scalar = float>
+/// construction. Other tools than a burr: `revolved_vertices.hpp`.
+template <class Counts, RealScalar Scalar = float, class Shape = Burr>
 class ToolDiscretization;
 
 template <class Counts>
@@ -108,7 +111,7 @@ ToolDiscretization(const Burr&, const Counts&) -> ToolDiscretization<Counts, flo
 /// Vertices of the Line approximation, on the shaft's centreline: vertex i is at height `heights()[i]` above T's
 /// origin.
 template <RealScalar S>
-class ToolDiscretization<LineCounts, S> {
+class ToolDiscretization<LineCounts, S, Burr> {
  public:
   using Scalar = S;
   static constexpr int kMaxVertices = 100000;  ///< along the shaft; bounds memory and the work of a tick
@@ -154,7 +157,7 @@ class ToolDiscretization<LineCounts, S> {
 /// Vertices of the Surface approximation, in groups: the ball, then the slices from the tip up. The peripheries of all
 /// groups are first, the groups' centres last, so that one batch samples all.
 template <RealScalar S>
-class ToolDiscretization<SurfaceCounts, S> {
+class ToolDiscretization<SurfaceCounts, S, Burr> {
  public:
   using Scalar = S;
   static constexpr int kMaxVertices = 100000;  ///< on the ball; bounds memory and the work of a tick
@@ -165,28 +168,22 @@ class ToolDiscretization<SurfaceCounts, S> {
     int count = 0;    ///< vertices of its periphery
     int centre = 0;   ///< index of its centre vertex
     Scalar height{};  ///< of its centre above T's origin, along +z [m]
-    Scalar radius{};  ///< of the periphery about the centre [m]
+    Scalar radius{};  ///< of the periphery about the centre; of a tip that is no ball, along the axis [m]
   };
 
   /// Throws std::invalid_argument for an invalid burr or counts outside their ranges: sphere 4 to 100000; if the burr
   /// has a shaft, slices 1 to 10000 and per_slice 3 to 1000.
   ToolDiscretization(const Burr& burr, const SurfaceCounts& counts) : burr_(burr) {
     burr.validate();
-    if (!(counts.sphere >= 4 && counts.sphere <= kMaxVertices))
-      refuse("ToolDiscretization", "sphere vertices must be 4 to 100000", counts.sphere);
+    check(counts, burr.has_shaft());
+    const double R = burr.tip_radius;
     const SphereLayout ball = spread_over_sphere(counts.sphere);
-    const double ball_area = 4 * std::numbers::pi * burr.tip_radius * burr.tip_radius;
-    groups_.push_back({0, counts.sphere, 0, Scalar(0), static_cast<Scalar>(burr.tip_radius)});
+    const double ball_area = 4 * std::numbers::pi * R * R;
+    begin_group(counts.sphere, 0, R);
     for (std::size_t i = 0; i < ball.directions.size(); ++i)
-      add_vertex(burr.tip_radius * ball.directions[i], -ball.directions[i], ball_area * ball.weights[i]);
+      add_vertex(R * ball.directions[i], -ball.directions[i], R, ball_area * ball.weights[i]);
     if (burr.has_shaft()) add_slices(counts);
-
-    for (auto& g : groups_) {
-      g.centre = points_.size();
-      points_.push_back({0, 0, static_cast<double>(g.height)});
-    }
-    count_ = points_.size();
-    points_.pad();
+    add_centres();
   }
 
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
@@ -199,7 +196,13 @@ class ToolDiscretization<SurfaceCounts, S> {
   [[nodiscard]] const PointArrays<Scalar>& points() const noexcept { return points_; }
   /// Unit direction from each vertex of the periphery to its group's centre.
   [[nodiscard]] const PointArrays<Scalar>& inward() const noexcept { return inward_; }
-  /// Area of each vertex's patch [m²]. The ball's areas sum to 4πR², the slices' areas to the shaft's lateral surface.
+  /// Distance of vertex i of the periphery from its group's centre [m].
+  [[nodiscard]] Scalar radius(int i) const noexcept { return radii_[static_cast<std::size_t>(i)]; }
+  /// Unit direction along the tool at vertex i of the periphery of a slice, across its inward direction.
+  [[nodiscard]] Vec3<Scalar> along(int i) const noexcept { return along_axis(inward_[i]); }
+  /// True if group 0 is a whole ball; else it is the tip of another tool, which faces forward.
+  [[nodiscard]] bool has_ball() const noexcept { return has_ball_; }
+  /// Area of each vertex's patch [m²]. A ball's areas sum to 4πR², the slices' areas to the shaft's lateral surface.
   [[nodiscard]] const std::vector<Scalar>& areas() const noexcept { return areas_; }
   [[nodiscard]] const std::vector<Group>& groups() const noexcept { return groups_; }
   /// Index of the group of vertex i of the periphery.
@@ -211,7 +214,7 @@ class ToolDiscretization<SurfaceCounts, S> {
   [[nodiscard]] Patch<Scalar> patch(int i) const noexcept {
     const std::size_t g = group_of(i);
     const Scalar area = areas_[static_cast<std::size_t>(i)];
-    const Scalar radius = groups_[g].radius;
+    const Scalar radius = radii_[static_cast<std::size_t>(i)];
     if (g == 0) return {.radius = radius, .disc = std::sqrt(area / std::numbers::pi_v<Scalar>)};
     const Scalar half_arc = std::numbers::pi_v<Scalar> * radius / static_cast<Scalar>(groups_[g].count);
     // Bone is not flat along a long piece of shaft. Slices farther apart than the shaft's radius are rings without
@@ -221,48 +224,82 @@ class ToolDiscretization<SurfaceCounts, S> {
             .half_arc = half_arc,
             .half_length = half_length > radius / Scalar(2) ? Scalar(0) : half_length};
   }
-  /// Vertices of the same burr on its ball alone.
+  /// Vertices of the ball, or of the tip, alone.
   [[nodiscard]] ToolDiscretization without_shaft() const {
-    Burr ball = burr_;
-    ball.shaft_length = 0;
-    ToolDiscretization tool(ball, {.sphere = groups_[0].count});
-    tool.burr_ = burr_;
-    return tool;
+    ToolDiscretization tip(*this);
+    const int count = groups_[0].count;
+    tip.groups_.resize(1);
+    tip.points_.resize(count);
+    tip.inward_.resize(count);
+    tip.radii_.resize(static_cast<std::size_t>(count));
+    tip.areas_.resize(static_cast<std::size_t>(count));
+    tip.add_centres();
+    return tip;
   }
 
- private:
-  void add_vertex(const Vec3d& p, const Vec3d& inward, double area) {
-    points_.push_back(p);
-    inward_.push_back(inward);
-    areas_.push_back(static_cast<Scalar>(area));
-  }
+ protected:
+  // For tools that are no burr and add their own vertices. `burr` has the tool's size.
+  struct Empty {};
+  ToolDiscretization(Empty, const Burr& burr) : burr_(burr), has_ball_(false) {}
 
-  // Each slice is in the middle of its length of shaft.
-  void add_slices(const SurfaceCounts& counts) {
+  static void check(const SurfaceCounts& counts, bool has_slices) {
+    if (!(counts.sphere >= 4 && counts.sphere <= kMaxVertices))
+      refuse("ToolDiscretization", "sphere vertices must be 4 to 100000", counts.sphere);
+    if (!has_slices) return;
     if (!(counts.slices >= 1 && counts.slices <= 10000))
       refuse("ToolDiscretization", "slices must be 1 to 10000", counts.slices);
     if (!(counts.per_slice >= 3 && counts.per_slice <= 1000))
       refuse("ToolDiscretization", "vertices per slice must be 3 to 1000", counts.per_slice);
+  }
+  void begin_group(int count, double height, double radius) {
+    groups_.push_back({periphery(), count, 0, static_cast<Scalar>(height), static_cast<Scalar>(radius)});
+  }
+  void add_vertex(const Vec3d& p, const Vec3d& inward, double radius, double area) {
+    points_.push_back(p);
+    inward_.push_back(inward);
+    radii_.push_back(static_cast<Scalar>(radius));
+    areas_.push_back(static_cast<Scalar>(area));
+  }
+  /// Adds the groups' centres. Call it last.
+  void add_centres() {
+    for (auto& g : groups_) {
+      g.centre = points_.size();
+      points_.push_back({0, 0, static_cast<double>(g.height)});
+    }
+    count_ = points_.size();
+    points_.pad();
+  }
+
+ private:
+  // The axis' direction without its part along d.
+  [[nodiscard]] static Vec3<Scalar> along_axis(const Vec3<Scalar>& d) noexcept {
+    if (d.z() == Scalar(0)) return Vec3<Scalar>::UnitZ();
+    return (Vec3<Scalar>::UnitZ() - d.z() * d).normalized();
+  }
+
+  // Each slice is in the middle of its length of shaft.
+  void add_slices(const SurfaceCounts& counts) {
+    const double R = burr_.shaft_radius;
     const double from = counts.start == ShaftStart::kTipCentre ? 0.0 : burr_.shaft_emerges();
     const double length = (burr_.shaft_length - from) / counts.slices;
-    const double area = 2 * std::numbers::pi * burr_.shaft_radius * length / counts.per_slice;
+    const double area = 2 * std::numbers::pi * R * length / counts.per_slice;
     for (int s = 0; s < counts.slices; ++s) {
       const double z = from + (s + 0.5) * length;
-      groups_.push_back(
-          {points_.size(), counts.per_slice, 0, static_cast<Scalar>(z), static_cast<Scalar>(burr_.shaft_radius)});
+      begin_group(counts.per_slice, z, R);
       for (int v = 0; v < counts.per_slice; ++v) {
         const double angle = 2 * std::numbers::pi * v / counts.per_slice;
         const Vec3d outward(std::cos(angle), std::sin(angle), 0);
-        add_vertex(burr_.shaft_radius * outward + Vec3d(0, 0, z), -outward, area);
+        add_vertex(R * outward + Vec3d(0, 0, z), -outward, R, area);
       }
     }
   }
 
   Burr burr_;
+  bool has_ball_ = true;
   int count_ = 0;
   PointArrays<Scalar> points_;
   PointArrays<Scalar> inward_;
-  std::vector<Scalar> areas_;
+  std::vector<Scalar> radii_, areas_;
   std::vector<Group> groups_;
 };
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <span>
 
 namespace trephine {
@@ -61,6 +62,12 @@ class ToolOutline {
       const double angle = std::atan2(z - centre_z, rho - centre_rho) + side * along / radius;
       const double c = std::cos(angle), s = std::sin(angle);
       return {centre_rho + radius * c, centre_z + radius * s, side * c, side * s};
+    }
+    /// Area that it sweeps about the axis between two lengths along it [m²].
+    [[nodiscard]] double area(double from, double to) const noexcept {
+      const Place a = place_at(from), b = place_at(to);
+      const double about_centre = centre_rho * (to - from) + side * radius * (b.z - a.z);
+      return 2 * std::numbers::pi * (side == 0 ? (a.rho + b.rho) / 2 * (to - from) : about_centre);
     }
   };
 
@@ -159,6 +166,18 @@ class ToolOutline {
     std::size_t i = 0;
     for (; i + 1 < count_ && !is_top(pieces_[i + 1]) && length > pieces_[i].way(); ++i) length -= pieces_[i].way();
     return pieces_[i].place_at(std::clamp(length, 0.0, pieces_[i].way()));
+  }
+
+  /// Area of the body's surface between two lengths [m] along the outline [m²].
+  [[nodiscard]] double area(double from, double to) const noexcept {
+    double sum = 0;
+    for (std::size_t i = 0; i < count_ && !is_top(pieces_[i]); ++i) {
+      const double way = pieces_[i].way();
+      if (from < way && to > 0) sum += pieces_[i].area(std::max(from, 0.0), std::min(to, way));
+      from -= way;
+      to -= way;
+    }
+    return sum;
   }
 
   /// Largest distance of the body between two heights from the axis' point at a third height [m].

@@ -49,7 +49,7 @@ struct CuttingHead {
   double allowance = 0;
 };
 
-/// A rigid tool given by its outline: a `ToolShape` for the coupled tool. The part below the height `head_top` cuts.
+/// A rigid tool given by its outline: a `ToolShape`. The part below the height `head_top` cuts.
 /// T's origin lies on the axis, one largest radius of the head above the foremost point, as the centre of a burr's
 /// ball. Shapes in `tool/shapes/` convert to it; any other outline makes one too.
 class RevolvedTool {

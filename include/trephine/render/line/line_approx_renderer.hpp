@@ -34,8 +34,8 @@ namespace trephine {
 /// and shaft each take no samples while free if a known clearance covers their path (beyond the grid, or by
 /// `EmptySpaceSkipping`).
 template <RealScalar S, Stepping Step, Tracking Track, Friction FrictionLaw, ShaftForce Shaft,
-          GradientPolicy GradientChoice>
-class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
+          GradientPolicy GradientChoice, class Shape>
+class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Shape> {
   // Largest rotation per tick without a jump [rad]: 200 rad/s at 1 kHz, beyond any wrist. It extends `jump` for the far
   // end of the shaft, which a quick rotation moves farther than a hand moves a tip.
   static constexpr double kMaxRotation = 0.2;
@@ -45,7 +45,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
  public:
   using Scalar = S;
   using Gradient = GradientChoice;
-  using Tool = ToolDiscretization<LineCounts, Scalar>;
+  using Tool = ToolDiscretization<LineCounts, Scalar, Shape>;
 
   /// Throws std::invalid_argument for options outside their range.
   explicit LineApproxRenderer(Tool tool, const LineOptions& options = {}, const Step& stepping = Step{},
@@ -118,7 +118,11 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
     return std::min({k, angular_limit, Shaft::kForce ? linear_limit() : k});
   }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  /// The burr, or one of the tool's size.
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  /// The part that cuts, of a tool that is no burr.
+  [[nodiscard]] const auto& cutting_head() const noexcept requires requires(const Tool& t) { t.cutting_head(); }
+  { return tool_.cutting_head(); }
   /// Contacts of the last tick, in G: tip and shaft.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};
@@ -317,15 +321,9 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice> {
   std::size_t contact_count_ = 0;
 };
 
-template <class S>
-LineApproxRenderer(ToolDiscretization<LineCounts, S>) -> LineApproxRenderer<S>;
-template <class S>
-LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions) -> LineApproxRenderer<S>;
-template <class S, Stepping Step>
-LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step) -> LineApproxRenderer<S, Step>;
-template <class S, Stepping Step, Friction F>
-LineApproxRenderer(ToolDiscretization<LineCounts, S>, LineOptions, Step, F)
-    -> LineApproxRenderer<S, Step, ConstrainedTracking, F>;
+template <class S, class Shape, Stepping Step = TranslateRotate, Friction F = Frictionless>
+LineApproxRenderer(ToolDiscretization<LineCounts, S, Shape>, LineOptions = {}, Step = {}, F = {})
+    -> LineApproxRenderer<S, Step, ConstrainedTracking, F, FullWrench, SplineGradient, Shape>;
 template <class... Arguments>
 LineApproxRenderer(const Arguments&...) -> LineApproxRenderer<detail::Misused<Arguments...>>;
 

@@ -237,7 +237,7 @@ class PatchQuadrature {
 
   [[nodiscard]] PatchSpring<Scalar> spring_of(const Tool& tool, int i, const Plane& plane,
                                               const PatchCurvature<Scalar>& curvature) const noexcept {
-    return patch(i).spring(plane.depth, plane.normal, tool.inward()[i], Vec3<Scalar>::UnitZ(), curvature);
+    return patch(i).spring(plane.depth, plane.normal, tool.inward()[i], tool.along(i), curvature);
   }
 
   // Confidence in a sample's plane: 1 at the surface and in bone, 0 where the density is flat.

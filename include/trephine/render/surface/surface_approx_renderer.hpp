@@ -33,15 +33,16 @@ namespace trephine {
 /// bone costs a ray of `RayExits`. A group whose centre is in bone costs the work of `Deep` instead. `PatchWeights`
 /// adds a gradient for each vertex in bone and for its neighbours. It adds a gradient and a sample for each group
 /// without a vertex in bone, and the gradients of its neighbours if bone is within the patch's reach.
-template <RealScalar S, Weighting Weights, DeepContact Deep, ShaftForce Shaft, GradientPolicy GradientChoice>
-class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
+template <RealScalar S, Weighting Weights, DeepContact Deep, ShaftForce Shaft, GradientPolicy GradientChoice,
+          class Shape>
+class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   // Depth, in radii of the tip, at which `SurfaceOptions::stiffness` is the secant stiffness.
   static constexpr double kReferenceDepth = 0.5;
 
  public:
   using Scalar = S;
   using Gradient = GradientChoice;
-  using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
+  using Tool = ToolDiscretization<SurfaceCounts, Scalar, Shape>;
 
   /// Throws std::invalid_argument for options outside their range.
   explicit SurfaceApproxRenderer(Tool tool, const SurfaceOptions& options = {})
@@ -129,7 +130,11 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
   [[nodiscard]] double thesis_stiffness() const noexcept { return k_; }
   [[nodiscard]] const SurfaceOptions& options() const noexcept { return options_; }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
+  /// The burr, or one of the tool's size.
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
+  /// The part that cuts, of a tool that is no burr.
+  [[nodiscard]] const auto& cutting_head() const noexcept requires requires(const Tool& t) { t.cutting_head(); }
+  { return tool_.cutting_head(); }
   /// Contacts of the last tick, in G.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};
@@ -199,17 +204,17 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
       const Scalar a = spring_length_[static_cast<std::size_t>(i)];
       if (!(a > Scalar(0))) continue;
       const Vec3<Scalar> d = X_GT_.linear() * spring_direction(i);
-      const Scalar area = tool_.areas()[static_cast<std::size_t>(i)];
-      sum.add(d, a, area, group.radius);
+      const Scalar area = tool_.areas()[static_cast<std::size_t>(i)], radius = tool_.radius(i);
+      sum.add(d, a, area, radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
       // The vertex's term of the sum; scale_contacts turns it into a force once the divisor is known.
-      const Vec3<Scalar> term = (Weights::weight(area, a, group.radius) * a) * d;
-      Vec3<Scalar> position = c - (group.radius - a) * d;
+      const Vec3<Scalar> term = (Weights::weight(area, a, radius) * a) * d;
+      Vec3<Scalar> position = c - (radius - a) * d;
       if constexpr (kUsesPatches<Weights>) {
         const PatchSpring<Scalar>& spring = patches_.spring(i);
-        position +=
-            (std::min(spring.surface_distance, group.radius) - a) * d + spring.shaft_offset * X_GT_.linear().col(2);
-        moment += spring.shaft_offset * term;
+        const Vec3<Scalar> along_T = tool_.along(i), along = X_GT_.linear() * along_T;
+        position += (std::min(spring.surface_distance, radius) - a) * d + spring.shaft_offset * along;
+        moment += (spring.shaft_offset / along_T.z()) * term;  // its line of action meets the axis so much higher
       }
       contacts_[contact_count_++] = {position, d, term};
       ++r.contacts;
@@ -273,7 +278,7 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
         const std::size_t g = tool_.group_of(i);
         if (is_deep(g)) continue;
         hits_[static_cast<std::size_t>(exits_.count())] = i;
-        exits_.add(tool_.points()[i], tool_.inward()[i], tool_.groups()[g].radius, values[from + k]);
+        exits_.add(tool_.points()[i], tool_.inward()[i], tool_.radius(i), values[from + k]);
         group_hit_[g] = 1;
       }
     }
@@ -318,10 +323,9 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice> {
   Pose<Scalar> previous_X_GT_ = Pose<Scalar>::Identity();
 };
 
-template <class S>
-SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>) -> SurfaceApproxRenderer<S>;
-template <class S>
-SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S>, SurfaceOptions) -> SurfaceApproxRenderer<S>;
+template <class S, class Shape>
+SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S, Shape>, SurfaceOptions = {})
+    -> SurfaceApproxRenderer<S, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient, Shape>;
 template <class... Arguments>
 SurfaceApproxRenderer(const Arguments&...) -> SurfaceApproxRenderer<detail::Misused<Arguments...>>;
 

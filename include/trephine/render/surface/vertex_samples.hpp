@@ -31,7 +31,7 @@ class VertexSamples {
       bounds_radius_ = std::max(bounds_radius_, (tool.points()[i] - on_axis(bounds_height_)).norm());
     bounds_radius_ *= kRounding;
     for (std::size_t g = 0; g < tool.groups().size(); ++g)
-      reaches_.push_back(kRounding * (tool.groups()[g].radius + patch_reach(tool, g)));
+      reaches_.push_back(kRounding * vertex_reach(tool, tool.groups()[g]));
   }
 
   /// Samples the field. Returns false if certainly no vertex and no patch is in bone.
@@ -82,13 +82,12 @@ class VertexSamples {
  private:
   [[nodiscard]] static Vec3<Scalar> on_axis(Scalar height) noexcept { return {Scalar(0), Scalar(0), height}; }
 
-  // Largest reach of group g's patches from their vertices [m].
-  [[nodiscard]] static Scalar patch_reach(const Tool& tool, std::size_t g) noexcept {
-    Scalar max = Scalar(0);
-    const auto& group = tool.groups()[g];
-    if constexpr (kPatches)
-      for (int i = group.first; i < group.first + group.count; ++i) max = std::max(max, tool.patch(i).reach());
-    return max;
+  // Largest distance of a group's vertices, or of their patches, from its centre [m].
+  [[nodiscard]] static Scalar vertex_reach(const Tool& tool, const typename Tool::Group& group) noexcept {
+    Scalar most = group.radius;
+    for (int i = group.first; i < group.first + group.count; ++i)
+      most = std::max(most, tool.radius(i) + (kPatches ? tool.patch(i).reach() : Scalar(0)));
+    return most;
   }
 
   // Samples vertices [first, last), and further vertices that fill up a lane.

@@ -116,17 +116,16 @@ class WeightedSum {
 template <Weighting W, class Tool>
 [[nodiscard]] Vec3d plane_law(const Tool& tool, std::size_t g, double depth, const Vec3d& n) {
   const auto& group = tool.groups()[g];
-  const double radius = static_cast<double>(group.radius);
   WeightedSum<W, double> sum;
   for (int i = group.first; i < group.first + group.count; ++i) {
     const Vec3d d = tool.inward()[i].template cast<double>();
-    const double vertex_depth = depth - radius * (1 - d.dot(n));
-    const double cosine = d.dot(n);
+    const double cosine = d.dot(n), radius = static_cast<double>(tool.radius(i));
+    const double vertex_depth = depth - (static_cast<double>(group.radius) - radius * cosine);
     double length = vertex_depth > 0 && cosine > 0 ? vertex_depth / cosine : 0;
     Vec3d direction = d;
     if constexpr (kUsesPatches<W>) {
       const PatchSpring<double> spring =
-          tool.patch(i).template cast<double>().spring(vertex_depth, n, d, Vec3d::UnitZ());
+          tool.patch(i).template cast<double>().spring(vertex_depth, n, d, tool.along(i).template cast<double>());
       length = spring.length;
       direction = spring.direction;
     }
@@ -136,9 +135,12 @@ template <Weighting W, class Tool>
 }
 
 /// Normal component of `plane_law` at `depth` radii, averaged over the plane's directions (for a slice, directions
-/// perpendicular to the shaft). The average makes a stated stiffness independent of the tool's orientation.
+/// perpendicular to the shaft). The average makes a stated stiffness independent of the tool's orientation. A tip that
+/// is no ball faces forward alone: its plane is across the axis.
 template <Weighting W, class Tool>
 [[nodiscard]] double mean_plane_force(const Tool& tool, std::size_t g, double depth) {
+  const double at = depth * static_cast<double>(tool.groups()[g].radius);
+  if (g == 0 && !tool.has_ball()) return plane_law<W>(tool, g, at, Vec3d::UnitZ()).z();
   constexpr int kDirections = 720;  // of the average; every half degree round a slice
   const SphereLayout sphere = spread_over_sphere(kDirections);
   double sum = 0;
@@ -146,7 +148,7 @@ template <Weighting W, class Tool>
     const double angle = 2 * std::numbers::pi * i / kDirections;
     const Vec3d n =
         g == 0 ? sphere.directions[static_cast<std::size_t>(i)] : Vec3d(std::cos(angle), std::sin(angle), 0);
-    sum += plane_law<W>(tool, g, depth * static_cast<double>(tool.groups()[g].radius), n).dot(n);
+    sum += plane_law<W>(tool, g, at, n).dot(n);
   }
   return sum / kDirections;
 }
