@@ -198,8 +198,13 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   [[nodiscard]] const PointArrays<Scalar>& inward() const noexcept { return inward_; }
   /// Distance of vertex i of the periphery from its group's centre [m].
   [[nodiscard]] Scalar radius(int i) const noexcept { return radii_[static_cast<std::size_t>(i)]; }
-  /// Unit direction along the tool at vertex i of the periphery of a slice, across its inward direction.
-  [[nodiscard]] Vec3<Scalar> along(int i) const noexcept { return along_axis(inward_[i]); }
+  /// Unit direction along the tool at vertex i of the periphery: in a slice across its inward direction, in group 0
+  /// the axis.
+  [[nodiscard]] Vec3<Scalar> along(int i) const noexcept {
+    const auto n = static_cast<std::size_t>(i);
+    if (i < groups_[0].count || inward_.z[n] == Scalar(0)) return Vec3<Scalar>::UnitZ();
+    return (Vec3<Scalar>::UnitZ() - inward_.z[n] * inward_[i]).normalized();
+  }
   /// True if group 0 is a whole ball; else it is the tip of another tool, which faces forward.
   [[nodiscard]] bool has_ball() const noexcept { return has_ball_; }
   /// Area of each vertex's patch [m²]. A ball's areas sum to 4πR², the slices' areas to the shaft's lateral surface.
@@ -271,12 +276,6 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   }
 
  private:
-  // The axis' direction without its part along d.
-  [[nodiscard]] static Vec3<Scalar> along_axis(const Vec3<Scalar>& d) noexcept {
-    if (d.z() == Scalar(0)) return Vec3<Scalar>::UnitZ();
-    return (Vec3<Scalar>::UnitZ() - d.z() * d).normalized();
-  }
-
   // Each slice is in the middle of its length of shaft.
   void add_slices(const SurfaceCounts& counts) {
     const double R = burr_.shaft_radius;

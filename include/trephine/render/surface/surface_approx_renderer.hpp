@@ -212,9 +212,13 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       Vec3<Scalar> position = c - (radius - a) * d;
       if constexpr (kUsesPatches<Weights>) {
         const PatchSpring<Scalar>& spring = patches_.spring(i);
-        const Vec3<Scalar> along_T = tool_.along(i), along = X_GT_.linear() * along_T;
-        position += (std::min(spring.surface_distance, radius) - a) * d + spring.shaft_offset * along;
-        moment += (spring.shaft_offset / along_T.z()) * term;  // its line of action meets the axis so much higher
+        Vec3<Scalar> shift = (std::min(spring.surface_distance, radius) - a) * d;
+        if (g > 0) {
+          const Vec3<Scalar> along = tool_.along(i);
+          shift += spring.shaft_offset * (X_GT_.linear() * along);
+          moment += (spring.shaft_offset / along.z()) * term;  // its line of action meets the axis so much higher
+        }
+        position += shift;
       }
       contacts_[contact_count_++] = {position, d, term};
       ++r.contacts;
