@@ -129,9 +129,9 @@ ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const P
     now.status = row.status;
     if constexpr (kLaw) {
       const CuttingForce& cutting = scene.template part<CuttingForce>();
-      const CuttingReport& r = cutting.report();
-      now.thrust = r.thrust, now.torque = r.torque, now.spindle = r.spindle, now.feed = r.feed;
-      run.chip_work = r.chip_work;
+      const CuttingSummary& c = row.cutting;
+      now.thrust = c.thrust, now.torque = c.torque, now.spindle = c.spindle, now.feed = c.feed;
+      run.chip_work = cutting.report().chip_work;
       // Mean over the head where it cuts; a cut that runs ahead of contact has that of the last contact.
       if (cutting.engagement().area > 0) strength = cutting.engagement().hard_area / cutting.engagement().area;
       strong_mm3 += strength * removed;

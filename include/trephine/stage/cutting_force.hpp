@@ -119,6 +119,10 @@ class CuttingForce {
   /// Cutting in the last tick.
   [[nodiscard]] const CuttingReport& report() const noexcept { return report_; }
   [[nodiscard]] const Engagement& engagement() const noexcept { return engagement_; }
+  /// Writes the true forces of the last tick, which the scene's `TickResult::cutting` has.
+  void add_to(CuttingSummary& summary) const noexcept {
+    summary = {report_.thrust, report_.torque, report_.spindle, report_.feed};
+  }
 
   void reset() noexcept {
     deposit_.setZero();

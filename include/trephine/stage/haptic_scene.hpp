@@ -65,7 +65,7 @@ class HapticScene {
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
 /// 5. rotation of the wrench into W axes;
 /// 6. stages, in listed order;
-/// 7. `add_to` of every part that reports structures;
+/// 7. `add_to` of every part that reports structures or cutting;
 /// 8. check of the result;
 /// 9. `sent` of every part that has it.
 ///
@@ -97,6 +97,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
   static constexpr bool kSkipsEmptySpace = (EmptySpaceSkipper<Parts> || ...);
   static constexpr bool kReportsStructures = (StructureReporter<Parts> || ...);
+  static constexpr bool kReportsCutting = (CuttingReporter<Parts> || ...);
 
   /// Throws std::invalid_argument if the isovalue is not finite, the burr is larger than the grid, a part's `validate`
   /// throws, or the renderer reads stored gradients and the grid has none.
@@ -185,6 +186,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
     if constexpr (kReportsStructures) report_structures(result.structures);
+    if constexpr (kReportsCutting) report_cutting(result.cutting);
     if (!is_finite(result.wrench)) return fail_non_finite(result);
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
@@ -325,11 +327,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     if constexpr (!kHasTorque) summary.push.torque.setZero();
   }
 
+  void report_cutting(CuttingSummary& summary) noexcept {
+    for_each_part([&](const auto& part) {
+      if constexpr (CuttingReporter<std::remove_cvref_t<decltype(part)>>) part.add_to(summary);
+    });
+  }
+
   /// Resets the scene and returns a zero wrench with `kNonFinite`; contact, volumes and distance stay in the result.
   [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
     result.wrench = Wrenchd::zero();
     if constexpr (kReportsStructures) result.structures.push = Wrenchd::zero();
+    if constexpr (kReportsCutting) result.cutting = {};
     result.status = Status::kNonFinite;
     return result;
   }
