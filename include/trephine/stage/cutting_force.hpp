@@ -3,6 +3,7 @@
 
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/tick.hpp>
+#include <trephine/core/units.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
@@ -19,13 +20,9 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 namespace trephine {
-
-/// Spindle speed in turns a minute, as radians a second.
-[[nodiscard]] constexpr double rpm(double turns) noexcept { return turns * 2 * std::numbers::pi / 60; }
 
 /// Cutting in one tick. Forces are true ones, before the device's share.
 struct CuttingReport {

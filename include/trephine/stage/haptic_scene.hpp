@@ -274,6 +274,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
   }
 
+  template <class Predicate>
+  [[nodiscard]] bool any_part(Predicate&& is) const noexcept {
+    return std::apply([&](const auto&... part) { return (is(part) || ...); }, parts_);
+  }
+
   [[nodiscard]] Field bone_field() noexcept {
     if constexpr (kUsesSurface)
       return surface_->view();
@@ -294,11 +299,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// `pressed_way`: by which a cut by pressure may go ahead [m].
   [[nodiscard]] Pose<Scalar> cutting_pose([[maybe_unused]] double pressed_way = 0) const noexcept {
     if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(pressed_way); })
-      return renderer_.pressure_cutting_pose(pressed_way);
-    else if constexpr (kBitesInTime)
-      return renderer_.cutting_pose(dt_);
-    else
-      return renderer_.cutting_pose();
+      if (any_part([](const auto& part) { return cuts_under_pressure(part); }))
+        return renderer_.pressure_cutting_pose(pressed_way);
+    if constexpr (kBitesInTime)
+      if (any_part([](const auto& part) { return cuts_at_once(part); })) return renderer_.cutting_pose(dt_);
+    return renderer_.cutting_pose();
   }
 
   /// Tells parts the head that cuts.
