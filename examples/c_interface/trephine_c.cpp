@@ -126,6 +126,11 @@ trephine_scene_options default_scene_options() {
   o.force_limit = 3.3;
   o.torque_limit = 0.1;
   o.rotational_stiffness = renderer.coupled.rotational_stiffness;
+  const compiled::CuttingForce law;
+  o.spindle_speed = law.speed;
+  o.felt = law.felt;
+  o.soft_density = law.soft;
+  o.cortical_density = law.cortical;
   return o;
 }
 
@@ -162,7 +167,15 @@ compiled::RendererOptions renderer_of(const trephine_scene_options& o) {
   }
 }
 
-compiled::StageOptions stages_of(const trephine_scene_options& o) {
+compiled::CuttingForce law_of(const trephine_scene_options& o, const CuttingEdges& edges) {
+  compiled::CuttingForce law{.edges = edges, .speed = o.spindle_speed, .felt = o.felt};
+  if (o.stall_torque != 0) law.stall_torque = o.stall_torque;
+  law.soft = o.soft_density;
+  law.cortical = o.cortical_density;
+  return law;
+}
+
+compiled::StageOptions stages_of(const trephine_scene_options& o, const CuttingEdges& edges) {
   compiled::StageOptions s;
   switch (o.milling) {
     case TREPHINE_MILL_NOTHING:
@@ -174,6 +187,11 @@ compiled::StageOptions stages_of(const trephine_scene_options& o) {
       s.milling = compiled::Milling{
           .cut = compiled::Cut::kRateLimited, .rate = o.milling_rate, .reference_force = o.milling_force};
       break;
+    case TREPHINE_MILL_BY_LAW:
+      require(o.algorithm == TREPHINE_COUPLED, "trephine_scene_create: TREPHINE_MILL_BY_LAW is for TREPHINE_COUPLED");
+      s.milling = compiled::Milling{.cut = compiled::Cut::kPressure};
+      s.cutting = law_of(o, edges);
+      break;
     default:
       fail("trephine_scene_create: no such milling: ", o.milling);
   }
@@ -183,9 +201,12 @@ compiled::StageOptions stages_of(const trephine_scene_options& o) {
 }
 
 compiled::Scene scene_of(const compiled::Bone& bone, const trephine_scene_options& o) {
-  if (o.tool_name != nullptr) return {bone, o.isovalue, tool_by_name(o.tool_name).tool, renderer_of(o), stages_of(o)};
+  if (o.tool_name != nullptr) {
+    const NamedTool named = tool_by_name(o.tool_name);
+    return {bone, o.isovalue, named.tool, renderer_of(o), stages_of(o, named.edges)};
+  }
   const Burr burr{o.tool.tip_radius, o.tool.shaft_radius, o.tool.shaft_length};
-  return {bone, o.isovalue, burr, renderer_of(o), stages_of(o)};
+  return {bone, o.isovalue, burr, renderer_of(o), stages_of(o, {})};
 }
 
 trephine_tick_result default_tick_result() {
@@ -358,6 +379,10 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
     }
     out.refused_mm3 = s.refused_mm3;
     out.taken_mm3 = s.taken_mm3;
+    out.thrust = r.cutting.thrust;
+    out.spindle_torque = r.cutting.torque;
+    out.spindle_speed = r.cutting.spindle;
+    out.feed = r.cutting.feed;
     write_struct(out, *result);
   });
 }
@@ -365,7 +390,12 @@ trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* 
 trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name) noexcept {
   return guarded([&] {
     require_pointers(scene, name);
-    scene->scene.set_tool(tool_by_name(name).tool);
+    const NamedTool named = tool_by_name(name);
+    scene->scene.set_tool(named.tool);
+    compiled::StageOptions stages = scene->scene.stages();
+    if (!stages.cutting) return;
+    stages.cutting->edges = named.edges;
+    scene->scene.set_stages(stages);
   });
 }
 

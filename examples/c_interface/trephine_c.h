@@ -18,8 +18,9 @@
  *   trephine_scene_options_init(&options, sizeof options);
  *
  * Threads: one thread, the haptic one, calls tick and reset on a scene and pose and restore on its grid. Each reader is
- * for one thread, whichever that is, and reads while the haptic thread drills. Protections are made and destroyed on any
- * thread while a scene ticks. The rest is for one thread at a time that is not in a tick. Handles may be destroyed in any order: scenes and readers keep their grid alive. */
+ * for one thread, whichever that is, and reads while the haptic thread drills. Protections are made and destroyed on
+ * any thread while a scene ticks. The rest is for one thread at a time that is not in a tick. Handles may be destroyed
+ * in any order: scenes and readers keep their grid alive. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -101,7 +102,14 @@ TREPHINE_C_API trephine_result trephine_grid_copy(const trephine_grid* grid, voi
 typedef struct trephine_scene trephine_scene;
 
 enum { TREPHINE_LINE = 0, TREPHINE_SURFACE = 1, TREPHINE_COUPLED = 2 };
-enum { TREPHINE_MILL_NOTHING = 0, TREPHINE_MILL_GEOMETRIC = 1, TREPHINE_MILL_RATE_LIMITED = 2 };
+enum {
+  TREPHINE_MILL_NOTHING = 0,
+  TREPHINE_MILL_GEOMETRIC = 1,
+  TREPHINE_MILL_RATE_LIMITED = 2,
+  TREPHINE_MILL_BY_LAW = 3
+};
+/* Turns a minute as radians a second. */
+#define TREPHINE_RPM(turns) ((turns)*0.10471975511965977)
 
 typedef struct trephine_tool {
   double tip_radius;   /* [m] */
@@ -123,7 +131,7 @@ typedef struct trephine_scene_options {
   double kinetic_friction;
   double damping;              /* in contact [N s/m] */
   double angular_damping;      /* in contact [N m s/rad] */
-  int32_t milling;             /* TREPHINE_MILL_NOTHING, _GEOMETRIC (default) or _RATE_LIMITED */
+  int32_t milling;             /* TREPHINE_MILL_NOTHING, _GEOMETRIC (default), _RATE_LIMITED or _BY_LAW */
   int32_t reserved;            /* 0 */
   double milling_rate;         /* rate-limited: densities/s that a covered voxel loses */
   double milling_force;        /* rate-limited: that rate holds at this force [N]; 0 (default): force plays no part */
@@ -133,6 +141,13 @@ typedef struct trephine_scene_options {
   /* Coupled: a tool's family and diameter in mm, as "match-head-3", instead of `tool`; null (default): `tool`. A wrong
    * name is refused with all that there are. Read in the call alone. */
   const char* tool_name;
+  /* By law, Coupled alone: bone gives way at the feed at which the thrust of the cutting edges equals the contact's
+   * force; their torque and sideways pull come on top. The edges are those of tool_name, else 8 flutes. */
+  double spindle_speed;    /* without load [rad/s]. Default 30000 turns a minute */
+  double felt;             /* share of the true forces that the device gets, in (0, 1]: 1/60 for a drill. Default 1 */
+  double stall_torque;     /* at which the spindle stands [N m]; 0 (default): it keeps its speed */
+  double soft_density;     /* without strength: of water. Default 0 HU */
+  double cortical_density; /* of cortical bone, > soft_density. Default 1700 HU */
 } trephine_scene_options;
 
 TREPHINE_C_API trephine_result trephine_scene_options_init(trephine_scene_options* options,
@@ -171,6 +186,11 @@ typedef struct trephine_tick_result {
   double push_torque[3]; /* the guard's part of `torque` [N m] */
   double refused_mm3;    /* protected bone that cuts would have taken in this tick, each voxel once [mm^3] */
   double taken_mm3;      /* bone of watched structures that cuts took in this tick, each voxel once [mm^3] */
+  /* True forces of TREPHINE_MILL_BY_LAW, before the device's share; 0 otherwise. */
+  double thrust;         /* of the contact on the head; of a drill along its axis [N] */
+  double spindle_torque; /* of the bone about the spindle's axis [N m] */
+  double spindle_speed;  /* [rad/s] */
+  double feed;           /* speed at which the head may advance [m/s] */
 } trephine_tick_result;
 
 TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* result,
@@ -181,9 +201,9 @@ TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* r
 TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* X_WT, int32_t spindle_on,
                                                    double dt, trephine_tick_result* result) TREPHINE_C_NOEXCEPT;
 /* Another tool, for scenes of the coupled tool that were made with a name. From the next tick on the scene is as a new
- * one with that tool: where the tool then lies in bone the status is TREPHINE_STATUS_STARTED_INSIDE. Haptic thread,
- * between ticks; takes no memory, unless it fails. Refused while structures are guarded: take them out before, and set
- * them again after. */
+ * one with that tool, and edges are the tool's: where the tool then lies in bone the status is
+ * TREPHINE_STATUS_STARTED_INSIDE. Haptic thread, between ticks; takes no memory, unless it fails. Refused while
+ * structures are guarded: take them out before, and set them again after. */
 TREPHINE_C_API trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name) TREPHINE_C_NOEXCEPT;
 /* Forgets contact and velocity; the bone and the removed volume stay. */
 TREPHINE_C_API trephine_result trephine_scene_reset(trephine_scene* scene) TREPHINE_C_NOEXCEPT;

@@ -11,11 +11,16 @@ import os
 
 INT16, FLOAT32 = 0, 1
 LINE, SURFACE, COUPLED = 0, 1, 2
-MILL_NOTHING, MILL_GEOMETRIC, MILL_RATE_LIMITED = 0, 1, 2
+MILL_NOTHING, MILL_GEOMETRIC, MILL_RATE_LIMITED, MILL_BY_LAW = 0, 1, 2, 3
 STATUS_OK, STATUS_BAD_INPUT = 0, 4
 GUARD_OFF, GUARD_WARN, GUARD_PUSH = 0, 1, 2
 VETO_FREE, VETO_WATCH, VETO_PROTECT, VETO_KEEP_IN = 0, 1, 2, 3
 HALOED = 10
+
+
+def rpm(turns):
+    """Turns a minute as radians a second."""
+    return turns * 2 * math.pi / 60
 
 
 class Pose(c.Structure):
@@ -41,7 +46,9 @@ class SceneOptions(c.Structure):
                 ("kinetic_friction", c.c_double), ("damping", c.c_double), ("angular_damping", c.c_double),
                 ("milling", c.c_int32), ("reserved", c.c_int32), ("milling_rate", c.c_double),
                 ("milling_force", c.c_double), ("force_limit", c.c_double), ("torque_limit", c.c_double),
-                ("rotational_stiffness", c.c_double), ("tool_name", c.c_char_p)]
+                ("rotational_stiffness", c.c_double), ("tool_name", c.c_char_p), ("spindle_speed", c.c_double),
+                ("felt", c.c_double), ("stall_torque", c.c_double), ("soft_density", c.c_double),
+                ("cortical_density", c.c_double)]
 
 
 class TickResult(c.Structure):
@@ -50,7 +57,8 @@ class TickResult(c.Structure):
                 ("removed_total_mm3", c.c_double), ("X_WV", Pose), ("contacts", c.c_int32), ("tip", c.c_uint8),
                 ("shaft", c.c_uint8), ("reserved", c.c_uint8 * 2), ("nearest", c.c_int32), ("warns", c.c_int32),
                 ("distance", c.c_double), ("push_force", c.c_double * 3), ("push_torque", c.c_double * 3),
-                ("refused_mm3", c.c_double), ("taken_mm3", c.c_double)]
+                ("refused_mm3", c.c_double), ("taken_mm3", c.c_double), ("thrust", c.c_double),
+                ("spindle_torque", c.c_double), ("spindle_speed", c.c_double), ("feed", c.c_double)]
 
 
 class LabelsOptions(c.Structure):
@@ -187,7 +195,7 @@ class Grid:
 
 class Scene:
     """One tool in one bone; keyword arguments are the fields of SceneOptions. tool_name, as "match-head-3", takes the
-    place of tool in a scene of the coupled tool."""
+    place of tool in a scene of the coupled tool. With milling=MILL_BY_LAW results have the true forces of cutting."""
 
     def __init__(self, grid, **options):
         self.library = grid.library

@@ -123,7 +123,8 @@ template <class Scene, class Hand, class Watch>
                         .contact = tick.result.contact,
                         .removed_mm3 = removed,
                         .status = tick.result.status,
-                        .structures = tick.result.structures});
+                        .structures = tick.result.structures,
+                        .cutting = tick.result.cutting});
     add_details(scene.renderer(), scene.bone().X_WG(), log);
     watch(log.rows.back());
     progress.publish(tick.time, tick.result.wrench.force.norm(), removed);

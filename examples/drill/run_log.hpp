@@ -23,6 +23,7 @@ struct LogRow {
   double removed_mm3 = 0;  ///< since the start
   trephine::Status status = trephine::Status::kOk;
   trephine::StructureSummary structures;  ///< of this tick
+  trephine::CuttingSummary cutting{};     ///< of this tick
   // Of the shaft. Line: its report. Surface: the torque alone, summed over the slices.
   double spring_m = 0, lever_m = 0, reaction_N = 0, shaft_torque_Nm = 0;
   trephine::Vec3d intersection = trephine::Vec3d::Zero();

@@ -4,6 +4,7 @@
 #include "algorithms.hpp"
 #include "checks.hpp"
 #include "csv.hpp"
+#include "cutting.hpp"
 #include "roughness.hpp"
 #include "run.hpp"
 #include "scene.hpp"
@@ -36,15 +37,13 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// How a tool is used.
 struct Use {
-  double turns;  ///< of the spindle without load [1/min]
-  double felt;   ///< share of the true forces that the device gets
+  SpindleUse spindle;
   double down;   ///< speed of the hand toward the bone [m/s]
   double deep;   ///< where the hand ends below first touch [m]
   double along;  ///< and its speed sideways from there [m/s]
 };
-// A pen feels a burr's forces. Those of a drill press through a handle, with the body behind it.
-constexpr Use kBurr{.turns = 40'000, .felt = 1, .down = 6e-3, .deep = 5e-3, .along = 2.5e-3};
-constexpr Use kDrill{.turns = 1000, .felt = 1 / 60.0, .down = 4e-3, .deep = 12e-3, .along = 0};
+constexpr Use kBurr{.spindle = kBurrUse, .down = 6e-3, .deep = 5e-3, .along = 2.5e-3};
+constexpr Use kDrill{.spindle = kDrillUse, .down = 4e-3, .deep = 12e-3, .along = 0};
 
 /// A hand that presses straight down, slides along and withdraws.
 class PressingHand {
@@ -110,7 +109,7 @@ MeanStrength strength_of_removed(const Bone& before, const Grid& after, double r
 template <bool kLaw, class Scene>
 ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const PressingHand& hand, const Surgeon& at,
                 const Use& use, const std::string& tool) {
-  ToolRun run{.tool = tool, .law = kLaw, .felt = kLaw ? use.felt : 1, .rows = {}, .strength = {}};
+  ToolRun run{.tool = tool, .law = kLaw, .felt = kLaw ? use.spindle.felt : 1, .rows = {}, .strength = {}};
   run.rows.reserve(static_cast<std::size_t>(1000 * hand.seconds()) + 16);
   const Vec3d up = at.frame_W().col(2);
   double strong_mm3 = 0, strength = 0;
@@ -129,9 +128,9 @@ ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const P
     now.status = row.status;
     if constexpr (kLaw) {
       const CuttingForce& cutting = scene.template part<CuttingForce>();
-      const CuttingReport& r = cutting.report();
-      now.thrust = r.thrust, now.torque = r.torque, now.spindle = r.spindle, now.feed = r.feed;
-      run.chip_work = r.chip_work;
+      const CuttingSummary& c = row.cutting;
+      now.thrust = c.thrust, now.torque = c.torque, now.spindle = c.spindle, now.feed = c.feed;
+      run.chip_work = cutting.report().chip_work;
       // Mean over the head where it cuts; a cut that runs ahead of contact has that of the last contact.
       if (cutting.engagement().area > 0) strength = cutting.engagement().hard_area / cutting.engagement().area;
       strong_mm3 += strength * removed;
@@ -149,12 +148,6 @@ const char* name_of(const ToolRun& run) { return run.law ? "with" : "without"; }
 }  // namespace
 
 bool shown_tools_fit(const Bone& bone) { return 3 * bone.grid.spacing().minCoeff() <= kRadius; }
-
-BoneStrength strength_of(const Bone& bone) {
-  if (bone.unit == "HU") return {};
-  const auto range = bone.grid.original_range();
-  return {.soft = static_cast<double>(range.min), .cortical = static_cast<double>(range.max)};
-}
 
 ToolShow show_tools(const Bone& read, const Options& options, const Surgeon& surgeon) {
   Options coarser;
@@ -178,8 +171,7 @@ ToolShow show_tools(const Bone& read, const Options& options, const Surgeon& sur
       grid.restore();
     };
     run(std::false_type{}, HapticScene{grid, bone.isovalue, renderer, Milling{bite(radius)}, limits});
-    const CuttingForce cutting(
-        {.edges = tool.edges, .speed = rpm(use.turns), .strength = strength_of(bone), .felt = use.felt});
+    const CuttingForce cutting(cutting_with(tool.edges, strength_of(bone), use.spindle));
     run(std::true_type{}, HapticScene{grid, bone.isovalue, renderer, cutting, Milling{PressureCut{}}, limits});
   }
   return show;
@@ -223,7 +215,7 @@ void print_table(const ToolShow& show) {
       "in voxels of %.3g mm; force: mean on the device while the tool presses; ripple: root mean square of it above\n"
       "10 Hz; thrust and torque: true ones. With the law the device gets a drill's divided by %.3g, and all of a "
       "burr's.\n",
-      1e3 * show.voxel, 1 / kDrill.felt);
+      1e3 * show.voxel, 1 / kDrillUse.felt);
 }
 
 void write_csv(const ToolShow& show, const std::string& path) {

@@ -72,10 +72,6 @@ struct ToolShow {
 /// Whether the bone's voxels are fine enough for tools of 3 mm: three to the radius, as for a burr.
 [[nodiscard]] bool shown_tools_fit(const Bone& bone);
 
-/// Strength by density. Where densities are no Hounsfield units, the volume's lowest has none and its highest has
-/// cortical bone's.
-[[nodiscard]] trephine::BoneStrength strength_of(const Bone& bone);
-
 /// Presses each tool into the bone at the surgeon's spot, burrs then along, with the example's own cut and with the
 /// cutting law. Device and renderer are the coupled algorithm's; no other stage adds to the force. Voxels far finer
 /// than the tools are made coarser first.

@@ -6,6 +6,7 @@
 #include <trephine/stage/milling.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
+#include <concepts>
 #include <memory>
 #include <utility>
 
@@ -14,12 +15,16 @@ namespace live {
 /// A carver over one of two floors of the same bone: one watches structures, the other refuses to cut them. Feed and
 /// choice come from inboxes at the start of a tick. Both floors are of the bone as loaded, and stay allocated, so a
 /// switch takes no memory.
+template <trephine::CutPolicy Policy>
 class GuardedMilling {
+  using Milling = trephine::Milling<trephine::ProtectedCut<std::int16_t, Policy>>;
+
  public:
+  static constexpr bool kCutsUnderPressure = Milling::kCutsUnderPressure;
   using Floor = trephine::CutFloor<std::int16_t>;
 
-  GuardedMilling(const trephine::AdvancingCut& cut, std::shared_ptr<Floor> watch, std::shared_ptr<Floor> refuse,
-                 bool refuses, Inboxes& inboxes)
+  GuardedMilling(const Policy& cut, std::shared_ptr<Floor> watch, std::shared_ptr<Floor> refuse, bool refuses,
+                 Inboxes& inboxes)
       : watch_(std::move(watch)),
         refuse_(std::move(refuse)),
         milling_(trephine::ProtectedCut{cut, refuses ? refuse_ : watch_}),
@@ -32,7 +37,8 @@ class GuardedMilling {
   void reset() noexcept { milling_.reset(); }
 
   void begin_tick() noexcept {
-    const trephine::AdvancingCut* const cut = inboxes_->feed.take();
+    const Policy* cut = nullptr;
+    if constexpr (std::same_as<Policy, trephine::AdvancingCut>) cut = inboxes_->feed.take();
     const bool* const refuses = inboxes_->refuses.take();
     if (cut == nullptr && refuses == nullptr) return;
     auto policy = milling_.policy();
@@ -52,7 +58,7 @@ class GuardedMilling {
 
  private:
   std::shared_ptr<Floor> watch_, refuse_;
-  trephine::Milling<trephine::ProtectedCut<std::int16_t, trephine::AdvancingCut>> milling_;
+  Milling milling_;
   Inboxes* inboxes_;
 };
 

@@ -6,6 +6,7 @@
 #include "protection.hpp"
 
 #include <trephine/core/tick.hpp>
+#include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/mailbox.hpp>
@@ -32,6 +33,7 @@ struct Inboxes {
   trephine::Mailbox<trephine::MillingVibration::Options> vibration;
   trephine::Mailbox<trephine::Damping::Options> damping;
   trephine::Mailbox<trephine::DeviceLimits> limits;
+  trephine::Mailbox<trephine::CuttingForce::Options> law;
   // For bone with structures.
   trephine::Mailbox<trephine::StructureGuard::Options> guard;
   trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
@@ -48,6 +50,9 @@ struct Tuning {
   double damping = 1;        ///< in contact [N s/m]
   double vibration = 0.08;   ///< amplitude by contact force [N/N]
   double force = kMaxForce;  ///< largest [N]
+  // Of the law of cutting.
+  double turns = 0;  ///< of the spindle without load [1/min]; 0: by the tool
+  double felt = 0;   ///< share of the true forces that the device gets; 0: by the tool
   friend bool operator==(const Tuning&, const Tuning&) = default;
 
   [[nodiscard]] trephine::AdvancingCut cut(const trephine::Burr& burr) const {
@@ -68,7 +73,9 @@ struct DrillSettings {
   trephine::Burr burr{};    ///< or a burr of the tool's size
   std::string tool_name{};  ///< of `tool`; empty: the burr
   std::optional<trephine::RevolvedTool> tool{};
-  double stiffness = 800;  ///< [N/m]
+  double stiffness = 800;             ///< [N/m]
+  bool law = false;                   ///< the coupled tool mills by the law of cutting
+  trephine::BoneStrength strength{};  ///< of the bone, for the law
   Tuning tuning{};
   // Only with structures.
   std::shared_ptr<const GuardedBone> guarded{};
@@ -79,6 +86,9 @@ struct DrillSettings {
   [[nodiscard]] const trephine::RevolvedTool* shape() const {
     return renderer == Renderer::kCoupled && tool ? &*tool : nullptr;
   }
+  [[nodiscard]] bool mills_by_law() const { return renderer == Renderer::kCoupled && law; }
+  /// Returns the law for this tool. Not for the haptic thread.
+  [[nodiscard]] trephine::CuttingForce::Options cutting() const;
 };
 
 [[nodiscard]] constexpr trephine::StructureGuard::Options guard_options(Protection p) {

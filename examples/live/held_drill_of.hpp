@@ -10,7 +10,9 @@
 #include <trephine/stage/remote.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/tool_distance.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
 
+#include <concepts>
 #include <utility>
 
 namespace live {
@@ -34,10 +36,10 @@ class HeldDrillOf : public HeldDrill {
 
 /// What guard and carver of a scene say of structures after a tick. The distance is of the drawn tool: where bone holds
 /// it, the device's pose is nearer.
-template <class Scene>
+template <class Milling, class Scene>
 [[nodiscard]] StructureReport structure_report(const Scene& scene) noexcept {
   const auto& guard = scene.template part<trephine::StructureGuard>();
-  const auto& milling = scene.template part<GuardedMilling>();
+  const auto& milling = scene.template part<Milling>();
   const trephine::GuardPotential& potential = guard.potential();
   const trephine::Posed X_ST =
       potential.X_GS().inverse(Eigen::Isometry) * trephine::relative_pose(scene.bone().X_WG(), scene.visual_pose_W());
@@ -50,37 +52,53 @@ template <class Scene>
           .taken_mm3 = milling.taken_mm3()};
 }
 
-template <class Scene>
+template <class Milling, class Scene>
 class GuardedDrillOf final : public HeldDrillOf<Scene> {
  public:
   using HeldDrillOf<Scene>::HeldDrillOf;
-  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report(this->scene_); }
+  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report<Milling>(this->scene_); }
 };
 
 /// The stages that every drill here has, after its renderer. Guard and floors are only compiled into drills in bone
-/// with structures.
-template <class ContactRenderer>
-[[nodiscard]] std::unique_ptr<HeldDrill> held(drill::Grid& bone, double isovalue, const DrillSettings& settings,
-                                              Inboxes& inboxes, ContactRenderer renderer) {
+/// with structures. `law`: nothing, or the law of cutting that goes with the cut.
+template <class ContactRenderer, class Cut, class... Law>
+[[nodiscard]] std::unique_ptr<HeldDrill> held_with(drill::Grid& bone, double isovalue, const DrillSettings& settings,
+                                                   Inboxes& inboxes, ContactRenderer renderer, const Cut& cut,
+                                                   const Law&... law) {
   using namespace trephine;
-  const AdvancingCut cut = settings.tuning.cut(settings.burr);
   Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
   Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
   Remote limits{settings.tuning.limited(), inboxes.limits};
   if (settings.guarded == nullptr) {
-    Remote milling{Milling{cut}, inboxes.feed};
-    using Scene = HapticScene<std::int16_t, ContactRenderer, decltype(milling), decltype(vibration), decltype(damping),
-                              decltype(limits)>;
-    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), milling, vibration, damping,
-                                                limits);
+    auto milling = [&] {
+      if constexpr (std::same_as<Cut, AdvancingCut>)
+        return Remote{Milling{cut}, inboxes.feed};
+      else
+        return Milling{cut};
+    }();
+    using Scene = HapticScene<std::int16_t, ContactRenderer, Law..., decltype(milling), decltype(vibration),
+                              decltype(damping), decltype(limits)>;
+    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), law..., milling, vibration,
+                                                damping, limits);
   }
-  const GuardedMilling milling(cut, settings.guarded->watch, settings.guarded->refuse,
-                               settings.protection == Protection::kVeto, inboxes);
+  const GuardedMilling<Cut> milling(cut, settings.guarded->watch, settings.guarded->refuse,
+                                    settings.protection == Protection::kVeto, inboxes);
   Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, GuardedMilling, decltype(vibration), decltype(damping),
-                            decltype(guard), decltype(limits)>;
-  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), milling, vibration, damping,
-                                                 guard, limits);
+  using Scene = HapticScene<std::int16_t, ContactRenderer, Law..., GuardedMilling<Cut>, decltype(vibration),
+                            decltype(damping), decltype(guard), decltype(limits)>;
+  return std::make_unique<GuardedDrillOf<GuardedMilling<Cut>, Scene>>(bone, isovalue, std::move(renderer), law...,
+                                                                      milling, vibration, damping, guard, limits);
+}
+
+template <class ContactRenderer>
+[[nodiscard]] std::unique_ptr<HeldDrill> held(drill::Grid& bone, double isovalue, const DrillSettings& settings,
+                                              Inboxes& inboxes, ContactRenderer renderer) {
+  using namespace trephine;
+  if constexpr (requires { renderer.pressure_cutting_pose(0.0); })
+    if (settings.mills_by_law())
+      return held_with(bone, isovalue, settings, inboxes, std::move(renderer), PressureCut{},
+                       Remote{CuttingForce{settings.cutting()}, inboxes.law});
+  return held_with(bone, isovalue, settings, inboxes, std::move(renderer), settings.tuning.cut(settings.burr));
 }
 
 }  // namespace live

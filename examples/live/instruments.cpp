@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "instruments.hpp"
 
+#include <trephine/core/units.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <imgui.h>
@@ -115,7 +116,8 @@ void Instruments::draw(Workbench& bench, double seconds) {
     if (bench.guarded() != nullptr) structures(bench);
     plots(bench);
     // Where there is room for them.
-    const float lines = bench.guarded() != nullptr ? 37 : 31;
+    const bool law = bench.session().options().drill.mills_by_law();
+    const float lines = (bench.guarded() != nullptr ? 38.0F : 32.0F) + (law ? 3.0F : 0.0F);
     if (io.DisplaySize.y > lines * ImGui::GetTextLineHeightWithSpacing()) sliders(bench);
     ImGui::End();
   }
@@ -140,6 +142,10 @@ void Instruments::state(Workbench& bench) {
   const bool well = v.status == trephine::Status::kOk;
   ImGui::TextColored(well ? ImVec4(0.55F, 0.85F, 0.55F, 1) : ImVec4(1, 0.7F, 0.3F, 1), "%s", in_words(v.status));
   ImGui::Text("removed %.1f mm3", v.removed_mm3);
+  if (o.drill.mills_by_law()) {
+    ImGui::Text("true thrust %.1f N, torque %.1f mN m", v.cutting.thrust, 1e3 * v.cutting.torque);
+    ImGui::Text("spindle %.0f rpm", v.cutting.spindle / trephine::rpm(1));
+  }
   const char* touching = v.contact.tip && v.contact.shaft ? "tip and shaft touch"
                          : v.contact.tip                  ? "tip touches"
                          : v.contact.shaft                ? "shaft touches"
@@ -168,6 +174,8 @@ void Instruments::tools(Workbench& bench) {
     ImGui::EndCombo();
   }
   ImGui::PopItemWidth();
+  bool law = drill.law;
+  if (ImGui::Checkbox("cutting forces (L)", &law)) bench.act(Action::kLaw);
 }
 
 void Instruments::structures(Workbench& bench) {
@@ -216,11 +224,21 @@ void Instruments::sliders(Workbench& bench) {
   ImGui::Separator();
   ImGui::PushItemWidth(8.0F * ImGui::GetFontSize());
   Tuning tuning = bench.session().options().drill.tuning;
-  const auto slide = [](const char* name, double& value, double unit, float least, float most) {
+  const auto slide = [](const char* name, double& value, double unit, float least, float most,
+                        const char* format = "%.3f", ImGuiSliderFlags flags = 0) {
     float shown = static_cast<float>(value / unit);
-    if (ImGui::SliderFloat(name, &shown, least, most)) value = unit * static_cast<double>(shown);
+    const bool moved = ImGui::SliderFloat(name, &shown, least, most, format, flags);
+    if (moved) value = unit * static_cast<double>(shown);
+    return moved;
   };
-  slide("feed mm/s", tuning.feed, 1e-3, 0.5F, 30);
+  if (const DrillSettings& drill = bench.session().options().drill; drill.mills_by_law()) {
+    const trephine::CuttingForce::Options law = drill.cutting();
+    double turns = law.speed / trephine::rpm(1), felt = law.felt;
+    if (slide("spindle rpm", turns, 1, 500, 80'000, "%.0f", ImGuiSliderFlags_Logarithmic)) tuning.turns = turns;
+    if (slide("felt share", felt, 1, 0.01F, 1, "%.3f", ImGuiSliderFlags_Logarithmic)) tuning.felt = felt;
+  } else {
+    slide("feed mm/s", tuning.feed, 1e-3, 0.5F, 30);
+  }
   slide("damping N s/m", tuning.damping, 1, 0, 4);
   slide("vibration N/N", tuning.vibration, 1, 0, 0.3F);
   slide("limit N", tuning.force, 1, 0.5F, static_cast<float>(kMaxForce));

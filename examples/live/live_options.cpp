@@ -92,6 +92,8 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   app.add_option("--tool", tool,
                  "burr's radius [mm] (three voxels at least), or a tool's name and diameter [mm] for the coupled "
                  "algorithm: match-head-3, twist-3.2");
+  app.add_flag("--law", o.law,
+               "mill by the law of cutting: feeding takes force, and the spindle turns the hand (coupled)");
   auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
                     ->check(CLI::Range(0.0, 10.0));
   std::string protection = "warn";
@@ -122,6 +124,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
     app.parse(argc, argv);
     if (!size.empty()) read_size(size, o);
     if (!tool.empty()) read_tool(tool, renderer == "coupled", o);
+    if (o.law && renderer != "coupled") throw CLI::ValidationError("--law", "it needs --algorithm coupled");
     if (*at) {
       if (at_mm.size() != 3) throw CLI::ValidationError("--at", "needs X Y Z");
       o.bone.at = 1e-3 * trephine::Vec3d(at_mm[0], at_mm[1], at_mm[2]);

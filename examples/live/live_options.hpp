@@ -14,6 +14,7 @@ namespace live {
 struct LiveOptions {
   drill::Options bone;  ///< volume, isovalue, place, burr, voxel
   Renderer renderer = Renderer::kCoupled;
+  bool law = false;  ///< mills by the law of cutting
   DeviceKind device = DeviceKind::kMouse;
   std::string labels;  ///< segmentation's file; empty: none
   Protection protection = Protection::kWarn;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "session.hpp"
 
+#include "../drill/cutting.hpp"
+
 #ifdef TREPHINE_LIVE_HAS_SPNAV
 #include "../spacemouse/spacemouse_device.hpp"
 #include "../spacemouse/spnav_source.hpp"
@@ -13,6 +15,7 @@
 
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/tool/named_tools.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -82,6 +85,14 @@ Registration rescaled(const Registration& from, const Posed& X_DH, double scale)
 }
 
 }  // namespace
+
+trephine::CuttingForce::Options DrillSettings::cutting() const {
+  const CuttingEdges edges = shape() != nullptr ? tool_by_name(tool_name).edges : CuttingEdges{};
+  const drill::SpindleUse& use = drill::use_of(edges);
+  return drill::cutting_with(
+      edges, strength,
+      {.turns = tuning.turns > 0 ? tuning.turns : use.turns, .felt = tuning.felt > 0 ? tuning.felt : use.felt});
+}
 
 std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                       Inboxes& inboxes) {
@@ -186,6 +197,7 @@ void Session::run_on(Device& device) {
       view.contact = tick.result.contact;
       view.status = tick.result.status;
       view.spindle_on = tick.input.spindle_on;
+      view.cutting = tick.result.cutting;
       view.removed_mm3 = removed_mm3_;
       view.missed = missed_;
       if (guarded) {
@@ -229,7 +241,8 @@ void Session::change(const SessionOptions& options) {
   options_ = next;
   command([this, options = std::move(next)] {
     const auto same = [](const DrillSettings& a, const DrillSettings& b) {
-      return a.renderer == b.renderer && a.stiffness == b.stiffness && same_tool(a, b);
+      return a.renderer == b.renderer && a.mills_by_law() == b.mills_by_law() && a.stiffness == b.stiffness &&
+             same_tool(a, b);
     };
     if (!same(running_.drill, options.drill)) drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
     running_ = options;
@@ -242,6 +255,7 @@ void Session::tune(const Tuning& tuning) {
   if (tuning.feed != before.feed) inboxes_.feed.post(tuning.cut(drill.burr));
   if (tuning.damping != before.damping) inboxes_.damping.post(tuning.damped());
   if (tuning.vibration != before.vibration) inboxes_.vibration.post(tuning.trembling());
+  if (tuning.turns != before.turns || tuning.felt != before.felt) inboxes_.law.post(drill.cutting());
   if (tuning.force != before.force) inboxes_.limits.post(tuning.limited());
 }
 

@@ -31,11 +31,12 @@ struct TickView {
   trephine::ContactSummary contact{};
   trephine::Status status = trephine::Status::kOk;
   bool spindle_on = false;
-  double removed_mm3 = 0;        ///< since the start or the last `restore`
-  std::uint64_t missed = 0;      ///< periods without a tick
-  StructureReport structures{};  ///< of this tick
-  StructureReport closest{};     ///< of the tick that was nearest to a structure, since the start or `restore`
-  double most_push_N = 0;        ///< of the guard, likewise
+  trephine::CuttingSummary cutting{};  ///< true forces, by the law of cutting
+  double removed_mm3 = 0;              ///< since the start or the last `restore`
+  std::uint64_t missed = 0;            ///< periods without a tick
+  StructureReport structures{};        ///< of this tick
+  StructureReport closest{};           ///< of the tick that was nearest to a structure, since the start or `restore`
+  double most_push_N = 0;              ///< of the guard, likewise
   std::array<Vec3d, kContacts> contacts{};
   std::size_t contact_count = 0;
 };

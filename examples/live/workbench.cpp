@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "workbench.hpp"
 
+#include "../drill/cutting.hpp"
+
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/resample.hpp>
 
@@ -88,6 +90,8 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options)
                                .burr = loaded_.bone.tool ? round_burr(loaded_.bone.burr.tip_radius) : loaded_.bone.burr,
                                .tool_name = loaded_.bone.tool_name,
                                .tool = loaded_.bone.tool,
+                               .law = options.law,
+                               .strength = drill::strength_of(loaded_.bone),
                                .tuning = {.feed = loaded_.bone.burr.tip_radius / kRadiusTime},
                                .guarded = loaded_.guarded,
                                .protection = options.protection},
@@ -156,6 +160,13 @@ void Workbench::act(Action action) {
     case Action::kRenderer: {
       SessionOptions o = session_->options();
       o.drill.renderer = static_cast<Renderer>((static_cast<int>(o.drill.renderer) + 1) % 3);
+      session_->change(o);
+      break;
+    }
+    case Action::kLaw: {
+      SessionOptions o = session_->options();
+      o.drill.law = !o.drill.mills_by_law();
+      if (o.drill.law) o.drill.renderer = Renderer::kCoupled;
       session_->change(o);
       break;
     }

@@ -643,6 +643,81 @@ static void named_tools(void) {
   trephine_grid_destroy(grid);
 }
 
+/* Milling by the law of cutting: true forces in each tick, the device's share of them, and edges of the tool's name. */
+static trephine_scene* law_scene(trephine_grid* grid, const char* name) {
+  trephine_scene_options o = scene_options(TREPHINE_COUPLED);
+  CHECK(o.felt == 1 && o.stall_torque == 0 && fabs(o.spindle_speed - TREPHINE_RPM(30000)) < 1e-9);
+  o.milling = TREPHINE_MILL_BY_LAW;
+  o.tool_name = name;
+  o.stiffness = 2000;
+  o.spindle_speed = TREPHINE_RPM(3000);
+  o.felt = 0.02;
+  o.stall_torque = 1;
+  o.cortical_density = 1200;
+  trephine_scene* scene = NULL;
+  CHECK(trephine_scene_create(grid, &o, &scene) == TREPHINE_OK);
+  return scene;
+}
+
+static void by_law(void) {
+  trephine_grid* grids[3];
+  trephine_scene* scenes[3];
+  const char* const names[3] = {"round-3", "diamond-3", "round-3"};
+  for (int s = 0; s < 3; ++s) {
+    grids[s] = make_grid();
+    scenes[s] = law_scene(grids[s], names[s]);
+  }
+  CHECK(trephine_scene_set_tool(scenes[2], "diamond-3") == TREPHINE_OK);
+  trephine_tick_result r[3];
+  for (int s = 0; s < 3; ++s) CHECK(trephine_tick_result_init(&r[s], sizeof r[s]) == TREPHINE_OK);
+  int different = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const trephine_pose X_WT = tool_at(kSurface + 1.6e-3 - 2e-6 * i);
+    for (int s = 0; s < 3; ++s) CHECK(trephine_scene_tick(scenes[s], &X_WT, 1, 1e-3, &r[s]) == TREPHINE_OK);
+    different += memcmp(&r[1], &r[2], sizeof r[1]) != 0;
+  }
+  printf("by law: %.1f N, %.1f N mm of a round burr, %.1f N of a diamond\n", r[0].thrust, 1e3 * r[0].spindle_torque,
+         r[1].thrust);
+  CHECK(different == 0);
+  CHECK(r[1].thrust > 1.1 * r[0].thrust); /* each edge has its own, and grains act as 24 edges */
+  for (int s = 0; s < 2; ++s) {
+    CHECK(r[s].spindle_torque > 3e-3);
+    CHECK(fabs(r[s].force[2] - 0.02 * r[s].thrust) < 0.05 * 0.02 * r[s].thrust);
+    CHECK(fabs(r[s].torque[2] - 0.02 * r[s].spindle_torque) < 0.1 * 0.02 * r[s].spindle_torque);
+    CHECK(fabs(r[s].spindle_speed / TREPHINE_RPM(3000) - 1 + r[s].spindle_torque) < 0.02);
+    CHECK(fabs(r[s].feed - 2e-3) < 0.3 * 2e-3);
+    CHECK(r[s].removed_total_mm3 > 5);
+  }
+  /* Nothing with the spindle off, and a caller with an older header gets no more than it knows. */
+  const trephine_pose X_WT = tool_at(kSurface + 1e-3);
+  for (int i = 0; i < 2; ++i) CHECK(trephine_scene_tick(scenes[0], &X_WT, 0, 1e-3, &r[0]) == TREPHINE_OK);
+  CHECK(r[0].spindle_torque == 0 && r[0].spindle_speed == 0 && r[0].feed == 0);
+  const size_t older = offsetof(trephine_tick_result, thrust);
+  memset(&r[0], 0xAB, sizeof r[0]);
+  CHECK(trephine_tick_result_init(&r[0], older) == TREPHINE_OK);
+  CHECK(trephine_scene_tick(scenes[0], &X_WT, 1, 1e-3, &r[0]) == TREPHINE_OK);
+  for (size_t i = older; i < sizeof r[0]; ++i) CHECK(((const unsigned char*)&r[0])[i] == 0xAB);
+  for (int s = 0; s < 3; ++s) trephine_scene_destroy(scenes[s]);
+
+  trephine_scene* scene = NULL;
+  trephine_scene_options o = scene_options(TREPHINE_SURFACE);
+  o.milling = TREPHINE_MILL_BY_LAW;
+  CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "for TREPHINE_COUPLED");
+  o = scene_options(TREPHINE_COUPLED);
+  o.milling = TREPHINE_MILL_BY_LAW;
+  o.felt = 2;
+  CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "felt");
+  /* A header before the law: its defaults. */
+  o.struct_size = (uint32_t)offsetof(trephine_scene_options, spindle_speed);
+  CHECK(trephine_scene_create(grids[0], &o, &scene) == TREPHINE_OK);
+  trephine_scene_destroy(scene);
+  o = scene_options(TREPHINE_COUPLED);
+  o.milling = TREPHINE_MILL_BY_LAW;
+  o.stall_torque = -1;
+  CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "stall_torque");
+  for (int s = 0; s < 3; ++s) trephine_grid_destroy(grids[s]);
+}
+
 int main(void) {
   fill();
   CHECK(trephine_version() == TREPHINE_EXPECTED_VERSION);
@@ -651,6 +726,7 @@ int main(void) {
   drill(TREPHINE_SURFACE);
   drill(TREPHINE_COUPLED);
   named_tools();
+  by_law();
   without_torque();
   structures();
   older_structs();

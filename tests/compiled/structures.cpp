@@ -9,9 +9,11 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/device/replay.hpp>
+#include <trephine/stage/cutting_force.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>
@@ -101,10 +103,11 @@ TickInput input_at(int tick) {
   return input;
 }
 
-template <class Tool>
-void compare_guarded(const Tool& tool) {
+/// `policy` is the cut of `options`, and `law` its law of cutting, if it has one.
+template <class Tool, class Policy, class... Law>
+void compare_guarded(const Tool& tool, const compiled::StageOptions& options, const Policy& policy, const Law&... law) {
   auto block = make_block<std::int16_t>();
-  compiled::Scene scene(bone_like(block), kIsovalue, tool, {}, stages());
+  compiled::Scene scene(bone_like(block), kIsovalue, tool, {}, options);
   const compiled::Structures structures(labelled().geometry, labelled().labels);
   CHECK(structures.count() == 2);
   scene.set_structures(structures, each());
@@ -117,7 +120,8 @@ void compare_guarded(const Tool& tool) {
   HapticScene header{block,
                      kIsovalue,
                      CoupledToolRenderer{tool},
-                     Milling{ProtectedCut{RateLimitedCut<>{.rate = 2e5}, floor}},
+                     law...,
+                     Milling{ProtectedCut{policy, floor}},
                      StructureGuard{std::make_shared<const GuardPotential>(labelled().field, X_GS, tool, guards)},
                      DeviceLimits{kForceLimit, kTorqueLimit}};
   int different = 0, pushed = 0, warned = 0;
@@ -160,8 +164,18 @@ void compare_guarded(const Tool& tool) {
 }  // namespace
 
 TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
-  compare_guarded(kDrill);
-  compare_guarded(tool_by_name("match-head-3").tool);
+  const RateLimitedCut<> policy{.rate = 2e5};
+  compare_guarded(kDrill, stages(), policy);
+  compare_guarded(tool_by_name("match-head-3").tool, stages(), policy);
+}
+
+TEST_CASE("a cut by the law of cutting spares structures as in the header scene, bit for bit") {
+  const NamedTool tool = tool_by_name("match-head-3");
+  compiled::StageOptions options = stages();
+  options.milling = compiled::Milling{.cut = compiled::Cut::kPressure};
+  options.cutting = compiled::CuttingForce{.edges = tool.edges, .felt = 0.1, .cortical = 900};
+  compare_guarded(tool.tool, options, PressureCut{},
+                  CuttingForce({.edges = tool.edges, .strength = {.cortical = 900}, .felt = 0.1}));
 }
 
 TEST_CASE("a planned cavity keeps cuts within it") {

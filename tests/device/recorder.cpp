@@ -147,6 +147,9 @@ TEST_CASE("replay: finds the one bit that differs, wherever it is") {
   found_after([&](TickResult& r) { flip(r.structures.taken_mm3); });
   found_after([](TickResult& r) { ++r.structures.nearest; });
   found_after([](TickResult& r) { r.structures.warns = !r.structures.warns; });
+  for (double CuttingSummary::*const number :
+       {&CuttingSummary::thrust, &CuttingSummary::torque, &CuttingSummary::spindle, &CuttingSummary::feed})
+    found_after([&](TickResult& r) { flip(r.cutting.*number); });
   const ReplayReport report = found_after([](TickResult& r) { r.wrench.force.x() = -0.0; });
   CHECK(std::signbit(report.recorded.force.x()));
   CHECK_FALSE(std::signbit(report.wrench.force.x()));
@@ -173,6 +176,8 @@ TEST_CASE("recording file: gives back every bit, and replays") {
                            .refused_mm3 = 0.125,
                            .taken_mm3 = 1e-300,
                            .warns = true};
+  odd.result.cutting = {
+      .thrust = 180, .torque = -0.0, .spindle = std::numeric_limits<double>::quiet_NaN(), .feed = 1e-300};
   std::vector<RecordedTick> ticks(recorder.ticks().begin(), recorder.ticks().end());
   ticks.push_back(odd);
 
@@ -196,34 +201,44 @@ TEST_CASE("recording file: gives back every bit, and replays") {
   CHECK(load_recording(file.path).empty());
 }
 
-TEST_CASE("recording file: a file of version 1 still loads, without structures") {
-  // Two ticks as version 1 wrote them: 176 bytes each.
-  const ScratchFile file("trephine_recorder_version_1.bin");
+TEST_CASE("recording file: files of older versions still load, without what they lack") {
+  // Two ticks as each version wrote them: 176 and 256 bytes each, 288 now.
   std::vector<RecordedTick> ticks = {session(20, 0.02).ticks()[7], session(20, 0.02).ticks()[8]};
-  save_recording(file.path, ticks);
-  const std::string now = file.bytes();
-  REQUIRE(now.size() == 32 + 2 * 256 + 8);
-  std::string old = now.substr(0, 32) + now.substr(32, 176) + now.substr(32 + 256, 176);
-  old[12] = 1;
-  old[16] = static_cast<char>(176);
-  old[17] = 0;
-  recording_detail::put(old, recording_detail::fnv1a(old));
-  file.write(old);
-  const std::vector<RecordedTick> back = load_recording(file.path);
-  REQUIRE(back.size() == 2);
-  for (std::size_t i = 0; i < 2; ++i) {
-    CHECK(same_bits(back[i].result, ticks[i].result));
-    CHECK(back[i].input.X_WT.matrix() == ticks[i].input.X_WT.matrix());
-    CHECK(same_bits(back[i].result.structures, StructureSummary{}));
+  for (RecordedTick& tick : ticks) {
+    tick.result.structures.distance = 1e-3;
+    tick.result.cutting = {.thrust = 3, .torque = 4e-3, .spindle = 100, .feed = 1e-3};
   }
-  // Either version with the other's ticks is refused.
-  old[12] = 2;
-  file.write(old);
-  CHECK(contains(file.complaint(), "176 bytes a tick"));
-  std::string other = now;
-  other[12] = 1;
-  file.write(other);
-  CHECK(contains(file.complaint(), "256 bytes a tick"));
+  for (const int version : {1, 2}) {
+    CAPTURE(version);
+    const ScratchFile file("trephine_recorder_older_version.bin");
+    save_recording(file.path, ticks);
+    const std::string now = file.bytes();
+    REQUIRE(now.size() == 32 + 2 * 288 + 8);
+    const std::size_t bytes = version == 1 ? 176 : 256;
+    std::string old = now.substr(0, 32) + now.substr(32, bytes) + now.substr(32 + 288, bytes);
+    old[12] = static_cast<char>(version);
+    old[16] = static_cast<char>(bytes & 255);
+    old[17] = static_cast<char>(bytes >> 8);
+    recording_detail::put(old, recording_detail::fnv1a(old));
+    file.write(old);
+    const std::vector<RecordedTick> back = load_recording(file.path);
+    REQUIRE(back.size() == 2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      TickResult expected = ticks[i].result;
+      expected.cutting = {};
+      if (version == 1) expected.structures = {};
+      CHECK(same_bits(back[i].result, expected));
+      CHECK(back[i].input.X_WT.matrix() == ticks[i].input.X_WT.matrix());
+    }
+    // Either version with the other's ticks is refused.
+    old[12] = 3;
+    file.write(old);
+    CHECK(contains(file.complaint(), std::to_string(bytes) + " bytes a tick"));
+    std::string other = now;
+    other[12] = static_cast<char>(version);
+    file.write(other);
+    CHECK(contains(file.complaint(), "288 bytes a tick"));
+  }
 }
 
 TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and says why") {
@@ -238,11 +253,11 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
     file.write(good.substr(0, keep));
     CHECK(contains(file.complaint(), "too short"));
   }
-  for (const std::size_t cut : {std::size_t{1}, std::size_t{8}, std::size_t{257}, good.size() - 40}) {
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{8}, std::size_t{289}, good.size() - 40}) {
     file.write(good.substr(0, good.size() - cut));
     CHECK(contains(file.complaint(), "cut short"));
   }
-  file.write(good + std::string(256, '\0'));
+  file.write(good + std::string(288, '\0'));
   CHECK(contains(file.complaint(), "has 20 ticks"));
   file.write("PNG" + good.substr(3));
   CHECK(contains(file.complaint(), "not a trephine recording"));
@@ -252,10 +267,10 @@ TEST_CASE("recording file: refuses what is cut, altered, foreign or missing, and
   file.write(other);
   CHECK(contains(file.complaint(), "other byte order"));
   other = good;
-  for (const int version : {0, 3}) {
+  for (const int version : {0, 4}) {
     other[12] = static_cast<char>(version);
     file.write(other);
-    CHECK(contains(file.complaint(), "version " + std::to_string(version) + ", this reads 1 to 2"));
+    CHECK(contains(file.complaint(), "version " + std::to_string(version) + ", this reads 1 to 3"));
   }
   other = good;
   other[16] = 8;

@@ -152,6 +152,13 @@ TEST_SUITE("picture") {
             CHECK(w.view().tick > ticks);
           }
           break;
+        case Action::kLaw:
+          for (const bool on : {true, false}) {
+            w.act(k.action);
+            b.run(0.1);
+            CHECK(settings().mills_by_law() == on);
+          }
+          break;
         case Action::kLargerBurr:
         case Action::kSmallerBurr: {
           if (k.action == Action::kSmallerBurr) w.act(Action::kLargerBurr);

@@ -272,25 +272,37 @@ TEST_CASE("held drills: switching protection takes no memory in a tick, with eve
   const drill::Spot spot = drill::find_spot(bone);
   DrillSettings settings{.burr = bone.burr, .guarded = nerve(bone, spot)};
   settings.potential = potential_for(*settings.guarded, settings.burr);
-  for (const Renderer r : {Renderer::kCoupled, Renderer::kLine, Renderer::kSurface}) {
-    CAPTURE(to_string(r));
-    settings.renderer = r;
-    Inboxes inboxes;
-    const auto drill = make_drill(bone.grid, bone.isovalue, settings, inboxes);
-    Posed X = Posed::Identity();
-    X.linear() = trephine::rotation_between<double>(Vec3d::UnitZ(), spot.normal_W);
-    std::int64_t heap = 0;
-    for (int tick = 0; tick < 400; ++tick) {
-      X.translation() = spot.p_W + (1e-3 - 1e-5 * tick) * spot.normal_W;
-      const Protection p = kProtections[static_cast<std::size_t>(tick / 50 % 4)];
-      inboxes.guard.post(guard_options(p));
-      inboxes.refuses.post(p == Protection::kVeto);
-      heap += trephine::test::heap_calls([&] { (void)drill->tick({.X_WT = X, .spindle_on = true}, 1e-3); });
+  for (const bool law : {false, true})
+    for (const Renderer r : {Renderer::kCoupled, Renderer::kLine, Renderer::kSurface}) {
+      CAPTURE(to_string(r));
+      CAPTURE(law);
+      settings.renderer = r;
+      settings.law = law;
+      settings.strength = {.soft = 0, .cortical = 2400};
+      Inboxes inboxes;
+      double thrust = 0, removed = 0;
+      const auto drill = make_drill(bone.grid, bone.isovalue, settings, inboxes);
+      Posed X = Posed::Identity();
+      X.linear() = trephine::rotation_between<double>(Vec3d::UnitZ(), spot.normal_W);
+      std::int64_t heap = 0;
+      for (int tick = 0; tick < 400; ++tick) {
+        X.translation() = spot.p_W + (1e-3 - 1e-5 * tick) * spot.normal_W;
+        const Protection p = kProtections[static_cast<std::size_t>(tick / 50 % 4)];
+        inboxes.guard.post(guard_options(p));
+        inboxes.refuses.post(p == Protection::kVeto);
+        inboxes.law.post(settings.cutting());
+        trephine::TickResult result;
+        heap += trephine::test::heap_calls([&] { result = drill->tick({.X_WT = X, .spindle_on = true}, 1e-3); });
+        thrust = std::max(thrust, result.cutting.thrust);
+        removed += result.removed_mm3;
+      }
+      CHECK(heap == 0);
+      CHECK(drill->structures().nearest == 0);
+      CHECK(removed > 0.1);
+      // The law is the coupled tool's.
+      CHECK((thrust > 0.3) == settings.mills_by_law());
+      bone.grid.restore();
     }
-    CHECK(heap == 0);
-    CHECK(drill->structures().nearest == 0);
-    bone.grid.restore();
-  }
 }
 
 TEST_CASE("guarded bone: labels that lie beside the bone are refused") {

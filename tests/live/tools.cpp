@@ -120,6 +120,60 @@ TEST_SUITE("picture") {
     CHECK(!w.session().failed());
   }
 
+  TEST_CASE("law: a key and the sliders mill by the law of cutting, and the view has the true forces") {
+    Bench b(ball(Vec3d::Constant(0.4e-3), 8e-3));
+    Workbench& w = b.bench;
+    const auto drill = [&] { return w.session().options().drill; };
+    const auto most_thrust = [&] {
+      double thrust = 0, torque = 0;
+      w.act(Action::kSpindle);
+      Event e;
+      e.kind = Event::Kind::kHand;
+      e.pose = w.hand().pose();
+      for (int i = 0; i < 40; ++i) {
+        e.pose.translation() = b.spot.p_W + (3 - 0.1 * i) * 1.2e-3 * b.spot.normal_W;
+        w.apply(e);
+        b.run(0.03);
+        thrust = std::max(thrust, w.view().cutting.thrust);
+        torque = std::max(torque, w.view().cutting.torque);
+      }
+      w.act(Action::kSpindle);
+      w.act(Action::kHome);
+      b.run(0.3);
+      CHECK((torque > 1e-4) == drill().mills_by_law());
+      return thrust;
+    };
+    CHECK(most_thrust() == 0);
+    w.act(Action::kRenderer);  // line
+    w.act(Action::kLaw);
+    CHECK(drill().mills_by_law());
+    CHECK(drill().renderer == Renderer::kCoupled);
+    CHECK(drill().cutting().speed == trephine::rpm(40'000));
+    const double burr = most_thrust();
+    CHECK(burr > 0.3);
+    // A drill turns slowly, and the hand feels a sixtieth of what it takes.
+    w.choose_tool("twist-3.2");
+    CHECK(drill().cutting().speed == trephine::rpm(1000));
+    CHECK(drill().cutting().edges.chisel);
+    const double twist = most_thrust();
+    CHECK(twist > 5 * burr);
+    CHECK(w.view().removed_mm3 > 1);
+    Tuning tuning = drill().tuning;
+    tuning.turns = 2000;
+    tuning.felt = 0.5;
+    w.session().tune(tuning);
+    b.run(0.1);
+    CHECK(w.view().cutting.spindle == 0);
+    w.act(Action::kSpindle);
+    b.run(0.2);
+    CHECK(w.view().cutting.spindle == doctest::Approx(trephine::rpm(2000)));
+    w.act(Action::kLaw);
+    b.run(0.2);
+    CHECK(!drill().mills_by_law());
+    CHECK(w.view().cutting.spindle == 0);
+    CHECK(!w.session().failed());
+  }
+
   TEST_CASE("sliders: a drill that is made anew has what they show") {
     Bench b(ball(Vec3d::Constant(0.4e-3), 8e-3));
     Workbench& w = b.bench;

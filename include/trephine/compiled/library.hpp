@@ -31,6 +31,7 @@ namespace trephine::compiled {
 struct SceneParts {
   std::optional<Milling> milling;
   OptionalStage<trephine::HuntCrossley>::Options hunt_crossley{};
+  OptionalCutting::Options cutting{};
   OptionalStage<trephine::MillingVibration>::Options vibration{};
   OptionalStage<trephine::Damping>::Options damping{};
   OptionalStage<trephine::FirstOrderFilter>::Options filter{};
@@ -42,6 +43,15 @@ struct SceneParts {
   explicit SceneParts(const StageOptions& o) : milling(o.milling) {
     if (const auto& s = o.hunt_crossley)
       hunt_crossley = {.lambda = s->lambda, .max_factor = s->max_factor, .lever = s->lever};
+    if (const auto& s = o.cutting)
+      cutting = {.edges = s->edges,
+                 .speed = s->speed,
+                 .clockwise = s->clockwise,
+                 .stall_torque = s->stall_torque,
+                 .strength = {.soft = s->soft, .cortical = s->cortical},
+                 .felt = s->felt};
+    if (milling && milling->cut == Cut::kPressure && !cutting)
+      refuse("compiled::Milling", "Cut::kPressure needs a law: give StageOptions::cutting", "none");
     if (const auto& s = o.vibration)
       vibration = {.frequency = s->frequency,
                    .per_force = s->per_force,
@@ -72,6 +82,7 @@ struct SceneParts {
       if (options) options->validate();
     };
     check(hunt_crossley);
+    check(cutting);
     check(vibration);
     check(damping);
     check(filter);
@@ -130,19 +141,23 @@ class SceneOf final : public AnyScene {
   SceneOf(VoxelGrid<Density>& grid, double isovalue, const Tool& tool, ContactRenderer renderer, const SceneParts& p)
       : tool_(tool),
         scene_(grid, isovalue, std::move(renderer), OptionalMilling<Density>(p.milling),
-               OptionalStage<trephine::HuntCrossley>(p.hunt_crossley),
+               OptionalStage<trephine::HuntCrossley>(p.hunt_crossley), OptionalCutting(p.cutting),
                OptionalStage<trephine::MillingVibration>(p.vibration), OptionalStage<trephine::Damping>(p.damping),
                OptionalStage<trephine::FirstOrderFilter>(p.filter), OptionalGuard{},
                OptionalStage<trephine::PassivityController>(p.passivity),
-               OptionalStage<trephine::WrenchRateLimit>(p.rate_limit), p.limits) {}
+               OptionalStage<trephine::WrenchRateLimit>(p.rate_limit), p.limits) {
+    check_cut(p);
+  }
 
   TickResult tick(const TickInput& input, double dt) noexcept override { return scene_.tick(input, dt); }
   void reset() noexcept override { scene_.reset(); }
   void set_stages(const StageOptions& stages) override {
     const SceneParts p(stages);
+    check_cut(p);
     auto& milling = part<OptionalMilling<Density>>();
     milling.adopt(OptionalMilling<Density>(p.milling, milling.floor()));
     part<OptionalStage<trephine::HuntCrossley>>().adopt(p.hunt_crossley);
+    part<OptionalCutting>().adopt(p.cutting);
     part<OptionalStage<trephine::MillingVibration>>().adopt(p.vibration);
     part<OptionalStage<trephine::Damping>>().adopt(p.damping);
     part<OptionalStage<trephine::FirstOrderFilter>>().adopt(p.filter);
@@ -204,6 +219,13 @@ class SceneOf final : public AnyScene {
     return scene_.template part<Part>();
   }
 
+  /// Throws std::invalid_argument for a cut by pressure with a renderer that does not tell where bone presses.
+  static void check_cut(const SceneParts& p) {
+    if constexpr (!requires(const ContactRenderer& r) { r.pressure_cutting_pose(0.0); })
+      if (p.milling && p.milling->cut == Cut::kPressure)
+        refuse("compiled::Milling", "Cut::kPressure is for the coupled tool", "another renderer");
+  }
+
   /// Exchanges guard and floor.
   void take(ProtectionOf<Density>& other) noexcept {
     auto& milling = part<OptionalMilling<Density>>();
@@ -242,7 +264,7 @@ class SceneOf final : public AnyScene {
 
   Tool tool_;  // a renderer's own may be wider
   HapticScene<Density, ContactRenderer, OptionalMilling<Density>, OptionalStage<trephine::HuntCrossley>,
-              OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
+              OptionalCutting, OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
               OptionalStage<trephine::FirstOrderFilter>, OptionalGuard, OptionalStage<trephine::PassivityController>,
               OptionalStage<trephine::WrenchRateLimit>, trephine::DeviceLimits>
       scene_;

@@ -3,7 +3,9 @@
 
 #include <trephine/compiled/any_scene.hpp>
 #include <trephine/stage/context.hpp>
+#include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/milling.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
 #include <cstddef>
@@ -57,6 +59,42 @@ class OptionalStage {
   std::optional<S> stage_;
 };
 
+/// A law of cutting that is there or not. Its stage is always made: the scene prepares it for the tool's head at once.
+class OptionalCutting : private trephine::CuttingForce {
+ public:
+  using Options = std::optional<trephine::CuttingForce::Options>;
+  static constexpr bool kUsesTwist = trephine::CuttingForce::kUsesTwist;
+  using trephine::CuttingForce::prepare;
+  using trephine::CuttingForce::reset;
+
+  /// Throws std::invalid_argument where an option is out of range.
+  explicit OptionalCutting(const Options& options)
+      : trephine::CuttingForce(options.value_or(Options::value_type{})), is_there_(options.has_value()) {}
+
+  /// Takes options that `validate` accepted; between ticks, haptic thread.
+  void adopt(const Options& options) noexcept {
+    if (!options || !is_there_) reset();
+    is_there_ = options.has_value();
+    if (options) trephine::CuttingForce::adopt(*options);
+  }
+
+  template <VoxelDensity Density, class ContactRenderer, RealScalar Scalar>
+  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
+                    const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
+    if (!is_there_) return {};
+    return trephine::CuttingForce::engage(bone, isovalue, renderer, found, dt, spindle_on);
+  }
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
+    if (is_there_) trephine::CuttingForce::apply(context, wrench);
+  }
+  void add_to(CuttingSummary& summary) const noexcept {
+    if (is_there_) trephine::CuttingForce::add_to(summary);
+  }
+
+ private:
+  bool is_there_;
+};
+
 /// A guard that is there or not.
 class OptionalGuard {
  public:
@@ -86,6 +124,7 @@ template <VoxelDensity Density>
 class OptionalMilling {
  public:
   using Floor = std::shared_ptr<CutFloor<Density>>;
+  static constexpr bool kCutsAtOnce = true, kCutsUnderPressure = true;  // may, by choice
 
   /// Throws std::invalid_argument where an option is out of range.
   explicit OptionalMilling(const std::optional<Milling>& options, Floor floor = {})
@@ -107,6 +146,13 @@ class OptionalMilling {
   }
 
   [[nodiscard]] bool follow_probe() const noexcept { return options_ && options_->follow_probe; }
+
+  [[nodiscard]] bool cuts_at_once() const noexcept {
+    bool cuts = false;
+    visit(milling_, [&]<class M>(const M&) { cuts = M::kCutsAtOnce; });
+    return cuts;
+  }
+  [[nodiscard]] bool cuts_under_pressure() const noexcept { return options_ && options_->cut == Cut::kPressure; }
 
   template <class Grid, class Head = Burr>
   double carve(Grid& grid, double isovalue, const Posed& X_GT_previous, const Posed& X_GT, const Head& head,
@@ -131,8 +177,8 @@ class OptionalMilling {
   template <class Policy>
   using Protected = trephine::Milling<ProtectedCut<Density, Policy>>;
   using Any = std::variant<std::monostate, trephine::Milling<GeometricCut>, trephine::Milling<RateLimitedCut<>>,
-                           trephine::Milling<AdvancingCut>, Protected<GeometricCut>, Protected<RateLimitedCut<>>,
-                           Protected<AdvancingCut>>;
+                           trephine::Milling<AdvancingCut>, trephine::Milling<PressureCut>, Protected<GeometricCut>,
+                           Protected<RateLimitedCut<>>, Protected<AdvancingCut>, Protected<PressureCut>>;
 
   /// Calls `body` with the milling that is there; like std::visit, but never throws.
   template <std::size_t kAt = 1, class Variant, class Body>
@@ -166,6 +212,8 @@ class OptionalMilling {
             AdvancingCut{
                 .speed = o.speed, .reference_force = o.reference_force, .most_force_factor = o.most_force_factor},
             common, floor);
+      case Cut::kPressure:
+        return milling_with(PressureCut{}, common, floor);
     }
     refuse("compiled::Milling", "cut must be one of Cut's", static_cast<int>(o.cut));
   }

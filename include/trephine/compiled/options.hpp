@@ -2,8 +2,10 @@
 #pragma once
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/core/units.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/stiffness_budget.hpp>
+#include <trephine/tool/cutting_edges.hpp>
 
 #include <cstdint>
 #include <limits>
@@ -45,6 +47,7 @@ enum class Cut : std::uint8_t {
   kGeometric,    ///< at once (`GeometricCut`)
   kRateLimited,  ///< voxels fall at a rate (`RateLimitedCut`)
   kAdvancing,    ///< the surface recedes at a speed (`AdvancingCut`)
+  kPressure,     ///< as `StageOptions::cutting` says, which must be given: coupled tool alone (`PressureCut`)
 };
 
 /// Removes bone with the burr's ball while the spindle turns.
@@ -63,6 +66,18 @@ struct HuntCrossley {
   double lambda = 1.0;      ///< [s/m], >= 0
   double max_factor = 2.0;  ///< >= 1
   double lever = 0.040;     ///< longest lever arm of a contact [m], > 0
+};
+
+/// Forces of cutting: torque about the spindle, pull sideways and, with `Cut::kPressure`, a feed by the thrust. Each
+/// tick tells the true forces (`TickResult::cutting`). Edges are the tool's (`tool_by_name`).
+struct CuttingForce {
+  CuttingEdges edges{};
+  double speed = rpm(30'000);                                     ///< of the spindle without load [rad/s], > 0
+  bool clockwise = true;                                          ///< teeth turn clockwise, seen from the handle
+  double stall_torque = std::numeric_limits<double>::infinity();  ///< at which the spindle stands [N·m], > 0
+  double felt = 1;         ///< share of the true forces that the device gets, in (0, 1]
+  double soft = 0;         ///< density without strength: of water, 0 HU
+  double cortical = 1700;  ///< density of cortical bone, > `soft`
 };
 
 /// The tremble of a burr that bites.
@@ -158,6 +173,7 @@ struct StructureTotals {
 struct StageOptions {
   std::optional<Milling> milling{};
   std::optional<HuntCrossley> hunt_crossley{};
+  std::optional<CuttingForce> cutting{};
   std::optional<MillingVibration> vibration{};
   std::optional<Damping> damping{};
   std::optional<FirstOrderFilter> filter{};

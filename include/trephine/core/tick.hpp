@@ -34,6 +34,15 @@ struct StructureSummary {
   bool warns = false;      ///< the nearest structure is guarded and nearer than its margin
 };
 
+/// True forces of cutting in one tick, before the device's share, as a `CuttingForce` computed them. A scene without
+/// one leaves the defaults, and so does a tick that ends with `kBadInput` or `kNonFinite`.
+struct CuttingSummary {
+  double thrust = 0;   ///< magnitude of the contact's force on the head; of a drill along its axis [N]
+  double torque = 0;   ///< of the bone about the spindle's axis [N·m]
+  double spindle = 0;  ///< speed [rad/s]
+  double feed = 0;     ///< speed at which the law lets the head advance [m/s]
+};
+
 /// Output of a tick. The wrench is about T's origin in W axes. It is always finite, and zero for `kBadInput` and
 /// `kNonFinite`.
 struct TickResult {
@@ -42,6 +51,7 @@ struct TickResult {
   double removed_mm3 = 0;  ///< bone removed in this tick [mm³]
   Status status = Status::kOk;
   StructureSummary structures{};  ///< `wrench - structures.push` is the contact's, unless a later stage changed the sum
+  CuttingSummary cutting{};
 };
 
 /// Output of a renderer: the wrench on the tool about T's origin, in **G** axes.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Literals for lengths, in metres: `1.5_mm` is 0.0015.
+#include <numbers>
+
+/// Literals for lengths, in metres: `1.5_mm` is 0.0015. Speeds in turns a minute: `rpm(1000)` is 104.7 rad/s.
 namespace trephine {
 inline namespace literals {
 
@@ -17,4 +19,8 @@ constexpr double operator""_um(unsigned long long v) {
 }
 
 }  // namespace literals
+
+/// Spindle speed in turns a minute, as radians a second.
+[[nodiscard]] constexpr double rpm(double turns) noexcept { return turns * 2 * std::numbers::pi / 60; }
+
 }  // namespace trephine

@@ -14,24 +14,32 @@
 
 /// Saves and loads recordings, so that a session on real hardware can be replayed elsewhere. Not for the haptic thread.
 ///
-/// File format: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 2, uint32 bytes a tick, uint32 0;
+/// File format: 8 bytes "TREPHREC"; uint32 byte-order mark 0x01020304, uint32 version 3, uint32 bytes a tick, uint32 0;
 /// uint64 ticks; the ticks; uint64 FNV-1a hash of all preceding bytes. A tick: 12 doubles of X_WT (rotation by columns,
 /// then position [m]), dt [s], 3 of force [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact
 /// count; bytes spindle, tip, shaft, status. Then structures: doubles distance [m], 3 of the push's force [N], 3 of its
-/// torque [N·m], refused and taken [mm³]; int32 nearest; byte warns, 3 bytes 0. Numbers are stored bit by bit, NaN
-/// included, in the writer's byte order. A reader of the other byte order refuses the file.
+/// torque [N·m], refused and taken [mm³]; int32 nearest; byte warns, 3 bytes 0. Then cutting: doubles thrust [N],
+/// torque [N·m], spindle [rad/s], feed [m/s]. Numbers are stored bit by bit, NaN included, in the writer's byte order.
+/// A reader of the other byte order refuses the file.
 ///
-/// Version 1 ends a tick before the structures. Such files still load, and their structures have the defaults.
+/// Version 1 ends a tick before the structures, version 2 before the cutting. Such files still load, and what they lack
+/// has the defaults.
 namespace trephine {
 
 namespace recording_detail {
 
 inline constexpr char kMagic[8] = {'T', 'R', 'E', 'P', 'H', 'R', 'E', 'C'};
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 3;
 inline constexpr std::size_t kHeaderBytes = 32;
-inline constexpr std::size_t kFirstTickBytes = 21 * sizeof(double) + 4 + 4;  // of version 1
-inline constexpr std::size_t kTickBytes = kFirstTickBytes + 9 * sizeof(double) + 4 + 4;
+/// Bytes a tick of a version, from 1.
+constexpr std::size_t tick_bytes_of(std::uint32_t version) noexcept {
+  const std::size_t first = 21 * sizeof(double) + 4 + 4;
+  const std::size_t structures = version > 1 ? 9 * sizeof(double) + 4 + 4 : 0;
+  const std::size_t cutting = version > 2 ? 4 * sizeof(double) : 0;
+  return first + structures + cutting;
+}
+inline constexpr std::size_t kTickBytes = tick_bytes_of(kVersion);
 
 template <class Value>
 void put(std::string& bytes, const Value& value) {
@@ -92,6 +100,8 @@ inline void put_tick(std::string& bytes, const RecordedTick& tick) {
   put(bytes, static_cast<std::int32_t>(s.nearest));
   put(bytes, static_cast<std::uint8_t>(s.warns));
   bytes.append(3, '\0');
+  const CuttingSummary& c = tick.result.cutting;
+  for (const double number : {c.thrust, c.torque, c.spindle, c.feed}) put(bytes, number);
 }
 
 inline void take_structures(Cursor& cursor, StructureSummary& s) {
@@ -120,6 +130,9 @@ inline RecordedTick take_tick(Cursor& cursor, std::uint32_t version) {
   tick.result.contact.shaft = cursor.take<std::uint8_t>() != 0;
   tick.result.status = static_cast<Status>(cursor.take<std::uint8_t>());
   if (version > 1) take_structures(cursor, tick.result.structures);
+  CuttingSummary& c = tick.result.cutting;
+  if (version > 2)
+    for (double* const number : {&c.thrust, &c.torque, &c.spindle, &c.feed}) *number = cursor.take<double>();
   return tick;
 }
 
@@ -165,7 +178,7 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   const auto version = cursor.take<std::uint32_t>();
   if (version < 1 || version > detail::kVersion)
     fail("has version " + std::to_string(version) + ", this reads 1 to " + std::to_string(detail::kVersion));
-  const std::size_t expected = version == 1 ? detail::kFirstTickBytes : detail::kTickBytes;
+  const std::size_t expected = detail::tick_bytes_of(version);
   const auto tick_bytes = cursor.take<std::uint32_t>();
   if (tick_bytes != expected) fail("has " + std::to_string(tick_bytes) + " bytes a tick");
   (void)cursor.take<std::uint32_t>();

@@ -36,19 +36,22 @@ struct ReplayReport {
   return a.nearest == b.nearest && a.warns == b.warns && same_bits(a.distance, b.distance) &&
          same_bits(a.push, b.push) && same_bits(a.refused_mm3, b.refused_mm3) && same_bits(a.taken_mm3, b.taken_mm3);
 }
+[[nodiscard]] inline bool same_bits(const CuttingSummary& a, const CuttingSummary& b) noexcept {
+  return same_bits(a.thrust, b.thrust) && same_bits(a.torque, b.torque) && same_bits(a.spindle, b.spindle) &&
+         same_bits(a.feed, b.feed);
+}
 [[nodiscard]] inline bool same_bits(const TickResult& a, const TickResult& b) noexcept {
   return same_bits(a.wrench, b.wrench) && a.status == b.status && a.contact.count == b.contact.count &&
          a.contact.tip == b.contact.tip && a.contact.shaft == b.contact.shaft &&
          same_bits(a.contact.depth, b.contact.depth) && same_bits(a.removed_mm3, b.removed_mm3) &&
-         same_bits(a.structures, b.structures);
+         same_bits(a.structures, b.structures) && same_bits(a.cutting, b.cutting);
 }
 
 /// Ticks `scene` with the recorded inputs and compares every output bit by bit. The scene must have its state from the
 /// start of the recording: the same volume (restored), tool, parameters and contact state, floors with their counts
-/// reset
-/// (`CutFloor::reset_counts`), in the same binary. A recording from a file of version 1 has no structures: it differs
-/// from a scene with a guard.
-/// Afterwards the scene has its state from the end of the recording.
+/// reset (`CutFloor::reset_counts`), in the same binary. A recording from a file of version 1 has no structures, and
+/// one before version 3 no forces of cutting: it differs from a scene that reports them. Afterwards the scene has its
+/// state from the end of the recording.
 template <TickableScene Scene>
 [[nodiscard]] ReplayReport replay(std::span<const RecordedTick> recording, Scene& scene) {
   ReplayReport report;

@@ -57,6 +57,23 @@ inline constexpr bool kCutsUnderPressure = requires {
   requires C::kCutsUnderPressure;
 };
 
+/// Returns whether the carver cuts at once, or under pressure, in this tick. A carver whose cut is chosen at run time
+/// declares what it may do as above, and has a member function `cuts_at_once` or `cuts_under_pressure`.
+template <class C>
+[[nodiscard]] constexpr bool cuts_at_once(const C& carver) noexcept {
+  if constexpr (requires { static_cast<bool>(carver.cuts_at_once()); })
+    return static_cast<bool>(carver.cuts_at_once());
+  else
+    return kCutsAtOnce<C>;
+}
+template <class C>
+[[nodiscard]] constexpr bool cuts_under_pressure(const C& carver) noexcept {
+  if constexpr (requires { static_cast<bool>(carver.cuts_under_pressure()); })
+    return static_cast<bool>(carver.cuts_under_pressure());
+  else
+    return kCutsUnderPressure<C>;
+}
+
 /// True if the carver follows the probe instead of the cutting pose.
 template <class C>
 [[nodiscard]] constexpr bool follows_probe(const C& carver) noexcept {

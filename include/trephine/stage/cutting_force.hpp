@@ -3,6 +3,7 @@
 
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/tick.hpp>
+#include <trephine/core/units.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
@@ -19,13 +20,9 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 namespace trephine {
-
-/// Spindle speed in turns a minute, as radians a second.
-[[nodiscard]] constexpr double rpm(double turns) noexcept { return turns * 2 * std::numbers::pi / 60; }
 
 /// Cutting in one tick. Forces are true ones, before the device's share.
 struct CuttingReport {
@@ -119,6 +116,10 @@ class CuttingForce {
   /// Cutting in the last tick.
   [[nodiscard]] const CuttingReport& report() const noexcept { return report_; }
   [[nodiscard]] const Engagement& engagement() const noexcept { return engagement_; }
+  /// Writes the true forces of the last tick, which the scene's `TickResult::cutting` has.
+  void add_to(CuttingSummary& summary) const noexcept {
+    summary = {report_.thrust, report_.torque, report_.spindle, report_.feed};
+  }
 
   void reset() noexcept {
     deposit_.setZero();

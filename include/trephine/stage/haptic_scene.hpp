@@ -65,7 +65,7 @@ class HapticScene {
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
 /// 5. rotation of the wrench into W axes;
 /// 6. stages, in listed order;
-/// 7. `add_to` of every part that reports structures;
+/// 7. `add_to` of every part that reports structures or cutting;
 /// 8. check of the result;
 /// 9. `sent` of every part that has it.
 ///
@@ -97,6 +97,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kCarves = (Carver<Parts, Grid> || ...);
   static constexpr bool kSkipsEmptySpace = (EmptySpaceSkipper<Parts> || ...);
   static constexpr bool kReportsStructures = (StructureReporter<Parts> || ...);
+  static constexpr bool kReportsCutting = (CuttingReporter<Parts> || ...);
 
   /// Throws std::invalid_argument if the isovalue is not finite, the burr is larger than the grid, a part's `validate`
   /// throws, or the renderer reads stored gradients and the grid has none.
@@ -185,6 +186,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
     if constexpr (kReportsStructures) report_structures(result.structures);
+    if constexpr (kReportsCutting) report_cutting(result.cutting);
     if (!is_finite(result.wrench)) return fail_non_finite(result);
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
@@ -272,6 +274,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
   }
 
+  template <class Predicate>
+  [[nodiscard]] bool any_part(Predicate&& is) const noexcept {
+    return std::apply([&](const auto&... part) { return (is(part) || ...); }, parts_);
+  }
+
   [[nodiscard]] Field bone_field() noexcept {
     if constexpr (kUsesSurface)
       return surface_->view();
@@ -292,11 +299,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// `pressed_way`: by which a cut by pressure may go ahead [m].
   [[nodiscard]] Pose<Scalar> cutting_pose([[maybe_unused]] double pressed_way = 0) const noexcept {
     if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(pressed_way); })
-      return renderer_.pressure_cutting_pose(pressed_way);
-    else if constexpr (kBitesInTime)
-      return renderer_.cutting_pose(dt_);
-    else
-      return renderer_.cutting_pose();
+      if (any_part([](const auto& part) { return cuts_under_pressure(part); }))
+        return renderer_.pressure_cutting_pose(pressed_way);
+    if constexpr (kBitesInTime)
+      if (any_part([](const auto& part) { return cuts_at_once(part); })) return renderer_.cutting_pose(dt_);
+    return renderer_.cutting_pose();
   }
 
   /// Tells parts the head that cuts.
@@ -325,11 +332,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     if constexpr (!kHasTorque) summary.push.torque.setZero();
   }
 
+  void report_cutting(CuttingSummary& summary) noexcept {
+    for_each_part([&](const auto& part) {
+      if constexpr (CuttingReporter<std::remove_cvref_t<decltype(part)>>) part.add_to(summary);
+    });
+  }
+
   /// Resets the scene and returns a zero wrench with `kNonFinite`; contact, volumes and distance stay in the result.
   [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
     result.wrench = Wrenchd::zero();
     if constexpr (kReportsStructures) result.structures.push = Wrenchd::zero();
+    if constexpr (kReportsCutting) result.cutting = {};
     result.status = Status::kNonFinite;
     return result;
   }

@@ -50,6 +50,13 @@ concept StructureReporter = requires(const P& part, StructureSummary& summary) {
   noexcept->std::same_as<void>;
 };
 
+/// A part that reports forces of cutting, called likewise.
+template <class P>
+concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
+  { part.add_to(summary) }
+  noexcept->std::same_as<void>;
+};
+
 /// Returns the field of the bone that a renderer reads: its own `field(grid, isovalue)`, or else a DensityField.
 template <class R, class Density>
 [[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {
