@@ -194,8 +194,8 @@ Spot find_spot(const Bone& bone) {
   for (const Demands& demands : kDemands)
     if (const auto spot = finder.best(demands)) return *spot;
   throw std::runtime_error(
-      "no place on the bone is flat, thick and free enough for this drill; take a smaller one (--tip-radius, --tool), another "
-      "--isovalue, or say where with --at");
+      "no place on the bone is flat, thick and free enough for this drill; take a smaller one (--tip-radius, "
+      "--tool), another --isovalue, or say where with --at");
 }
 
 Spot spot_near(const Bone& bone, const Vec3d& p_W) { return Finder(bone).nearest(p_W); }
