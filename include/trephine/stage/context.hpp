@@ -27,9 +27,8 @@ struct TickContext {
 /// - `begin_tick() noexcept` is called first in every tick, even for bad input (see `Remote`).
 /// - `sent(const Wrenchd&) noexcept` receives the wrench that leaves the scene, after every stage and limit. It is
 ///   called last in a tick. A tick that ends with `kBadInput` or `kNonFinite` sends zero and does not call it.
-/// - `add_to(StructureSummary&) const noexcept` adds to the result's summary of structures, after the last stage; with
-/// a
-///   `CuttingSummary&` to that of cutting.
+/// - `add_to(StructureSummary&) const noexcept` adds to the result's summary of structures, after the last stage;
+///   with a `CuttingSummary&` to that of cutting.
 /// - `validate() const` throws std::invalid_argument. The scene's constructor calls it.
 /// - `static constexpr bool kUsesTwist = false` states that the stage does not read the twists.
 template <class S>
