@@ -46,7 +46,7 @@ Vec3d normal_at(const ToolOutline& outline, const Vec3d& p) {
 /// Area of the surface between two heights on the side, by many short cones: of those whose normal meets the axis
 /// within the tool, or of all.
 double side_area(const ToolOutline& outline, double from, double to, bool all) {
-  constexpr int kParts = 200000;
+  constexpr int kParts = 20000;
   double area = 0, z = from, rho = outline.radius_at(from);
   for (int i = 1; i <= kParts; ++i) {
     const double next_z = from + (to - from) * i / kParts, next_rho = outline.radius_at(next_z);
@@ -162,7 +162,7 @@ double pressed(const Tool& tool, double depth) {
 
 /// The same in the continuum: each place's depth times its area, where it faces the half space.
 double pressed_continuum(const ToolOutline& outline, double depth) {
-  constexpr int kParts = 100000;
+  constexpr int kParts = 20000;
   const double step = outline.side_length() / kParts;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
