@@ -116,7 +116,7 @@ TEST_CASE("areas of the vertices sum to the tool's surface, without faces that l
     for (int i = 0; i < tool.periphery(); ++i)
       (tool.group_of(i) == 0 ? tip : side) += tool.areas()[static_cast<std::size_t>(i)];
     // The tip: a flat end, and what lies between its height and the tip's end by brute force.
-    const detail::VertexPlaces places(shape);
+    const trephine::detail::VertexPlaces places(shape);
     const double end = outline.place_at(places.tip_end()).z, low = outline.z_low();
     const double flat = outline.pieces()[0].z == outline.pieces()[0].end_z ? outline.pieces()[0].end_rho : 0;
     const double tiny = 1e-9 * (end - low);
