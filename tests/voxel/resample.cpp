@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/figures.hpp"
 #include "support/random.hpp"
 #include "support/raster.hpp"
 
@@ -109,6 +110,42 @@ TEST_CASE("resampled: coarse voxels of a scan give a ball's surface and its norm
           fine_turn * 57.3, " deg");
   CHECK(fine_worst < 0.5 * coarse_worst);
   CHECK(fine_turn < 0.5 * coarse_turn);
+}
+
+// A wave of wavelength L samples keeps its mean over a box of width w: the factor sin(πw/L) / (πw/L).
+TEST_CASE("resampled: coarser samples are means, so waves finer than a voxel vanish and slopes stay") {
+  const Vec3d h = Vec3d::Constant(0.3e-3);
+  Figures off;
+  for (const double step : {1.0, 1.5, 2.0, 3.0})
+    for (const double wavelength : {12.0, 6.0, 4.0}) {
+      const double k = 2 * 3.14159265358979323846 / wavelength, w = std::sqrt(step * step - 1);
+      const auto fine = grid_of<float>({120, 3, 3}, h, Posed::Identity(),
+                                       [&](const Vec3d& p) { return 100 * std::cos(k * p.x() / h.x()) + 5e3 * p.x(); });
+      const auto coarse = resampled(fine, Vec3d(step * h.x(), h.y(), h.z()));
+      const double kept = w > 0 ? std::sin(k * w / 2) / (k * w / 2) : 1;
+      // Away from the ends, whose signal is mirrored.
+      for (int i = static_cast<int>(20 / step); i < coarse.size()[0] - static_cast<int>(20 / step); ++i) {
+        const double x = i * step;
+        const double expected = 100 * kept * std::cos(k * x) + 5e3 * x * h.x();
+        off.add(std::abs(static_cast<double>(coarse.at(i, 1, 1)) - expected));
+      }
+    }
+  MESSAGE("off the mean of a wave of 100: ", off);
+  // Between samples a cubic spline follows a wave of four of them to a hundredth.
+  CHECK(off.median() <= 0.1);
+  CHECK(off.worst() <= 1.5);
+
+  // Voxels that alternate have the mean of their neighbours, and not one of both.
+  const auto checkers = grid_of<std::int16_t>({40, 40, 40}, h, Posed::Identity(), [&](const Vec3d& p) {
+    const Vec3d i = (p / h.x()).array().round();
+    return std::fmod(i.sum(), 2) < 0.5 ? 1000 : -1000;
+  });
+  const auto coarse = resampled(checkers, 2 * h);
+  double most = 0;
+  for (int k = 3; k < 17; ++k)
+    for (int j = 3; j < 17; ++j)
+      for (int i = 3; i < 17; ++i) most = std::max(most, std::abs(static_cast<double>(coarse.at(i, j, k))));
+  CHECK(most <= 100);
 }
 
 TEST_CASE("resampled: single voxels, integer ranges, and what is refused") {

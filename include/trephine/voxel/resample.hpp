@@ -32,6 +32,10 @@ struct AxisSamples {
   double first;
   double step;
   int count;
+
+  /// Width [samples] over which a sample of the result is a mean. Voxels are means over their own width, so a box of
+  /// this width turns a voxel of 1 into one of `step`: variances s²/12 add. 0 for finer samples.
+  [[nodiscard]] double width() const noexcept { return step > 1 ? std::sqrt(step * step - 1) : 0; }
 };
 
 /// Replaces the samples of one line of planes, `pitch` numbers each, by their cubic B-spline's coefficients. The signal
@@ -63,6 +67,9 @@ inline Lattice resampled_along(Lattice in, std::size_t axis, const AxisSamples& 
   Lattice out{.size = in.size};
   out.size[axis] = samples.count;
   out.values.resize(lines * pitch * static_cast<std::size_t>(samples.count));
+  // A mean is over places a quarter of a sample apart, or nearer.
+  const int parts = std::max(1, static_cast<int>(std::ceil(4 * samples.width())));
+  const float share = 1.0F / static_cast<float>(parts);
   const int last = in.size[axis] - 1;
   const auto mirrored = [last](int i) {
     if (last == 0) return std::size_t{0};
@@ -73,8 +80,10 @@ inline Lattice resampled_along(Lattice in, std::size_t axis, const AxisSamples& 
     float* const from = in.values.data() + line * pitch * n;
     float* const to = out.values.data() + line * pitch * static_cast<std::size_t>(samples.count);
     to_spline_coefficients(from, in.size[axis], pitch);
-    for (int i = 0; i < samples.count; ++i) {
-      const double u = std::clamp(samples.first + i * samples.step, 0.0, static_cast<double>(last));
+    for (int part = 0; part < samples.count * parts; ++part) {
+      const int i = part / parts;
+      const double off = samples.width() * ((part % parts + 0.5) / parts - 0.5);
+      const double u = std::clamp(samples.first + i * samples.step + off, 0.0, static_cast<double>(last));
       const int base = std::min(static_cast<int>(u), std::max(last - 1, 0));
       const double t = u - base, s = 1 - t;
       const auto w0 = static_cast<float>(s * s * s / 6), w3 = static_cast<float>(t * t * t / 6);
@@ -85,7 +94,7 @@ inline Lattice resampled_along(Lattice in, std::size_t axis, const AxisSamples& 
       const float* const c2 = from + mirrored(base + 1) * pitch;
       const float* const c3 = from + mirrored(base + 2) * pitch;
       float* const row = to + static_cast<std::size_t>(i) * pitch;
-      for (std::size_t l = 0; l < pitch; ++l) row[l] = w0 * c0[l] + w1 * c1[l] + w2 * c2[l] + w3 * c3[l];
+      for (std::size_t l = 0; l < pitch; ++l) row[l] += share * (w0 * c0[l] + w1 * c1[l] + w2 * c2[l] + w3 * c3[l]);
     }
   }
   return out;
@@ -101,7 +110,8 @@ inline Lattice resampled_along(Lattice in, std::size_t axis, const AxisSamples& 
 /// Voxel (0, 0, 0) of the result is voxel `box.lo` of the source, at the same place in the world. The last ones lie at
 /// or before `box.hi`. Samples that coincide with the source's have its densities, but for rounding. Integers are
 /// rounded to the nearest and clamped to their range. Beside a step of density the interpolant over- and undershoots
-/// by up to a tenth of the step. A coarser spacing does not smooth first, so it aliases.
+/// by up to a tenth of the step. Along an axis with a coarser spacing each sample is the interpolant's mean over the
+/// width that makes it a larger voxel's, so what is finer than a voxel averages out.
 ///
 /// `box` is the whole grid unless given. Memory while it works: 4 bytes for each voxel of the result before its last
 /// axis, and again after it. Cost: some 10 ns a voxel of the result; so not within a tick.
@@ -112,7 +122,7 @@ template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> resampled(const VoxelGrid<Density>& grid, const Vec3d& spacing,
                                            std::optional<VoxelBox> box = {}, const GridOptions& options = {}) {
   // Voxels beside the box that the spline still feels: the pole to this power is 1e-7.
-  constexpr int kMargin = 12;
+  constexpr int kSplineReach = 12;
   VoxelBox part = box.value_or(VoxelBox{{0, 0, 0}, {grid.size()[0] - 1, grid.size()[1] - 1, grid.size()[2] - 1}});
   std::array<int, 3> from{};
   detail::Lattice lattice;
@@ -124,8 +134,10 @@ template <VoxelDensity Density>
     part.lo[a] = std::max(part.lo[a], 0);
     part.hi[a] = std::min(part.hi[a], grid.size()[a] - 1);
     if (part.hi[a] < part.lo[a]) refuse("resampled", "the box must hold voxels of the grid; along an axis it holds", 0);
-    from[a] = std::max(part.lo[a] - kMargin, 0);
-    lattice.size[a] = std::min(part.hi[a] + kMargin, grid.size()[a] - 1) - from[a] + 1;
+    const double reach = kSplineReach + std::min(wanted / h, static_cast<double>(grid.size()[a]));
+    const int margin = static_cast<int>(std::ceil(reach));
+    from[a] = std::max(part.lo[a] - margin, 0);
+    lattice.size[a] = std::min(part.hi[a] + margin, grid.size()[a] - 1) - from[a] + 1;
     // A sample that rounding puts a little beyond the last voxel is one more.
     constexpr double kRounding = 1e-9;
     const double count = std::floor((part.hi[a] - part.lo[a]) * h / wanted + kRounding) + 1;
