@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tools that the example presses into bone, without and with the cutting law.
 #include "tool_show.hpp"
+#include "cutting.hpp"
 #include "plots.hpp"
 #include "small_tooth.hpp"
 
