@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// says: SurfaceApproxRenderer<float, weighting, deep contact, shaft force, gradient>
+// says: SurfaceApproxRenderer<float, weighting, deep contact, shaft force, gradient, tool>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 
 using namespace trephine;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// says: LineApproxRenderer<float, stepping, tracking, friction, shaft force, gradient>
+// says: LineApproxRenderer<float, stepping, tracking, friction, shaft force, gradient, tool>
 #include <trephine/render/line/line_approx_renderer.hpp>
 
 using namespace trephine;
