@@ -36,7 +36,7 @@ std::map<std::uint64_t, SurfaceElement> all_elements(const Grid& bone, double is
     if (!surface.crosses(brick) || !surface.provide(brick)) continue;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
-      const NearBlock near{&block, count, brick, corner};
+      const NearBlock near{&block, count, brick, corner, 0};
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) all[near.key(i)] = near.element(i);
     });
   }
@@ -124,7 +124,7 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
       const Posed& X = turns.X[t];
       std::set<std::uint64_t> found;
       const Clearance clear = turns.near[t].for_each_candidate(
-          shape, X, 0.5,
+          shape, X, 0.5, ToolMotion{},
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
       std::map<double, Vec3d> free;  // elements that do not touch, by their distance
@@ -175,7 +175,7 @@ TEST_CASE("broad phase: blocks that a full store released are provided again") {
     const std::size_t t = turns.go(shape, i);
     stale += surface.changes() != changes ? 1 : 0;
     static_cast<void>(turns.near[t].for_each_candidate(
-        shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
+        shape, turns.X[t], 0.5, ToolMotion{}, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
           ++visits;
           const auto here = all.find(block.key(k));
           others += here == all.end() || here->second.position != block.element(k).position ? 1 : 0;

@@ -298,4 +298,56 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
   CHECK(over.worst() == 0);
 }
 
+// A sum that lists near elements, on a path of small and large motions, against one that looks at all of them.
+TEST_CASE("foundation: sums over the listed elements are those over all, bit by bit, with a clearance below") {
+  CAPTURE(kSeed);
+  Bench bench(kBone);
+  Random random(kSeed + 5);
+  int listed = 0, points = 0;
+  Figures clearances;
+  const auto follow = [&](const auto& shape, Posed X) {
+    bench.gather(shape, X);
+    Foundation lists(2, 16384);
+    for (int i = 0; i < 200; ++i) {
+      const Posed last = X;
+      X = moved(X, random_twist(random), random.uniform() < 0.1 ? 3e-4 : random.uniform(0, 1e-5));
+      bench.surface.begin_tick();
+      REQUIRE(bench.near.update(bench.surface.view(), shape, X, {6 * kH, 0}));
+      listed += motion_between(last, X).is_within(bench.near.near_reach(shape)) ? 1 : 0;
+      Foundation all(2, 16384);
+      const FoundationSum s = lists.sum(bench.near, shape, X, kLaw), t = all.sum(bench.near, shape, X, kLaw);
+      CHECK(s.energy == t.energy);
+      CHECK(s.wrench == t.wrench);
+      CHECK(s.stiffness == t.stiffness);
+      CHECK(s.depth == t.depth);
+      REQUIRE(lists.points().size() == all.points().size());
+      points += static_cast<int>(all.points().size());
+      if (i % 10 != 0) continue;
+      // The least distance of an element that is free, by its four points.
+      double least = 1;
+      static_cast<void>(bench.near.for_each_candidate(
+          shape, X, 0.5, {2e-3, 0}, [&](const NearBlock& block, std::size_t e, const Vec3<float>&) {
+            const SurfaceElement element = block.element(e);
+            double nearest = 1;
+            for (const double a : {-0.5, 0.5})
+              for (const double c : {-0.5, 0.5}) {
+                const Vec3d in_T = X.inverse() * (element.position + a * element.along + c * element.across);
+                nearest = std::min(nearest, profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance - kLaw.offset);
+              }
+            if (nearest > 0) least = std::min(least, nearest);
+          }));
+      constexpr double kRounding = 1e-8;
+      CHECK(s.clearance.listed_distance <= least + kRounding);
+      if (least < 1e-3) clearances.add(s.clearance.listed_distance / least);
+    }
+  };
+  for (int i = 0; i < 4; ++i) {
+    follow(BallAndShaft(kBall), bench.pressed(random, false, -1e-4, 3e-4));
+    follow(BallAndShaft(kDrill), bench.pressed(random, true, -1e-4, 3e-4));
+  }
+  MESSAGE("points ", points, "; small motions ", listed, "; clearance told, as a share of the true one: ", clearances);
+  CHECK(points > 10000);
+  CHECK(listed > 1000);
+}
+
 }  // namespace

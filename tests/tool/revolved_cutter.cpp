@@ -130,4 +130,67 @@ TEST_CASE("revolved cutter: lanes, rows and bounds agree with the plain distance
   }
 }
 
+// A path of several ticks, each of which leaves out the pose that the last one cut.
+TEST_CASE("revolved cutter: a path whose start is cut leaves what the whole path leaves") {
+  Random random(kSeed + 2);
+  for (const ToolOfShape& t : revolved_tools()) {
+    const std::string& name = t.name;
+    CAPTURE(name);
+    const CuttingHead head = t.tool.cutting_head(0);
+    const double h = 0.3_mm;
+    const int size =
+        static_cast<int>(
+            2 * std::hypot(head.outline.z_high() - head.outline.z_low(), 2 * head.outline.largest_radius()) / h) +
+        12;
+    const std::vector<std::int16_t> solid(static_cast<std::size_t>(size * size * size), kBone);
+    VoxelGrid<std::int16_t> whole({.size = {size, size, size}, .spacing = Vec3d::Constant(h)}, solid),
+        parts({.size = {size, size, size}, .spacing = Vec3d::Constant(h)}, solid);
+    Posed X = make_pose<double>(random.rotation(), h * (size - 1) / 2.0 * Vec3d::Ones());
+    double all_mm3 = carve(whole, kIso, RevolvedCutter(head, X, X, h / 2)), parts_mm3 = all_mm3;
+    carve(parts, kIso, RevolvedCutter(head, X, X, h / 2));
+    for (int tick = 0; tick < 5; ++tick) {
+      const Posed Y = moved(X, head, h, random);
+      all_mm3 += carve(whole, kIso, RevolvedCutter(head, X, Y, h / 2));
+      parts_mm3 += carve(parts, kIso, RevolvedCutter(head, X, Y, h / 2, 0, true));
+      X = Y;
+    }
+    CHECK(parts_mm3 == doctest::Approx(all_mm3).epsilon(1e-9));
+    int different = 0;
+    for (int k = 0; k < size; ++k)
+      for (int j = 0; j < size; ++j)
+        for (int i = 0; i < size; ++i) different += whole.at(i, j, k) != parts.at(i, j, k) ? 1 : 0;
+    CHECK(different == 0);
+  }
+}
+
+// Over consecutive ticks, rectangles and trapezia add up to the same time in each place, but for half a step at the
+// ends.
+TEST_CASE("revolved cutter: shares of a path without its start add up to those with it") {
+  Random random(kSeed + 3);
+  constexpr int kTicks = 40;
+  for (const ToolOfShape& t : revolved_tools()) {
+    const std::string& name = t.name;
+    CAPTURE(name);
+    const CuttingHead head = t.tool.cutting_head(0);
+    const double h = 0.3_mm;
+    const float reach = 0.4e-3F;
+    const Posed X = make_pose<double>(random.rotation(), random.arrow(0, 0.01));
+    const Vec3d step = random.arrow(0.2 * h, 0.9 * h);
+    const auto at = [&](int tick) { return Posed(Eigen::Translation3d(tick * step) * X); };
+    for (int n = 0; n < 20; ++n) {
+      const Vec3d p = X.translation() + random.uniform(0, kTicks) * step + random.arrow(0, 2e-3);
+      double with_start = 0, without = 0;
+      for (int tick = 0; tick < kTicks; ++tick)
+        for (const bool start_is_cut : {false, true}) {
+          const RevolvedCutter cutter(head, at(tick), at(tick + 1), h / 2, 0, start_is_cut);
+          const Vec3<float> q = (p - cutter.origin()).cast<float>();
+          HalfCutLanes share;
+          cutter.shares(q.x(), static_cast<float>(h), q.y(), q.z(), reach, share);
+          (start_is_cut ? without : with_start) += static_cast<double>(share[0]);
+        }
+      CHECK(std::abs(with_start - without) <= 0.5 + 1e-4);
+    }
+  }
+}
+
 }  // namespace

@@ -311,7 +311,8 @@ TEST_CASE("The inner loop computes what the definition says, voxel by voxel") {
   auto grid = random_grid<std::uint8_t>({.size = {40, 25, 14}, .spacing = h}, rng);
   for (int n = 0; n < 30; ++n) {
     const Vec3d a = random_point(rng, Vec3d::Zero(), h.cwiseProduct(Vec3d(39, 24, 13)));
-    const SphereCutter cutter(a, a + 2e-3 * random_direction(rng), 1e-3);
+    // The larger ball has a middle deeper than the ramp.
+    const SphereCutter cutter(a, a + 2e-3 * random_direction(rng), n % 2 == 0 ? 1e-3 : 2e-3);
     const double slope = 11;
     const auto before = copy_of(grid);
     carve(grid, 100, cutter, GeometricCut{}, {}, slope);
@@ -323,7 +324,7 @@ TEST_CASE("The inner loop computes what the definition says, voxel by voxel") {
         for (int x = 0; x < 40; ++x, ++i) {
           const double d = cutter.signed_distance(h.cwiseProduct(Vec3d(x, y, z)));
           double wish = before[i];
-          const double exact = 100 + slope * d / h.maxCoeff();
+          const double exact = 100 + slope * std::max(d, -ramp_depth(h)) / h.maxCoeff();
           if (d < cut_reach(h)) wish = std::min(wish, std::clamp(std::floor(exact + 0.5), 0.0, 255.0));
           // A hair from a rounding or from the reach, single precision may decide otherwise.
           const double fraction = exact + 0.5 - std::floor(exact + 0.5);
@@ -332,6 +333,27 @@ TEST_CASE("The inner loop computes what the definition says, voxel by voxel") {
         }
     CHECK(wrong == 0);
   }
+}
+
+TEST_CASE_TEMPLATE("A cut that goes on leaves alone what lies deep in it", Density, std::uint8_t, std::int16_t, float) {
+  auto grid = block<Density>(40, 120, {.keep_original = false});
+  const double iso = 60, radius = 12 * kVoxel;
+  const Vec3d c = middle(grid), step(0, 0, kVoxel / 8);
+  carve(grid, iso, SphereCutter(c, c, radius));
+  const auto before = copy_of(grid);
+  CHECK(carve(grid, iso, SphereCutter(c, c + step, radius)) > 0);
+  const auto after = copy_of(grid);
+  int deep = 0, changed = 0;
+  std::size_t i = 0;
+  for (int z = 0; z < 40; ++z)
+    for (int y = 0; y < 40; ++y)
+      for (int x = 0; x < 40; ++x, ++i) {
+        if ((grid.spacing().cwiseProduct(Vec3d(x, y, z)) - c).norm() > radius - ramp_depth(grid.spacing())) continue;
+        ++deep;
+        changed += before[i] != after[i] ? 1 : 0;
+      }
+  CHECK(deep > 1000);
+  CHECK(changed == 0);
 }
 
 TEST_CASE("Cutters that are nowhere near, not finite or tiny are harmless") {

@@ -150,9 +150,10 @@ class Milling {
                                               const Vec3d&) noexcept {
     return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
   }
-  [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to, bool,
-                                                const Vec3d& spacing) noexcept {
-    return {head, from, to, spacing.minCoeff() / 2, spacing.squaredNorm() / 24};
+  /// A cut in time counts each pose of a path once, in the tick that ends there.
+  [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
+                                                bool start_is_cut, const Vec3d& spacing) noexcept {
+    return {head, from, to, spacing.minCoeff() / 2, spacing.squaredNorm() / 24, start_is_cut || !kCutsAtOnce};
   }
 
   struct NoHead {};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/square_roots.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/core/square_roots.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
@@ -225,38 +226,35 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                  std::array<S, kLanes>& out) const noexcept {
-    std::array<S, kLanes> best, inside;
-    best.fill(std::numeric_limits<S>::max());
-    inside.fill(S(0));
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (pieces_[i].side != 0)
-        add_arc(pieces_[i], rho, z, best, inside);
-      else
-        add_line(pieces_[i], rho, z, best, inside);
-    }
-    square_roots(best);
-    for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
+    enlarged_distances(rho, z, 0, out);
   }
 
-  /// Lowers distances to those from the body with thicker rims: arcs of radius r that bulge, enlarged by
-  /// chord (1/r − 1/R), R the largest radius of the body. `chord` in m².
+  /// The same of the body with thicker rims: arcs of radius r that bulge, enlarged by chord (1/r − 1/R), R the largest
+  /// radius of the body. `chord` in m².
   template <RealScalar S, std::size_t kLanes>
-  void thicken_rims(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
-                    std::array<S, kLanes>& distance) const noexcept {
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Piece& p = pieces_[i];
+  void enlarged_distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
+                          std::array<S, kLanes>& out) const noexcept {
+    NearestOnPiece<S, kLanes> near(rho, z);
+    std::array<S, kLanes> best, inside, rims;
+    best.fill(std::numeric_limits<S>::max());
+    inside.fill(S(0));
+    rims.fill(std::numeric_limits<S>::max());
+    for (const Piece& p : pieces()) {
+      near.find(p);
+      for (std::size_t l = 0; l < kLanes; ++l) best[l] = near.square[l] < best[l] ? near.square[l] : best[l];
+      for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
       const auto more = static_cast<S>(rim(p, chord));
       if (!(more > S(0))) continue;
-      std::array<S, kLanes> from, inside;
-      from.fill(std::numeric_limits<S>::max());
-      inside.fill(S(0));
-      add_arc(p, rho, z, from, inside);
-      square_roots(from);
-      for (std::size_t l = 0; l < kLanes; ++l)
-        distance[l] = from[l] - more < distance[l] ? from[l] - more : distance[l];
+      square_roots(near.square);
+      for (std::size_t l = 0; l < kLanes; ++l) near.square[l] -= more;
+      for (std::size_t l = 0; l < kLanes; ++l) rims[l] = near.square[l] < rims[l] ? near.square[l] : rims[l];
     }
+    square_roots(best);
+    for (std::size_t l = 0; l < kLanes; ++l) best[l] = inside[l] > S(0) ? -best[l] : best[l];
+    for (std::size_t l = 0; l < kLanes; ++l) best[l] = rims[l] < best[l] ? rims[l] : best[l];
+    out = best;
   }
-  /// Most that `thicken_rims` adds anywhere [m].
+  /// Most that `enlarged_distances` adds anywhere [m].
   [[nodiscard]] double thickest_rim(double chord) const noexcept {
     double most = 0;
     for (std::size_t i = 0; i < count_; ++i) most = std::max(most, rim(pieces_[i], chord));
@@ -265,52 +263,42 @@ class ToolOutline {
 
   /// Distances with gradients and curvatures, see `Profile`.
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
-    ProfileLanes<double> best, inside, x, y, bend, corner, to_centre;
+    NearestOnPiece<double, kProfileLanes> near(rho, z);
+    ProfileLanes<double> best, inside, x, y, bend, corner;
     best.fill(std::numeric_limits<double>::max());
     inside.fill(0);
     out.central.fill(0);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Piece& p = pieces_[i];
+    for (const Piece& p : pieces()) {
+      near.find(p);
       const double is_central = p.centre_rho == 0 && p.centre_z == 0 && p.side > 0 ? 1.0 : 0.0;
-      ProfileLanes<double> square, own_x, own_y, own_bend, own_corner, central;
+      ProfileLanes<double> own_x, own_y, own_bend, central;
       if (p.side != 0) {
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          const double a = rho[l] - p.centre_rho, b = z[l] - p.centre_z;
-          to_centre[l] = a * a + b * b;
-        }
-        square_roots(to_centre);
-        for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          const Nearest<double> near = nearest_on_arc(p, rho[l], z[l], to_centre[l]);
-          inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
-          const double per = p.side / std::max(to_centre[l], kCentre);
-          square[l] = near.square;
-          own_corner[l] = near.at_end;
-          own_x[l] = near.at_end > 0 ? near.rho : (rho[l] - p.centre_rho) * per;
-          own_y[l] = near.at_end > 0 ? near.z : (z[l] - p.centre_z) * per;
+          const double per = p.side / std::max(near.to_centre[l], kCentre);
+          own_x[l] = near.at_end[l] > 0 ? near.rho[l] : (rho[l] - p.centre_rho) * per;
+          own_y[l] = near.at_end[l] > 0 ? near.z[l] : (z[l] - p.centre_z) * per;
           own_bend[l] = per;
-          central[l] = near.at_end > 0 ? 0.0 : is_central;
+          central[l] = near.at_end[l] > 0 ? 0.0 : is_central;
         }
       } else {
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          const Nearest<double> near = nearest_on_line(p, rho[l], z[l]);
-          inside[l] += is_inside_line(p, rho[l], z[l]);
-          square[l] = near.square;
-          own_corner[l] = near.at_end;
-          own_x[l] = near.at_end > 0 ? near.rho : p.along_z;
-          own_y[l] = near.at_end > 0 ? near.z : -p.along_rho;
+          own_x[l] = near.at_end[l] > 0 ? near.rho[l] : p.along_z;
+          own_y[l] = near.at_end[l] > 0 ? near.z[l] : -p.along_rho;
           own_bend[l] = 0;
           central[l] = 0;
         }
       }
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
         // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
-        const bool nearer = square[l] * (1 + kAtEnd * own_corner[l]) < best[l];
-        best[l] = nearer ? square[l] * (1 + kAtEnd * own_corner[l]) : best[l];
+        const double square = near.square[l] * (1 + kAtEnd * near.at_end[l]);
+        const bool nearer = square < best[l];
+        best[l] = nearer ? square : best[l];
         x[l] = nearer ? own_x[l] : x[l];
         y[l] = nearer ? own_y[l] : y[l];
         bend[l] = nearer ? own_bend[l] : bend[l];
-        corner[l] = nearer ? own_corner[l] : corner[l];
+        corner[l] = nearer ? near.at_end[l] : corner[l];
         out.central[l] = nearer ? central[l] : out.central[l];
+        inside[l] += near.inside[l];
       }
     }
     square_roots(best);
@@ -337,72 +325,74 @@ class ToolOutline {
     return p.side == 0 && p.z == p.end_z && p.end_rho == 0 && p.end_z == z_;
   }
 
-  template <class S>
-  struct Nearest {
-    S square;  ///< of the distance
-    S rho, z;  ///< from the nearest point
-    S at_end;  ///< 1 if that is an end of the piece, else 0
+  /// The nearest place on a piece, for several points at a time. Plain loops over members, which cannot overlap, so
+  /// that compilers vectorise them.
+  template <RealScalar S, std::size_t kLanes>
+  struct NearestOnPiece {
+    using Lanes = std::array<S, kLanes>;
+    Lanes at_rho, at_z;  ///< the points
+    Lanes square;        ///< of the distance
+    Lanes rho, z;        ///< from the nearest place
+    Lanes at_end;        ///< 1 if that is an end of the piece, else 0
+    Lanes inside;        ///< 1 if the point is level with the piece, on the body's side of it
+    Lanes to_centre;     ///< of an arc: distance from its centre
+
+    NearestOnPiece(const Lanes& point_rho, const Lanes& point_z) noexcept : at_rho(point_rho), at_z(point_z) {}
+
+    void find(const Piece& p) noexcept { p.side != 0 ? find_on_arc(p) : find_on_line(p); }
+
+    void find_on_line(const Piece& p) noexcept {
+      const S p_rho = static_cast<S>(p.rho), p_z = static_cast<S>(p.z), end_z = static_cast<S>(p.end_z);
+      const S along_rho = static_cast<S>(p.along_rho), along_z = static_cast<S>(p.along_z);
+      const S length = static_cast<S>(p.length), zero = 0;
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const S a = at_rho[l] - p_rho, b = at_z[l] - p_z;
+        const S along = a * along_rho + b * along_z;
+        const S up = along > zero ? along : zero, on = up < length ? up : length;
+        rho[l] = a - on * along_rho;
+        z[l] = b - on * along_z;
+        at_end[l] = on == along ? S(0) : S(1);
+        const S in = a * along_z - b * along_rho < S(0) ? S(1) : S(0);
+        const S above = at_z[l] >= p_z ? in : S(0);
+        inside[l] = at_z[l] < end_z ? above : S(0);
+      }
+      for (std::size_t l = 0; l < kLanes; ++l) square[l] = rho[l] * rho[l] + z[l] * z[l];
+    }
+
+    void find_on_arc(const Piece& p) noexcept {
+      const S p_rho = static_cast<S>(p.rho), p_z = static_cast<S>(p.z);
+      const S end_rho = static_cast<S>(p.end_rho), end_z = static_cast<S>(p.end_z);
+      const S centre_rho = static_cast<S>(p.centre_rho), centre_z = static_cast<S>(p.centre_z);
+      const S middle_rho = static_cast<S>(p.middle_rho), middle_z = static_cast<S>(p.middle_z);
+      const S radius = static_cast<S>(p.radius), side = static_cast<S>(p.side), cosine = static_cast<S>(p.cosine);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const S a = at_rho[l] - centre_rho, b = at_z[l] - centre_z;
+        to_centre[l] = a * a + b * b;
+      }
+      square_roots(to_centre);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        // The end on the point's side: an arc ascends, so its end has the larger angle from the middle.
+        const S a = at_rho[l] - centre_rho, b = at_z[l] - centre_z;
+        const S upper = (middle_rho * b - middle_z * a) * side > S(0) ? S(1) : S(0);
+        rho[l] = at_rho[l] - p_rho - upper * (end_rho - p_rho);
+        z[l] = at_z[l] - p_z - upper * (end_z - p_z);
+        at_end[l] = a * middle_rho + b * middle_z >= cosine * to_centre[l] ? S(0) : S(1);
+      }
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        // An end is farther than the circle.
+        const S off = to_centre[l] - radius, to_end = at_end[l] * (rho[l] * rho[l] + z[l] * z[l]);
+        square[l] = to_end > off * off ? to_end : off * off;
+      }
+      // Of what is level with the arc, the body has what lies before its centre, with or without the circle.
+      const S circle = p.side > 0 ? S(1) : S(0);
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const S before = at_rho[l] < centre_rho ? S(1) : S(0);
+        const S in = to_centre[l] < radius ? circle : before;
+        const S above = at_z[l] >= p_z ? in : S(0);
+        inside[l] = at_z[l] < end_z ? above : S(0);
+      }
+    }
   };
-
-  template <class S>
-  [[nodiscard]] static Nearest<S> nearest_on_line(const Piece& p, S rho, S z) noexcept {
-    const S a = rho - static_cast<S>(p.rho), b = z - static_cast<S>(p.z), L = static_cast<S>(p.length);
-    const S along = a * static_cast<S>(p.along_rho) + b * static_cast<S>(p.along_z);
-    const S up = along > S(0) ? along : S(0), on = up < L ? up : L;
-    const S dr = a - on * static_cast<S>(p.along_rho), dz = b - on * static_cast<S>(p.along_z);
-    return {dr * dr + dz * dz, dr, dz, on == along ? S(0) : S(1)};
-  }
-  template <class S>
-  [[nodiscard]] static S is_inside_line(const Piece& p, S rho, S z) noexcept {
-    const S a = rho - static_cast<S>(p.rho), b = z - static_cast<S>(p.z);
-    const bool level = z >= static_cast<S>(p.z) && z < static_cast<S>(p.end_z);
-    return level && a * static_cast<S>(p.along_z) - b * static_cast<S>(p.along_rho) < S(0) ? S(1) : S(0);
-  }
-
-  template <class S>
-  [[nodiscard]] static Nearest<S> nearest_on_arc(const Piece& p, S rho, S z, S to_centre) noexcept {
-    const S a = rho - static_cast<S>(p.centre_rho), b = z - static_cast<S>(p.centre_z);
-    const S off = to_centre - static_cast<S>(p.radius);
-    const S mr = static_cast<S>(p.middle_rho), mz = static_cast<S>(p.middle_z);
-    // The end on the point's side: an arc ascends, so its end has the larger angle from the middle.
-    const bool upper = (mr * b - mz * a) * static_cast<S>(p.side) > S(0);
-    const S dr = rho - static_cast<S>(upper ? p.end_rho : p.rho), dz = z - static_cast<S>(upper ? p.end_z : p.z);
-    const bool within = a * mr + b * mz >= static_cast<S>(p.cosine) * to_centre;
-    return {within ? off * off : dr * dr + dz * dz, dr, dz, within ? S(0) : S(1)};
-  }
-  template <class S>
-  [[nodiscard]] static S is_inside_arc(const Piece& p, S rho, S z, S to_centre) noexcept {
-    const bool level = z >= static_cast<S>(p.z) && z < static_cast<S>(p.end_z);
-    const bool before = rho < static_cast<S>(p.centre_rho);
-    const bool in_circle = to_centre < static_cast<S>(p.radius);
-    const bool inside = p.side > 0 ? before || in_circle : before && !in_circle;
-    return level && inside ? S(1) : S(0);
-  }
-
-  template <class S, std::size_t kLanes>
-  static void add_line(const Piece& p, const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
-                       std::array<S, kLanes>& best, std::array<S, kLanes>& inside) noexcept {
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const S square = nearest_on_line(p, rho[l], z[l]).square;
-      best[l] = square < best[l] ? square : best[l];
-      inside[l] += is_inside_line(p, rho[l], z[l]);
-    }
-  }
-  template <class S, std::size_t kLanes>
-  static void add_arc(const Piece& p, const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
-                      std::array<S, kLanes>& best, std::array<S, kLanes>& inside) noexcept {
-    std::array<S, kLanes> to_centre;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const S a = rho[l] - static_cast<S>(p.centre_rho), b = z[l] - static_cast<S>(p.centre_z);
-      to_centre[l] = a * a + b * b;
-    }
-    square_roots(to_centre);
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const S square = nearest_on_arc(p, rho[l], z[l], to_centre[l]).square;
-      best[l] = square < best[l] ? square : best[l];
-      inside[l] += is_inside_arc(p, rho[l], z[l], to_centre[l]);
-    }
-  }
 
   void check(double rho, double z) const {
     if (closed_) refuse("ToolOutline", "a closed outline has no further piece, got z", z);

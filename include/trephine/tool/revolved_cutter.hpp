@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/square_roots.hpp>
 #include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/cutter.hpp>
 
@@ -16,9 +17,10 @@ class RevolvedCutter {
  public:
   static constexpr int kMostPoses = 33;
 
-  /// `step` [m]: largest motion of any point of the head between two of the poses.
-  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step,
-                 double chord = 0) noexcept
+  /// `step` [m]: largest motion of any point of the head between two of the poses. With `start_is_cut` the first pose
+  /// is left out, unless it is the only one.
+  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step, double chord = 0,
+                 bool start_is_cut = false) noexcept
       : origin_(X_GT.translation()), head_(head), chord_(chord) {
     const double more = head.allowance + head.outline.thickest_rim(chord);
     low_ = head.outline.z_low() - more;
@@ -28,10 +30,11 @@ class RevolvedCutter {
     const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMostPoses - 1})) : 0;
     const Quatd q0(X_GT_previous.linear());
     const Quatd q1(X_GT.linear());
-    for (count_ = 0; count_ <= steps; ++count_) {
-      const double t = steps > 0 ? static_cast<double>(count_) / steps : 1.0;
+    has_start_ = steps > 0 && !start_is_cut;
+    for (int i = has_start_ || steps == 0 ? 0 : 1; i <= steps; ++i) {
+      const double t = steps > 0 ? static_cast<double>(i) / steps : 1.0;
       const Vec3d p = (1 - t) * X_GT_previous.translation() + t * X_GT.translation();
-      add(p - origin_, count_ == steps ? Mat3d(X_GT.linear()) : q0.slerp(t, q1).toRotationMatrix());
+      add(p - origin_, i == steps ? Mat3d(X_GT.linear()) : q0.slerp(t, q1).toRotationMatrix());
     }
   }
 
@@ -51,8 +54,7 @@ class RevolvedCutter {
       const double z = at.axis.dot(p_O);
       const std::array<double, 1> rho{(p_O - z * at.axis).norm()}, height{z};
       std::array<double, 1> one;
-      head_.outline.distances(rho, height, one);
-      head_.outline.thicken_rims(rho, height, chord_, one);
+      head_.outline.enlarged_distances(rho, height, chord_, one);
       d = std::min(d, one[0] - head_.allowance);
     }
     return d;
@@ -88,15 +90,16 @@ class RevolvedCutter {
     }
   }
 
-  /// Integrates over the poses with the trapezoidal rule.
+  /// Integrates over the poses: with the trapezoidal rule, or without the first pose with the rectangles that end at
+  /// the others.
   template <std::size_t kLanes>
   void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
-    const float weight = count_ > 1 ? 1 / static_cast<float>(count_ - 1) : 1;
+    const float weight = 1 / static_cast<float>(has_start_ ? count_ - 1 : count_);
     for (int i = 0; i < count_; ++i) {
       std::array<float, kLanes> d;
       distances_at(i, x, step, y, z, d);
-      const bool is_end = count_ > 1 && (i == 0 || i == count_ - 1);
+      const bool is_end = has_start_ && (i == 0 || i == count_ - 1);
       detail::add_shares(d, reach, is_end ? weight / 2 : weight, out);
     }
   }
@@ -115,10 +118,9 @@ class RevolvedCutter {
       const float rx = qx - w[l] * ax, ry = py - w[l] * ay, rz = pz - w[l] * az;
       r[l] = rx * rx + ry * ry + rz * rz;
     }
-    detail::square_roots(r);
+    square_roots(r);
     std::array<float, kLanes> d;
-    head_.outline.distances(r, w, d);
-    head_.outline.thicken_rims(r, w, chord_, d);
+    head_.outline.enlarged_distances(r, w, chord_, d);
     const auto allowance = static_cast<float>(head_.allowance);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = d[l] - allowance;
   }
@@ -135,7 +137,7 @@ class RevolvedCutter {
     const Vec3d axis = R_GT.col(2);
     const Vec3d front = p_OT + low_ * axis;
     const Vec3d back = p_OT + high_ * axis;
-    poses_[static_cast<std::size_t>(count_)] =
+    poses_[static_cast<std::size_t>(count_++)] =
         Pose{p_OT, axis, p_OT.cast<float>(), axis.cast<float>(), detail::Rod(front, back, radius_)};
     for (const Vec3d& end : {front, back}) {
       // A disc of the head's radius at either end holds the head.
@@ -149,6 +151,7 @@ class RevolvedCutter {
   CuttingHead head_;
   double chord_;
   double low_, high_, radius_;  // of the enlarged head
+  bool has_start_ = false;      // of several poses the first is where the path starts
   int count_ = 0;
   std::array<Pose, kMostPoses> poses_;
   Eigen::AlignedBox3d box_;

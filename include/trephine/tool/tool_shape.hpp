@@ -79,12 +79,4 @@ concept ToolShape = std::copy_constructible<T> &&
 };
 // clang-format on
 
-/// Replaces all lanes by their square roots. Eigen does it, because std::sqrt may set errno, which prevents
-/// vectorisation.
-template <std::floating_point S, std::size_t kLanes>
-void square_roots(std::array<S, kLanes>& x) noexcept {
-  Eigen::Map<Eigen::Array<S, static_cast<int>(kLanes), 1>> lanes(x.data());
-  lanes = lanes.sqrt();
-}
-
 }  // namespace trephine

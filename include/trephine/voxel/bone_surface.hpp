@@ -236,17 +236,25 @@ void BoneSurface<Density>::compute(Slot& slot, std::size_t brick) noexcept {
   release_blocks(slot);
   const CrossedEdges<Density> edges(*grid_, brick, isovalue_);
   const DualElements elements{grid_->spacing().template cast<float>()};
+  const std::size_t crossings = edges.crossings().size();
   ElementBlock* block = nullptr;
   std::size_t n = ElementBlock::kSize;
   std::int32_t last = kEnd;
-  for (const auto& crossing : edges.crossings()) {
-    const auto whole = elements.at(edges, crossing);
-    if (!whole) continue;
-    const int parts_b = parts_[(crossing.axis + 1U) % 3], parts_c = parts_[(crossing.axis + 2U) % 3];
-    const Vec3<float> along = whole->along / static_cast<float>(parts_b),
-                      across = whole->across / static_cast<float>(parts_c);
-    const float spread = kRoundedUp * (along.norm() + across.norm());
-    for (int part = 0; part < parts_b * parts_c; ++part) {
+  CrossingLanes around;
+  DualElementLanes whole;
+  for (std::size_t i = 0; i < crossings; ++i) {
+    const std::size_t l = i % CrossingLanes::kLanes;
+    if (l == 0) {
+      edges.surround(i, around);
+      elements.compute(around, edges.isovalue(), whole);
+    }
+    if (!(whole.area[l] > 0)) continue;
+    const auto& crossing = edges.crossings()[i];
+    const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    const int parts_b = parts_[b], parts_c = parts_[c], parts = parts_b * parts_c;
+    const float per_b = 1 / static_cast<float>(parts_b), per_c = 1 / static_cast<float>(parts_c);
+    const float spread = kRoundedUp * (whole.along_length[l] * per_b + whole.across_length[l] * per_c);
+    for (int part = 0; part < parts; ++part) {
       if (n == ElementBlock::kSize) {
         if (block) block->finish(ElementBlock::kSize);
         last = append_block(slot, last);
@@ -255,14 +263,14 @@ void BoneSurface<Density>::compute(Slot& slot, std::size_t brick) noexcept {
       }
       const auto ib = static_cast<float>(2 * (part % parts_b) + 1 - parts_b);
       const auto ic = static_cast<float>(2 * (part / parts_b) + 1 - parts_c);
-      const Vec3<float> position = whole->middle + ib * along + ic * across;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto e = static_cast<Eigen::Index>(axis);
-        block->position[axis][n] = position[e];
-        block->along[axis][n] = along[e];
-        block->across[axis][n] = across[e];
+        const std::size_t g = (a + axis) % 3;
+        const float along = whole.along[axis][l] * per_b, across = whole.across[axis][l] * per_c;
+        block->position[g][n] = whole.middle[axis][l] + ib * along + ic * across;
+        block->along[g][n] = along;
+        block->across[g][n] = across;
       }
-      block->area[n] = whole->area / static_cast<float>(parts_b * parts_c);
+      block->area[n] = whole.area[l] * per_b * per_c;
       block->spread[n] = spread;
       block->edge[n] = crossing.edge + ElementBlock::kEdges * static_cast<std::uint32_t>(part);
       ++n;

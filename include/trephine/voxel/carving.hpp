@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/square_roots.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cutter.hpp>
 #include <trephine/voxel/lost_cells.hpp>
@@ -12,9 +13,10 @@
 /// Removes bone. Haptic thread only; no allocation. The work is bounded by the voxels in the cutter's box.
 ///
 /// A **geometric cut** lowers every voxel to at most ρ_c = iso + slope · d/h. Here d is the signed distance from the
-/// cutter and h the grid's longest spacing. ρ_c is rounded to the nearest density and clamped to the type's range. It
-/// is linear in space, so the trilinear interpolant reproduces it, and the new isosurface lies on the cutter for bone
-/// of any density. A second equal cut changes nothing. Lower densities stay, so no cut adds bone.
+/// cutter, −`ramp_depth` at least, and h the grid's longest spacing. ρ_c is rounded to the nearest density and clamped
+/// to the type's range. It is linear in space near the cutter, so the trilinear interpolant reproduces it, and the new
+/// isosurface lies on the cutter for bone of any density. A second equal cut changes nothing. Lower densities stay, so
+/// no cut adds bone.
 ///
 /// *Slope* [densities per voxel]: see `auto_slope`. *Reach*: see `cut_reach`.
 namespace trephine {
@@ -25,6 +27,10 @@ namespace trephine {
 [[nodiscard]] inline double cut_reach(const Vec3d& spacing) noexcept {
   return std::max(1.5 / std::sqrt(3.0) * spacing.norm(), spacing.maxCoeff());
 }
+
+/// Returns the depth in the cutter down to which densities fall [m]: two diagonals of a voxel. Deeper ones are all the
+/// same, so what is cut stays as it is while the cutter goes on. Gradients at the new surface read no voxel as deep.
+[[nodiscard]] inline double ramp_depth(const Vec3d& spacing) noexcept { return 2 * spacing.norm(); }
 
 /// Returns a cut's default slope, in densities per (longest) voxel edge.
 ///
@@ -119,8 +125,8 @@ class Cut {
     const Vec3d hi = (box.max().array() + reach_).matrix().cwiseQuotient(h);
     if (!is_finite(lo) || !is_finite(hi)) return 0;
     // No point is deeper in the body than half its box's shortest side.
-    lowest_target_ =
-        static_cast<Density>(nearest_(isovalue_ - per_metre_ * static_cast<float>(box.sizes().minCoeff() / 2)));
+    const double deepest = std::min(box.sizes().minCoeff() / 2, ramp_depth(h));
+    lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(deepest));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
     const int last_j = voxel_before(hi.y(), size[1]);
     first_k_ = voxel_after(lo.z(), size[2]);
@@ -303,7 +309,7 @@ class Cut {
   /// Returns true if no target is lower than the present densities, which is usual in air.
   template <std::size_t kLanes>
   [[nodiscard]] bool is_low(const std::array<Density, kLanes>& old) const noexcept {
-    const Density lowest = lowest_target_;
+    const auto lowest = static_cast<Density>(lowest_target_);
     return !any_lane<Density, kLanes>([&](std::size_t l) { return old[l] > lowest; });
   }
 
@@ -315,10 +321,11 @@ class Cut {
     const float reach = static_cast<float>(reach_);
     const float isovalue = isovalue_, per_metre = per_metre_;
     const NearestDensity<Density> nearest = nearest_;
-    const Wide none = none_;
+    const Wide none = none_, lowest = lowest_target_;
     for (std::size_t l = 0; l < kLanes; ++l) {
       const Wide exact = nearest(isovalue + d[l] * per_metre);
-      const Wide within = d[l] < reach ? exact : none;
+      const Wide raised = exact > lowest ? exact : lowest;
+      const Wide within = d[l] < reach ? raised : none;
       target[l] = static_cast<int>(l) < count ? within : none;
     }
     if constexpr (kBySteepness)
@@ -355,7 +362,7 @@ class Cut {
   double per_x_;
   float isovalue_;
   float per_metre_;
-  Density lowest_target_{};
+  Wide lowest_target_{};
   Wide none_ = std::numeric_limits<Density>::max();  // a target that cuts nothing
   int first_k_ = 0, last_k_ = -1, last_i_ = -1;
   Tile tile_;

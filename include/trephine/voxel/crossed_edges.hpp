@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/math.hpp>
+#include <trephine/voxel/bone_volume.hpp>
+#include <trephine/voxel/lane_bits.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
@@ -9,26 +10,40 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 namespace trephine {
 
+/// What surrounds some crossings. Vectors have a component along the edge's own axis a, and along the two axes b and c
+/// that follow it. Lengths are in voxels from the brick's voxel 0.
+struct CrossingLanes {
+  static constexpr std::size_t kLanes = 16;
+  using Lanes = std::array<float, kLanes>;
+  std::array<Lanes, 3> start;  ///< voxel at the edge's lower end
+  std::array<Lanes, 2> ends;   ///< densities at the edge's ends
+  Lanes starts_in_bone;        ///< 1 if its lower end is bone, else 0
+  /// Sum of the crossings of the cells beside the edge at (b, c) = (−1, −1), (0, −1), (−1, 0), (0, 0), and their
+  /// number.
+  std::array<std::array<Lanes, 4>, 4> cells;
+  /// Densities at the ends of the edges beside at b − 1, b + 1, c − 1, c + 1.
+  std::array<std::array<Lanes, 2>, 4> beside;
+  std::array<std::uint8_t, kLanes> axis;  ///< a
+};
+
 /// Crossings of the isosurface with the voxel edges of a brick, by linear interpolation along the edges. It reads the
 /// brick and its halo alone. Positions are in voxels from the brick's voxel 0.
 ///
-/// Rows of bits find the crossed edges. Cost: some nanoseconds for a row of voxels and for a crossing; 64 kB of stack.
+/// Rows of bits find the crossed edges. Cost: some nanoseconds for a row of voxels and for a crossing; 60 kB of stack.
 template <VoxelDensity Density>
 class CrossedEdges {
  public:
   static constexpr int kBrick = VoxelGrid<Density>::kBrick;
 
   struct Crossing {
-    std::array<float, 3> at;
     std::uint32_t edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
     std::array<std::int8_t, 3> start;
     std::uint8_t axis;
-    bool starts_in_bone;  ///< whether the edge's end of lower index is bone
-    [[nodiscard]] Vec3<float> position() const noexcept { return {at[0], at[1], at[2]}; }
   };
 
   /// Finds the crossings of the brick's own edges, and sums up the crossings of each cell, neighbours' edges included.
@@ -42,44 +57,49 @@ class CrossedEdges {
     }
     pitch_ = {1, grid.row_pitch(), grid.plane_pitch()};
     origin_ = grid.data() + grid.index(base[0], base[1], base[2]);
-    find();
+    const detail::LeastBone<Density> least(isovalue);
+    if (least.is_reached) find(least.density);
   }
 
   [[nodiscard]] std::span<const Crossing> crossings() const noexcept { return {crossings_.data(), count_}; }
+  [[nodiscard]] float isovalue() const noexcept { return isovalue_; }
 
-  /// Returns the mean crossing of a cell beside the edge. db and dc, −1 or 0, select the cell along the two axes that
-  /// follow the edge's own.
-  [[nodiscard]] Vec3<float> cell_mean(const Crossing& q, int db, int dc) const noexcept {
-    const std::size_t b = (q.axis + 1U) % 3, c = (q.axis + 2U) % 3;
-    const Cell& cell =
-        cells_[static_cast<std::size_t>(static_cast<int>(q.edge / 3) + db * kCellPitch[b] + dc * kCellPitch[c])];
-    return Vec3<float>(cell.x, cell.y, cell.z) / cell.count;
-  }
-
-  /// Returns the surface's next crossing across the face on one side, −1 or 1, of the edge along axis b. On a face that
-  /// is crossed four times it returns the crossing of the opposite edge.
-  [[nodiscard]] Vec3<float> next_crossing(const Crossing& q, std::size_t b, int side) const noexcept {
-    const std::size_t a = q.axis;
-    const Density* const v = at(q.start);
-    const auto density = [](const Density* p) { return static_cast<float>(*p); };
-    const std::ptrdiff_t aside = side * pitch_[b];
-    const float v0 = density(v), v1 = density(v + pitch_[a]);
-    const float w0 = density(v + aside), w1 = density(v + pitch_[a] + aside);
-    const bool in0 = w0 >= isovalue_, across = in0 != (w1 >= isovalue_), at_end = in0 == q.starts_in_bone;
-    const float from = across ? w0 : at_end ? v1 : v0, to = across || at_end ? w1 : w0;
-    const float part = (isovalue_ - from) / (to - from);
-    std::array<float, 3> p{static_cast<float>(q.start[0]), static_cast<float>(q.start[1]),
-                           static_cast<float>(q.start[2])};
-    p[a] += across ? part : at_end ? 1.0F : 0.0F;
-    p[b] += static_cast<float>(side) * (across ? 1.0F : part);
-    return {p[0], p[1], p[2]};
+  /// Collects what surrounds `crossings()[first]` and those after it. Lanes beyond the last one repeat it.
+  void surround(std::size_t first, CrossingLanes& out) const noexcept {
+    for (std::size_t l = 0; l < CrossingLanes::kLanes; ++l) {
+      const Crossing& q = crossings_[std::min(first + l, count_ - 1)];
+      const std::size_t a = q.axis, b = kNext[a], c = kNext[b];
+      out.axis[l] = q.axis;
+      out.start[0][l] = q.start[a];
+      out.start[1][l] = q.start[b];
+      out.start[2][l] = q.start[c];
+      const Cell* const cell = &cells_[q.edge / 3];
+      for (std::size_t m = 0; m < 4; ++m) {
+        const Cell& from = *(cell - (m & 1U ? 0 : kCellPitch[b]) - (m & 2U ? 0 : kCellPitch[c]));
+        out.cells[m][0][l] = from.sum[a];
+        out.cells[m][1][l] = from.sum[b];
+        out.cells[m][2][l] = from.sum[c];
+        out.cells[m][3][l] = from.count;
+      }
+      const Density* const v = at(q.start);
+      const std::array<std::ptrdiff_t, 4> aside{-pitch_[b], pitch_[b], -pitch_[c], pitch_[c]};
+      for (std::size_t end = 0; end < 2; ++end) {
+        const Density* const w = end == 0 ? v : v + pitch_[a];
+        out.ends[end][l] = static_cast<float>(*w);
+        for (std::size_t n = 0; n < 4; ++n) out.beside[n][end][l] = static_cast<float>(w[aside[n]]);
+      }
+    }
+    for (std::size_t l = 0; l < CrossingLanes::kLanes; ++l)
+      out.starts_in_bone[l] = out.ends[0][l] >= isovalue_ ? 1.0F : 0.0F;
   }
 
  private:
   static constexpr int kCells = kBrick + 1;  // from −1 on
   static constexpr std::array<int, 3> kCellPitch{1, kCells, kCells* kCells};
+  static constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
   struct Cell {
-    float x, y, z, count;
+    std::array<float, 3> sum;
+    float count;
   };
 
   template <class Index>
@@ -87,58 +107,56 @@ class CrossedEdges {
     return origin_ + v[0] + v[1] * pitch_[1] + v[2] * pitch_[2];
   }
 
-  void find() noexcept {
+  void find(Density least) noexcept {
     // Bit i + 1 of row (j, k) is set where voxel i is bone.
     constexpr std::size_t kRow = kBrick + 2;
     std::array<std::uint32_t, kRow * kRow> bone{};
     const auto row_at = [](int j, int k) {
       return static_cast<std::size_t>(k + 1) * kRow + static_cast<std::size_t>(j + 1);
     };
-    for (int k = -1; k <= hi_[2]; ++k)
-      for (int j = -1; j <= hi_[1]; ++j) {
-        const Density* const voxel = at(std::array{0, j, k});
-        std::uint32_t bits = 0;
-        for (int i = -1; i <= hi_[0]; ++i)
-          bits |= static_cast<std::uint32_t>(static_cast<float>(voxel[i]) >= isovalue_) << (i + 1);
-        bone[row_at(j, k)] = bits;
-      }
     const std::uint32_t starts = (1U << (hi_[0] + 1)) - 1, all = (1U << (hi_[0] + 2)) - 1;
     for (int k = -1; k <= hi_[2]; ++k)
       for (int j = -1; j <= hi_[1]; ++j) {
+        // Beyond the last row lies one of border, and 64 spare bytes.
+        std::array<Density, 16> v;
+        std::memcpy(v.data(), at(std::array{-1, j, k}), sizeof(v));
+        bone[row_at(j, k)] = detail::lane_bits<Density, 16>([&](std::size_t l) { return v[l] >= least; }) & all;
+      }
+    for (int k = -1; k <= hi_[2]; ++k)
+      for (int j = -1; j <= hi_[1]; ++j) {
         const std::uint32_t here = bone[row_at(j, k)];
-        const std::array<std::uint32_t, 3> crossed{(here ^ (here >> 1)) & starts,
-                                                   j < hi_[1] ? (here ^ bone[row_at(j + 1, k)]) & all : 0,
-                                                   k < hi_[2] ? (here ^ bone[row_at(j, k + 1)]) & all : 0};
-        for (std::size_t a = 0; a < 3; ++a)
-          for (std::uint32_t bits = crossed[a]; bits != 0; bits &= bits - 1) add(std::countr_zero(bits) - 1, j, k, a);
+        add<0>((here ^ (here >> 1)) & starts, j, k);
+        if (j < hi_[1]) add<1>(here ^ bone[row_at(j + 1, k)], j, k);
+        if (k < hi_[2]) add<2>(here ^ bone[row_at(j, k + 1)], j, k);
       }
   }
 
-  void add(int i, int j, int k, std::size_t a) noexcept {
-    const std::array<int, 3> start{i, j, k};
-    const Density* const v = at(start);
-    const auto from = static_cast<float>(v[0]), to = static_cast<float>(v[pitch_[a]]);
-    std::array<float, 3> p{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
-    p[a] += (isovalue_ - from) / (to - from);
-    const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    const int first = (i + 1) * kCellPitch[0] + (j + 1) * kCellPitch[1] + (k + 1) * kCellPitch[2];
-    for (int db = -1; db <= 0; ++db)
-      for (int dc = -1; dc <= 0; ++dc) {
-        const int at_b = start[b] + db, at_c = start[c] + dc;
-        if (at_b < -1 || at_c < -1 || at_b >= kBrick || at_c >= kBrick) continue;
-        Cell& cell = cells_[static_cast<std::size_t>(first + db * kCellPitch[b] + dc * kCellPitch[c])];
-        cell.x += p[0];
-        cell.y += p[1];
-        cell.z += p[2];
-        cell.count += 1;
-      }
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (start[axis] < lo_[axis] || start[axis] >= hi_[axis]) return;
-    crossings_[count_++] = {p,
-                            static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a),
-                            {static_cast<std::int8_t>(i), static_cast<std::int8_t>(j), static_cast<std::int8_t>(k)},
-                            static_cast<std::uint8_t>(a),
-                            from >= isovalue_};
+  /// Adds crossed edges along axis a that start in a row of voxels, those of bits i + 1.
+  template <std::size_t a>
+  void add(std::uint32_t bits, int j, int k) noexcept {
+    constexpr std::size_t b = kNext[a], c = kNext[b];
+    const bool is_own_row = j >= lo_[1] && j < hi_[1] && k >= lo_[2] && k < hi_[2];
+    for (; bits != 0; bits &= bits - 1) {
+      const int i = std::countr_zero(bits) - 1;
+      const std::array<int, 3> start{i, j, k};
+      const Density* const v = at(start);
+      const auto from = static_cast<float>(v[0]), to = static_cast<float>(v[pitch_[a]]);
+      std::array<float, 3> p{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
+      p[a] += (isovalue_ - from) / (to - from);
+      const int first = (i + 1) * kCellPitch[0] + (j + 1) * kCellPitch[1] + (k + 1) * kCellPitch[2];
+      for (int db = -1; db <= 0; ++db)
+        for (int dc = -1; dc <= 0; ++dc) {
+          const int at_b = start[b] + db, at_c = start[c] + dc;
+          if (at_b < -1 || at_c < -1 || at_b >= kBrick || at_c >= kBrick) continue;
+          Cell& cell = cells_[static_cast<std::size_t>(first + db * kCellPitch[b] + dc * kCellPitch[c])];
+          for (std::size_t axis = 0; axis < 3; ++axis) cell.sum[axis] += p[axis];
+          cell.count += 1;
+        }
+      if (!is_own_row || i < lo_[0] || i >= hi_[0]) continue;
+      crossings_[count_++] = {static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a),
+                              {static_cast<std::int8_t>(i), static_cast<std::int8_t>(j), static_cast<std::int8_t>(k)},
+                              static_cast<std::uint8_t>(a)};
+    }
   }
 
   float isovalue_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/square_roots.hpp>
 
 #include <algorithm>
 #include <array>
@@ -57,18 +58,6 @@ concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLa
 };
 
 namespace detail {
-
-/// Takes the square roots of all lanes. It uses Eigen, because std::sqrt may set errno, which prevents vectorisation.
-/// It works on 32 bytes, as compilers do in the surrounding loops: a wider load would wait for the stores before it.
-template <class Scalar, std::size_t kLanes>
-void square_roots(std::array<Scalar, kLanes>& x) noexcept {
-  constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(Scalar));
-  static_assert(kLanes % kPart == 0);
-  for (std::size_t i = 0; i < kLanes; i += kPart) {
-    Eigen::Map<Eigen::Array<Scalar, static_cast<int>(kPart), 1>> lanes(x.data() + i);
-    lanes = lanes.sqrt();
-  }
-}
 
 /// Adds `weight` times the share that a tool at these distances covers.
 template <std::size_t kLanes>
@@ -224,7 +213,7 @@ class SphereCutter {
       const float dz = z - t * az;
       out[l] = dx * dx + dy * dy + dz * dz;
     }
-    detail::square_roots(out);
+    square_roots(out);
     const auto radius = static_cast<float>(radius_);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] -= radius;
   }
@@ -253,7 +242,7 @@ class SphereCutter {
       const float dx = px + step * static_cast<float>(static_cast<int>(l));
       d[l] = dx * dx + dy * dy + dz * dz;
     }
-    detail::square_roots(d);
+    square_roots(d);
     const auto radius = static_cast<float>(radius_);
     for (std::size_t l = 0; l < kLanes; ++l) d[l] -= radius;
     detail::add_shares(d, reach, weight, out);

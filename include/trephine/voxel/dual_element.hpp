@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/math.hpp>
+#include <trephine/core/square_roots.hpp>
 #include <trephine/voxel/crossed_edges.hpp>
 
 #include <algorithm>
-#include <optional>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 
 namespace trephine {
 
-/// The parallelogram that stands for the isosurface around a crossed voxel edge. Metres from the brick's voxel 0.
-struct DualElement {
-  Vec3<float> middle;
-  Vec3<float> along, across;  ///< half sides
-  float area;                 ///< quadrature weight [m²]
+/// The parallelograms that stand for the isosurface around some crossed voxel edges. Metres from the brick's voxel 0.
+/// Vectors have the components of `CrossingLanes`.
+struct DualElementLanes {
+  using Lanes = CrossingLanes::Lanes;
+  std::array<Lanes, 3> middle;
+  std::array<Lanes, 3> along, across;  ///< half sides
+  Lanes area;                          ///< quadrature weight [m²]; 0: the element is too small
+  Lanes along_length, across_length;   ///< of the half sides [m]
 };
 
 /// Computes the surface elements of crossed voxel edges.
@@ -37,40 +46,140 @@ struct DualElements {
 
   Vec3<float> spacing;  ///< of the grid [m]
 
-  /// The element of a crossing; nothing where it would be smaller than kMinArea.
-  template <VoxelDensity Density>
-  [[nodiscard]] std::optional<DualElement> at(const CrossedEdges<Density>& edges,
-                                              const typename CrossedEdges<Density>::Crossing& crossing) const noexcept {
-    const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-    const auto length = [&](std::size_t axis) { return spacing[static_cast<Eigen::Index>(axis)]; };
-    const auto metres = [&](const Vec3<float>& u) -> Vec3<float> { return u.cwiseProduct(spacing); };
-    const Vec3<float> p00 = metres(edges.cell_mean(crossing, -1, -1)), p10 = metres(edges.cell_mean(crossing, 0, -1)),
-                      p01 = metres(edges.cell_mean(crossing, -1, 0)), p11 = metres(edges.cell_mean(crossing, 0, 0));
-    DualElement e{0.25F * (p00 + p10 + p01 + p11), 0.25F * (p10 + p11 - p00 - p01), 0.25F * (p01 + p11 - p00 - p10), 0};
-    const Vec3<float> normal = e.along.cross(e.across);
-    const float size = normal.norm();
-    if (!(4 * size > kMinArea * length(b) * length(c))) return std::nullopt;
-    e.area = 4 * size;
+  /// Computes the elements of crossings of this isovalue.
+  void compute(const CrossingLanes& q, float isovalue, DualElementLanes& out) const noexcept {
+    const Vectors length = lengths(q.axis);
+    // A quarter of the quadrilateral's corners.
+    std::array<Vectors, 4> p;
+    for (std::size_t m = 0; m < 4; ++m) {
+      Lanes per;
+      for (std::size_t l = 0; l < kLanes; ++l) per[l] = 0.25F / q.cells[m][3][l];
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t l = 0; l < kLanes; ++l) p[m][i][l] = q.cells[m][i][l] * per[l] * length[i][l];
+    }
+    Vectors middle, along, across, normal;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t l = 0; l < kLanes; ++l) middle[i][l] = p[0][i][l] + p[1][i][l] + p[2][i][l] + p[3][i][l];
+      for (std::size_t l = 0; l < kLanes; ++l) along[i][l] = p[1][i][l] + p[3][i][l] - p[0][i][l] - p[2][i][l];
+      for (std::size_t l = 0; l < kLanes; ++l) across[i][l] = p[2][i][l] + p[3][i][l] - p[0][i][l] - p[1][i][l];
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Lanes &a1 = along[(i + 1) % 3], &a2 = along[(i + 2) % 3];
+      const Lanes &c1 = across[(i + 1) % 3], &c2 = across[(i + 2) % 3];
+      for (std::size_t l = 0; l < kLanes; ++l) normal[i][l] = a1[l] * c2[l] - a2[l] * c1[l];
+    }
+    const Lanes size = lengths_of(normal);
+    Lanes round;
+    const float per_round = 1 / (8 * kRound * spacing.minCoeff());
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float area = 4 * size[l], bc = length[1][l] * length[2][l];
+      out.area[l] = area > kMinArea * bc ? area : 0.0F;
+    }
+    for (std::size_t l = 0; l < kLanes; ++l)
+      round[l] = (length[1][l] * length[1][l] + length[2][l] * length[2][l]) * per_round;
 
     // Outward is away from the edge's end in bone.
-    const bool up = (normal[static_cast<Eigen::Index>(a)] > 0) == crossing.starts_in_bone;
-    const Vec3<float> outward = (up ? 1 / size : -1 / size) * normal;
-    const Vec3<float> b0 = metres(edges.next_crossing(crossing, b, -1)),
-                      b1 = metres(edges.next_crossing(crossing, b, 1)),
-                      c0 = metres(edges.next_crossing(crossing, c, -1)),
-                      c1 = metres(edges.next_crossing(crossing, c, 1));
-    // The surface crosses the cells' faces halfway to the next crossings.
-    const Vec3<float> on_faces = 0.5F * metres(crossing.position()) + 0.125F * (b0 + b1 + c0 + c1);
-    const float rise = (on_faces - e.middle).dot(outward);
-    const float round = (length(b) * length(b) + length(c) * length(c)) / (8 * kRound * spacing.minCoeff());
-    e.middle += (rise + std::min(rise, std::max(0.0F, 2 * round - rise))) * outward;
-    const float sharpness = std::clamp(rise / round - 1, 0.0F, 1.0F);
-    if (sharpness > 0) {
-      e.middle += sharpness * (on_faces - e.middle);
-      e.along += sharpness * (0.25F * (b1 - b0) - e.along);
-      e.across += sharpness * (0.25F * (c1 - c0) - e.across);
+    Lanes out_of_bone;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float up = normal[0][l] > 0 ? 1.0F : -1.0F;
+      out_of_bone[l] = up * (2 * q.starts_in_bone[l] - 1) / std::max(size[l], std::numeric_limits<float>::min());
     }
-    return e;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t l = 0; l < kLanes; ++l) normal[i][l] *= out_of_bone[l];
+
+    // The surface crosses the cells' faces halfway to the next crossings.
+    const std::array<std::array<Lanes, 2>, 4> next{next_crossing(q, isovalue, 0), next_crossing(q, isovalue, 1),
+                                                   next_crossing(q, isovalue, 2), next_crossing(q, isovalue, 3)};
+    // The mean of the faces' crossings, and half the way between those that face one another.
+    Vectors on_faces, wide_along, wide_across;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float own = (isovalue - q.ends[0][l]) / (q.ends[1][l] - q.ends[0][l]);
+      const float sum_a = next[0][0][l] + next[1][0][l] + next[2][0][l] + next[3][0][l];
+      on_faces[0][l] = (q.start[0][l] + 0.5F * own + 0.125F * sum_a) * length[0][l];
+      wide_along[0][l] = 0.25F * (next[1][0][l] - next[0][0][l]) * length[0][l];
+      wide_across[0][l] = 0.25F * (next[3][0][l] - next[2][0][l]) * length[0][l];
+    }
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      on_faces[1][l] = (q.start[1][l] + 0.125F * (next[1][1][l] - next[0][1][l])) * length[1][l];
+      on_faces[2][l] = (q.start[2][l] + 0.125F * (next[3][1][l] - next[2][1][l])) * length[2][l];
+      wide_along[1][l] = 0.25F * (next[1][1][l] + next[0][1][l]) * length[1][l];
+      wide_across[2][l] = 0.25F * (next[3][1][l] + next[2][1][l]) * length[2][l];
+    }
+    wide_along[2].fill(0);
+    wide_across[1].fill(0);
+
+    Lanes rise, moved, sharpness;
+    for (std::size_t l = 0; l < kLanes; ++l)
+      rise[l] = (on_faces[0][l] - middle[0][l]) * normal[0][l] + (on_faces[1][l] - middle[1][l]) * normal[1][l] +
+                (on_faces[2][l] - middle[2][l]) * normal[2][l];
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float most = 2 * round[l] - rise[l], bounded = most > 0 ? most : 0.0F;
+      moved[l] = rise[l] + (rise[l] < bounded ? rise[l] : bounded);
+    }
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float over = rise[l] / round[l] - 1, some = over > 0 ? over : 0.0F;
+      sharpness[l] = some < 1 ? some : 1.0F;
+    }
+    const auto blend = [&](const Lanes& from, const Lanes& to, Lanes& result) {
+      Lanes mixed;
+      for (std::size_t l = 0; l < kLanes; ++l) mixed[l] = from[l] + sharpness[l] * (to[l] - from[l]);
+      result = mixed;
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t l = 0; l < kLanes; ++l) middle[i][l] += moved[l] * normal[i][l];
+      blend(middle[i], on_faces[i], out.middle[i]);
+      blend(along[i], wide_along[i], out.along[i]);
+      blend(across[i], wide_across[i], out.across[i]);
+    }
+    out.along_length = lengths_of(out.along);
+    out.across_length = lengths_of(out.across);
+  }
+
+ private:
+  static constexpr std::size_t kLanes = CrossingLanes::kLanes;
+  using Lanes = CrossingLanes::Lanes;
+  using Vectors = std::array<Lanes, 3>;
+
+  [[nodiscard]] static Lanes lengths_of(const Vectors& v) noexcept {
+    Lanes out;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = v[0][l] * v[0][l] + v[1][l] * v[1][l] + v[2][l] * v[2][l];
+    square_roots(out);
+    return out;
+  }
+
+  /// Spacing along the axes a, b, c of each lane [m].
+  [[nodiscard]] Vectors lengths(const std::array<std::uint8_t, kLanes>& axis) const noexcept {
+    const std::array<float, 5> h{spacing[0], spacing[1], spacing[2], spacing[0], spacing[1]};
+    Vectors out;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t l = 0; l < kLanes; ++l) out[i][l] = h[axis[l] + i];
+    return out;
+  }
+
+  /// The surface's next crossing across the face to the edge beside at `n` (`CrossingLanes::beside`), from the edge's
+  /// lower end: along a, and away from the edge [voxels]. On a face that is crossed four times it is the crossing of
+  /// the opposite edge.
+  [[nodiscard]] static std::array<Lanes, 2> next_crossing(const CrossingLanes& q, float isovalue,
+                                                          std::size_t n) noexcept {
+    const Lanes &v0 = q.ends[0], &v1 = q.ends[1], &w0 = q.beside[n][0], &w1 = q.beside[n][1];
+    // 1 if the opposite edge is crossed, else 0; likewise if the edge from one upper end to the other is.
+    Lanes in0, in1, across, at_end, from, to;
+    for (std::size_t l = 0; l < kLanes; ++l) in0[l] = w0[l] >= isovalue ? 1.0F : 0.0F;
+    for (std::size_t l = 0; l < kLanes; ++l) in1[l] = w1[l] >= isovalue ? 1.0F : 0.0F;
+    for (std::size_t l = 0; l < kLanes; ++l) across[l] = std::abs(in0[l] - in1[l]);
+    for (std::size_t l = 0; l < kLanes; ++l) at_end[l] = (1 - across[l]) * (1 - std::abs(in0[l] - q.starts_in_bone[l]));
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float here = at_end[l] > 0 ? v1[l] : v0[l], there = at_end[l] > 0 ? w1[l] : w0[l];
+      from[l] = across[l] > 0 ? w0[l] : here;
+      to[l] = across[l] > 0 ? w1[l] : there;
+    }
+    std::array<Lanes, 2> out;
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const float part = (isovalue - from[l]) / (to[l] - from[l]);
+      out[0][l] = across[l] * part + at_end[l];
+      out[1][l] = across[l] + (1 - across[l]) * part;
+    }
+    return out;
   }
 };
 

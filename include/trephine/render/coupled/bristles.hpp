@@ -3,6 +3,7 @@
 
 #include <trephine/contact/friction.hpp>
 #include <trephine/core/spatial.hpp>
+#include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 

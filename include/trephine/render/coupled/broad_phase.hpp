@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/tool_distances.hpp>
@@ -22,6 +23,7 @@ struct NearBlock {
   int count;  ///< elements of the block that are set
   std::uint64_t brick;
   Vec3d corner;  ///< position of the brick's voxel 0, in G [m]
+  float arm;     ///< no element is farther than this from T's origin at the pose of the list [m]
 
   [[nodiscard]] SurfaceElement element(std::size_t i) const noexcept { return elements->element(i, corner); }
   /// Number of element i, which is the same in every list: its brick, voxel edge and part.
@@ -37,7 +39,9 @@ class BroadPhase {
   /// Allocates room for all blocks of the bone's surface. Contact begins `contact_offset` [m] outside the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
-    skipped_distance_ = static_cast<float>(Constants::kSkippedDistance * view.grid().spacing().minCoeff());
+    const double h = view.grid().spacing().minCoeff();
+    skipped_distance_ = static_cast<float>(Constants::kSkippedDistance * h);
+    near_reach_ = Constants::kNearReach * h;
     blocks_.reserve(view.surface().block_count());
     block_spheres_.reserve(view.surface().block_count());
     bricks_.reserve(Constants::kMaxBricks);
@@ -96,11 +100,28 @@ class BroadPhase {
     return ToolMotion{moved.shift + motion.shift, moved.turn + motion.turn}.is_within(reach_);
   }
 
-  /// Calls visit(block, i, shift) for each element that may have a point in contact with the tool at X, and returns the
-  /// clearance of the others. Points lie no farther from their element's position than the fraction `extent` of its
-  /// corners. `shift` is the corner of the element's brick less T's origin, in G [m].
+  /// Reach of a list of elements (`NearElements`): no point of the tool's head goes farther than twice the same way.
+  template <ToolShape Shape>
+  [[nodiscard]] ToolMotion near_reach(const Shape& shape) const noexcept {
+    return {near_reach_, near_reach_ / shape.bounds().radius};
+  }
+
+  /// Clearance of a tool at X, as far as the list's reach tells; without the distance of listed elements.
+  template <ToolShape Shape>
+  [[nodiscard]] Clearance clearance(const Shape& shape, const Posed& X) const noexcept {
+    const ToolMotion from = motion_between(X_gathered_, X);
+    return {0,
+            blocks_arm_ + from.shift,
+            {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
+            shape.bounds().arm()};
+  }
+
+  /// Calls visit(block, i, shift) for each element that may have a point in contact with a tool within `reach` of X.
+  /// Returns the clearance of the others at X. Points lie no farther from their element's position than the fraction
+  /// `extent` of its corners. `shift` is the corner of the element's brick less T's origin, in G [m].
   template <ToolShape Shape, class Visit>
-  Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, Visit&& visit) noexcept {
+  Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, const ToolMotion& reach,
+                               Visit&& visit) noexcept {
     const Vec3d p = X.translation();
     const Vec3<float> u = X.linear().col(2).template cast<float>();
     const Vec3<float> moved = (X_gathered_.translation() - p).template cast<float>();
@@ -110,11 +131,14 @@ class BroadPhase {
     constexpr float kFar = std::numeric_limits<float>::max();
     float nearest = kFar;
     std::array<float, kProfileLanes> gap;  // least distance of an element's points beyond the offset [m]
+    const auto turn = static_cast<float>(reach.turn),
+               reach_here = static_cast<float>(reach.shift) + turn * moved.norm();
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       const NearBlock& block = blocks_[b];
       const ElementBlock& elements = *block.elements;
       const float block_gap = block_spheres_.distance(b) - elements.radius - offset;
-      if (block_gap > skipped_distance_) {
+      const float near = reach_here + turn * block.arm;
+      if (block_gap > std::max(skipped_distance_, near)) {
         nearest = std::min(nearest, block_gap);
         continue;
       }
@@ -125,19 +149,17 @@ class BroadPhase {
       for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] -= fraction * elements.spread[l] + offset;
       for (std::size_t l = 0; l < kProfileLanes; ++l) min_gap = gap[l] < min_gap ? gap[l] : min_gap;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const float free_gap = gap[l] < 0 ? kFar : gap[l];
+        const float free_gap = gap[l] < near ? kFar : gap[l];
         min_free_gap = free_gap < min_free_gap ? free_gap : min_free_gap;
       }
       nearest = std::min(nearest, min_free_gap);
-      if (min_gap >= 0) continue;
+      if (min_gap >= near) continue;
       for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i)
-        if (gap[i] < 0) visit(block, i, shift);
+        if (gap[i] < near) visit(block, i, shift);
     }
-    const ToolMotion from = motion_between(X_gathered_, X);
-    return {static_cast<double>(nearest),
-            blocks_arm_ + from.shift,
-            {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
-            shape.bounds().arm()};
+    Clearance others = clearance(shape, X);
+    others.listed_distance = static_cast<double>(nearest);
+    return others;
   }
 
   /// Number of lists gathered so far.
@@ -166,6 +188,7 @@ class BroadPhase {
   double blocks_arm_ = 0;                 // largest distance of a listed element from T's origin there [m]
   double contact_offset_ = 0;             // [m]
   float skipped_distance_ = 0;            // [m]
+  double near_reach_ = 0;                 // [m]
   std::uint64_t increase_stamp_ = 0;      // of the grid, when blocks were gathered
   std::uint64_t edit_count_ = 0;          // of the grid, when the list was last found current
   std::uint64_t surface_changes_ = 0;     // of the surface, when blocks were gathered
@@ -282,7 +305,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
       block_spheres_.set_centre(blocks_.size(), (corner - p).template cast<float>() + block.middle);
-      blocks_.push_back({&block, count, brick, corner});
+      blocks_.push_back({&block, count, brick, corner, 0});
     });
   }
   // Keeps blocks whose own spheres are within reach: these are smaller than their bricks'.
@@ -292,6 +315,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     const float arm = block_spheres_.arm(i) + blocks_[i].elements->radius;
     if (block_spheres_.distance(i) - blocks_[i].elements->radius > shift + turn * arm) continue;
     blocks_[kept] = blocks_[i];
+    blocks_[kept].arm = arm;
     block_spheres_.set_centre(kept++, (blocks_[i].corner - p).template cast<float>() + blocks_[i].elements->middle);
     blocks_arm_ = std::max(blocks_arm_, static_cast<double>(arm));
   }

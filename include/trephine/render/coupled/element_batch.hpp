@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/broad_phase.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
@@ -42,6 +43,11 @@ struct ElementBatch {
       across[axis][count] = block.elements->across[axis][i];
     }
     element[count++] = {&block, i};
+  }
+
+  /// Square of the distance of element n from T's origin [m²].
+  [[nodiscard]] float arm_square(std::size_t n) const noexcept {
+    return position[0][n] * position[0][n] + position[1][n] * position[1][n] + position[2][n] * position[2][n];
   }
 
   /// Computes the distances of `side`² points an element; `u` is the tool's axis in G.

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <trephine/core/spatial.hpp>
+#include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/broad_phase.hpp>
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/element_batch.hpp>
+#include <trephine/render/coupled/near_elements.hpp>
 
 #include <Eigen/Core>
 
@@ -78,7 +80,7 @@ class Foundation {
 
   /// `side` points lie along each side of an element, evenly over it: a lattice has the smallest quadrature error. At
   /// most `max_points` points in contact are stored. Allocates.
-  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) {
+  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) : near_(max_points) {
     set_side(side);
     points_.reserve(max_points);
   }
@@ -101,7 +103,9 @@ class Foundation {
     const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
     const Vec3<float> axis = u.template cast<float>();
     const auto contact_distance = static_cast<float>(law.offset) + CoupledConstants::kSinglePrecision;
-    float nearest = std::numeric_limits<float>::max();
+    // Free elements: of the list, and left out of it.
+    float nearest = std::numeric_limits<float>::max(), nearest_other = nearest;
+    const bool is_listed = near_.serves(broad_phase, X);
     const auto flush_candidates = [&] {
       evaluate(candidates, shape, law, u, x, sums);
       candidates.count = 0;
@@ -109,11 +113,14 @@ class Foundation {
     const auto filter_batch = [&] {
       batch.compute_distances(shape, side_, axis);
       for (std::size_t n = 0; n < batch.count; ++n) {
-        if (!(batch.min_distance[n] < contact_distance)) {
-          nearest = std::min(nearest, batch.min_distance[n] - contact_distance);
+        const auto [block, i] = batch.element[n];
+        const float distance = batch.min_distance[n];
+        const bool is_near = is_listed || near_.offer({block, i}, distance, batch.arm_square(n));
+        if (!(distance < contact_distance)) {
+          float& least = is_near ? nearest : nearest_other;
+          least = std::min(least, distance - contact_distance);
           continue;
         }
-        const auto [block, i] = batch.element[n];
         const SurfaceElement element = block->element(i);
         for (std::size_t j = 0; j < side_ * side_; ++j) {
           if (!(batch.distance[j][n] < contact_distance)) continue;
@@ -123,17 +130,28 @@ class Foundation {
       }
       batch.count = 0;
     };
-    const Clearance others =
-        broad_phase.for_each_candidate(shape, X, lattice_coordinate(side_ - 1, side_),
-                                       [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift) {
-                                         batch.add(block, i, shift);
-                                         if (batch.count == ElementBatch::kSize) filter_batch();
-                                       });
-    if (batch.count > 0) filter_batch();
+    const auto visit = [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift) {
+      batch.add(block, i, shift);
+      if (batch.count == ElementBatch::kSize) filter_batch();
+    };
+    Clearance clearance;
+    if (is_listed) {
+      for (const auto& [block, i] : near_.elements()) visit(*block, i, (block->corner - p).template cast<float>());
+      clearance = broad_phase.clearance(shape, X);
+      clearance.listed_distance = near_.distance_of_others(X);
+      if (batch.count > 0) filter_batch();
+    } else {
+      const ToolMotion reach = broad_phase.near_reach(shape);
+      near_.start(broad_phase, X, reach, contact_distance);
+      clearance = broad_phase.for_each_candidate(shape, X, lattice_coordinate(side_ - 1, side_), reach, visit);
+      if (batch.count > 0) filter_batch();
+      clearance.listed_distance = std::min(static_cast<double>(nearest_other), clearance.listed_distance);
+      near_.finish(clearance);
+    }
     if (candidates.count > 0) flush_candidates();
     FoundationSum s = sums.total();
-    s.clearance = others;
-    s.clearance.listed_distance = std::max(0.0, std::min(static_cast<double>(nearest), others.listed_distance));
+    s.clearance = clearance;
+    s.clearance.listed_distance = std::max(0.0, std::min(static_cast<double>(nearest), clearance.listed_distance));
     return s;
   }
 
@@ -298,6 +316,7 @@ class Foundation {
   }
 
   std::size_t side_;
+  NearElements near_;
   std::vector<FoundationPoint> points_;
 };
 

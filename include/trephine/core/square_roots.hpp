@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+
+namespace trephine {
+
+/// Replaces all lanes by their square roots. Eigen does it, because std::sqrt may set errno, which prevents
+/// vectorisation. It works on 32 bytes, as compilers do in the surrounding loops: a wider load would wait for the
+/// stores before it.
+template <std::floating_point S, std::size_t kLanes>
+void square_roots(std::array<S, kLanes>& x) noexcept {
+  constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(S));
+  static_assert(kLanes % kPart == 0);
+  for (std::size_t i = 0; i < kLanes; i += kPart) {
+    Eigen::Map<Eigen::Array<S, static_cast<int>(kPart), 1>> lanes(x.data() + i);
+    lanes = lanes.sqrt();
+  }
+}
+
+}  // namespace trephine
