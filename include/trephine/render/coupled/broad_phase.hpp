@@ -22,8 +22,8 @@ struct NearBlock {
   const ElementBlock* elements;
   int count;  ///< elements of the block that are set
   std::uint64_t brick;
-  Vec3d corner;  ///< position of the brick's voxel 0, in G [m]
-  float arm;     ///< no element is farther than this from T's origin at the pose of the list [m]
+  Vec3d corner;   ///< position of the brick's voxel 0, in G [m]
+  float arm = 0;  ///< no element is farther than this from T's origin at the pose of the list [m]
 
   [[nodiscard]] SurfaceElement element(std::size_t i) const noexcept { return elements->element(i, corner); }
   /// Number of element i, which is the same in every list: its brick, voxel edge and part.
