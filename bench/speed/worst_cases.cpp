@@ -3,7 +3,12 @@
 #include "support/fields.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/stage/cutting_force.hpp>
+#include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
+
 #include <cmath>
+#include <utility>
 
 namespace trephine::bench::speed {
 namespace {
@@ -71,21 +76,28 @@ void measure_coupled(Spread& spread, int ticks) {
   }
 }
 
-/// The coupled tool drills a hole of 5 mm into a tilted block.
+/// The coupled tool drills into a tilted block: a burr at once, and a match-head of its size by the cutting law.
 void measure_drilling(Spread& spread) {
   for (const double voxel : {3e-4, 1e-4}) {
     const int side = static_cast<int>(0.0144 / voxel);
     const test::RasterOptions o{.size = {side, side, side}, .spacing = Vec3d::Constant(voxel)};
     const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), top = o.middle() + 0.004 * n;
-    auto bone = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-    HapticScene scene{bone, o.isovalue(), coupled(), Milling{}};
-    const double above = scene.renderer().tool().burr().tip_radius;
     const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), n);
-    spread.measure(std::string("Coupled, drills at 5 mm/s, voxels of ") + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000,
-                   [&](int i) {
-                     const Posed X = make_pose<double>(R, top + (above - 5e-6 * i) * n);
-                     benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
-                   });
+    const auto drill = [&](const std::string& what, double speed, auto renderer, auto... stages) {
+      auto bone = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+      HapticScene scene{bone, o.isovalue(), std::move(renderer), std::move(stages)...};
+      const double above = scene.renderer().tool().burr().tip_radius;
+      spread.measure(what + ", voxels of " + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000, [&](int i) {
+        const Posed X = make_pose<double>(R, top + (above - speed * 1e-3 * i) * n);
+        benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
+      });
+    };
+    drill("Coupled, drills at 5 mm/s", 5e-3, coupled(), Milling{});
+    const NamedTool tool = tool_by_name("match-head-3");
+    CuttingForce::Options law{.edges = tool.edges, .felt = 0.1};
+    law.strength = {.soft = o.air, .cortical = o.air + o.contrast};
+    drill("Coupled, match-head-3 by the law at 2 mm/s", 2e-3,
+          CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}}, CuttingForce(law), Milling{PressureCut{}});
   }
 }
 
