@@ -63,7 +63,8 @@ void plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, dou
         cutter.shares(static_cast<float>((i - lane) * h.x() - cutter.origin().x()), static_cast<float>(h.x()),
                       static_cast<float>(y[0]), static_cast<float>(z), reach_f, share);
         const auto index = static_cast<std::uint32_t>(grid.index(i, j, k));
-        const auto target = nearest(static_cast<float>(iso) + at * static_cast<float>(slope / h.maxCoeff()));
+        const float deep = std::max(at, -static_cast<float>(ramp_depth(h)));
+        const auto target = nearest(static_cast<float>(iso) + deep * static_cast<float>(slope / h.maxCoeff()));
         const auto value = static_cast<Density>(
             limit(static_cast<WideDensity<Density>>(voxel), target, share[static_cast<std::size_t>(lane)], index));
         if (value < voxel) voxel = value;
