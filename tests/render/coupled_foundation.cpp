@@ -345,6 +345,27 @@ TEST_CASE("foundation: sums over the listed elements are those over all, bit by 
     follow(BallAndShaft(kBall), bench.pressed(random, false, -1e-4, 3e-4));
     follow(BallAndShaft(kDrill), bench.pressed(random, true, -1e-4, 3e-4));
   }
+  // Straight into bone, shifting and turning nearly as far as a list reaches.
+  int entered = 0;
+  for (int i = 0; i < 60; ++i) {
+    const BallAndShaft shape(kDrill);
+    const Posed X = bench.pressed(random, true, -1e-4, 2e-5);
+    bench.gather(shape, X);
+    const ToolMotion reach = bench.near.near_reach(shape);
+    const Vec3d u = X.linear().col(2), arrow = kRoom.middle() - X.translation(),
+                in = (arrow - arrow.dot(u) * u).normalized();
+    Vec6d way;
+    way << reach.shift * in, reach.turn * u.cross(in);
+    const Posed Y = moved(X, way, 0.99);
+    Foundation lists(2, 16384), all(2, 16384);
+    static_cast<void>(lists.sum(bench.near, shape, X, kLaw));
+    const std::size_t before = lists.points().size();
+    CHECK(motion_between(X, Y).is_within(reach));
+    CHECK(lists.sum(bench.near, shape, Y, kLaw).energy == all.sum(bench.near, shape, Y, kLaw).energy);
+    REQUIRE(lists.points().size() == all.points().size());
+    entered += all.points().size() > before ? 1 : 0;
+  }
+  CHECK(entered > 30);
   MESSAGE("points ", points, "; small motions ", listed, "; clearance told, as a share of the true one: ", clearances);
   CHECK(points > 10000);
   CHECK(listed > 1000);
