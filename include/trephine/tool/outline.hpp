@@ -383,7 +383,7 @@ class ToolOutline {
         const S off = to_centre[l] - radius, to_end = at_end[l] * (rho[l] * rho[l] + z[l] * z[l]);
         square[l] = to_end > off * off ? to_end : off * off;
       }
-      // Of what is level with the arc, the body has what lies before its centre, with or without the circle.
+      // Level with the arc, the body has what lies before its centre, with or without the circle.
       const S circle = p.side > 0 ? S(1) : S(0);
       for (std::size_t l = 0; l < kLanes; ++l) {
         const S before = at_rho[l] < centre_rho ? S(1) : S(0);
