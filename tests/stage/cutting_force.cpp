@@ -46,10 +46,10 @@ TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at a
     torque.add(off.torque);
     work.add(off.work);
     pull.add(off.pull);
-    // Voxels of .5 mm make the hole, and so the volume, 6 % larger than the head.
+    // A hole is larger than the head by the contact's offset and by chords' sag: at voxels of .5 mm by 5 % of area.
     const bool coarse = block.h > 4e-4;
-    CHECK(off.thrust < (coarse ? 0.08 : 0.035));
-    CHECK(off.torque < (coarse ? 0.08 : 0.035));
+    CHECK(off.thrust < 0.035);
+    CHECK(off.torque < (coarse ? 0.06 : 0.035));
     // Nothing pulls a tool sideways that cuts all round, but for the hole's wall, whose voxels press it to one side.
     CHECK(off.pull < (coarse ? 0.08 : 0.03));
   };
@@ -239,23 +239,26 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
 
 TEST_CASE("cutting force: thrust drops when the far side breaks") {
   Random random(kSeed + 2);
-  for (const double sigma : {0.5, 0.7, 1.0}) {
+  for (const bool tilted : {false, true}) {
+    if (kSanitized && tilted) continue;
     Figures fine, coarse;
-    for (int n = 0; n < (kSanitized ? 1 : 3); ++n) {
-      const BoneBlock<std::int16_t> block{.sigma = sigma, .length = 10e-3};
-      const double offset = random.uniform(-0.5, 0.5) * block.h;
-      fine.add(1e3 * breakthrough(block, offset, kSanitized ? 1e-3 : 0.25e-3));
-      if (kSanitized) continue;
-      coarse.add(1e3 * breakthrough(block, offset, 1e-3));
-    }
-    MESSAGE("blur ", sigma, " voxels: thrust falls from four fifths to a fifth in [ms]: ", fine, " at 4 kHz; ", coarse,
+    for (const double sigma : {0.5, 0.7, 1.0})
+      for (int n = 0; n < (kSanitized ? 1 : 3); ++n) {
+        const BoneBlock<std::int16_t> block{.sigma = sigma, .length = 10e-3};
+        const Vec3d up = tilted ? random.unit() : Vec3d::UnitZ();
+        // An axis through voxels is the case in which a rim is held at four places at once.
+        const Vec3d offset = n == 0 && !tilted ? random.uniform(0, block.h) * up : random.arrow(0, block.h);
+        fine.add(1e3 * breakthrough(block, up, offset, kSanitized ? 1e-3 : 0.25e-3));
+        if (!kSanitized) coarse.add(1e3 * breakthrough(block, up, offset, 1e-3));
+      }
+    MESSAGE("tilted ", tilted, ": thrust falls from four fifths to a fifth in [ms]: ", fine, " at 4 kHz; ", coarse,
             " at 1 kHz");
     if (kSanitized) continue;
     CHECK(fine.median() <= 2);
-    // A blurred film breaks bit by bit, in a few ticks, which rounding decides.
-    CHECK(fine.worst() <= 4);
-    CHECK(coarse.median() <= 4);
-    CHECK(coarse.worst() <= 8);
+    CHECK(coarse.median() <= 2);
+    // A blurred film yields before it breaks: four fifths of the greatest thrust may be passed some ms earlier.
+    CHECK(fine.worst() <= 20);
+    CHECK(coarse.worst() <= 20);
   }
 }
 

@@ -177,11 +177,12 @@ struct Slot {
   return out;
 }
 
-/// Feeds a flat head through a plate; returns the time from four fifths of the greatest thrust to a fifth [s].
-/// Infinity if it does not fall, or a tick's status is not ok.
-[[nodiscard]] inline double breakthrough(const BoneBlock<std::int16_t>& block, double offset, double dt) {
+/// Feeds a flat head along −`up` through a plate, moved by `offset`; returns the time from four fifths of the greatest
+/// thrust to a fifth [s]. Infinity if it does not fall, or a tick's status is not ok.
+[[nodiscard]] inline double breakthrough(const BoneBlock<std::int16_t>& block, const Vec3d& up, const Vec3d& offset,
+                                         double dt) {
   const NamedTool tool = tool_by_name("cylinder-2.3");
-  const Vec3d up = Vec3d::UnitZ(), top = block.middle() + offset * up;
+  const Vec3d top = block.middle() + offset;
   const double thick = 1.2e-3, speed = 1e-3;
   VoxelGrid<std::int16_t> bone =
       block.image([&](const Vec3d& p) { return std::max((p - top).dot(up), -(p - top).dot(up) - thick); });

@@ -330,6 +330,49 @@ TEST_CASE(
   }
 }
 
+// The rounded corner of a cylinder has its middle r(√2 − 1) behind the sharp one. A chord over a cell's diagonal √3 h
+// sags by 3h²/8r, of which a tool's allowance has the part of its largest radius.
+TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and ends stay") {
+  const double R = 2e-3, root_half = std::sqrt(0.5);
+  for (const double r : {0.1e-3, 0.5e-3, 1.2e-3})
+    for (const double h : {0.05e-3, 0.2e-3, 0.5e-3}) {
+      CAPTURE(r);
+      CAPTURE(h);
+      const ToolOutline sharper =
+          RevolvedTool(CylinderBurr{.radius = R, .length = 6e-3, .rim_radius = r}).outline().with_sharper_rims(h);
+      const double lacks = std::min(3 * h * h / 8 * (1 / r - 1 / R), 0.44 * h * root_half);
+      const double out = r + std::min(lacks, r * (std::sqrt(2) - 1));
+      CHECK(std::abs(sharper.signed_distance(R - r + out * root_half, -R + r - out * root_half)) < 2e-3 * r);
+    }
+  Random random(kSeed + 7);
+  for (const Named& t : tools()) {
+    CAPTURE(t.name);
+    const ToolOutline& plain = t.tool.outline();
+    for (const double h : {0.1e-3, 0.3e-3, 1e-3}) {
+      const ToolOutline sharper = plain.with_sharper_rims(h);
+      CHECK(sharper.z_low() == plain.z_low());
+      CHECK(sharper.z_high() == plain.z_high());
+      CHECK(sharper.largest_radius() == plain.largest_radius());
+      double most = 0;
+      for (int n = 0; n < 300; ++n) {
+        const auto [rho, z] = random_place(random, t.tool.bounds());
+        const double d = plain.signed_distance(rho, z), e = sharper.signed_distance(rho, z);
+        most = std::max(most, d - e);
+        CHECK(e <= d + 1e-12);  // the body holds the plain one
+        // Nothing lies beyond the radius or the ends.
+        if (rho > plain.largest_radius() || z < plain.z_low() || z > plain.z_high()) CHECK(e > 0);
+      }
+      CHECK(most <= 0.44 * h);
+    }
+    // Fine voxels need no sharper rims.
+    const ToolOutline same = plain.with_sharper_rims(1e-9);
+    for (int n = 0; n < 100; ++n) {
+      const auto [rho, z] = random_place(random, t.tool.bounds());
+      CHECK(std::abs(same.signed_distance(rho, z) - plain.signed_distance(rho, z)) < 1e-12);
+    }
+  }
+}
+
 TEST_CASE("outlines: what is no tool is refused with its reason") {
   const auto message = [](const auto& make) {
     try {

@@ -161,15 +161,20 @@ class CuttingForce {
                   }) {
       const double way = feed_ * dt;
       if (!(on.area > 0)) return {way > 0 ? 1.0 : 0.0, way};
+      // What earlier ticks could not remove, as a distance: voxels do not hold the shape of every rim, and where they
+      // leave bone inside it, a cut must go ahead until the tool is free.
+      ledger_mm3_ += 1e9 * way * on.area;
+      const double behind = std::max(0.0, ledger_mm3_ / (1e9 * on.area) - way);
+      const double reach = way + kCatchUp * behind;
       // Bone in the head where it cuts, ahead of where it presses. It need not be exact: the ledger corrects it.
       const FoundationLaw& foundation = renderer.foundation_law();
       const Vec3d ahead =
-          renderer.pressure_cutting_pose(way).translation().template cast<double>() - X_GT.translation();
+          renderer.pressure_cutting_pose(reach).translation().template cast<double>() - X_GT.translation();
       const double load = force.norm() * on.facing_area / on.area;
       const double pressed_mm3 =
           1e9 * (load / foundation.stiffness + on.facing_area * foundation.ramp / 2 + on.area * ahead.norm());
-      ledger_mm3_ = std::clamp(ledger_mm3_ + 1e9 * way * on.area, -pressed_mm3, pressed_mm3);
-      return {std::max(0.0, ledger_mm3_ / pressed_mm3), way};
+      ledger_mm3_ = std::clamp(ledger_mm3_, -pressed_mm3, pressed_mm3);
+      return {std::max(0.0, ledger_mm3_ / pressed_mm3), reach};
     } else {
       return {};
     }
@@ -299,6 +304,8 @@ class CuttingForce {
   }
 
   static constexpr double kLead = 0.5;  // [voxels]
+  // By which a cut goes ahead for each metre of feed that it could not take. A rim is then free within 20 µm of feed.
+  static constexpr double kCatchUp = 10;
 
   Options options_;
   std::shared_ptr<const TissueMap> tissues_;

@@ -6,6 +6,7 @@
 #include <trephine/tool/revolved_cutter.hpp>
 #include <trephine/voxel/carving.hpp>
 
+#include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <type_traits>
@@ -153,7 +154,7 @@ class Milling {
   /// A cut in time counts each pose of a path once, in the tick that ends there.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
                                                 bool start_is_cut, const Vec3d& spacing) noexcept {
-    return {head, from, to, spacing.minCoeff() / 2, spacing.squaredNorm() / 24, start_is_cut || !kCutsAtOnce};
+    return {head, from, to, spacing.minCoeff() / 2, std::sqrt(spacing.squaredNorm() / 3), start_is_cut || !kCutsAtOnce};
   }
 
   struct NoHead {};

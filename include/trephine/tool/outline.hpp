@@ -84,14 +84,7 @@ class ToolOutline {
     check(rho, z);
     if (rounding != 0) round_corner(rho, z, rounding);
     const double length = std::hypot(rho - rho_, z - z_);
-    if (length > kShortest)
-      add({.rho = rho_,
-           .z = z_,
-           .end_rho = rho,
-           .end_z = z,
-           .along_rho = (rho - rho_) / length,
-           .along_z = (z - z_) / length,
-           .length = length});
+    if (length > kShortest) add(line(rho_, z_, rho, z));
     move_to(rho, z);
     return *this;
   }
@@ -226,39 +219,52 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                  std::array<S, kLanes>& out) const noexcept {
-    enlarged_distances(rho, z, 0, out);
-  }
-
-  /// The same of the body with thicker rims: arcs of radius r that bulge, enlarged by chord (1/r − 1/R), R the largest
-  /// radius of the body. `chord` in m².
-  template <RealScalar S, std::size_t kLanes>
-  void enlarged_distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
-                          std::array<S, kLanes>& out) const noexcept {
     NearestOnPiece<S, kLanes> near(rho, z);
-    std::array<S, kLanes> best, inside, rims;
+    std::array<S, kLanes> best, inside;
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
-    rims.fill(std::numeric_limits<S>::max());
     for (const Piece& p : pieces()) {
       near.find(p);
       for (std::size_t l = 0; l < kLanes; ++l) best[l] = near.square[l] < best[l] ? near.square[l] : best[l];
       for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
-      const auto more = static_cast<S>(rim(p, chord));
-      if (!(more > S(0))) continue;
-      square_roots(near.square);
-      for (std::size_t l = 0; l < kLanes; ++l) near.square[l] -= more;
-      for (std::size_t l = 0; l < kLanes; ++l) rims[l] = near.square[l] < rims[l] ? near.square[l] : rims[l];
     }
     square_roots(best);
-    for (std::size_t l = 0; l < kLanes; ++l) best[l] = inside[l] > S(0) ? -best[l] : best[l];
-    for (std::size_t l = 0; l < kLanes; ++l) best[l] = rims[l] < best[l] ? rims[l] : best[l];
-    out = best;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
   }
-  /// Most that `enlarged_distances` adds anywhere [m].
-  [[nodiscard]] double thickest_rim(double chord) const noexcept {
-    double most = 0;
-    for (std::size_t i = 0; i < count_; ++i) most = std::max(most, rim(pieces_[i], chord));
-    return most;
+
+  /// The body with sharper rims, as voxels of the size `h` [m] need it: the trilinear surface of a body's distances
+  /// lies inside a bulge. Of each rim's arc the radius shrinks and the centre moves out, between the same tangents at
+  /// its ends. So the rim's middle moves out by what voxels lack there, and flanks and ends stay where they are.
+  ///
+  /// Voxels lack 3h²/8 (1/r − 1/R) at an arc of radius r, R the body's largest: the sag of a chord over a cell's
+  /// diagonal. They lack no more than at a corner in the middle of a cell.
+  [[nodiscard]] ToolOutline with_sharper_rims(double h) const noexcept {
+    ToolOutline out(*this);
+    out.count_ = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Piece& p = pieces_[i];
+      const double less = rim_reduction(p, h);
+      if (!(less > 0) || out.count_ + count_ - i + 2 > kMostPieces) {
+        out.append(p);
+        continue;
+      }
+      const Place from = p.place_at(0),
+                  to = {p.end_rho, p.end_z, (p.end_rho - p.centre_rho) / p.radius, (p.end_z - p.centre_z) / p.radius};
+      const double sine = std::sqrt(1 - p.cosine * p.cosine), along = less * sine / p.cosine;
+      Piece arc = p;
+      arc.radius -= less;
+      arc.centre_rho += less / p.cosine * p.middle_rho;
+      arc.centre_z += less / p.cosine * p.middle_z;
+      // A tangent ascends to the right of the normal.
+      arc.rho = from.rho - along * from.normal_z;
+      arc.z = from.z + along * from.normal_rho;
+      arc.end_rho = to.rho + along * to.normal_z;
+      arc.end_z = to.z - along * to.normal_rho;
+      out.append(line(from.rho, from.z, arc.rho, arc.z));
+      out.append(arc);
+      out.append(line(arc.end_rho, arc.end_z, to.rho, to.z));
+    }
+    return out;
   }
 
   /// Distances with gradients and curvatures, see `Profile`.
@@ -312,13 +318,45 @@ class ToolOutline {
   }
 
  private:
-  static constexpr double kShortest = 1e-9;    // [m]
-  static constexpr double kSameRadius = 1e-6;  // an arc's ends, relative to its radius
-  static constexpr double kCentre = 1e-9;      // [m] below it a gradient has no direction
-  static constexpr double kAtEnd = 1e-12;      // a rounding error's part of a squared distance
+  static constexpr double kShortest = 1e-9;        // [m]
+  static constexpr double kSameRadius = 1e-6;      // an arc's ends, relative to its radius
+  static constexpr double kCentre = 1e-9;          // [m] below it a gradient has no direction
+  static constexpr double kSameDirection = 1e-12;  // of the cosine between two lines
+  static constexpr double kLeastCosine = 0.1;      // a rim of half a turn has no corner between its tangents
+  static constexpr double kSharpest = 1e-3;        // of a rim's radius is left
+  // A sharp corner with the turn 2β in the middle of a cell, on its diagonal: trilinear surfaces lie 0.44 h sin β
+  // inside.
+  static constexpr double kCorner = 0.44;
+  static constexpr double kAtEnd = 1e-12;  // a rounding error's part of a squared distance
 
-  [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
-    return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
+  /// A straight piece between two places farther apart than kShortest.
+  [[nodiscard]] static Piece line(double rho, double z, double end_rho, double end_z) noexcept {
+    const double length = std::hypot(end_rho - rho, end_z - z);
+    return {.rho = rho,
+            .z = z,
+            .end_rho = end_rho,
+            .end_z = end_z,
+            .along_rho = (end_rho - rho) / length,
+            .along_z = (end_z - z) / length,
+            .length = length};
+  }
+  /// Appends a piece that begins where the last one ends. A straight one that goes on lengthens it.
+  void append(const Piece& p) noexcept {
+    if (count_ > 0 && p.side == 0) {
+      Piece& last = pieces_[count_ - 1];
+      if (last.side == 0 && last.along_rho * p.along_rho + last.along_z * p.along_z > 1 - kSameDirection) {
+        last = line(last.rho, last.z, p.end_rho, p.end_z);
+        return;
+      }
+    }
+    pieces_[count_++] = p;
+  }
+  /// How much smaller a rim's radius must be in voxels of the size h [m]; 0 if the piece is no rim.
+  [[nodiscard]] double rim_reduction(const Piece& p, double h) const noexcept {
+    if (!(p.side > 0) || !(p.rho > 0) || !(p.end_rho > 0) || !(p.cosine > kLeastCosine)) return 0;
+    const double sine = std::sqrt(1 - p.cosine * p.cosine);
+    const double lacks = std::min(3 * h * h / 8 * (1 / p.radius - 1 / largest_), kCorner * h * sine);
+    return std::clamp(lacks * p.cosine / (1 - p.cosine), 0.0, (1 - kSharpest) * p.radius);
   }
   /// Whether a piece is a flat end at the top.
   [[nodiscard]] bool is_top(const Piece& p) const noexcept {
