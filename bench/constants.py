@@ -43,6 +43,8 @@ SETS = [
         "distance of the voxels that strength is of": ("stage/cutting_force.hpp", r"apart =\s*static_cast<float>\((bone\.spacing\(\)\.norm\(\))"),
         "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
+        "kCatchUp": ("stage/cutting_force.hpp", r"double kCatchUp = ([\d.]+);"),
+        "kCorner": ("tool/outline.hpp", r"double kCorner = ([\d.]+);"),
         "kBands": ("tool/head_elements.hpp", r"kBands = (\d+);"),
         "kSmallStep": ("tool/cutting_law.hpp", r"double kSmallStep = ([\d.e-]+);"),
     }),
