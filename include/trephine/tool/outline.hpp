@@ -243,19 +243,18 @@ class ToolOutline {
     out.count_ = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       const Piece& p = pieces_[i];
-      const double less = rim_reduction(p, h);
-      if (!(less > 0) || out.count_ + count_ - i + 2 > kMostPieces) {
+      const double less = rim_reduction(p, h), along = less * std::sqrt(1 - p.cosine * p.cosine) / p.cosine;
+      if (!(along > kShortest) || out.count_ + count_ - i + 2 > kMostPieces) {
         out.append(p);
         continue;
       }
       const Place from = p.place_at(0),
                   to = {p.end_rho, p.end_z, (p.end_rho - p.centre_rho) / p.radius, (p.end_z - p.centre_z) / p.radius};
-      const double sine = std::sqrt(1 - p.cosine * p.cosine), along = less * sine / p.cosine;
       Piece arc = p;
       arc.radius -= less;
       arc.centre_rho += less / p.cosine * p.middle_rho;
       arc.centre_z += less / p.cosine * p.middle_z;
-      // A tangent ascends to the right of the normal.
+      // The outline goes on where the normal points after a quarter of a turn.
       arc.rho = from.rho - along * from.normal_z;
       arc.z = from.z + along * from.normal_rho;
       arc.end_rho = to.rho + along * to.normal_z;
