@@ -107,7 +107,8 @@ TEST_CASE("revolved cutter: the image of a cut leaves no bone inside a rim that 
       const Posed X = make_pose<double>(random.rotation(), h * (size - 1) / 2.0 * Vec3d::Ones() + h * random.arrow());
       for (const bool sharp : {false, true}) {
         VoxelGrid<std::int16_t> grid({.size = {size, size, size}, .spacing = Vec3d::Constant(h)}, solid);
-        carve(grid, kIso, RevolvedCutter(head, X, X, h / 2, sharp ? h : 0));
+        const ToolOutline outline = sharp ? head.outline.with_sharper_rims(h) : head.outline;
+        carve(grid, kIso, RevolvedCutter({outline, head.allowance}, X, X, h / 2));
         const DensityField<std::int16_t, double> field(grid, kIso);
         const double slope = auto_slope(grid, kIso);
         for (int i = 0; i < 400; ++i) {

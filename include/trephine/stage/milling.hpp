@@ -152,9 +152,16 @@ class Milling {
     return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
   }
   /// A cut in time counts each pose of a path once, in the tick that ends there.
+  ///
+  /// Voxels leave bone inside a rim. A cut by pressure goes ahead until the tool is free, so rims are sharper and the
+  /// hole keeps its width. Another cut must make room where the tool is, so rims are thicker.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
                                                 bool start_is_cut, const Vec3d& spacing) noexcept {
-    return {head, from, to, spacing.minCoeff() / 2, std::sqrt(spacing.squaredNorm() / 3), start_is_cut || !kCutsAtOnce};
+    const double step = spacing.minCoeff() / 2, square = spacing.squaredNorm();
+    if constexpr (kCutsUnderPressure)
+      return {{head.outline.with_sharper_rims(std::sqrt(square / 3)), head.allowance}, from, to, step, 0, true};
+    else
+      return {head, from, to, step, square / 24, start_is_cut || !kCutsAtOnce};
   }
 
   struct NoHead {};

@@ -69,7 +69,7 @@ namespace detail {
         .radius = radius, .end_radius = 0.7 * radius, .length = 2.5 * radius, .rim_radius = radius / 5, .shank = shank};
   if (family == "disc") return DiscBurr{.radius = radius, .thickness = radius / 5, .shank = shank};
   if (family == "twist")
-    return TwistDrill{.radius = radius, .tip_radius = radius / 5, .rim_radius = radius / 5, .margin = radius / 2};
+    return TwistDrill{.radius = radius, .tip_radius = radius / 5, .rim_radius = radius / 5, .margin = radius / 8};
   if (family == "reamer")
     return Reamer{.radius = radius,
                   .front_radius = 0.85 * radius,

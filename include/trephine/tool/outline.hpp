@@ -219,17 +219,39 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                  std::array<S, kLanes>& out) const noexcept {
+    enlarged_distances(rho, z, 0, out);
+  }
+
+  /// The same of the body with thicker rims: arcs of radius r that bulge, enlarged by chord (1/r − 1/R), R the largest
+  /// radius of the body. `chord` in m².
+  template <RealScalar S, std::size_t kLanes>
+  void enlarged_distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
+                          std::array<S, kLanes>& out) const noexcept {
     NearestOnPiece<S, kLanes> near(rho, z);
-    std::array<S, kLanes> best, inside;
+    std::array<S, kLanes> best, inside, rims;
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
+    rims.fill(std::numeric_limits<S>::max());
     for (const Piece& p : pieces()) {
       near.find(p);
       for (std::size_t l = 0; l < kLanes; ++l) best[l] = near.square[l] < best[l] ? near.square[l] : best[l];
       for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
+      const auto more = static_cast<S>(rim(p, chord));
+      if (!(more > S(0))) continue;
+      square_roots(near.square);
+      for (std::size_t l = 0; l < kLanes; ++l) near.square[l] -= more;
+      for (std::size_t l = 0; l < kLanes; ++l) rims[l] = near.square[l] < rims[l] ? near.square[l] : rims[l];
     }
     square_roots(best);
-    for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
+    for (std::size_t l = 0; l < kLanes; ++l) best[l] = inside[l] > S(0) ? -best[l] : best[l];
+    for (std::size_t l = 0; l < kLanes; ++l) best[l] = rims[l] < best[l] ? rims[l] : best[l];
+    out = best;
+  }
+  /// Most that `enlarged_distances` adds anywhere [m].
+  [[nodiscard]] double thickest_rim(double chord) const noexcept {
+    double most = 0;
+    for (std::size_t i = 0; i < count_; ++i) most = std::max(most, rim(pieces_[i], chord));
+    return most;
   }
 
   /// The body with sharper rims, as voxels of the size `h` [m] need it: the trilinear surface of a body's distances
@@ -328,6 +350,9 @@ class ToolOutline {
   static constexpr double kCorner = 0.44;
   static constexpr double kAtEnd = 1e-12;  // a rounding error's part of a squared distance
 
+  [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
+    return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
+  }
   /// A straight piece between two places farther apart than kShortest.
   [[nodiscard]] static Piece line(double rho, double z, double end_rho, double end_z) noexcept {
     const double length = std::hypot(end_rho - rho, end_z - z);

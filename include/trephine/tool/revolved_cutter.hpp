@@ -11,20 +11,21 @@ namespace trephine {
 /// apart anywhere on the head; paths beyond 16 voxels have 33 poses, farther apart. A surface along the path has
 /// scallops of (half voxel)²/(8 radius). A sharp rim that moves askew is exact within a quarter voxel.
 ///
-/// With a size of voxels the head's rims are sharper by what voxels lack there (`ToolOutline::with_sharper_rims`).
+/// The trilinear surface of a cut lies inside a bulge of radius r by chord/r on the mean, chord = |spacing|² / 24. With
+/// a `chord` [m²] the cutter makes the head's rims thicker by what they lack more than the head's largest radius.
 class RevolvedCutter {
  public:
   static constexpr int kMostPoses = 33;
 
   /// `step` [m]: largest motion of any point of the head between two of the poses. With `start_is_cut` the first pose
-  /// is left out, unless it is the only one. `voxel`: size of the voxels [m], or 0.
-  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step, double voxel = 0,
+  /// is left out, unless it is the only one.
+  RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step, double chord = 0,
                  bool start_is_cut = false) noexcept
-      : origin_(X_GT.translation()),
-        head_(voxel > 0 ? CuttingHead{head.outline.with_sharper_rims(voxel), head.allowance} : head) {
-    low_ = head.outline.z_low() - head.allowance;
-    high_ = head.outline.z_high() + head.allowance;
-    radius_ = head.outline.largest_radius() + head.allowance;
+      : origin_(X_GT.translation()), head_(head), chord_(chord) {
+    const double more = head.allowance + head.outline.thickest_rim(chord);
+    low_ = head.outline.z_low() - more;
+    high_ = head.outline.z_high() + more;
+    radius_ = head.outline.largest_radius() + more;
     const double motion = way(head, X_GT_previous, X_GT);
     const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMostPoses - 1})) : 0;
     const Quatd q0(X_GT_previous.linear());
@@ -53,7 +54,7 @@ class RevolvedCutter {
       const double z = at.axis.dot(p_O);
       const std::array<double, 1> rho{(p_O - z * at.axis).norm()}, height{z};
       std::array<double, 1> one;
-      head_.outline.distances(rho, height, one);
+      head_.outline.enlarged_distances(rho, height, chord_, one);
       d = std::min(d, one[0] - head_.allowance);
     }
     return d;
@@ -119,7 +120,7 @@ class RevolvedCutter {
     }
     square_roots(r);
     std::array<float, kLanes> d;
-    head_.outline.distances(r, w, d);
+    head_.outline.enlarged_distances(r, w, chord_, d);
     const auto allowance = static_cast<float>(head_.allowance);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = d[l] - allowance;
   }
@@ -148,6 +149,7 @@ class RevolvedCutter {
 
   Vec3d origin_;
   CuttingHead head_;
+  double chord_;
   double low_, high_, radius_;  // of the enlarged head
   bool has_start_ = false;      // of several poses the first is where the path starts
   int count_ = 0;

@@ -15,7 +15,7 @@ struct TwistDrill {
   double length = 0.060;                              ///< from T's origin to the chuck [m]
   double tip_radius = 0.0003;  ///< of the round tip, as blunt as a chisel edge [m], below `radius`
   double rim_radius = 0.0003;  ///< of the rim between cone and flutes [m]
-  double margin = 0.0008;      ///< height of flute above the cone that still cuts [m]
+  double margin = 0.0002;      ///< height of flute above the cone that still cuts [m]
 
   /// Throws std::invalid_argument.
   operator RevolvedTool() const {  // NOLINT(google-explicit-constructor): these measures are a tool
