@@ -4,6 +4,7 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/square_roots.hpp>
 #include <trephine/core/tolerances.hpp>
+#include <trephine/tool/outline_piece.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <span>
 
 namespace trephine {
@@ -29,48 +29,8 @@ class ToolOutline {
  public:
   static constexpr std::size_t kMostPieces = 24;
 
-  /// A place on the outline [m] with the unit normal out of the body.
-  struct Place {
-    double rho, z, normal_rho, normal_z;
-  };
-
-  /// A line, or an arc with side ±1 (outward, inward), from its lower end to its upper one [m].
-  struct Piece {
-    double rho, z, end_rho, end_z;
-    double along_rho = 0, along_z = 0, length = 0;              // of a line
-    double centre_rho = 0, centre_z = 0, radius = 0, side = 0;  // of an arc
-    double middle_rho = 0, middle_z = 0, cosine = 1;            // of an arc: its middle's direction, half its angle
-
-    /// ρ at a height between its ends [m].
-    [[nodiscard]] double radius_at(double height) const noexcept {
-      if (side != 0) {
-        const double b = height - centre_z;
-        return centre_rho + side * std::sqrt(std::max(0.0, radius * radius - b * b));
-      }
-      if (!(end_z > z)) return std::min(rho, end_rho);
-      return rho + (end_rho - rho) * (height - z) / (end_z - z);
-    }
-    /// Largest ρ [m].
-    [[nodiscard]] double largest_radius() const noexcept {
-      const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
-      return bulges ? centre_rho + radius : std::max(rho, end_rho);
-    }
-    /// Length along it [m].
-    [[nodiscard]] double way() const noexcept { return side != 0 ? 2 * radius * std::acos(cosine) : length; }
-    /// Place after this length [m] along it.
-    [[nodiscard]] Place place_at(double along) const noexcept {
-      if (side == 0) return {rho + along * along_rho, z + along * along_z, along_z, -along_rho};
-      const double angle = std::atan2(z - centre_z, rho - centre_rho) + side * along / radius;
-      const double c = std::cos(angle), s = std::sin(angle);
-      return {centre_rho + radius * c, centre_z + radius * s, side * c, side * s};
-    }
-    /// Area that it sweeps about the axis between two lengths along it [m²].
-    [[nodiscard]] double area(double from, double to) const noexcept {
-      const Place a = place_at(from), b = place_at(to);
-      const double about_centre = centre_rho * (to - from) + side * radius * (b.z - a.z);
-      return 2 * std::numbers::pi * (side == 0 ? (a.rho + b.rho) / 2 * (to - from) : about_centre);
-    }
-  };
+  using Place = OutlinePlace;
+  using Piece = OutlinePiece;
 
   /// Starts at height z [m]. If ρ > 0 the body begins with a flat end.
   ToolOutline(double rho, double z) : low_(z), rho_(0), z_(z) {
@@ -84,7 +44,7 @@ class ToolOutline {
     check(rho, z);
     if (rounding != 0) round_corner(rho, z, rounding);
     const double length = std::hypot(rho - rho_, z - z_);
-    if (length > kShortest) add(line(rho_, z_, rho, z));
+    if (length > kShortest) add(Piece::line(rho_, z_, rho, z));
     move_to(rho, z);
     return *this;
   }
@@ -227,7 +187,7 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void enlarged_distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
                           std::array<S, kLanes>& out) const noexcept {
-    NearestOnPiece<S, kLanes> near(rho, z);
+    detail::NearestOnPiece<S, kLanes> near(rho, z);
     std::array<S, kLanes> best, inside, rims;
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
@@ -265,32 +225,31 @@ class ToolOutline {
     out.count_ = 0;
     for (std::size_t i = 0; i < count_; ++i) {
       const Piece& p = pieces_[i];
-      const double less = rim_reduction(p, h), along = less * std::sqrt(1 - p.cosine * p.cosine) / p.cosine;
+      const double less = rim_reduction(p, h), along = less * p.sine() / p.cosine;
       if (!(along > kShortest) || out.count_ + count_ - i + 2 > kMostPieces) {
         out.append(p);
         continue;
       }
-      const Place from = p.place_at(0),
-                  to = {p.end_rho, p.end_z, (p.end_rho - p.centre_rho) / p.radius, (p.end_z - p.centre_z) / p.radius};
       Piece arc = p;
       arc.radius -= less;
       arc.centre_rho += less / p.cosine * p.middle_rho;
       arc.centre_z += less / p.cosine * p.middle_z;
       // The outline goes on where the normal points after a quarter of a turn.
-      arc.rho = from.rho - along * from.normal_z;
-      arc.z = from.z + along * from.normal_rho;
-      arc.end_rho = to.rho + along * to.normal_z;
-      arc.end_z = to.z - along * to.normal_rho;
-      out.append(line(from.rho, from.z, arc.rho, arc.z));
+      const double step = along / p.radius;
+      arc.rho -= step * (p.z - p.centre_z);
+      arc.z += step * (p.rho - p.centre_rho);
+      arc.end_rho += step * (p.end_z - p.centre_z);
+      arc.end_z -= step * (p.end_rho - p.centre_rho);
+      out.append(Piece::line(p.rho, p.z, arc.rho, arc.z));
       out.append(arc);
-      out.append(line(arc.end_rho, arc.end_z, to.rho, to.z));
+      out.append(Piece::line(arc.end_rho, arc.end_z, p.end_rho, p.end_z));
     }
     return out;
   }
 
   /// Distances with gradients and curvatures, see `Profile`.
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
-    NearestOnPiece<double, kProfileLanes> near(rho, z);
+    detail::NearestOnPiece<double, kProfileLanes> near(rho, z);
     ProfileLanes<double> best, inside, x, y, bend, corner;
     best.fill(std::numeric_limits<double>::max());
     inside.fill(0);
@@ -345,31 +304,19 @@ class ToolOutline {
   static constexpr double kSameDirection = 1e-12;  // of the cosine between two lines
   static constexpr double kLeastCosine = 0.1;      // a rim of half a turn has no corner between its tangents
   static constexpr double kSharpest = 1e-3;        // of a rim's radius is left
-  // A sharp corner with the turn 2β in the middle of a cell, on its diagonal: trilinear surfaces lie 0.44 h sin β
-  // inside.
+  // Trilinear surfaces lie 0.44 h sin β inside a sharp corner of the turn 2β whose diagonal is a cell's.
   static constexpr double kCorner = 0.44;
   static constexpr double kAtEnd = 1e-12;  // a rounding error's part of a squared distance
 
   [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
     return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
   }
-  /// A straight piece between two places farther apart than kShortest.
-  [[nodiscard]] static Piece line(double rho, double z, double end_rho, double end_z) noexcept {
-    const double length = std::hypot(end_rho - rho, end_z - z);
-    return {.rho = rho,
-            .z = z,
-            .end_rho = end_rho,
-            .end_z = end_z,
-            .along_rho = (end_rho - rho) / length,
-            .along_z = (end_z - z) / length,
-            .length = length};
-  }
   /// Appends a piece that begins where the last one ends. A straight one that goes on lengthens it.
   void append(const Piece& p) noexcept {
     if (count_ > 0 && p.side == 0) {
       Piece& last = pieces_[count_ - 1];
       if (last.side == 0 && last.along_rho * p.along_rho + last.along_z * p.along_z > 1 - kSameDirection) {
-        last = line(last.rho, last.z, p.end_rho, p.end_z);
+        last = Piece::line(last.rho, last.z, p.end_rho, p.end_z);
         return;
       }
     }
@@ -378,83 +325,13 @@ class ToolOutline {
   /// How much smaller a rim's radius must be in voxels of the size h [m]; 0 if the piece is no rim.
   [[nodiscard]] double rim_reduction(const Piece& p, double h) const noexcept {
     if (!(p.side > 0) || !(p.rho > 0) || !(p.end_rho > 0) || !(p.cosine > kLeastCosine)) return 0;
-    const double sine = std::sqrt(1 - p.cosine * p.cosine);
-    const double lacks = std::min(3 * h * h / 8 * (1 / p.radius - 1 / largest_), kCorner * h * sine);
+    const double lacks = std::min(3 * h * h / 8 * (1 / p.radius - 1 / largest_), kCorner * h * p.sine());
     return std::clamp(lacks * p.cosine / (1 - p.cosine), 0.0, (1 - kSharpest) * p.radius);
   }
   /// Whether a piece is a flat end at the top.
   [[nodiscard]] bool is_top(const Piece& p) const noexcept {
     return p.side == 0 && p.z == p.end_z && p.end_rho == 0 && p.end_z == z_;
   }
-
-  /// The nearest place on a piece, for several points at a time. Plain loops over members, which cannot overlap, so
-  /// that compilers vectorise them.
-  template <RealScalar S, std::size_t kLanes>
-  struct NearestOnPiece {
-    using Lanes = std::array<S, kLanes>;
-    Lanes at_rho, at_z;  ///< the points
-    Lanes square;        ///< of the distance
-    Lanes rho, z;        ///< from the nearest place
-    Lanes at_end;        ///< 1 if that is an end of the piece, else 0
-    Lanes inside;        ///< 1 if the point is level with the piece, on the body's side of it
-    Lanes to_centre;     ///< of an arc: distance from its centre
-
-    NearestOnPiece(const Lanes& point_rho, const Lanes& point_z) noexcept : at_rho(point_rho), at_z(point_z) {}
-
-    void find(const Piece& p) noexcept { p.side != 0 ? find_on_arc(p) : find_on_line(p); }
-
-    void find_on_line(const Piece& p) noexcept {
-      const S p_rho = static_cast<S>(p.rho), p_z = static_cast<S>(p.z), end_z = static_cast<S>(p.end_z);
-      const S along_rho = static_cast<S>(p.along_rho), along_z = static_cast<S>(p.along_z);
-      const S length = static_cast<S>(p.length), zero = 0;
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const S a = at_rho[l] - p_rho, b = at_z[l] - p_z;
-        const S along = a * along_rho + b * along_z;
-        const S up = along > zero ? along : zero, on = up < length ? up : length;
-        rho[l] = a - on * along_rho;
-        z[l] = b - on * along_z;
-        at_end[l] = on == along ? S(0) : S(1);
-        const S in = a * along_z - b * along_rho < S(0) ? S(1) : S(0);
-        const S above = at_z[l] >= p_z ? in : S(0);
-        inside[l] = at_z[l] < end_z ? above : S(0);
-      }
-      for (std::size_t l = 0; l < kLanes; ++l) square[l] = rho[l] * rho[l] + z[l] * z[l];
-    }
-
-    void find_on_arc(const Piece& p) noexcept {
-      const S p_rho = static_cast<S>(p.rho), p_z = static_cast<S>(p.z);
-      const S end_rho = static_cast<S>(p.end_rho), end_z = static_cast<S>(p.end_z);
-      const S centre_rho = static_cast<S>(p.centre_rho), centre_z = static_cast<S>(p.centre_z);
-      const S middle_rho = static_cast<S>(p.middle_rho), middle_z = static_cast<S>(p.middle_z);
-      const S radius = static_cast<S>(p.radius), side = static_cast<S>(p.side), cosine = static_cast<S>(p.cosine);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const S a = at_rho[l] - centre_rho, b = at_z[l] - centre_z;
-        to_centre[l] = a * a + b * b;
-      }
-      square_roots(to_centre);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        // The end on the point's side: an arc ascends, so its end has the larger angle from the middle.
-        const S a = at_rho[l] - centre_rho, b = at_z[l] - centre_z;
-        const S upper = (middle_rho * b - middle_z * a) * side > S(0) ? S(1) : S(0);
-        rho[l] = at_rho[l] - p_rho - upper * (end_rho - p_rho);
-        z[l] = at_z[l] - p_z - upper * (end_z - p_z);
-        at_end[l] = a * middle_rho + b * middle_z >= cosine * to_centre[l] ? S(0) : S(1);
-      }
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        // An end is farther than the circle.
-        const S off = to_centre[l] - radius, to_end = at_end[l] * (rho[l] * rho[l] + z[l] * z[l]);
-        square[l] = to_end > off * off ? to_end : off * off;
-      }
-      // Level with the arc, the body has what lies before its centre, with or without the circle.
-      const S circle = p.side > 0 ? S(1) : S(0);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const S before = at_rho[l] < centre_rho ? S(1) : S(0);
-        const S in = to_centre[l] < radius ? circle : before;
-        const S above = at_z[l] >= p_z ? in : S(0);
-        inside[l] = at_z[l] < end_z ? above : S(0);
-      }
-    }
-  };
 
   void check(double rho, double z) const {
     if (closed_) refuse("ToolOutline", "a closed outline has no further piece, got z", z);
