@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The cutting law, and which part of a head cuts, against closed forms and brute force.
+#include "support/figures.hpp"
 #include "support/random.hpp"
 #include "support/revolved_tools.hpp"
 
@@ -8,8 +9,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -77,6 +82,62 @@ TEST_CASE("head elements: areas and lengths of every head add up to the outline'
     CHECK(area == doctest::Approx(side.area + level).epsilon(2e-3));
     CHECK(length == doctest::Approx(side.length + level_length).epsilon(2e-3));
   }
+}
+
+/// ∫ over a head's outline, of what a feed along the axis or across it cuts. The azimuth is integrated by hand.
+struct Cuts {
+  double area = 0, pressed = 0;  // as Engagement
+};
+std::pair<Cuts, Cuts> along_and_across(const ToolOutline& head) {
+  constexpr int kSteps = 100000;
+  const double step = head.side_length() / kSteps;
+  Cuts along, across;
+  for (int i = 0; i < kSteps; ++i) {
+    const ToolOutline::Place p = head.place_at((i + 0.5) * step);
+    const double front = std::max(0.0, -p.normal_z);
+    along.area += 2 * kPi * p.rho * front * step;
+    along.pressed += 2 * kPi * front * front * step;
+    across.area += 2 * p.rho * p.normal_rho * step;
+    across.pressed += kPi / 2 * p.normal_rho * p.normal_rho * step;
+  }
+  return {along, across};
+}
+
+TEST_CASE("engagement: every head cuts as its outline's integrals say, along its axis and across it") {
+  std::vector<ToolOfShape> tools = revolved_tools();
+  for (const ToolFamily& family : kToolFamilies) {
+    const std::string name = std::string(family.name) + "-" + std::to_string(family.most);
+    tools.push_back({name, tool_by_name(name).tool});
+  }
+  Figures along_area, along_pressed, across_area, across_pressed, across_any;
+  for (const ToolOfShape& t : tools) {
+    const CuttingHead head = t.tool.cutting_head(0);
+    const HeadElements elements(head);
+    const auto [along, across] = along_and_across(head.outline);
+    CAPTURE(t.name);
+    const Engagement front = engagement_of(elements, -Vec3d::UnitZ(), all(1), all(1));
+    along_area.add(std::abs(front.area / along.area - 1));
+    along_pressed.add(std::abs(front.pressed / along.pressed - 1));
+    CHECK(along_area.all().back() < 2.5e-3);
+    CHECK(along_pressed.all().back() < 2.5e-3);
+    // Whatever the direction, within what four elements a band see; on the mean over directions within arcs' φ²/24.
+    double area = 0, pressed = 0;
+    constexpr int kDirections = 36;
+    for (int i = 0; i < kDirections; ++i) {
+      const double angle = 2 * kPi * i / kDirections;
+      const Engagement side = engagement_of(elements, {std::cos(angle), std::sin(angle), 0}, all(1), all(1));
+      area += side.area / kDirections;
+      pressed += side.pressed / kDirections;
+      across_any.add(std::abs(side.area / across.area - 1));
+      CHECK(across_any.all().back() < 0.025);
+    }
+    across_area.add(std::abs(area / across.area - 1));
+    across_pressed.add(std::abs(pressed / across.pressed - 1));
+    CHECK(across_area.all().back() < 2.5e-3);
+    CHECK(across_pressed.all().back() < 2.5e-3);
+  }
+  MESSAGE("off: along, area ", along_area, ", pressed ", along_pressed, "; across, area ", across_area, ", pressed ",
+          across_pressed, "; area in any direction ", across_any);
 }
 
 TEST_CASE("engagement: a ball whose front half cuts has closed forms, in any direction") {

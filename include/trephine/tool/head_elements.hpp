@@ -22,8 +22,9 @@ namespace trephine {
 [[nodiscard]] inline const CuttingHead& head_of(const CuttingHead& head) { return head; }
 
 /// Quadrature of a cutting head's surface: places in T with normals, areas, and areas divided by the distance from the
-/// axis. The outline is divided into bands of kAround elements, evenly about the axis, so that directions about it
-/// cancel. The places turn from band to band by the golden angle, so they cover the surface evenly.
+/// axis. Each piece of the outline is divided into bands of kAround elements, evenly about the axis, so that directions
+/// about it cancel. The places turn from band to band by the golden angle, so they cover the surface evenly. A band of
+/// a straight piece has exact sums of normals by area; one of an arc that turns by φ lacks φ²/24 of them.
 struct HeadElements {
   static constexpr std::size_t kAround = 4, kBands = 24;
   static constexpr std::size_t kCount = kAround * kBands;
@@ -37,32 +38,58 @@ struct HeadElements {
 
   HeadElements() = default;
   explicit HeadElements(const CuttingHead& cutting) {
-    const ToolOutline& head = cutting.outline;
-    const double out = cutting.allowance;
-    // Bands with equal sums of relative area and relative length: both integrals need places.
-    const double total = head.side_length(), step = total / kSteps;
-    std::array<double, kSteps + 1> areas{}, shares{};
-    for (std::size_t i = 0; i < kSteps; ++i)
-      areas[i + 1] =
-          areas[i] + 2 * std::numbers::pi * step * enlarged(head, (static_cast<double>(i) + 0.5) * step, out).rho;
-    for (std::size_t i = 0; i <= kSteps; ++i)
-      shares[i] = areas[i] / areas[kSteps] / 2 + static_cast<double>(i) / kSteps / 2;
-    const auto step_at = [&](double share) {
-      const auto above = std::upper_bound(shares.begin(), shares.end() - 1, share);
-      const auto i = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, above - shares.begin() - 1));
-      return static_cast<double>(i) + (share - shares[i]) / (shares[i + 1] - shares[i]);
+    std::array<OutlinePiece, ToolOutline::kMostPieces> pieces;
+    std::size_t count = 0;
+    for (const OutlinePiece& p : cutting.outline.sides()) pieces[count++] = p.moved_out(cutting.allowance);
+    // Bands have about equal sums of relative area, length and turn: all three integrals need places.
+    double whole_area = 0, whole_way = 0, whole_turn = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      whole_area += pieces[i].area(0, pieces[i].way());
+      whole_way += pieces[i].way();
+      whole_turn += pieces[i].turn();
+    }
+    const auto share = [&](const OutlinePiece& p, double along) {
+      const double turn = whole_turn > 0 ? p.turn() / whole_turn : 0.0;
+      return p.area(0, along) / whole_area + along / whole_way + along / p.way() * turn;
     };
-    const auto area_to = [&](double at) {
-      const auto i = std::min(static_cast<std::size_t>(at), kSteps - 1);
-      return areas[i] + (at - static_cast<double>(i)) * (areas[i + 1] - areas[i]);
-    };
-    for (std::size_t n = 0; n < kCount; ++n) {
-      const std::size_t band = n / kAround;
-      const double from = step_at(static_cast<double>(band) / kBands);
-      const double to = step_at(static_cast<double>(band + 1) / kBands);
-      const ToolOutline::Place at = enlarged(head, (from + to) / 2 * step, out);
+    // One band for each piece; then one at a time for the piece whose bands are the largest.
+    static_assert(ToolOutline::kMostPieces <= kBands);
+    std::array<std::size_t, ToolOutline::kMostPieces> bands{};
+    for (std::size_t i = 0; i < count; ++i) bands[i] = 1;
+    for (std::size_t n = count; n < kBands; ++n) {
+      std::size_t most = 0;
+      double largest = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        const double band = share(pieces[i], pieces[i].way()) / static_cast<double>(bands[i]);
+        if (band > largest) largest = band, most = i;
+      }
+      ++bands[most];
+    }
+    std::size_t band = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const OutlinePiece& p = pieces[i];
+      const double whole = share(p, p.way());
+      double from = 0;
+      for (std::size_t n = 1; n <= bands[i]; ++n) {
+        const double end = whole * static_cast<double>(n) / static_cast<double>(bands[i]);
+        double low = from, to = p.way();
+        for (int step = 0; n < bands[i] && step < kBisections; ++step) {
+          const double middle = (low + to) / 2;
+          (share(p, middle) < end ? low : to) = middle;
+        }
+        add(band++, p, from, to);
+        from = to;
+      }
+    }
+  }
+
+ private:
+  void add(std::size_t band, const OutlinePiece& p, double from, double to) noexcept {
+    const OutlinePlace at = p.place_at((from + to) / 2);
+    for (std::size_t i = 0; i < kAround; ++i) {
+      const std::size_t n = band * kAround + i;
       const double angle =
-          static_cast<double>(band) * kGoldenAngle + 2 * std::numbers::pi * static_cast<double>(n % kAround) / kAround;
+          static_cast<double>(band) * kGoldenAngle + 2 * std::numbers::pi * static_cast<double>(i) / kAround;
       const double c = std::cos(angle), s = std::sin(angle);
       x[n] = static_cast<float>(at.rho * c);
       y[n] = static_cast<float>(at.rho * s);
@@ -72,19 +99,12 @@ struct HeadElements {
       normal_z[n] = static_cast<float>(at.normal_z);
       around_x[n] = static_cast<float>(-s);
       around_y[n] = static_cast<float>(c);
-      area[n] = static_cast<float>((area_to(to) - area_to(from)) / kAround);
-      length[n] = static_cast<float>(2 * std::numbers::pi * (to - from) * step / kAround);
+      area[n] = static_cast<float>(p.area(from, to) / kAround);
+      length[n] = static_cast<float>(2 * std::numbers::pi * (to - from) / kAround);
     }
   }
 
- private:
-  [[nodiscard]] static ToolOutline::Place enlarged(const ToolOutline& head, double length, double out) noexcept {
-    ToolOutline::Place at = head.place_at(length);
-    at.rho = std::max(0.0, at.rho + out * at.normal_rho);
-    at.z += out * at.normal_z;
-    return at;
-  }
-  static constexpr std::size_t kSteps = 1024;
+  static constexpr int kBisections = 24;                     // to a float's last digit
   static constexpr double kGoldenAngle = 2.399963229728653;  // π (3 − √5)
 };
 

@@ -83,6 +83,10 @@ class ToolOutline {
 
   /// The pieces, from the tip up.
   [[nodiscard]] std::span<const Piece> pieces() const noexcept { return {pieces_.data(), count_}; }
+  /// The same without a flat end at the top.
+  [[nodiscard]] std::span<const Piece> sides() const noexcept {
+    return {pieces_.data(), count_ > 0 && is_top(pieces_[count_ - 1]) ? count_ - 1 : count_};
+  }
   [[nodiscard]] bool is_closed() const noexcept { return closed_; }
   [[nodiscard]] double z_low() const noexcept { return low_; }
   [[nodiscard]] double z_high() const noexcept { return z_; }
@@ -111,23 +115,23 @@ class ToolOutline {
   /// Length of the outline from the foremost point, without a flat end at the top [m].
   [[nodiscard]] double side_length() const noexcept {
     double length = 0;
-    for (std::size_t i = 0; i < count_; ++i)
-      if (!is_top(pieces_[i])) length += pieces_[i].way();
+    for (const Piece& p : sides()) length += p.way();
     return length;
   }
   /// The place this length [m] along the outline from the foremost point, at most `side_length()`.
   [[nodiscard]] Place place_at(double length) const noexcept {
+    const std::span<const Piece> all = sides();
     std::size_t i = 0;
-    for (; i + 1 < count_ && !is_top(pieces_[i + 1]) && length > pieces_[i].way(); ++i) length -= pieces_[i].way();
-    return pieces_[i].place_at(std::clamp(length, 0.0, pieces_[i].way()));
+    for (; i + 1 < all.size() && length > all[i].way(); ++i) length -= all[i].way();
+    return all[i].place_at(std::clamp(length, 0.0, all[i].way()));
   }
 
   /// Area of the body's surface between two lengths [m] along the outline [m²].
   [[nodiscard]] double area(double from, double to) const noexcept {
     double sum = 0;
-    for (std::size_t i = 0; i < count_ && !is_top(pieces_[i]); ++i) {
-      const double way = pieces_[i].way();
-      if (from < way && to > 0) sum += pieces_[i].area(std::max(from, 0.0), std::min(to, way));
+    for (const Piece& p : sides()) {
+      const double way = p.way();
+      if (from < way && to > 0) sum += p.area(std::max(from, 0.0), std::min(to, way));
       from -= way;
       to -= way;
     }

@@ -54,6 +54,23 @@ struct OutlinePiece {
     const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
     return bulges ? centre_rho + radius : std::max(rho, end_rho);
   }
+  /// The piece at a distance outside the body [m]. A hollow arc narrower than that keeps little of its radius.
+  [[nodiscard]] OutlinePiece moved_out(double by) const noexcept {
+    if (side == 0) {
+      const double out = by * along_z, up = -by * along_rho;
+      return line(rho + out, z + up, end_rho + out, end_z + up);
+    }
+    const double scale = std::max(1 + side * by / radius, kLeastScale);
+    OutlinePiece p = *this;
+    p.rho = centre_rho + scale * (rho - centre_rho);
+    p.z = centre_z + scale * (z - centre_z);
+    p.end_rho = centre_rho + scale * (end_rho - centre_rho);
+    p.end_z = centre_z + scale * (end_z - centre_z);
+    p.radius *= scale;
+    return p;
+  }
+  /// Angle by which its direction turns [rad].
+  [[nodiscard]] double turn() const noexcept { return side != 0 ? 2 * std::acos(cosine) : 0.0; }
   /// Length along it [m].
   [[nodiscard]] double way() const noexcept { return side != 0 ? 2 * radius * std::acos(cosine) : length; }
   /// Place after this length [m] along it.
@@ -69,6 +86,23 @@ struct OutlinePiece {
     const double about_centre = centre_rho * (to - from) + side * radius * (b.z - a.z);
     return 2 * std::numbers::pi * (side == 0 ? (a.rho + b.rho) / 2 * (to - from) : about_centre);
   }
+
+  /// ∫ n dA over what it sweeps about the axis between two lengths along it, n_ρ and n_z apart [m²].
+  struct Flux {
+    double rho, z;
+  };
+  [[nodiscard]] Flux flux(double from, double to) const noexcept {
+    const OutlinePlace a = place_at(from), b = place_at(to);
+    // n_ρ ds = dz and n_z ds = −dρ. On an arc (ρ − centre) dz is r² cos² of the angle.
+    double rho_dz = (a.rho + b.rho) / 2 * (b.z - a.z);
+    if (side != 0) {
+      const auto product = [&](const OutlinePlace& p) { return (p.rho - centre_rho) * (p.z - centre_z); };
+      rho_dz = centre_rho * (b.z - a.z) + (side * radius * (to - from) + product(b) - product(a)) / 2;
+    }
+    return {2 * std::numbers::pi * rho_dz, std::numbers::pi * (a.rho * a.rho - b.rho * b.rho)};
+  }
+
+  static constexpr double kLeastScale = 1e-3;
 };
 
 namespace detail {
