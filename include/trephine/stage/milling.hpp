@@ -6,6 +6,7 @@
 #include <trephine/tool/revolved_cutter.hpp>
 #include <trephine/voxel/carving.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -154,14 +155,22 @@ class Milling {
   /// A cut in time counts each pose of a path once, in the tick that ends there.
   ///
   /// Voxels leave bone inside a rim. A cut by pressure goes ahead until the tool is free, so rims are sharper and the
-  /// hole keeps its width. Another cut must make room where the tool is, so rims are thicker.
+  /// hole keeps its width. The hole's wall curves one way alone: of a ball's sag, for which the allowance has room,
+  /// two thirds are missing there. Another cut must make room where the tool is, so rims are thicker.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
                                                 bool start_is_cut, const Vec3d& spacing) noexcept {
     const double step = spacing.minCoeff() / 2, square = spacing.squaredNorm();
-    if constexpr (kCutsUnderPressure)
-      return {{head.outline.with_sharper_rims(std::sqrt(square / 3)), head.allowance}, from, to, step, 0, true};
-    else
+    if constexpr (kCutsUnderPressure) {
+      const double less = square / (72 * head.outline.largest_radius());
+      return {{head.outline.with_sharper_rims(std::sqrt(square / 3)), std::max(0.0, head.allowance - less)},
+              from,
+              to,
+              step,
+              0,
+              true};
+    } else {
       return {head, from, to, step, square / 24, start_is_cut || !kCutsAtOnce};
+    }
   }
 
   struct NoHead {};
