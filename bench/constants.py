@@ -40,6 +40,7 @@ SETS = [
     Set("cutting_figures", [], {
         "kLead": ("stage/cutting_force.hpp", r"double kLead = ([\d.]+);"),
         "kLead / 4, where bone is whole": ("stage/cutting_force.hpp", r"\((kLead / 4) \* slope"),
+        "kFilm": ("stage/cutting_force.hpp", r"double kFilm = ([\d.]+);"),
         "distance of the voxels that strength is of": ("stage/cutting_force.hpp", r"apart =\s*static_cast<float>\((bone\.spacing\(\)\.norm\(\))"),
         "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
@@ -132,6 +133,7 @@ def write(scratch, all_constants, changed=None, factor=1):
                 text = text[:c.start] + c.scaled() + text[c.end:]
             elif c is changed:
                 text = text[:c.start] + c.changed(factor) + text[c.end:]
+                text = re.sub(rf"static_assert\([^;]*\b{c.name}\b[^;]*\);", "", text)  # holds for the number as it stands
         # A number may stand on a scaled one, so none of them is known when compiling.
         text = DECLARED.sub(lambda m: m[0] if m[1] == "int" else f"static inline const {m[1]} {m[2]};", text)
         with open(copy, "w", encoding="utf-8") as file:

@@ -46,7 +46,8 @@ TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at a
     torque.add(off.torque);
     work.add(off.work);
     pull.add(off.pull);
-    // A hole is larger than the head by the contact's offset and by chords' sag: at voxels of .5 mm by 5 % of area.
+    // A hole is larger than the head by the contact's offset and where the head wanders: at voxels of .5 mm by 3 to 5 %
+    // of area.
     const bool coarse = block.h > 4e-4;
     CHECK(off.thrust < 0.035);
     CHECK(off.torque < (coarse ? 0.06 : 0.035));
@@ -257,8 +258,8 @@ TEST_CASE("cutting force: thrust drops when the far side breaks") {
     CHECK(fine.median() <= 2);
     CHECK(coarse.median() <= 2);
     // A blurred film yields before it breaks: four fifths of the greatest thrust may be passed some ms earlier.
-    CHECK(fine.worst() <= 20);
-    CHECK(coarse.worst() <= 20);
+    CHECK(fine.worst() <= 5);
+    CHECK(coarse.worst() <= 5);
   }
 }
 

@@ -55,10 +55,10 @@ struct CuttingReport {
 /// *Device.* The wrench gets `felt` times the edges' true wrench. The renderer's force counts as `felt` times the true
 /// thrust. So a felt share of 1/60 lets a pen of 3 N drill as 180 N do.
 ///
-/// Which part of the head cuts is sampled at `HeadElements` half a voxel ahead, toward the feed. There the bone's
-/// strength follows from its density before all cuts (`GridOptions::keep_original`). T's z axis is the spindle. Works
-/// with every renderer and cut. Without PressureCut the feed does not depend on the force. The edges' force is not
-/// conservative: the spindle feeds it. Haptic thread; no allocation.
+/// Which part of the head cuts is sampled at `HeadElements` a quarter and half a voxel ahead, toward the feed. There
+/// the bone's strength follows from its density before all cuts (`GridOptions::keep_original`). T's z axis is the
+/// spindle. Works with every renderer and cut. Without PressureCut the feed does not depend on the force. The edges'
+/// force is not conservative: the spindle feeds it. Haptic thread; no allocation.
 class CuttingForce {
  public:
   static constexpr bool kUsesTwist = false;
@@ -253,6 +253,19 @@ class CuttingForce {
     const int padded = padded_to_lane(static_cast<int>(count));
     for (auto i = count; i < static_cast<std::size_t>(padded); ++i) x[i] = y[i] = z[i] = nx[i] = ny[i] = nz[i] = 0;
     field.values(X, x.data(), y.data(), z.data(), ahead.data(), padded);
+    // Beside a cut the density rises by the cut's slope. A film that is thinner than the lead cuts as well.
+    const auto whole = static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue));
+    if (std::any_of(ahead.begin(), ahead.begin() + count, [&](float v) { return v < whole; })) {
+      const auto less = static_cast<float>(kFilm) * lead;
+      HeadElements::Numbers near_x, near_y, near_z;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
+        near_x[i] = x[i] - less * d.x();
+        near_y[i] = y[i] - less * d.y();
+        near_z[i] = z[i] - less * d.z();
+      }
+      field.values(X, near_x.data(), near_y.data(), near_z.data(), density.data(), padded);
+      for (std::size_t i = 0; i < count; ++i) ahead[i] = std::max(ahead[i], density[i]);
+    }
 
     // Strength is the original bone's; without it, of bone beyond the reach of cuts. The image blurs bone's surface.
     // The densest of three voxels, a cell's diagonal apart, is bone without the blur.
@@ -264,18 +277,16 @@ class CuttingForce {
     const Mat3<float> A = per_metre.asDiagonal() * X.linear();
     const Vec3<float> t = per_metre.cwiseProduct(X.translation()) + Vec3<float>::Ones();
     nearest_voxels(original, A, t, x.data(), y.data(), z.data(), densest.data(), padded);
-    for (const float step : {apart, -2 * apart}) {
+    for (const float out : {apart, -2 * apart}) {
       for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
-        x[i] += step * nx[i];
-        y[i] += step * ny[i];
-        z[i] += step * nz[i];
+        x[i] += out * nx[i];
+        y[i] += out * ny[i];
+        z[i] += out * nz[i];
       }
       nearest_voxels(original, A, t, x.data(), y.data(), z.data(), density.data(), padded);
       for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) densest[i] = std::max(densest[i], density[i]);
     }
 
-    // Beside a cut the density rises by the cut's slope.
-    const auto whole = static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue));
     HeadElements::Numbers engaged{}, strength{};
     for (std::size_t i = 0; i < count; ++i) {
       engaged[element[i]] = std::clamp(ahead[i] / whole, 0.0F, 1.0F);
@@ -304,6 +315,7 @@ class CuttingForce {
   }
 
   static constexpr double kLead = 0.5;  // [voxels]
+  static constexpr double kFilm = 0.5;  // of the lead, by which the second place lies nearer
   // By which a cut goes ahead for each metre of feed that it could not take. A rim is then free within 20 µm of feed.
   static constexpr double kCatchUp = 10;
 
