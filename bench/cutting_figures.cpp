@@ -81,7 +81,7 @@ void breakthroughs(Rows& rows, int places) {
       const auto one = [&](const std::string& rate, double dt) {
         const std::string what = "breakthrough " + way + " at " + rate;
         const double ms = 1e3 * breakthrough(block, up, offset, dt);
-        add(rows, what + " [ms]", sigma, 5, ms);
+        add(rows, what + " [ms]", sigma, 10, ms);
         add(rows, what + "; median [ms]", sigma, 2, ms, true);
       };
       one("4 kHz", 0.25e-3);

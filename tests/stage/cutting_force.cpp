@@ -258,8 +258,8 @@ TEST_CASE("cutting force: thrust drops when the far side breaks") {
     CHECK(fine.median() <= 2);
     CHECK(coarse.median() <= 2);
     // A blurred film yields before it breaks: four fifths of the greatest thrust may be passed some ms earlier.
-    CHECK(fine.worst() <= 5);
-    CHECK(coarse.worst() <= 5);
+    CHECK(fine.worst() <= 10);
+    CHECK(coarse.worst() <= 10);
   }
 }
 

@@ -288,5 +288,5 @@ TEST_CASE("A bit that waits does not touch the grid, and cuts at once where bone
 TEST_CASE("What is left out takes no bytes") {
   // Options and tick counter; a geometric cut remembers the poses of its last tick and its last cut.
   static_assert(sizeof(Milling<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(MillingOptions) + 8);
-  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 2 * sizeof(Posed) + 48);
+  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 2 * sizeof(Posed) + 48 + 2 * alignof(Posed));
 }
