@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -353,6 +354,16 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
       CHECK(sharper.z_low() == plain.z_low());
       CHECK(sharper.z_high() == plain.z_high());
       CHECK(sharper.largest_radius() == plain.largest_radius());
+      // Each piece begins where the last one ends. An arc's ends lie on its circle.
+      const auto pieces = sharper.pieces();
+      for (std::size_t i = 0; i < pieces.size(); ++i) {
+        const ToolOutline::Piece& p = pieces[i];
+        const double gap = i > 0 ? std::hypot(p.rho - pieces[i - 1].end_rho, p.z - pieces[i - 1].end_z) : 0.0;
+        CHECK(gap < 1e-12);
+        if (p.side == 0) continue;
+        CHECK(std::abs(std::hypot(p.rho - p.centre_rho, p.z - p.centre_z) - p.radius) < 1e-9);
+        CHECK(std::abs(std::hypot(p.end_rho - p.centre_rho, p.end_z - p.centre_z) - p.radius) < 1e-9);
+      }
       double most = 0;
       for (int n = 0; n < 300; ++n) {
         const auto [rho, z] = random_place(random, t.tool.bounds());
