@@ -311,6 +311,13 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   }
   for (int i = 0; i < 600; ++i) CHECK(tick(Vec3d(0, 0, 2e-3 - i * 2e-6), Vec3d::UnitZ(), false).removed_mm3 == 0);
   CHECK(scene.part<CuttingForce>().report().torque == 0);
+  // From the tick on in which the spindle stops, edges have no force: what chips still held is dropped.
+  scene.reset();
+  for (int i = 0; i < 600; ++i) tick(Vec3d(0, 0, 2e-3 - i * 2e-6), Vec3d::UnitZ(), true);
+  CHECK(scene.part<CuttingForce>().report().torque > 0);
+  tick(Vec3d(0, 0, 0.8e-3), Vec3d::UnitZ(), false);
+  CHECK(scene.part<CuttingForce>().report().torque == 0);
+  CHECK(scene.part<CuttingForce>().report().edges == Wrenchd::zero());
   // The flank lies on the plane, the head beyond its edge would be in the air: here it is lifted.
   scene.reset();
   double removed = 0;

@@ -190,11 +190,11 @@ class CuttingForce {
     if (on.area > 0) pattern_ << on.around / on.area, on.moment / on.area;
     deposit_ += law.energy * context.removed_mm3 * 1e-9 * pattern_;
     const double lag_angle = options_.lag * options_.speed, turn = spindle_ * dt;
+    // A stalled tool holds its chips until it is free, a stopped one drops them.
+    if (!(turn > 0) && !(on.area > 0)) deposit_.setZero();
     const double part = -std::expm1(-turn / lag_angle);
     const Vec6d chips = deposit_ * (turn > 0 ? part / turn : 1 / lag_angle);
     deposit_ *= 1 - part;
-    // A stalled tool holds its chips until it is free.
-    if (!(turn > 0) && !(on.area > 0)) deposit_.setZero();
     // The edges' own force, by the chips that the torque tells.
     const int z = options_.edges.count();
     const double x = on.hard_area > 0 ? chips[5] / (law.energy * on.hard_area) : 0;
