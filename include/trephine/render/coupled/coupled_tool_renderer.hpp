@@ -208,6 +208,7 @@ class CoupledToolRenderer {
     if (start.is_new) {
       bristles_.reset();
       evaluated_.reset();
+      last_motion_.setZero();
       // After a jump into bone the virtual tool follows from its last pose.
       if (!started_ || axis_in_bone_ || (jumped && !is_core_in_bone(view, bounds_, X_device))) X_ = X_device;
       axis_in_bone_ = is_core_in_bone(view, bounds_, X_);
@@ -245,19 +246,28 @@ class CoupledToolRenderer {
   template <class View>
   SearchResult search(const View& view, const Posed& X_device, double device_motion) noexcept {
     bristles_.begin_tick(X_);
-    // Warm start at the pose evaluated last, whose contact is stored, unless bone was cut there.
+    // Warm start at the pose evaluated last, whose contact is stored. Where bone was cut there, the tool likely moves
+    // on as in the last tick.
     if (evaluated_ && !broad_phase_.is_current(view)) evaluated_.reset();
+    const double h = gains_.shortest_spacing;
     Posed start = gains_.coupling.solves_rotation && evaluated_ ? evaluated_->X : X_;
+    Vec6d guess = last_motion_;
+    if (!evaluated_) {
+      const Posed ahead = moved(X_, last_motion_);
+      if (motion_between(X_, ahead).at(bounds_.arm()) <= Constants::kMaxStartAhead * h) {
+        start = ahead;
+        guess.setZero();
+      }
+    }
     if (!gains_.coupling.solves_rotation) start.linear() = X_device.linear();
     PoseSearch search(
         gains_.coupling, X_device, bounds_,
         [&](const Posed& X, const ToolMotion& ahead) { return evaluate(view, X, ahead); }, bristles_);
-    const double h = gains_.shortest_spacing;
     return search.minimise(
         start,
         {.smallest_step = Constants::kSmallestStep * h,
          .motion_step = Constants::kMotionFraction * std::min(device_motion, Constants::kMaxCountedMotion * h)},
-        last_motion_);
+        guess);
   }
 
   void report(const SearchResult& found, Rendered<Scalar>& out) noexcept {
