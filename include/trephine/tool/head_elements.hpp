@@ -52,26 +52,15 @@ struct HeadElements {
       const double turn = whole_turn > 0 ? p.turn() / whole_turn : 0.0;
       return p.area(0, along) / whole_area + along / whole_way + along / p.way() * turn;
     };
-    // One band for each piece; then one at a time for the piece whose bands are the largest.
-    static_assert(ToolOutline::kMostPieces <= kBands);
-    std::array<std::size_t, ToolOutline::kMostPieces> bands{};
-    for (std::size_t i = 0; i < count; ++i) bands[i] = 1;
-    for (std::size_t n = count; n < kBands; ++n) {
-      std::size_t most = 0;
-      double largest = 0;
-      for (std::size_t i = 0; i < count; ++i) {
-        const double band = share(pieces[i], pieces[i].way()) / static_cast<double>(bands[i]);
-        if (band > largest) largest = band, most = i;
-      }
-      ++bands[most];
-    }
+    Shares shares{};
+    for (std::size_t i = 0; i < count; ++i) shares[i] = share(pieces[i], pieces[i].way());
+    const auto bands = bands_of(shares, count);
     std::size_t band = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const OutlinePiece& p = pieces[i];
-      const double whole = share(p, p.way());
       double from = 0;
       for (std::size_t n = 1; n <= bands[i]; ++n) {
-        const double end = whole * static_cast<double>(n) / static_cast<double>(bands[i]);
+        const double end = shares[i] * static_cast<double>(n) / static_cast<double>(bands[i]);
         double low = from, to = p.way();
         for (int step = 0; n < bands[i] && step < kBisections; ++step) {
           const double middle = (low + to) / 2;
@@ -84,6 +73,23 @@ struct HeadElements {
   }
 
  private:
+  using Shares = std::array<double, ToolOutline::kMostPieces>;
+
+  /// Number of bands of each piece: one, and then one at a time for the piece whose bands are the largest.
+  [[nodiscard]] static std::array<std::size_t, ToolOutline::kMostPieces> bands_of(const Shares& shares,
+                                                                                  std::size_t count) noexcept {
+    static_assert(ToolOutline::kMostPieces <= kBands);
+    std::array<std::size_t, ToolOutline::kMostPieces> bands{};
+    for (std::size_t i = 0; i < count; ++i) bands[i] = 1;
+    for (std::size_t n = count; n < kBands; ++n) {
+      std::size_t most = 0;
+      for (std::size_t i = 1; i < count; ++i)
+        if (shares[i] * static_cast<double>(bands[most]) > shares[most] * static_cast<double>(bands[i])) most = i;
+      ++bands[most];
+    }
+    return bands;
+  }
+
   void add(std::size_t band, const OutlinePiece& p, double from, double to) noexcept {
     const OutlinePlace at = p.place_at((from + to) / 2);
     for (std::size_t i = 0; i < kAround; ++i) {
