@@ -38,10 +38,10 @@ class Set:
 SETS = [
     Set("coupled_figures", ["render/coupled/*.hpp", "voxel/dual_element.hpp"], {}),
     Set("cutting_figures", [], {
-        "kLead": ("stage/cutting_force.hpp", r"double kLead = ([\d.]+);"),
-        "kLead / 4, where bone is whole": ("stage/cutting_force.hpp", r"\((kLead / 4) \* slope"),
-        "kFilm": ("stage/cutting_force.hpp", r"double kFilm = ([\d.]+);"),
-        "distance of the voxels that strength is of": ("stage/cutting_force.hpp", r"apart =\s*static_cast<float>\((bone\.spacing\(\)\.norm\(\))"),
+        "kLead": ("stage/head_samples.hpp", r"double kLead = ([\d.]+);"),
+        "kLead / 4, where bone is whole": ("stage/head_samples.hpp", r"\((kLead / 4) \* slope"),
+        "kFilm": ("stage/head_samples.hpp", r"double kFilm = ([\d.]+);"),
+        "distance of the voxels that strength is of": ("stage/head_samples.hpp", r"apart =\s*static_cast<float>\((bone_\.spacing\(\)\.norm\(\))"),
         "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
         "kCatchUp": ("stage/cutting_force.hpp", r"double kCatchUp = ([\d.]+);"),

@@ -144,24 +144,29 @@ TEST_CASE("cutting force: density acts by the strength of bone") {
 TEST_CASE("cutting force: a slot takes the power of its volume, and the teeth pull the tool sideways") {
   const double speed = 4e-3, R = 0.0015;
   const CuttingLaw law;
-  for (const bool clockwise : {true, false}) {
-    const Slot s = mill(clockwise, 1, speed);
+  Random random(kSeed + 3);
+  Figures power, sides, along;
+  for (int n = 0; n < (kSanitized ? 1 : 6); ++n) {
+    const bool clockwise = n % 2 == 0;
+    const double deep = random.uniform(1.2e-3, 2.6e-3);
+    const Slot s = mill(clockwise, 1, speed, deep);
     CAPTURE(clockwise);
+    CAPTURE(deep);
     CHECK(s.status == Status::kOk);
-    const double expected = 2 * R * 2e-3 * speed * 1e9;
+    const double expected = 2 * R * deep * speed * 1e9;
     CHECK(std::abs(s.rate / expected - 1) < 0.04);
     CHECK(std::abs(s.torque * rpm(30'000) / s.power - 1) < 0.01);
-    // By the image's blur bone seems softer at its very surface.
-    CHECK(s.power < law.energy * s.rate * 1e-9);
-    CHECK(s.power > 0.92 * law.energy * s.rate * 1e-9);
+    // However deep: bone at the blurred surface counts as whole.
+    power.add(std::abs(s.power / (law.energy * s.rate * 1e-9) - 1));
+    CHECK(power.all().back() < 0.02);
     // Teeth that turn clockwise, seen from the handle, move toward −y at the front, and bone pushes the tool to +y: π/4
-    // of torque over R, for the side; the flat front adds to it where it cuts.
-    const double side = (clockwise ? 1 : -1) * s.pull.y() * R / s.torque;
-    CHECK(side > 0.65);
-    CHECK(side < 0.95);
-    MESSAGE("clockwise ", clockwise, ": pull over torque by radius ", side, " (pi/4 by the law), along ",
-            s.pull.x() * R / s.torque);
+    // of torque over R, for the side; the flat front adds to it where it cuts. A wall of 1.2 mm has two or three bands.
+    sides.add((clockwise ? 1 : -1) * s.pull.y() * R / s.torque);
+    CHECK(sides.all().back() > 0.55);
+    CHECK(sides.all().back() < 0.95);
+    along.add(std::abs(s.pull.x() * R / s.torque));
   }
+  MESSAGE("power off u by volume ", power, "; pull over torque by radius ", sides, " (pi/4 by the law), along ", along);
 }
 
 TEST_CASE("cutting force: a burr that climbs is pulled forward, one that mills up is pushed back") {

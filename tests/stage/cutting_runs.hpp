@@ -132,14 +132,14 @@ template <VoxelDensity Density>
           std::abs(fed.chip_work / (o.law.energy * fed.removed_mm3 * 1e-9) - 1), fed.pull / fed.thrust, fed};
 }
 
-/// Mills a slot with a cylinder along x, `share` of whose width is bone.
+/// Mills a slot with a cylinder along x, `width_share` of whose width is bone, `deep` under the surface [m].
 struct Slot {
   Vec3d pull = Vec3d::Zero();   // mean, true [N]
   double torque = 0, rate = 0;  // means [N m], [mm3/s]
   double power = 0;             // of the chips by the volume and the strength where it was cut [W]
   Status status = Status::kOk;
 };
-[[nodiscard]] inline Slot mill(bool clockwise, double width_share, double speed) {
+[[nodiscard]] inline Slot mill(bool clockwise, double width_share, double speed, double deep = 2e-3) {
   const BoneBlock<std::int16_t> block{.length = 16e-3};
   const NamedTool tool = tool_by_name("cylinder-3");
   // Bone is where y is below the edge: the slot's width counts from −R.
@@ -158,7 +158,7 @@ struct Slot {
   const int ticks = static_cast<int>(12e-3 / (speed * 1e-3));
   int count = 0;
   for (int i = 0; i < ticks; ++i) {
-    const Vec3d at(-2e-3 + i * speed * 1e-3, middle.y(), middle.z() + R - 2e-3);
+    const Vec3d at(-2e-3 + i * speed * 1e-3, middle.y(), middle.z() + R - deep);
     const TickResult r = scene.tick({.X_WT = tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
     out.status = worse(out.status, r.status);
     if (at.x() < 5e-3) continue;

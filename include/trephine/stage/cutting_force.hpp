@@ -7,17 +7,15 @@
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
+#include <trephine/stage/head_samples.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/tool/cutting_law.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
-#include <trephine/voxel/sampling.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -55,10 +53,9 @@ struct CuttingReport {
 /// *Device.* The wrench gets `felt` times the edges' true wrench. The renderer's force counts as `felt` times the true
 /// thrust. So a felt share of 1/60 lets a pen of 3 N drill as 180 N do.
 ///
-/// Which part of the head cuts is sampled at `HeadElements` a quarter and half a voxel ahead, toward the feed. There
-/// the bone's strength follows from its density before all cuts (`GridOptions::keep_original`). T's z axis is the
-/// spindle. Works with every renderer and cut. Without PressureCut the feed does not depend on the force. The edges'
-/// force is not conservative: the spindle feeds it. Haptic thread; no allocation.
+/// `HeadSamples` tells which part of the head cuts, and what. T's z axis is the spindle. Works with every renderer and
+/// cut. Without PressureCut the feed does not depend on the force. The edges' force is not conservative: the spindle
+/// feeds it. Haptic thread; no allocation.
 class CuttingForce {
  public:
   static constexpr bool kUsesTwist = false;
@@ -149,7 +146,8 @@ class CuttingForce {
       ledger_mm3_ = 0;
       return {0, 0};
     }
-    sample(bone, isovalue, X_GT, -(R_GT_.transpose() * force).normalized());
+    const Vec3d feed_T = -(R_GT_.transpose() * force).normalized();
+    engagement_ = HeadSamples(elements_, bone, isovalue, X_GT, feed_T).engagement(options_.strength, tissues_.get());
     const Engagement& on = engagement_;
     // What has no strength does not hold the head, and neither does what the elements miss.
     const bool holds = on.pressed > 0;
@@ -230,80 +228,6 @@ class CuttingForce {
     return sum;
   }
 
-  /// Samples the bone ahead of the head's elements that face the feed.
-  template <VoxelDensity Density>
-  void sample(const VoxelGrid<Density>& bone, double isovalue, const Posed& X_GT, const Vec3d& feed_T) noexcept {
-    static_assert(HeadElements::kCount % kLane == 0);
-    const DensityField<Density, float> field(bone, isovalue);
-    const Pose<float> X = X_GT.template cast<float>();
-    const Vec3<float> d = feed_T.template cast<float>();
-    const auto lead = static_cast<float>(kLead * bone.spacing().minCoeff());
-    std::array<std::size_t, HeadElements::kCount> element;
-    HeadElements::Numbers x, y, z, nx, ny, nz, ahead, density, densest;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
-      nx[count] = elements_.normal_x[i], ny[count] = elements_.normal_y[i], nz[count] = elements_.normal_z[i];
-      if (!(d.x() * nx[count] + d.y() * ny[count] + d.z() * nz[count] > 0)) continue;
-      element[count] = i;
-      x[count] = elements_.x[i] + lead * d.x();
-      y[count] = elements_.y[i] + lead * d.y();
-      z[count] = elements_.z[i] + lead * d.z();
-      ++count;
-    }
-    const int padded = padded_to_lane(static_cast<int>(count));
-    for (auto i = count; i < static_cast<std::size_t>(padded); ++i) x[i] = y[i] = z[i] = nx[i] = ny[i] = nz[i] = 0;
-    field.values(X, x.data(), y.data(), z.data(), ahead.data(), padded);
-    // Beside a cut the density rises by the cut's slope. A film that is thinner than the lead cuts as well.
-    const auto whole = static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue));
-    if (std::any_of(ahead.begin(), ahead.begin() + count, [&](float v) { return v < whole; })) {
-      const auto less = static_cast<float>(kFilm) * lead;
-      HeadElements::Numbers near_x, near_y, near_z;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
-        near_x[i] = x[i] - less * d.x();
-        near_y[i] = y[i] - less * d.y();
-        near_z[i] = z[i] - less * d.z();
-      }
-      field.values(X, near_x.data(), near_y.data(), near_z.data(), density.data(), padded);
-      for (std::size_t i = 0; i < count; ++i) ahead[i] = std::max(ahead[i], density[i]);
-    }
-
-    // Strength is the original bone's; without it, of bone beyond the reach of cuts. The image blurs bone's surface.
-    // The densest of three voxels, a cell's diagonal apart, is bone without the blur.
-    SampleView<Density, float> original(bone);
-    original.voxels = bone.original_data();
-    const auto apart =
-        static_cast<float>(bone.spacing().norm() + (bone.keeps_original() ? 0 : cut_reach(bone.spacing())));
-    const Vec3<float> per_metre = bone.spacing().cwiseInverse().template cast<float>();
-    const Mat3<float> A = per_metre.asDiagonal() * X.linear();
-    const Vec3<float> t = per_metre.cwiseProduct(X.translation()) + Vec3<float>::Ones();
-    nearest_voxels(original, A, t, x.data(), y.data(), z.data(), densest.data(), padded);
-    for (const float out : {apart, -2 * apart}) {
-      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) {
-        x[i] += out * nx[i];
-        y[i] += out * ny[i];
-        z[i] += out * nz[i];
-      }
-      nearest_voxels(original, A, t, x.data(), y.data(), z.data(), density.data(), padded);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(padded); ++i) densest[i] = std::max(densest[i], density[i]);
-    }
-
-    HeadElements::Numbers engaged{}, strength{};
-    for (std::size_t i = 0; i < count; ++i) {
-      engaged[element[i]] = std::clamp(ahead[i] / whole, 0.0F, 1.0F);
-      strength[element[i]] = static_cast<float>(options_.strength(static_cast<double>(densest[i])));
-    }
-    if (tissues_ != nullptr) {
-      const auto last = [&](int a) { return bone.size()[static_cast<std::size_t>(a)] - 1; };
-      for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t e = element[i];
-        const Vec3<float> u = A * (Vec3<float>(elements_.x[e], elements_.y[e], elements_.z[e]) + lead * d) + t;
-        const auto voxel = [&](int a) { return std::clamp(static_cast<int>(u[a] - 0.5F), 0, last(a)); };
-        strength[e] /= static_cast<float>(tissues_->rate_at(voxel(0), voxel(1), voxel(2)));
-      }
-    }
-    engagement_ = engagement_of(elements_, feed_T, engaged, strength);
-  }
-
   /// J dω/dt = drive − torque, the drive falling from the stall torque to 0 at the speed without load.
   void advance_spindle(double torque, double dt) noexcept {
     if (!(spindle_ > 0) && !is_stalled_) return;
@@ -314,8 +238,6 @@ class CuttingForce {
     is_stalled_ = !(spindle_ > 0);
   }
 
-  static constexpr double kLead = 0.5;  // [voxels]
-  static constexpr double kFilm = 0.5;  // of the lead, by which the second place lies nearer
   // By which a cut goes ahead for each metre of feed that it could not take. A rim is then free within 20 µm of feed.
   static constexpr double kCatchUp = 10;
 
