@@ -77,8 +77,8 @@ struct CoupledConstants {
 
   // --- Start and jump (coupled_tool_renderer.hpp, tool_in_bone.hpp).
 
-  /// A search starts ahead of the last pose by at most this [spacings]: less than the core's radius, so no surface
-  /// passes the tool's axis.
+  /// After a cut a search starts ahead of the last pose by at most this [spacings], and by a step's fraction of the
+  /// core's radius.
   static constexpr double kMaxStartAhead = 0.5;
   /// A device whose axis turned farther between two ticks jumped [rad]. Hands turn more slowly, even at 60 Hz.
   static constexpr double kJumpAngle = 0.5;

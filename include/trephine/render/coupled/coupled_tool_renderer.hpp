@@ -36,7 +36,8 @@ namespace trephine {
 ///
 /// *Work a tick*: Newton steps with an active set (`PoseSearch`), at most kMaxSteps. No step moves any part of the tool
 /// past its known clearance by more than half of its core's radius. So no surface passes the tool's axis, from which
-/// points are pushed away. Steps that remain, or bricks to make, are carried on at the next tick (`kWorkBound`).
+/// points are pushed away. After a cut the search starts ahead, by at most half a voxel. Steps that remain, or bricks
+/// to make, are carried on at the next tick (`kWorkBound`).
 ///
 /// *Statuses*: `kJump` as `CoupledOptions::jump` says. `kStartedInside` if the tool appears in contact, or bone appears
 /// around it. While the tool's axis is in bone the status stays, there is no force, and the virtual tool is the
@@ -247,17 +248,14 @@ class CoupledToolRenderer {
   SearchResult search(const View& view, const Posed& X_device, double device_motion) noexcept {
     bristles_.begin_tick(X_);
     // Warm start at the pose evaluated last, whose contact is stored. Where bone was cut there, the tool likely moves
-    // on as in the last tick.
+    // on as in the last tick. Bristles must begin at its last pose.
     if (evaluated_ && !broad_phase_.is_current(view)) evaluated_.reset();
     const double h = gains_.shortest_spacing;
     Posed start = gains_.coupling.solves_rotation && evaluated_ ? evaluated_->X : X_;
-    Vec6d guess = last_motion_;
-    if (!evaluated_) {
+    if (!evaluated_ && !bristles_.has_friction()) {
       const Posed ahead = moved(X_, last_motion_);
-      if (motion_between(X_, ahead).at(bounds_.arm()) <= Constants::kMaxStartAhead * h) {
-        start = ahead;
-        guess.setZero();
-      }
+      const double most = std::min(Constants::kMaxStartAhead * h, Constants::kCoreFraction * bounds_.core_radius);
+      if (motion_between(X_, ahead).at(bounds_.arm()) <= most) start = ahead;
     }
     if (!gains_.coupling.solves_rotation) start.linear() = X_device.linear();
     PoseSearch search(
@@ -267,7 +265,7 @@ class CoupledToolRenderer {
         start,
         {.smallest_step = Constants::kSmallestStep * h,
          .motion_step = Constants::kMotionFraction * std::min(device_motion, Constants::kMaxCountedMotion * h)},
-        guess);
+        last_motion_);
   }
 
   void report(const SearchResult& found, Rendered<Scalar>& out) noexcept {
