@@ -152,25 +152,22 @@ class Milling {
                                               const Vec3d&) noexcept {
     return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
   }
-  /// A cut in time counts each pose of a path once, in the tick that ends there.
-  ///
-  /// Voxels leave bone inside a rim. A cut by pressure goes ahead until the tool is free, so rims are sharper and the
-  /// hole keeps its width. The hole's wall curves one way alone: of a ball's sag, for which the allowance has room,
-  /// two thirds are missing there. Another cut must make room where the tool is, so rims are thicker.
+  /// A cut in time counts each pose of a path once, in the tick that ends there. A cut that makes room where the tool
+  /// is needs thicker rims, in which voxels leave bone.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
                                                 bool start_is_cut, const Vec3d& spacing) noexcept {
     const double step = spacing.minCoeff() / 2, square = spacing.squaredNorm();
-    if constexpr (kCutsUnderPressure) {
-      const double less = square / (72 * head.outline.largest_radius());
-      return {{head.outline.with_sharper_rims(std::sqrt(square / 3)), std::max(0.0, head.allowance - less)},
-              from,
-              to,
-              step,
-              0,
-              true};
-    } else {
+    if constexpr (kCutsUnderPressure)
+      return {pressed(head, square), from, to, step, 0, true};
+    else
       return {head, from, to, step, square / 24, start_is_cut || !kCutsAtOnce};
-    }
+  }
+  /// The head that cuts by pressure in voxels of this squared diagonal [m²]. Such a cut goes ahead until the tool is
+  /// free, so rims are sharper and the hole keeps its width. The allowance has room for the sag of a ball. The hole's
+  /// wall curves one way alone, and sags two thirds as much.
+  [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, double square) noexcept {
+    const double sag = square / (24 * head.outline.largest_radius());
+    return {head.outline.with_sharper_rims(std::sqrt(square / 3)), std::max(0.0, head.allowance - sag / 3)};
   }
 
   struct NoHead {};

@@ -87,21 +87,6 @@ struct OutlinePiece {
     return 2 * std::numbers::pi * (side == 0 ? (a.rho + b.rho) / 2 * (to - from) : about_centre);
   }
 
-  /// ∫ n dA over what it sweeps about the axis between two lengths along it, n_ρ and n_z apart [m²].
-  struct Flux {
-    double rho, z;
-  };
-  [[nodiscard]] Flux flux(double from, double to) const noexcept {
-    const OutlinePlace a = place_at(from), b = place_at(to);
-    // n_ρ ds = dz and n_z ds = −dρ. On an arc (ρ − centre) dz is r² cos² of the angle.
-    double rho_dz = (a.rho + b.rho) / 2 * (b.z - a.z);
-    if (side != 0) {
-      const auto product = [&](const OutlinePlace& p) { return (p.rho - centre_rho) * (p.z - centre_z); };
-      rho_dz = centre_rho * (b.z - a.z) + (side * radius * (to - from) + product(b) - product(a)) / 2;
-    }
-    return {2 * std::numbers::pi * rho_dz, std::numbers::pi * (a.rho * a.rho - b.rho * b.rho)};
-  }
-
   static constexpr double kLeastScale = 1e-3;
 };
 
