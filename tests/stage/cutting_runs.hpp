@@ -42,7 +42,7 @@ struct BoneBlock {
 [[nodiscard]] inline Engagement whole(const RevolvedTool& tool) {
   HeadElements::Numbers one;
   one.fill(1);
-  return engagement_of(HeadElements(tool.cutting_head(0)), -Vec3d::UnitZ(), one, one);
+  return engagement_of(HeadElements(tool.cutting_head(0).outline), -Vec3d::UnitZ(), one, one);
 }
 
 /// What the law says of a whole head that is fed along its axis.

@@ -4,6 +4,7 @@
 #include "support/random.hpp"
 #include "support/revolved_tools.hpp"
 
+#include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/tool/cutting_law.hpp>
 #include <trephine/tool/named_tools.hpp>
 
@@ -53,7 +54,7 @@ Surface side_of(const ToolOutline& o) {
 TEST_CASE("head elements: areas and lengths of every head add up to the outline's") {
   for (const ToolOfShape& t : revolved_tools()) {
     const CuttingHead head = t.tool.cutting_head(0);
-    const HeadElements e(head);
+    const HeadElements e(head.outline);
     double area = 0, length = 0;
     for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
       area += static_cast<double>(e.area[i]);
@@ -112,7 +113,7 @@ TEST_CASE("engagement: every head cuts as its outline's integrals say, along its
   Figures along_area, along_pressed, across_area, across_pressed, across_any;
   for (const ToolOfShape& t : tools) {
     const CuttingHead head = t.tool.cutting_head(0);
-    const HeadElements elements(head);
+    const HeadElements elements(head.outline);
     const auto [along, across] = along_and_across(head.outline);
     CAPTURE(t.name);
     const Engagement front = engagement_of(elements, -Vec3d::UnitZ(), all(1), all(1));
@@ -141,7 +142,7 @@ TEST_CASE("engagement: every head cuts as its outline's integrals say, along its
 }
 
 TEST_CASE("engagement: a ball whose front half cuts has closed forms, in any direction") {
-  const HeadElements ball(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+  const HeadElements ball(outline_of(Burr{.tip_radius = kR, .shaft_length = 0}));
   Random random(11);
   for (int n = 0; n < 40; ++n) {
     const Vec3d d = random.unit();
@@ -164,7 +165,7 @@ TEST_CASE("engagement: half of a cylinder that mills a slot") {
   ToolOutline tube(0, -kR);
   const double b = 0.004;
   tube.line_to(kR, -kR + 1e-9).line_to(kR, -kR + b).close();
-  const HeadElements e(CuttingHead{tube, 0});
+  const HeadElements e(tube);
   HeadElements::Numbers side;
   for (std::size_t i = 0; i < HeadElements::kCount; ++i) side[i] = e.normal_z[i] < -0.5F ? 0.0F : 1.0F;
   const Engagement s = engagement_of(e, Vec3d::UnitX(), side, all(1));
@@ -179,11 +180,16 @@ TEST_CASE("engagement: half of a cylinder that mills a slot") {
   CHECK(half.around.x() == doctest::Approx(-b / 2).epsilon(0.06));
 }
 
-TEST_CASE("engagement: an enlarged head cuts a larger hole") {
-  const CuttingHead head = static_cast<RevolvedTool>(MatchHead{}).cutting_head(5e-5);
-  const Engagement e = engagement_of(HeadElements(head), -Vec3d::UnitZ(), all(1), all(1));
-  const double R = head.outline.largest_radius() + 5e-5;
-  CHECK(e.area == doctest::Approx(kPi * R * R).epsilon(0.01));
+TEST_CASE("head elements: a head larger by an allowance has the tool's own elements") {
+  const double allowance = 5e-5;
+  const RevolvedTool round = RoundBurr{.radius = kR};
+  const CuttingBall ball = BallAndShaft(round.burr()).cutting_head(allowance);
+  CHECK(ball.tip_radius == kR + allowance);
+  const auto area = [](const ToolOutline& outline) {
+    return engagement_of(HeadElements(outline), -Vec3d::UnitZ(), all(1), all(1)).area;
+  };
+  CHECK(area(outline_of(ball)) == doctest::Approx(kPi * kR * kR).epsilon(0.01));
+  CHECK(area(outline_of(round.cutting_head(allowance))) == doctest::Approx(kPi * kR * kR).epsilon(0.01));
 }
 
 TEST_CASE("cutting law: the feed is the one whose thrust is the force") {
@@ -243,7 +249,7 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
   const RevolvedTool drill = tool_by_name("twist-3.2").tool;
   const CuttingEdges edges = tool_by_name("twist-3.2").edges;
   const double R = drill.burr().tip_radius, spindle = 2 * kPi * 1000 / 60;
-  const Engagement on = engagement_of(HeadElements(drill.cutting_head(0)), -Vec3d::UnitZ(), all(1), all(1));
+  const Engagement on = engagement_of(HeadElements(drill.cutting_head(0).outline), -Vec3d::UnitZ(), all(1), all(1));
   const auto at = [&](double speed, double turns, int flutes) {
     return forces_of(law, on, {.flutes = flutes, .chisel = edges.chisel}, R, speed, turns);
   };
@@ -274,7 +280,7 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
 
   // Size: a burr of twice the radius has twice the edge, at twice the lever.
   const auto ball = [&](double radius) {
-    const HeadElements head(head_of(Burr{.tip_radius = radius, .shaft_length = 0}));
+    const HeadElements head(outline_of(Burr{.tip_radius = radius, .shaft_length = 0}));
     return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(1)), {}, radius, 1e-3, 3000);
   };
   CHECK(exponent([&](double r) { return ball(r).thrust; }, kR) == doctest::Approx(1).epsilon(0.01));
@@ -284,7 +290,7 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
   const BoneStrength strength{.soft = 0, .cortical = 1700};
   const auto by_density = [&](double density) {
     const auto s = static_cast<float>(strength(density));
-    const HeadElements head(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+    const HeadElements head(outline_of(Burr{.tip_radius = kR, .shaft_length = 0}));
     return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(s)), {}, kR, 1e-3, 3000);
   };
   CHECK(exponent([&](double d) { return by_density(d).thrust; }, 1200) == doctest::Approx(2).epsilon(0.001));
@@ -292,7 +298,7 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
 
   // Depth of a ball that mills along x: the torque is that of the segment's area, 4/3 √(2R) a^1.5 at small depths a.
   const auto by_depth = [&](double a) {
-    const HeadElements head(head_of(Burr{.tip_radius = kR, .shaft_length = 0}));
+    const HeadElements head(outline_of(Burr{.tip_radius = kR, .shaft_length = 0}));
     HeadElements::Numbers engaged{};
     for (std::size_t i = 0; i < HeadElements::kCount; ++i) engaged[i] = head.z[i] < a - kR ? 1.0F : 0.0F;
     return forces_of(law, engagement_of(head, Vec3d::UnitX(), engaged, all(1)), {}, kR, 4e-3, 3000);

@@ -384,6 +384,30 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
   }
 }
 
+TEST_CASE("outlines: a drill's flutes guide it as wide as its hole, and no shank guides a burr") {
+  for (const RevolvedTool& burr :
+       {RevolvedTool(CylinderBurr{}), RevolvedTool(RoundBurr{}), RevolvedTool(DiscBurr{}), RevolvedTool(Reamer{})}) {
+    CHECK(burr.cutting_head(0).guide == 0);
+    CHECK(burr.cutting_head(0).with_guide(1e-3).z_high() == burr.bounds().head_top);
+  }
+  const TwistDrill measures{};
+  const RevolvedTool drill = measures;
+  const CuttingHead head = drill.cutting_head(0);
+  const double top = drill.bounds().head_top;
+  CHECK(head.guide == doctest::Approx(measures.length - top).epsilon(1e-12));
+  Random random(kSeed + 7);
+  for (const double height : {1e-4, 2e-3, 1.0}) {
+    const ToolOutline guided = head.with_guide(height),
+                      oracle = drill.outline().below(std::min(top + height, measures.length));
+    CHECK(guided.z_high() == doctest::Approx(oracle.z_high()).epsilon(1e-12));
+    CHECK(guided.is_closed());
+    for (int n = 0; n < 200; ++n) {
+      const double rho = random.uniform(0, 3e-3), z = random.uniform(-3e-3, oracle.z_high() + 1e-3);
+      CHECK(std::abs(guided.signed_distance(rho, z) - oracle.signed_distance(rho, z)) < 1e-12);
+    }
+  }
+}
+
 TEST_CASE("outlines: what is no tool is refused with its reason") {
   const auto message = [](const auto& make) {
     try {

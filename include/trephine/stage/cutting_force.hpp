@@ -104,10 +104,10 @@ class CuttingForce {
   /// Prepares for a tool's head. The scene calls it at its construction and after a change of tool; no allocation.
   template <class Head>
   void prepare(const Head& head) noexcept {
-    const CuttingHead& cutting = head_of(head);
-    elements_ = HeadElements(cutting);
-    top_ = cutting.outline.z_high();
-    radius_ = cutting.outline.largest_radius();
+    const ToolOutline& outline = outline_of(head);
+    elements_ = HeadElements(outline);
+    top_ = outline.z_high();
+    radius_ = outline.largest_radius();
   }
 
   /// Cutting in the last tick.

@@ -36,7 +36,7 @@ class HeadSamples {
         feed_(feed),
         isovalue_(isovalue),
         X_(X_GT.template cast<float>()),
-        whole_(static_cast<float>(kLead / 4 * slope_or_auto(0, bone, isovalue))) {
+        whole_(static_cast<float>(kLead / 6 * slope_or_auto(0, bone, isovalue))) {
     const Vec3<float> d = feed.cast<float>(), lead = static_cast<float>(kLead * bone.spacing().minCoeff()) * d;
     std::size_t n = 0;
     for (std::size_t i = 0; i < HeadElements::kCount; ++i) {
@@ -130,7 +130,9 @@ class HeadSamples {
   Vec3d feed_;
   double isovalue_;
   Pose<float> X_;
-  float whole_;  // density above the isovalue from which bone is whole: beside a cut it rises by the cut's slope
+  // Density above the isovalue from which bone is whole: beside a cut it rises by the cut's slope. From a higher one
+  // a ball's sides, which lie along the feed, would not cut; from a lower one a force aside would have them cut.
+  float whole_;
   std::size_t count_ = 0, padded_ = 0;
   std::array<std::size_t, HeadElements::kCount> element_;
   Numbers x_, y_, z_, nx_, ny_, nz_;  // of the elements that face the feed: half a voxel ahead, and normals, in T

@@ -152,6 +152,15 @@ class Milling {
                                               const Vec3d&) noexcept {
     return {from.translation(), to.translation(), burr.tip_radius, start_is_cut};
   }
+  [[nodiscard]] static SphereCutter cutter_of(const CuttingBall& ball, const Posed& from, const Posed& to,
+                                              bool start_is_cut, const Vec3d& spacing) noexcept {
+    double R = ball.tip_radius;
+    if constexpr (kCutsUnderPressure) {
+      R -= ball.allowance;
+      R += pressed_allowance(ball.allowance, R, spacing.squaredNorm());
+    }
+    return {from.translation(), to.translation(), R, start_is_cut};
+  }
   /// A cut in time counts each pose of a path once, in the tick that ends there. A cut that makes room where the tool
   /// is needs thicker rims, in which voxels leave bone.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
@@ -163,12 +172,22 @@ class Milling {
       return {head, from, to, step, square / 24, start_is_cut || !kCutsAtOnce};
   }
   /// The head that cuts by pressure in voxels of this squared diagonal [m²]. Such a cut goes ahead until the tool is
-  /// free, so rims are sharper and the hole keeps its width. The allowance has room for the sag of a ball. The hole's
-  /// wall curves one way alone, and sags two thirds as much.
+  /// free, so rims are sharper and the hole keeps its width. Where a drill's edge makes the wall, flutes finish it: an
+  /// edge cuts voxels of the wall as deep as a long side would only with a side two cell's diagonals long.
   [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, double square) noexcept {
-    const double sag = square / (24 * head.outline.largest_radius());
-    return {head.outline.with_sharper_rims(std::sqrt(square / 3)), std::max(0.0, head.allowance - sag / 3)};
+    const ToolOutline outline = head.with_guide(2 * std::sqrt(square));
+    return {outline.with_sharper_rims(std::sqrt(square / 3)),
+            pressed_allowance(head.allowance, outline.largest_radius(), square)};
   }
+  /// By how much a head of radius R [m] is larger as it cuts by pressure in voxels of this squared diagonal [m²].
+  ///
+  /// The wall that it leaves sags by square/36R, as it curves one way. The rest of the allowance is room for contact's
+  /// offset. The law does not charge it, and in a wide hole a head wanders and cuts yet more. In a narrow one walls on
+  /// all sides guide it.
+  [[nodiscard]] static double pressed_allowance(double allowance, double R, double square) noexcept {
+    return std::min(allowance, kMaxRoom * R + square / (36 * R));
+  }
+  static constexpr double kMaxRoom = 0.001;  // of the radius, so a hole's area is too large by a 500th at most
 
   struct NoHead {};
   static constexpr bool kCutsWithTip = std::is_same_v<Shape, TipCuts>;

@@ -25,8 +25,8 @@ class BallAndShaft {
   }
 
   /// The burr with a larger ball: the shaft does not cut.
-  [[nodiscard]] Burr cutting_head(double allowance) const noexcept {
-    Burr head = burr_;
+  [[nodiscard]] CuttingBall cutting_head(double allowance) const noexcept {
+    CuttingBall head{burr_, allowance};
     head.tip_radius += allowance;
     return head;
   }

@@ -11,15 +11,16 @@
 
 namespace trephine {
 
-/// A burr's ball, below the shaft, as a head.
-[[nodiscard]] inline CuttingHead head_of(const Burr& burr) {
-  const double R = burr.tip_radius;
+/// The outline of a head without its allowance. A burr's is its ball below the shaft.
+[[nodiscard]] inline ToolOutline outline_of(const CuttingBall& head) {
+  const double R = head.tip_radius - head.allowance;
   ToolOutline ball(0, -R);
-  const double top = burr.has_shaft() ? burr.shaft_emerges() : R;
+  const double top = head.has_shaft() ? Burr{R, head.shaft_radius}.shaft_emerges() : R;
   ball.arc_to(std::sqrt(std::max(0.0, R * R - top * top)), top, 0, 0);
-  return {ball.close(), 0};
+  return ball.close();
 }
-[[nodiscard]] inline const CuttingHead& head_of(const CuttingHead& head) { return head; }
+[[nodiscard]] inline ToolOutline outline_of(const Burr& burr) { return outline_of(CuttingBall{burr}); }
+[[nodiscard]] inline const ToolOutline& outline_of(const CuttingHead& head) { return head.outline; }
 
 /// Quadrature of a cutting head's surface: places in T with normals, areas, and areas divided by the distance from the
 /// axis. Each piece of the outline is divided into bands of kAround elements, evenly about the axis, so that directions
@@ -37,10 +38,10 @@ struct HeadElements {
   Numbers length{};                            ///< ∫ dA / ρ, 2π times the outline's length [m]
 
   HeadElements() = default;
-  explicit HeadElements(const CuttingHead& cutting) {
+  explicit HeadElements(const ToolOutline& head) {
     std::array<OutlinePiece, ToolOutline::kMostPieces> pieces;
     std::size_t count = 0;
-    for (const OutlinePiece& p : cutting.outline.sides()) pieces[count++] = p.moved_out(cutting.allowance);
+    for (const OutlinePiece& p : head.sides()) pieces[count++] = p;
     // Bands have about equal sums of relative area, length and turn: all three integrals need places.
     double whole_area = 0, whole_way = 0, whole_turn = 0;
     for (std::size_t i = 0; i < count; ++i) {

@@ -171,6 +171,23 @@ class ToolOutline {
     return out.close();
   }
 
+  /// The height up to which the outline goes on at the largest radius, parallel to the axis, from a height on it [m].
+  [[nodiscard]] double widest_to(double z) const noexcept {
+    for (const Piece& p : sides())
+      if (p.side == 0 && std::min(p.rho, p.end_rho) >= largest_ - kShortest && p.z <= z && z < p.end_z) z = p.end_z;
+    return z;
+  }
+  /// The body with its flat end moved up parallel to the axis [m]. The body it was cut from goes on there.
+  [[nodiscard]] ToolOutline raised(double by) const noexcept {
+    ToolOutline out(*this);
+    const double rho = pieces_[count_ - 1].rho;
+    --out.count_;
+    out.append(Piece::line(rho, z_, rho, z_ + by));
+    out.append(Piece::line(rho, z_ + by, 0, z_ + by));
+    out.z_ += by;
+    return out;
+  }
+
   /// Signed distance of a point [m], negative inside.
   [[nodiscard]] double signed_distance(double rho, double z) const noexcept {
     const std::array<double, 1> r{rho}, h{z};

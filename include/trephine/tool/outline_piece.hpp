@@ -54,21 +54,6 @@ struct OutlinePiece {
     const bool bulges = side > 0 && (centre_z - z) * (centre_z - end_z) < 0;
     return bulges ? centre_rho + radius : std::max(rho, end_rho);
   }
-  /// The piece at a distance outside the body [m]. A hollow arc narrower than that keeps little of its radius.
-  [[nodiscard]] OutlinePiece moved_out(double by) const noexcept {
-    if (side == 0) {
-      const double out = by * along_z, up = -by * along_rho;
-      return line(rho + out, z + up, end_rho + out, end_z + up);
-    }
-    const double scale = std::max(1 + side * by / radius, kLeastScale);
-    OutlinePiece p = *this;
-    p.rho = centre_rho + scale * (rho - centre_rho);
-    p.z = centre_z + scale * (z - centre_z);
-    p.end_rho = centre_rho + scale * (end_rho - centre_rho);
-    p.end_z = centre_z + scale * (end_z - centre_z);
-    p.radius *= scale;
-    return p;
-  }
   /// Angle by which its direction turns [rad].
   [[nodiscard]] double turn() const noexcept { return side != 0 ? 2 * std::acos(cosine) : 0.0; }
   /// Length along it [m].
@@ -86,8 +71,6 @@ struct OutlinePiece {
     const double about_centre = centre_rho * (to - from) + side * radius * (b.z - a.z);
     return 2 * std::numbers::pi * (side == 0 ? (a.rho + b.rho) / 2 * (to - from) : about_centre);
   }
-
-  static constexpr double kLeastScale = 1e-3;
 };
 
 namespace detail {

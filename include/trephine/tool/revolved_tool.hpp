@@ -47,6 +47,12 @@ struct Shank {
 struct CuttingHead {
   ToolOutline outline;
   double allowance = 0;
+  double guide = 0;  ///< height above the head to which the tool goes on as wide as its hole [m]
+
+  /// The outline with the guide, or with so much of it [m].
+  [[nodiscard]] ToolOutline with_guide(double height) const noexcept {
+    return guide > 0 ? outline.raised(std::min(guide, height)) : outline;
+  }
 };
 
 /// A rigid tool given by its outline: a `ToolShape`. The part below the height `head_top` cuts.
@@ -65,6 +71,7 @@ class RevolvedTool {
              .shaft_radius = outline.radius_at((head_top + outline.z_high()) / 2),
              .shaft_length = outline.z_high()};
     if (!(burr_.shaft_length > R)) burr_.shaft_length = 0;
+    guide_ = outline.widest_to(head_top) - head_top;
     bounds_ = {outline.z_low(), outline.z_high(), outline.largest_radius(), core_radius(), head_top};
   }
 
@@ -72,7 +79,7 @@ class RevolvedTool {
   [[nodiscard]] ToolBounds bounds() const noexcept { return bounds_; }
   /// A ball of the head's largest radius with the shank's radius, for checks of size and simple pictures.
   [[nodiscard]] const Burr& burr() const noexcept { return burr_; }
-  [[nodiscard]] CuttingHead cutting_head(double allowance) const noexcept { return {head_, allowance}; }
+  [[nodiscard]] CuttingHead cutting_head(double allowance) const noexcept { return {head_, allowance, guide_}; }
 
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
     outline_.profile(rho, z, out);
@@ -104,6 +111,7 @@ class RevolvedTool {
   static constexpr int kBisections = 50;  // to the last digit
 
   ToolOutline outline_, head_;
+  double guide_ = 0;
   Burr burr_;
   ToolBounds bounds_;
 };

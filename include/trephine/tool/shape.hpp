@@ -40,4 +40,9 @@ struct Burr {
   }
 };
 
+/// A burr whose ball cuts, larger than the tool's by an allowance.
+struct CuttingBall : Burr {
+  double allowance = 0;  ///< by which `tip_radius` exceeds the tool's [m]
+};
+
 }  // namespace trephine
