@@ -19,14 +19,6 @@ using Mat6d = Eigen::Matrix<double, 6, 6>;
   return spatial;
 }
 
-/// Adds k v vᵀ to the lower triangle of H.
-inline void add_square(Mat6d& H, double k, const Vec6d& v) noexcept {
-  for (Eigen::Index j = 0; j < 6; ++j) {
-    const double kv = k * v[j];
-    for (Eigen::Index i = j; i < 6; ++i) H(i, j) += kv * v[i];
-  }
-}
-
 /// Symmetric matrix with the given lower triangle. Eigen's selfadjointView adds a second of compile time.
 [[nodiscard]] inline Mat6d symmetric(Mat6d lower) noexcept {
   for (Eigen::Index j = 0; j < 6; ++j)

@@ -176,21 +176,42 @@ class Foundation {
     }
   };
 
-  /// Sums over points: lane by lane for the central ones, whose forces pass through T's origin, one by one for others.
+  using SpatialLanes = std::array<Lanes, 6>;
+
+  /// Sums over points, lane by lane: of central points, whose forces pass through T's origin, and of the others.
   struct Sums {
     static constexpr std::size_t kEnergy = 0, kForce = 1, kIsotropic = 4, kGaussNewton = 5, kGeometric = 11,
                                  kTerms = 17;
+    static constexpr std::size_t kWrench = 1, kMoment = 7, kStiffness = 16, kTurning = 37, kOtherTerms = 58;
     std::array<Lanes, kTerms> lanes{};
-    FoundationSum others;
-    Mat3d moment = Mat3d::Zero();  // Σ f g rᵀ of the others
+    std::array<Lanes, kOtherTerms> others;  // once `has_others`
+    bool has_others = false;
     double depth = 0;
 
+    void start_others() noexcept {
+      if (has_others) return;
+      for (Lanes& term : others) term.fill(0);
+      has_others = true;
+    }
+    /// Adds weight · v vᵀ to the lower triangle that begins at a term.
+    void add_square(std::size_t term, const Lanes& weight, const SpatialLanes& v) noexcept {
+      for (std::size_t j = 0; j < 6; ++j) {
+        Lanes weighted;
+        for (std::size_t l = 0; l < kProfileLanes; ++l) weighted[l] = weight[l] * v[j][l];
+        for (std::size_t i = j; i < 6; ++i) add_product(others[term++], weighted, v[i]);
+      }
+    }
+    static void add_product(Lanes& sum, const Lanes& a, const Lanes& b) noexcept {
+      Lanes s = sum;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) s[l] += a[l] * b[l];
+      sum = s;
+    }
+
     [[nodiscard]] FoundationSum total() const noexcept {
-      FoundationSum s = others;
-      add_rotation_terms(s);
+      FoundationSum s;
+      if (has_others) add_others(s);
       std::array<double, kTerms> t;
-      for (std::size_t i = 0; i < kTerms; ++i)
-        t[i] = Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(lanes[i].data()).sum();
+      for (std::size_t i = 0; i < kTerms; ++i) t[i] = sum_of(lanes[i]);
       const auto symmetric_at = [&](std::size_t i) {
         Mat3d m;
         m << t[i], t[i + 1], t[i + 2], t[i + 1], t[i + 3], t[i + 4], t[i + 2], t[i + 4], t[i + 5];
@@ -204,9 +225,28 @@ class Foundation {
       return s;
     }
 
+   private:
+    [[nodiscard]] static double sum_of(const Lanes& lanes) noexcept {
+      return Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(lanes.data()).sum();
+    }
+
+    void add_others(FoundationSum& s) const noexcept {
+      std::array<double, kOtherTerms> t;
+      for (std::size_t i = 0; i < kOtherTerms; ++i) t[i] = sum_of(others[i]);
+      s.energy = t[kEnergy];
+      for (std::size_t i = 0; i < 6; ++i) s.wrench[static_cast<Eigen::Index>(i)] = -t[kWrench + i];
+      std::size_t term = kStiffness;
+      for (Mat6d* const part : {&s.stiffness, &s.geometric_stiffness})
+        for (Eigen::Index j = 0; j < 6; ++j)
+          for (Eigen::Index i = j; i < 6; ++i) (*part)(i, j) = t[term++];
+      Mat3d moment;
+      for (std::size_t i = 0; i < 9; ++i) moment.data()[i] = t[kMoment + i];
+      add_rotation_terms(s, moment);
+    }
+
     /// Adds the part of ∂²E by which rotations move points along arcs. With F = Σ f g and M = Σ f g rᵀ it is [F]× in
     /// the rotation–translation block, and tr M − (M + Mᵀ)/2 in the rotation block.
-    void add_rotation_terms(FoundationSum& s) const noexcept {
+    static void add_rotation_terms(FoundationSum& s, const Mat3d& moment) noexcept {
       const Vec3d f = -s.wrench.head<3>();
       Mat3d cross;
       cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
@@ -236,12 +276,13 @@ class Foundation {
 
     // A central point's normal lies along its arm, and a rotation of the ball changes nothing.
     const double k = law.stiffness, ramp = law.ramp, offset = law.offset;
-    Lanes energy, depth, depth_slope, kw, f, geometric, gx, gy, gz;
+    Lanes potential, energy, depth, depth_slope, kw, f, geometric, gx, gy, gz;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double raw_u = offset - at.distance[l], raw_v = raw_u - ramp;
       const double uu = raw_u > 0 ? raw_u : 0.0, v = raw_v > 0 ? raw_v : 0.0;
       const double central = k * c.weight[l] * at.central[l];
-      energy[l] = central * (uu * uu * uu - v * v * v) / (6 * ramp);
+      potential[l] = (uu * uu * uu - v * v * v) / (6 * ramp);
+      energy[l] = central * potential[l];
       depth[l] = (uu * uu - v * v) / (2 * ramp);
       depth_slope[l] = (uu - v) / ramp;
       kw[l] = central * depth_slope[l];
@@ -252,9 +293,7 @@ class Foundation {
       gz[l] = at.curvature[l] * c.z[l];
     }
     const auto add_products = [&](std::size_t term, const Lanes& a, const Lanes& b) {
-      Lanes sum = sums.lanes[term];
-      for (std::size_t l = 0; l < kProfileLanes; ++l) sum[l] += a[l] * b[l];
-      sums.lanes[term] = sum;
+      Sums::add_product(sums.lanes[term], a, b);
     };
     add_products(Sums::kForce, f, gx);
     add_products(Sums::kForce + 1, f, gy);
@@ -278,41 +317,77 @@ class Foundation {
     add_squares(Sums::kGaussNewton, kw);
     add_squares(Sums::kGeometric, geometric);
 
+    double others = 0;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) others += depth[l] * c.weight[l] * (1 - at.central[l]);
+    if (others > 0) add_others(c, at, rho, height, k, potential, depth, depth_slope, u, x, {&gx, &gy, &gz}, sums);
+
     for (std::size_t l = 0; l < c.count; ++l) {
       if (!(depth[l] > 0) || points_.size() == points_.capacity()) continue;
       sums.depth = std::max(sums.depth, -at.distance[l]);
-      FoundationPoint& q = points_.emplace_back();
-      q = {{c.x[l], c.y[l], c.z[l]},
-           {gx[l], gy[l], gz[l]},
-           depth[l],
-           depth_slope[l],
-           c.weight[l],
-           c.element[l],
-           c.sample[l]};
-      if (at.central[l] == 0) add_non_central(q, at, l, rho[l], height[l], law, u, x, sums);
+      points_.push_back({{c.x[l], c.y[l], c.z[l]},
+                         {gx[l], gy[l], gz[l]},
+                         depth[l],
+                         depth_slope[l],
+                         c.weight[l],
+                         c.element[l],
+                         c.sample[l]});
     }
   }
 
-  /// Adds a point whose nearest part of the tool is no ball about T's origin.
-  static void add_non_central(FoundationPoint& q, const Profile& at, std::size_t l, double rho, double height,
-                              const FoundationLaw& law, const Vec3d& u, const Vec3d& x, Sums& sums) noexcept {
-    const Vec3d radial = rho > CoupledConstants::kOnAxis ? Vec3d((q.arm - height * u) / rho) : x;
-    q.normal = at.normal_rho[l] * radial + at.normal_z[l] * u;
-    const double kw = law.stiffness * q.weight, f = kw * q.depth;
-    const double uu = law.offset - at.distance[l], v = std::max(uu - law.ramp, 0.0);
-    FoundationSum& s = sums.others;
-    s.energy += kw * (uu * uu * uu - v * v * v) / (6 * law.ramp);
-    const Vec6d J = with_moment(q.normal, q.arm);
-    s.wrench -= f * J;
-    add_square(s.stiffness, kw * q.depth_slope, J);
-    if (at.curvature[l] != 0) {
-      const Vec6d m = with_moment(at.normal_rho[l] * u - at.normal_z[l] * radial, q.arm);
-      add_square(s.geometric_stiffness, -f * at.curvature[l], m);
+  /// Adds the points whose nearest part of the tool is no ball about T's origin, and writes their normals.
+  static void add_others(const Candidates& c, const Profile& at, const Lanes& rho, const Lanes& height, double k,
+                         const Lanes& potential, const Lanes& depth, const Lanes& depth_slope, const Vec3d& u,
+                         const Vec3d& x, const std::array<Lanes*, 3>& normals, Sums& sums) noexcept {
+    const std::array<const Lanes*, 3> arm{&c.x, &c.y, &c.z};
+    // Directions: the normal, along the outline, about the axis. The last two are the principal ones.
+    SpatialLanes normal, along, around;
+    Lanes per_rho, on_axis;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      on_axis[l] = rho[l] > CoupledConstants::kOnAxis ? 0.0 : 1.0;
+      per_rho[l] = (1 - on_axis[l]) / std::max(rho[l], CoupledConstants::kOnAxis);
     }
-    const double hoop_curvature = rho > CoupledConstants::kOnAxis ? at.normal_rho[l] / rho : at.curvature[l];
-    const Vec6d t = with_moment(u.cross(radial), q.arm);
-    add_square(s.geometric_stiffness, -f * hoop_curvature, t);
-    sums.moment += outer(f, q.normal, q.arm);
+    std::array<Lanes, 3> radial;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double ua = u[static_cast<Eigen::Index>(a)], xa = x[static_cast<Eigen::Index>(a)];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        radial[a][l] = ((*arm[a])[l] - height[l] * ua) * per_rho[l] + on_axis[l] * xa;
+        normal[a][l] = at.normal_rho[l] * radial[a][l] + at.normal_z[l] * ua;
+        along[a][l] = at.normal_rho[l] * ua - at.normal_z[l] * radial[a][l];
+      }
+    }
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t b = (a + 1) % 3, d = (a + 2) % 3;
+      const double ub = u[static_cast<Eigen::Index>(b)], ud = u[static_cast<Eigen::Index>(d)];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) around[a][l] = ub * radial[d][l] - ud * radial[b][l];
+    }
+    for (SpatialLanes* const v : {&normal, &along, &around})
+      for (std::size_t a = 0; a < 3; ++a) {
+        const std::size_t b = (a + 1) % 3, d = (a + 2) % 3;
+        for (std::size_t l = 0; l < kProfileLanes; ++l)
+          (*v)[3 + a][l] = (*arm[b])[l] * (*v)[d][l] - (*arm[d])[l] * (*v)[b][l];
+      }
+
+    Lanes kw, f, stiffness, along_curvature, around_curvature;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      kw[l] = k * c.weight[l] * (1 - at.central[l]);
+      f[l] = kw[l] * depth[l];
+      stiffness[l] = kw[l] * depth_slope[l];
+      along_curvature[l] = -f[l] * at.curvature[l];
+      around_curvature[l] = -f[l] * (at.normal_rho[l] * per_rho[l] + on_axis[l] * at.curvature[l]);
+    }
+    sums.start_others();
+    Sums::add_product(sums.others[Sums::kEnergy], kw, potential);
+    for (std::size_t i = 0; i < 6; ++i) Sums::add_product(sums.others[Sums::kWrench + i], f, normal[i]);
+    sums.add_square(Sums::kStiffness, stiffness, normal);
+    sums.add_square(Sums::kTurning, along_curvature, along);
+    sums.add_square(Sums::kTurning, around_curvature, around);
+    for (std::size_t a = 0; a < 3; ++a) {
+      Lanes pressed;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) pressed[l] = f[l] * (*arm[a])[l];
+      for (std::size_t b = 0; b < 3; ++b) Sums::add_product(sums.others[Sums::kMoment + 3 * a + b], normal[b], pressed);
+      for (std::size_t l = 0; l < kProfileLanes; ++l)
+        (*normals[a])[l] = at.central[l] > 0 ? (*normals[a])[l] : normal[a][l];
+    }
   }
 
   std::size_t side_;
