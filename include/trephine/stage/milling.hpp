@@ -173,9 +173,9 @@ class Milling {
   }
   /// The head that cuts by pressure in voxels of this squared diagonal [m²]. Such a cut goes ahead until the tool is
   /// free, so rims are sharper and the hole keeps its width. Where a drill's edge makes the wall, flutes finish it: an
-  /// edge cuts voxels of the wall as deep as a long side would only with a side two cell's diagonals long.
+  /// edge cuts voxels of the wall as deep as a long side would only with some side behind it.
   [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, double square) noexcept {
-    const ToolOutline outline = head.with_guide(2 * std::sqrt(square));
+    const ToolOutline outline = head.with_guide(kGuide * std::sqrt(square));
     return {outline.with_sharper_rims(std::sqrt(square / 3)),
             pressed_allowance(head.allowance, outline.largest_radius(), square)};
   }
@@ -187,6 +187,7 @@ class Milling {
   [[nodiscard]] static double pressed_allowance(double allowance, double R, double square) noexcept {
     return std::min(allowance, kMaxRoom * R + square / (36 * R));
   }
+  static constexpr double kGuide = 2;        // [cell's diagonals]
   static constexpr double kMaxRoom = 0.001;  // of the radius, so a hole's area is too large by a 500th at most
 
   struct NoHead {};
