@@ -187,7 +187,9 @@ class Milling {
   [[nodiscard]] static double pressed_allowance(double allowance, double R, double square) noexcept {
     return std::min(allowance, kMaxRoom * R + square / (36 * R));
   }
-  static constexpr double kGuide = 2;        // [cell's diagonals]
+  // [cell's diagonals]. Voxels that make the wall lie within half a diagonal of it. Of a longer guide a side under load
+  // reams the hole, of a shorter one bone in it holds the edge.
+  static constexpr double kGuide = 0.5;
   static constexpr double kMaxRoom = 0.001;  // of the radius, so a hole's area is too large by a 500th at most
 
   struct NoHead {};
