@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/structure/label_bricks.hpp>
 #include <trephine/structure/label_surface.hpp>
 #include <trephine/structure/label_volume.hpp>
 #include <trephine/structure/parallel_tasks.hpp>
@@ -26,8 +27,11 @@ namespace detail {
 class StructureFieldBuilder {
  public:
   StructureFieldBuilder(const LabelVolume& volume, const StructureFieldOptions& options, BuildProgress* progress)
-      : volume_(volume), options_(options), progress_(progress), threads_(thread_count(options.threads)) {
-    volume.validate();
+      : volume_(checked(volume)),
+        options_(options),
+        progress_(progress),
+        threads_(thread_count(options.threads)),
+        labels_(volume) {
     quantum_ = volume.spacing.maxCoeff() / kQuanta;
     const double most = kLargest * quantum_;
     if (!(options.reach > 0)) refuse("StructureFieldOptions", "reach must be > 0 m", options.reach);
@@ -36,7 +40,6 @@ class StructureFieldBuilder {
     if (!(options.reach <= most))
       refuse("StructureFieldOptions", "reach must be at most 127 longest spacings", options.reach);
     if (options.threads < 0) refuse("StructureFieldOptions", "threads must be >= 0", options.threads);
-    find_bricks();
   }
 
   [[nodiscard]] std::unique_ptr<const StructureField> build() {
@@ -54,10 +57,15 @@ class StructureFieldBuilder {
   static constexpr int kQuanta = 256;     // in the longest spacing: 0.002 voxels of rounding
   static constexpr int kLargest = 32767;  // of 16 bits
   static constexpr int kBrick = SurfelSearch::kBrick;
+  static_assert(kBrick == LabelBricks::kBrick);
   static constexpr int kShift = 3;  // log2 of kBrick
   static constexpr std::size_t kSamples = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
-  static constexpr int kNone = 256;                       // structures and "no structure", as bits of a brick
-  using Present = std::array<std::uint64_t, kNone / 64>;  // bit l: a voxel has label l
+  static constexpr std::size_t kMostStructures = 255;
+
+  [[nodiscard]] static const LabelVolume& checked(const LabelVolume& volume) {
+    volume.validate();
+    return volume;
+  }
 
   struct BandBrick {
     std::array<int, 3> at;
@@ -69,48 +77,6 @@ class StructureFieldBuilder {
     std::vector<std::int16_t> samples;
   };
 
-  void find_bricks() {
-    for (std::size_t a = 0; a < 3; ++a) bricks_[a] = (volume_.size[a] + kBrick - 1) / kBrick;
-    present_.resize(static_cast<std::size_t>(bricks_[0]) * static_cast<std::size_t>(bricks_[1]) *
-                    static_cast<std::size_t>(bricks_[2]));
-    std::size_t n = 0;
-    for (int k = 0; k < volume_.size[2]; ++k)
-      for (int j = 0; j < volume_.size[1]; ++j)
-        for (int i = 0; i < volume_.size[0]; ++i, ++n) {
-          const std::uint8_t label = volume_.structure[n];
-          present_[brick_index(i / kBrick, j / kBrick, k / kBrick)][label / 64] |= std::uint64_t{1} << (label % 64);
-          if (label == 0) continue;
-          if (label > boxes_.size()) boxes_.resize(label, LatticeBox{volume_.size, {-1, -1, -1}});
-          LatticeBox& box = boxes_[label - std::size_t{1}];
-          const std::array<int, 3> at{i, j, k};
-          for (std::size_t a = 0; a < 3; ++a) {
-            box.lo[a] = std::min(box.lo[a], at[a]);
-            box.hi[a] = std::max(box.hi[a], at[a]);
-          }
-        }
-  }
-
-  [[nodiscard]] std::size_t brick_index(int bx, int by, int bz) const noexcept {
-    return static_cast<std::size_t>(bx) +
-           static_cast<std::size_t>(bricks_[0]) *
-               (static_cast<std::size_t>(by) + static_cast<std::size_t>(bricks_[1]) * static_cast<std::size_t>(bz));
-  }
-
-  /// True if a brick that meets the box has a voxel of label `label` (0: none, or beyond the volume).
-  [[nodiscard]] bool has(const LatticeBox& box, std::uint32_t label) const noexcept {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (label == 0 && (box.lo[a] < 0 || box.hi[a] >= volume_.size[a])) return true;
-      if (box.hi[a] < 0 || box.lo[a] >= volume_.size[a]) return false;
-    }
-    const auto lo = [&](std::size_t a) { return std::max(box.lo[a], 0) / kBrick; };
-    const auto hi = [&](std::size_t a) { return std::min(box.hi[a], volume_.size[a] - 1) / kBrick; };
-    for (int z = lo(2); z <= hi(2); ++z)
-      for (int y = lo(1); y <= hi(1); ++y)
-        for (int x = lo(0); x <= hi(0); ++x)
-          if ((present_[brick_index(x, y, z)][label / 64] >> (label % 64) & 1) != 0) return true;
-    return false;
-  }
-
   [[nodiscard]] bool find_surfels() {
     struct Block {
       int structure;
@@ -118,14 +84,14 @@ class StructureFieldBuilder {
     };
     std::vector<Block> blocks;
     constexpr int kBlock = LabelSurface::kBlock;
-    for (std::size_t s = 0; s < boxes_.size(); ++s) {
-      const auto& [lo, hi] = boxes_[s];
+    for (std::size_t s = 0; s < labels_.structures(); ++s) {
+      const auto& [lo, hi] = labels_.box(s);
       for (int z = lo[2] / kBlock; z <= hi[2] / kBlock && hi[2] >= 0; ++z)
         for (int y = lo[1] / kBlock; y <= hi[1] / kBlock; ++y)
           for (int x = lo[0] / kBlock; x <= hi[0] / kBlock; ++x)
-            if (has({{x * kBlock, y * kBlock, z * kBlock},
-                     {(x + 1) * kBlock - 1, (y + 1) * kBlock - 1, (z + 1) * kBlock - 1}},
-                    static_cast<std::uint32_t>(s + 1)))
+            if (labels_.has({{x * kBlock, y * kBlock, z * kBlock},
+                             {(x + 1) * kBlock - 1, (y + 1) * kBlock - 1, (z + 1) * kBlock - 1}},
+                            static_cast<std::uint32_t>(s + 1)))
               blocks.push_back({static_cast<int>(s), {x * kBlock, y * kBlock, z * kBlock}});
     }
     std::vector<std::vector<Surfel>> found(blocks.size());
@@ -146,7 +112,7 @@ class StructureFieldBuilder {
       if (!fit.run(threads_, {progress_, 0.1F, 0.4F})) return false;
       surfels_ = fit.take();
     }
-    first_surfel_.resize(boxes_.size() + 1);
+    first_surfel_.resize(labels_.structures() + 1);
     for (std::size_t s = 0; s < first_surfel_.size(); ++s)
       first_surfel_[s] = static_cast<std::size_t>(
           std::lower_bound(surfels_.begin(), surfels_.end(), s,
@@ -184,7 +150,7 @@ class StructureFieldBuilder {
 
   /// Box of whole bricks with every sample that is nearer than reach to a structure's surface or in it.
   [[nodiscard]] LatticeBox region(std::size_t structure) const noexcept {
-    LatticeBox box = boxes_[structure];
+    LatticeBox box = labels_.box(structure);
     for (std::size_t a = 0; a < 3; ++a) {
       const int margin =
           static_cast<int>(std::ceil(options_.reach / volume_.spacing[static_cast<Eigen::Index>(a)])) + 1;
@@ -206,8 +172,8 @@ class StructureFieldBuilder {
     parts_.distance.resize(samples);
     parts_.structure.resize(samples);
     std::vector<Cell> cells;
-    for (std::size_t s = 0; s < boxes_.size(); ++s)
-      if (boxes_[s].hi[0] >= 0) add_cells(s, region(s), cells);
+    for (std::size_t s = 0; s < labels_.structures(); ++s)
+      if (labels_.box(s).hi[0] >= 0) add_cells(s, region(s), cells);
     std::vector<BandPart> found(cells.size());
     std::vector<ThreadSearch> searches(static_cast<std::size_t>(threads_));
     if (!run_tasks(cells.size(), threads_, {progress_, 0.4F, 0.7F}, [&](std::size_t task, int thread) {
@@ -216,9 +182,9 @@ class StructureFieldBuilder {
                     found[task]);
         }))
       return false;
-    parts_.bands.resize(boxes_.size());
-    for (std::size_t s = 0; s < boxes_.size(); ++s) {
-      if (boxes_[s].hi[0] < 0) continue;
+    parts_.bands.resize(labels_.structures());
+    for (std::size_t s = 0; s < labels_.structures(); ++s) {
+      if (labels_.box(s).hi[0] < 0) continue;
       const LatticeBox box = region(s);
       DistanceBand& band = parts_.bands[s];
       for (std::size_t a = 0; a < 3; ++a) {
@@ -254,7 +220,7 @@ class StructureFieldBuilder {
         cell.first, region(cell.structure),
         [&](const LatticeBox& box, int, float distance) {
           near = distance < reach;
-          return near || has(box, label);
+          return near || labels_.has(box, label);
         },
         [&](int i, int j, int k) { return near || volume_.at(i, j, k) == label; },
         [&](const LatticeBox& box, const std::array<int, 3>& first, const SurfelSearch::Brick& brick) {
@@ -291,7 +257,7 @@ class StructureFieldBuilder {
       search.run(
           cells[task].first, all,
           [&](const LatticeBox& box, int edge, float) {
-            return has(box, 0) && (edge > kBrick || !take_from_bands(box));
+            return labels_.has(box, 0) && (edge > kBrick || !take_from_bands(box));
           },
           needed,
           [&](const LatticeBox& box, const std::array<int, 3>&, const SurfelSearch::Brick& brick) {
@@ -312,7 +278,7 @@ class StructureFieldBuilder {
   [[nodiscard]] bool take_from_bands(const LatticeBox& box) noexcept {
     const auto reach = static_cast<std::int16_t>(std::ceil(options_.reach / quantum_));
     bool all = true;
-    std::array<std::pair<const std::int16_t*, std::uint8_t>, kNone> near;
+    std::array<std::pair<const std::int16_t*, std::uint8_t>, kMostStructures> near;
     std::size_t count = 0;
     for (std::size_t s = 0; s < parts_.bands.size(); ++s) {
       const DistanceBand& band = parts_.bands[s];
@@ -379,10 +345,8 @@ class StructureFieldBuilder {
   BuildProgress* progress_;
   int threads_;
   double quantum_ = 0;
-  std::array<int, 3> bricks_{};
-  std::vector<Present> present_;
-  std::vector<LatticeBox> boxes_;  // of each structure's voxels; hi is negative if there are none
-  std::vector<Surfel> surfels_;    // by structure
+  LabelBricks labels_;
+  std::vector<Surfel> surfels_;  // by structure
   std::vector<std::size_t> first_surfel_;
   StructureFieldParts parts_;
 };
