@@ -18,6 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 INCLUDE = os.path.join(ROOT, "include")
 DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
+ALIAS = re.compile(r"static constexpr (double|float) (\w+ = \w+::k\w+;)")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 # Numbers of their own: mathematics, a bound of options, and a margin that must be above 1. A cut by pressure has its own figures.
 LEFT_OUT = {"kPi", "kMaxGain", "kRoundedUp", "kDof", "kPressureBite"}
@@ -128,7 +129,13 @@ def write(scratch, all_constants, changed=None, factor=1):
     shutil.copytree(INCLUDE, include)
     with open(os.path.join(include, "trephine", "swept.hpp"), "w", encoding="utf-8") as file:
         file.write(SWEPT)
-    for path in {c.path for c in all_constants}:
+    changed_files = {c.path for c in all_constants}
+    for path in glob.glob(os.path.join(INCLUDE, "trephine", "**", "*.hpp"), recursive=True):
+        text = read(path)
+        if path not in changed_files and ALIAS.search(text):
+            with open(os.path.join(include, os.path.relpath(path, INCLUDE)), "w", encoding="utf-8") as file:
+                file.write(ALIAS.sub(r"static inline const \1 \2", text))
+    for path in changed_files:
         copy = os.path.join(include, os.path.relpath(path, INCLUDE))
         text = read(path)
         for c in sorted((c for c in all_constants if c.path == path), key=lambda c: -c.start):
