@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -199,9 +200,12 @@ Approach way_to(int structure, const trephine::Burr& burr, const std::string& na
       const std::optional<double> depth = depth_below(p, structure, burr.tip_radius);
       if (depth && *depth < best.depth) best = {p, *depth};
     }
-  if (!std::isfinite(best.depth))
-    throw std::runtime_error("--phantom temporal: a burr of " + std::to_string(1e3 * burr.tip_radius) +
-                             " mm radius has no straight way to the " + name + " (choose a smaller --tip-radius)");
+  if (!std::isfinite(best.depth)) {
+    std::ostringstream rule;
+    rule << "--phantom temporal: a burr of " << 1e3 * burr.tip_radius << " mm radius has no straight way to the "
+         << name << " (choose a smaller --tip-radius)";
+    throw std::runtime_error(rule.str());
+  }
   return best;
 }
 
