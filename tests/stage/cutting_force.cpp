@@ -74,6 +74,43 @@ TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at a
   CHECK(work.worst() < 0.02);
 }
 
+// A `Burr` cuts by a sweep of its own.
+TEST_CASE("cutting force: a plain burr feels the law's thrust and torque of its own ball") {
+  Random random(kSeed + 5);
+  const Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0.04};
+  HeadElements::Numbers one;
+  one.fill(1);
+  const Engagement whole_ball = engagement_of(HeadElements(outline_of(burr)), -Vec3d::UnitZ(), one, one);
+  Figures thrust, torque;
+  for (const double h : {3e-4, 5e-4}) {
+    if (kSanitized && h < 5e-4) continue;
+    const BoneBlock<std::int16_t> block{.h = h};
+    const Vec3d up = random.unit(), top = block.middle() + 0.2 * block.length * up + random.arrow(0, h);
+    VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, up});
+    CuttingForce::Options o{.felt = 0.25};
+    o.strength = block.strength();
+    HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{burr, CoupledOptions{.stiffness = 2000}},
+                      CuttingForce(o), Milling{PressureCut{}}};
+    const Mat3d R = tool_at(Vec3d::Zero(), up).linear();
+    const double speed = 1e-3, x = speed / o.speed;
+    double mean_thrust = 0, mean_torque = 0;
+    int count = 0;
+    for (double z = 1.6e-3; z > -2.5e-3; z -= speed * 1e-3) {
+      const TickResult r = scene.tick({.X_WT = make_pose<double>(R, top + z * up), .spindle_on = true}, 1e-3);
+      CHECK(r.status == Status::kOk);
+      if (z > -1.7e-3) continue;
+      mean_thrust += scene.part<CuttingForce>().report().thrust;
+      mean_torque += scene.part<CuttingForce>().report().torque;
+      ++count;
+    }
+    thrust.add(std::abs(mean_thrust / count / o.law.thrust(x, whole_ball, o.edges, burr.tip_radius) - 1));
+    torque.add(std::abs(mean_torque / count / o.law.torque(x, whole_ball, o.edges) - 1));
+  }
+  MESSAGE("off the law by: thrust ", thrust, "; torque ", torque);
+  CHECK(thrust.worst() < 0.02);
+  CHECK(torque.worst() < 0.02);
+}
+
 // A drill's wall is made by an edge that passes. If voxels behind the edge kept bone, the drill would be held by it.
 TEST_CASE("cutting force: a drill's hole is as wide as the drill") {
   Random random(kSeed + 4);
