@@ -335,6 +335,43 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
   CHECK(scene.part<CuttingForce>().report().spindle > 0.9 * o.speed);
 }
 
+// Its margins touch the wall where no element has bone ahead: what presses that lightly must not be cut at once.
+TEST_CASE("cutting force: a drill that turns as it is pulled out of its hole cuts next to nothing") {
+  Random random(kSeed + 6);
+  Figures removed, pull;
+  for (int n = 0; n < cases(6); ++n) {
+    const BoneBlock<std::int16_t> block{.sigma = 0.5};
+    const NamedTool tool = tool_by_name("twist-3.2");
+    const Vec3d up = random.unit(), top = block.middle() + 0.2 * block.length * up + random.arrow(0, block.h);
+    VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, up});
+    CuttingForce::Options o = drill_options();
+    o.edges = tool.edges;
+    o.strength = block.strength();
+    HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
+                      CuttingForce(o), Milling{PressureCut{}}};
+    const Vec3d lean = 0.05 * random.unit(), aside = 2e-4 * random.unit();
+    double most = 0, volume = 0;
+    const auto tick = [&](double z, double part) {
+      const Vec3d axis = (up + part * lean).normalized();
+      const TickResult r = scene.tick({.X_WT = tool_at(top + z * up + part * aside, axis), .spindle_on = true}, 1e-3);
+      const Vec3d edges = scene.part<CuttingForce>().report().edges.force;
+      most = std::max(most, (edges - axis.dot(edges) * axis).norm());
+      volume += r.removed_mm3;
+    };
+    double z = 1.7e-3;
+    while (z > -1.5e-3) tick(z -= 2e-6, 0);
+    for (int i = 0; i < 100; ++i) tick(z += 4e-6, 0);
+    most = volume = 0;
+    for (double part = 0; z < 3e-3; part = std::min(1.0, part + 0.02)) tick(z += 4e-5, part);
+    removed.add(volume);
+    pull.add(most);
+    // A hand that is .2 mm off presses with 16 N of true force, and its lean with as much again.
+    CHECK(most < 50);
+    CHECK(volume < 0.2);
+  }
+  MESSAGE("removed [mm3] ", removed, "; pull aside [N] ", pull);
+}
+
 TEST_CASE("cutting force: thrust drops when the far side breaks") {
   Random random(kSeed + 2);
   for (const bool tilted : {false, true}) {

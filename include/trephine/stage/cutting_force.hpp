@@ -148,8 +148,9 @@ class CuttingForce {
     }
     const Vec3d feed_T = -(R_GT_.transpose() * force).normalized();
     engagement_ = HeadSamples(elements_, bone, isovalue, X_GT, feed_T).engagement(options_.strength, tissues_.get());
+    if (!(engagement_.area > 0)) engagement_ = missed_engagement();
     const Engagement& on = engagement_;
-    // What has no strength does not hold the head, and neither does what the elements miss.
+    // What has no strength does not hold the head.
     const bool holds = on.pressed > 0;
     feed_ = holds ? options_.law.feed_under(thrust_, on, options_.edges, radius_) * spindle_ : kMaxSpeed;
     feed_ = spindle_ > 0 ? std::min(feed_, kMaxSpeed) : 0;
@@ -158,7 +159,6 @@ class CuttingForce {
                     renderer.pressure_cutting_pose(dt);
                   }) {
       const double way = feed_ * dt;
-      if (!(on.area > 0)) return {way > 0 ? 1.0 : 0.0, way};
       // What earlier ticks could not remove, as a distance: voxels do not hold the shape of every rim, and where they
       // leave bone inside it, a cut must go ahead until the tool is free.
       ledger_mm3_ += 1e9 * way * on.area;
@@ -217,6 +217,20 @@ class CuttingForce {
   }
 
  private:
+  /// Bone that presses on the head and that all elements miss: as much as one of them stands for, along the axis. So
+  /// what touches a head lightly is not cut at once.
+  [[nodiscard]] Engagement missed_engagement() const noexcept {
+    HeadElements::Numbers one;
+    one.fill(1);
+    const Engagement whole = engagement_of(elements_, -Vec3d::UnitZ(), one, one);
+    const double share = 1.0 / HeadElements::kCount;
+    return {.area = share * whole.area,
+            .hard_area = share * whole.hard_area,
+            .facing_area = share * whole.facing_area,
+            .pressed = share * whole.pressed,
+            .moment = {0, 0, share * whole.hard_area}};
+  }
+
   /// Sum of the contact forces below the head's upper end, in G [N].
   template <class ContactRenderer>
   [[nodiscard]] Vec3d force_on_head(const ContactRenderer& renderer, const Posed& X_GT) const noexcept {
