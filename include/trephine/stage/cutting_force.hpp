@@ -106,6 +106,15 @@ class CuttingForce {
   void prepare(const Head& head) noexcept {
     const ToolOutline& outline = outline_of(head);
     elements_ = HeadElements(outline);
+    HeadElements::Numbers one;
+    one.fill(1);
+    const Engagement whole = engagement_of(elements_, -Vec3d::UnitZ(), one, one);
+    const double share = 1.0 / HeadElements::kCount;
+    least_ = {.area = share * whole.area,
+              .hard_area = share * whole.hard_area,
+              .facing_area = share * whole.facing_area,
+              .pressed = share * whole.pressed,
+              .moment = {0, 0, share * whole.hard_area}};
     top_ = outline.z_high();
     radius_ = outline.largest_radius();
   }
@@ -148,7 +157,7 @@ class CuttingForce {
     }
     const Vec3d feed_T = -(R_GT_.transpose() * force).normalized();
     engagement_ = HeadSamples(elements_, bone, isovalue, X_GT, feed_T).engagement(options_.strength, tissues_.get());
-    if (!(engagement_.area > 0)) engagement_ = missed_engagement();
+    if (!(engagement_.area > least_.area)) engagement_ = least_;
     const Engagement& on = engagement_;
     // What has no strength does not hold the head.
     const bool holds = on.pressed > 0;
@@ -217,20 +226,6 @@ class CuttingForce {
   }
 
  private:
-  /// Bone that presses on the head and that all elements miss: as much as one of them stands for, along the axis. So
-  /// what touches a head lightly is not cut at once.
-  [[nodiscard]] Engagement missed_engagement() const noexcept {
-    HeadElements::Numbers one;
-    one.fill(1);
-    const Engagement whole = engagement_of(elements_, -Vec3d::UnitZ(), one, one);
-    const double share = 1.0 / HeadElements::kCount;
-    return {.area = share * whole.area,
-            .hard_area = share * whole.hard_area,
-            .facing_area = share * whole.facing_area,
-            .pressed = share * whole.pressed,
-            .moment = {0, 0, share * whole.hard_area}};
-  }
-
   /// Sum of the contact forces below the head's upper end, in G [N].
   template <class ContactRenderer>
   [[nodiscard]] Vec3d force_on_head(const ContactRenderer& renderer, const Posed& X_GT) const noexcept {
@@ -258,6 +253,9 @@ class CuttingForce {
   Options options_;
   std::shared_ptr<const TissueMap> tissues_;
   HeadElements elements_;
+  // Bone that presses on the head counts as much as one element at least, which may have missed it. So what touches a
+  // head lightly is not cut at once.
+  Engagement least_;
   double top_ = std::numeric_limits<double>::infinity();  // of the head, in T [m]
   double radius_ = 0;                                     // [m]
 
