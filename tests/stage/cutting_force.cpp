@@ -336,7 +336,7 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
 }
 
 // Its margins touch the wall where no element has bone ahead: what presses that lightly must not be cut at once.
-TEST_CASE("cutting force: a drill that turns as it is pulled out of its hole cuts next to nothing") {
+TEST_CASE("cutting force: a drill that leans as it is pulled out of its hole is not pulled aside") {
   Random random(kSeed + 6);
   Figures removed, pull;
   for (int n = 0; n < cases(6); ++n) {
@@ -367,7 +367,7 @@ TEST_CASE("cutting force: a drill that turns as it is pulled out of its hole cut
     pull.add(most);
     // A hand that is .2 mm off presses with 16 N of true force, and its lean with as much again.
     CHECK(most < 25);
-    CHECK(volume < 0.2);
+    CHECK(volume < 0.13);
   }
   MESSAGE("removed [mm3] ", removed, "; pull aside [N] ", pull);
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <span>
 
 namespace trephine {
 
@@ -39,9 +40,8 @@ struct HeadElements {
 
   HeadElements() = default;
   explicit HeadElements(const ToolOutline& head) {
-    std::array<OutlinePiece, ToolOutline::kMostPieces> pieces;
-    std::size_t count = 0;
-    for (const OutlinePiece& p : head.sides()) pieces[count++] = p;
+    const std::span<const OutlinePiece> pieces = head.sides();
+    const std::size_t count = pieces.size();
     // Bands have about equal sums of relative area, length and turn: all three integrals need places.
     double whole_area = 0, whole_way = 0, whole_turn = 0;
     for (std::size_t i = 0; i < count; ++i) {
