@@ -4,7 +4,7 @@
 
 #include <trephine/device/registration.hpp>
 
-#include "device/near.hpp"
+#include "support/near.hpp"
 
 #include <cmath>
 #include <limits>

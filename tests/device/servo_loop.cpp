@@ -6,8 +6,8 @@
 #include <trephine/device/simulated_device.hpp>
 
 #include "device/archetypes.hpp"
-#include "device/near.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <cmath>
 #include <limits>

@@ -7,7 +7,7 @@
 #include <trephine/device/simulated_device.hpp>
 
 #include "device/archetypes.hpp"
-#include "device/near.hpp"
+#include "support/near.hpp"
 
 #include <atomic>
 #include <chrono>

@@ -4,7 +4,7 @@
 
 #include <trephine/device/simulated_device.hpp>
 
-#include "device/near.hpp"
+#include "support/near.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #include <trephine/device/simulated_device.hpp>
 
-#include "device/near.hpp"
+#include "support/near.hpp"
 
 #include <Eigen/Eigenvalues>
 

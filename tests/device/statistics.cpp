@@ -5,7 +5,7 @@
 #include <trephine/device/statistics.hpp>
 #include <trephine/device/stopwatch.hpp>
 
-#include "device/near.hpp"
+#include "support/near.hpp"
 
 #include <algorithm>
 #include <cmath>
