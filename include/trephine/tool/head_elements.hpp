@@ -25,8 +25,9 @@ namespace trephine {
 
 /// Quadrature of a cutting head's surface: places in T with normals, areas, and areas divided by the distance from the
 /// axis. Each piece of the outline is divided into bands of kAround elements, evenly about the axis, so that directions
-/// about it cancel. The places turn from band to band by the golden angle, so they cover the surface evenly. A band of
-/// a straight piece has exact sums of normals by area; one of an arc that turns by φ lacks φ²/24 of them.
+/// about it cancel. From band to band the places turn by the golden section of the angle between them, so they cover
+/// the surface evenly. A band of a straight piece has exact sums of normals by area; one of an arc that turns by φ
+/// lacks φ²/24 of them.
 struct HeadElements {
   static constexpr std::size_t kAround = 4, kBands = 24;
   static constexpr std::size_t kCount = kAround * kBands;
@@ -96,7 +97,7 @@ struct HeadElements {
     for (std::size_t i = 0; i < kAround; ++i) {
       const std::size_t n = band * kAround + i;
       const double angle =
-          static_cast<double>(band) * kGoldenAngle + 2 * std::numbers::pi * static_cast<double>(i) / kAround;
+          (static_cast<double>(band) / std::numbers::phi + static_cast<double>(i)) * 2 * std::numbers::pi / kAround;
       const double c = std::cos(angle), s = std::sin(angle);
       x[n] = static_cast<float>(at.rho * c);
       y[n] = static_cast<float>(at.rho * s);
@@ -111,8 +112,7 @@ struct HeadElements {
     }
   }
 
-  static constexpr int kBisections = 24;                     // to a float's last digit
-  static constexpr double kGoldenAngle = 2.399963229728653;  // π (3 − √5)
+  static constexpr int kBisections = 24;  // to a float's last digit
 };
 
 }  // namespace trephine
