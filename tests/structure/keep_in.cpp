@@ -32,6 +32,11 @@ Posed askew() {
 }
 
 LabelledTubes ball() { return {.tubes = {{Vec3d::Constant(9.5_mm), Vec3d::Constant(9.5_mm), 4_mm}}, .structure = {0}}; }
+/// Bound of a border's error, for a ball of a radius: labels place it within a share of a voxel, and smoothing
+/// displaces it by at most smoothing²/(4 · radius).
+double border_error(const LabelledTubes& truth, double radius, double share) {
+  return share * truth.voxel + kSmoothing * kSmoothing / (4 * radius);
+}
 /// Two tubes that cross, and a ball: concave edges and narrow places.
 LabelledTubes bed() {
   const auto mm = [](double x, double y, double z) { return Vec3d(x * 1_mm, y * 1_mm, z * 1_mm); };
@@ -77,8 +82,7 @@ TEST_CASE("keep in: a ball's border pushes inward along its radius, as far as th
     worst = std::max(worst, std::abs(f.norm() - push(r)));
     if (f.norm() > 0.02) CHECK(-f.normalized().dot(u) > 0.98);
   }
-  // Labels place the border within .28 voxel, and smoothing displaces it by at most smoothing²/(4 · 2.5 mm).
-  CHECK(worst < 400 * (0.28 * truth.voxel + kSmoothing * kSmoothing / (4 * 2.5e-3)));
+  CHECK(worst < 400 * border_error(truth, 2.5_mm, 0.28));
 }
 
 TEST_CASE("keep in: the force is the derivative of the energy, and closed paths do no work") {
@@ -183,10 +187,11 @@ TEST_CASE("keep in: damping takes energy, and what the guide cannot use is refus
   };
   for (int n = 0; n < 60; ++n) (void)force_at(Vec3d::Zero());
   const double still = force_at(Vec3d::Zero()).z();
-  CHECK(still == doctest::Approx(-0.4).epsilon(0.1));
+  // Along an axis of the voxels a whole face of labels may be half a voxel off.
+  CHECK(std::abs(still + 0.4) < 400 * border_error(truth, 3_mm, 0.5));
   CHECK(force_at({0, 0, 0.05}).z() < still);
   CHECK(force_at({0, 0, -0.05}).z() > still);
-  CHECK(force_at({0, 0, -10}).z() == doctest::Approx(0));
+  CHECK(force_at({0, 0, -10}).z() == 0);
   CHECK(force_at({0, 0, 10}).norm() <= 2 + 1e-12);
 
   const auto made = [&](const KeepIn::Options& o) { (void)KeepIn(*field, 0, Posed::Identity(), o); };

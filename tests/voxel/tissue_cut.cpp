@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Rates of tissues: bits of the plain cut at the scaled rate, speeds in layers, and maps that are refused.
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 #include "support/raster.hpp"
 #include "voxel/sampled_fields.hpp"
@@ -33,9 +34,10 @@ constexpr double kIso = 127.5;
 constexpr double kDt = 1e-3;
 
 template <VoxelDensity Density>
-VoxelGrid<Density> half_space(double top, double slope) {
-  return make_grid<Density>({.size = {29, 30, 43}, .spacing = Vec3d::Constant(kVoxel), .outside = 10},
-                            [&](int, int, int k) { return std::clamp(kIso + slope * (top - k), 10.0, 245.0); });
+VoxelGrid<Density> half_space(double top, double slope, double contrast = 1) {
+  return make_grid<Density>(
+      {.size = {29, 30, 43}, .spacing = Vec3d::Constant(kVoxel), .outside = static_cast<Density>(contrast * 10)},
+      [&](int, int, int k) { return contrast * std::clamp(kIso + slope * (top - k), 10.0, 245.0); });
 }
 
 template <VoxelDensity Density>
@@ -75,22 +77,25 @@ TEST_CASE_TEMPLATE("tissue: a factor everywhere gives the bits of the plain cut 
   judge(RateLimitedCut<>{.rate = 4000}, RateLimitedCut<>{.rate = 4000}, 1);
 }
 
-TEST_CASE("tissue: the surface recedes through layers at their speeds") {
+TEST_CASE_TEMPLATE("tissue: the surface recedes through layers at their speeds", Density, std::uint8_t, std::int16_t,
+                   float) {
   constexpr double kSpeed = 2e-3;
-  auto grid = half_space<std::int16_t>(34.3, 110);
+  // Twelve times the contrast of 8 bits is that of a CT.
+  const double contrast = sizeof(Density) == 1 ? 1 : 12, iso = contrast * kIso;
+  auto grid = half_space<Density>(34.3, 110, contrast);
   // The layers change at 25.5 and 16.5 voxels.
   const std::array rates{1.0, 0.25, 2.0};
   const auto map = std::make_shared<const TissueMap>(grid, rates, [](int, int, int k) {
     return k > 25 ? 0 : k > 16 ? 1 : 2;
   });
-  const DensityField<std::int16_t, double> field(grid, kIso);
+  const DensityField<Density, double> field(grid, iso);
   const Vec3d middle = kVoxel * Vec3d(14, 15, 0);
   double height = 34.3 * kVoxel;
   std::vector<double> heights;
   for (std::uint32_t t = 0; height > 6 * kVoxel; ++t) {
     REQUIRE(t < 9000);
     const Vec3d p(middle.x(), middle.y(), height);
-    (void)carve(grid, kIso, SphereCutter(p, p, 9 * kVoxel), TissueCut{AdvancingCut{.speed = kSpeed}, map},
+    (void)carve(grid, iso, SphereCutter(p, p, 9 * kVoxel), TissueCut{AdvancingCut{.speed = kSpeed}, map},
                 {.dt = kDt, .tick = t});
     while (height > 0 && field.value(Vec3d(middle.x(), middle.y(), height)) < 0) height -= 1e-6;
     heights.push_back(height);
@@ -103,9 +108,11 @@ TEST_CASE("tissue: the surface recedes through layers at their speeds") {
     return (from - to) * kVoxel / (kDt * static_cast<double>(ticks_to(to) - ticks_to(from)));
   };
   // Away from the borders between layers, where a cell has voxels of both.
-  CHECK(speed(32, 28) == doctest::Approx(kSpeed).epsilon(0.05));
-  CHECK(speed(23, 19) == doctest::Approx(0.25 * kSpeed).epsilon(0.05));
-  CHECK(speed(14, 8) == doctest::Approx(2 * kSpeed).epsilon(0.05));
+  CHECK(speed(32, 28) == near(kSpeed, 0.05));
+  CHECK(speed(23, 19) == near(0.25 * kSpeed, 0.05));
+  // While the slow layer is cut, bone behind it recedes at each level as it arrives there: its slope is an eighth. In
+  // 8 bits that is 3 steps a voxel, and their rounding adds to the steepness.
+  CHECK(speed(14, 8) == near(2 * kSpeed, sizeof(Density) == 1 ? 0.25 : 0.05));
 }
 
 TEST_CASE("tissue: rows across bricks have each voxel's own rate") {
