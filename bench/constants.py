@@ -44,6 +44,7 @@ SETS = [
         "kFilm": ("stage/head_samples.hpp", r"double kFilm = ([\d.]+);"),
         "distance of the voxels that strength is of": ("stage/head_samples.hpp", r"apart =\s*static_cast<float>\((bone_\.spacing\(\)\.norm\(\))"),
         "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
+        "least share of the elements": ("stage/cutting_force.hpp", r"share = (1\.0 / HeadElements::kCount);"),
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
         "kGuide": ("stage/milling.hpp", r"double kGuide = ([\d.]+);"),
         "kMaxRoom": ("stage/milling.hpp", r"double kMaxRoom = ([\d.]+);"),

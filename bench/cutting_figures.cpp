@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   const bench::CommandLine options(argc, argv);
   Rows rows;
   plunges(rows, options.quick ? 1 : 6);
-  breakthroughs(rows, options.quick ? 2 : 8);
+  breakthroughs(rows, options.quick ? 2 : 24);
   slots(rows, options.quick ? 2 : 8);
   bench::Table table(options.folder + "/cutting_figures.csv",
                      "figure,blur_voxels,cases,median,worst,judged,bound,pass");
