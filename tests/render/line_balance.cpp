@@ -16,6 +16,12 @@ constexpr unsigned kSeed = 131;
 constexpr double kTau = 6.283185307179586;
 const Burr kBurr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.020};
 
+/// What a scanner adds.
+struct Scan {
+  double blur = 1;   ///< [voxels]
+  double noise = 0;  ///< standard deviation, as a share of the contrast
+};
+
 /// A blind hole turned in some direction; a tool whose tip presses on the floor while its shaft leans on the rim.
 struct BlindHole {
   RasterOptions o{.size = {84, 84, 64}, .contrast = 2000};
@@ -23,7 +29,9 @@ struct BlindHole {
   double depth, radius;
   Posed X;
 
-  explicit BlindHole(Random& random) {
+  BlindHole(Random& random, const Scan& scan) {
+    o.blur = scan.blur;
+    o.noise = scan.noise * o.contrast;
     const Vec3d aside = random.arrow();
     top = Vec3d(0.0126, 0.0126, 0.0140) + kVoxel * aside;
     depth = random.uniform(0.003, 0.005);
@@ -51,12 +59,12 @@ struct Loops {
 };
 
 template <class Renderer>
-Loops loops(const LineOptions& options, int count, bool leaves) {
+Loops loops(const LineOptions& options, int count, bool leaves, const Scan& scan = {}) {
   using Scalar = typename Renderer::Scalar;
   Loops all;
   Random random(kSeed);
   for (int c = 0; c < count; ++c) {
-    const BlindHole hole(random);
+    const BlindHole hole(random, scan);
     const auto grid = rasterise<std::int16_t>(hole.shape(), hole.o);
     const DensityField<std::int16_t, Scalar, SplineGradient> field(grid, hole.o.isovalue());
     Renderer renderer(ToolDiscretization<LineCounts, Scalar>(kBurr, {.shaft = 200}), options);
@@ -125,6 +133,28 @@ TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no 
   if (kSanitized) return;  // a median of few paths is another figure
   CHECK(in.changed.median() <= 0.01);
   CHECK(out.changed.median() <= 0.02);
+}
+
+TEST_CASE("Line: on noise closed paths lose work, and few gain more than on clean bone") {
+  CAPTURE(kSeed);
+  // Crests of the noise let the tip and the shaft go: that loses work. What is gained is the lever's and the entry's.
+  const auto check = [](double noise, double most) {
+    for (const double blur : {0.5, 1.0}) {
+      const Scan scan{.blur = blur, .noise = noise};
+      const Loops in = loops<LineApproxRenderer<double>>({}, cases(8), false, scan);
+      const Loops out = loops<LineApproxRenderer<double>>({}, cases(8), true, scan);
+      MESSAGE("noise ", noise, ", blur ", blur, ": gained at most ", in.gained.worst(), " and ", out.gained.worst(),
+              ", median ", in.gained.median(), " and ", out.gained.median());
+      CAPTURE(noise);
+      CAPTURE(blur);
+      CHECK(in.gained.worst() <= most);
+      CHECK(out.gained.worst() <= most);
+      CHECK(in.gained.median() < 0.01);
+      CHECK(out.gained.median() < 0.01);
+    }
+  };
+  check(0.06, 0.04);
+  if (!kSanitized) check(0.2, 0.06);
 }
 
 }  // namespace
