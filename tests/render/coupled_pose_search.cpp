@@ -72,6 +72,22 @@ struct LeverOnPlane {
   }
 };
 
+/// A hill about the origin that ends at a wall, along x. Its Gauss–Newton part is stiffer by far, so steps are short.
+struct HillAndWall {
+  static constexpr double kWall = 1e-3, kHill = kContact, kWallStiffness = 2000 * kHill, kGaussNewton = 200 * kHill;
+  [[nodiscard]] FoundationSum operator()(const Posed& X) const {
+    const double x = X.translation().x(), in = std::max(0.0, x - kWall);
+    FoundationSum s = one_contact(kWall, Vec3d::UnitX(), Vec3d::Zero());
+    s.energy = 0.5 * kHill * (4 * kWall * kWall - x * x) + 0.5 * kWallStiffness * in * in;
+    s.wrench.setZero();
+    s.wrench[0] = kHill * x - kWallStiffness * in;
+    s.stiffness.setIdentity();
+    s.stiffness(0, 0) = kGaussNewton + (in > 0 ? kWallStiffness : 0);
+    s.geometric_stiffness(0, 0) = -kGaussNewton - kHill;
+    return s;
+  }
+};
+
 struct NoFriction {
   [[nodiscard]] static bool has_friction() { return false; }
   [[nodiscard]] static FrictionSum linearise(const Vec6d&) { return {}; }
@@ -245,6 +261,22 @@ TEST_CASE("pose search: with friction the forces of coupling, contact and fricti
   // 800 N/m against 5 kN/m moves the tool by a seventh.
   CHECK(held.worst() < 0.2);
   CHECK(held.least() > 0.05);
+}
+
+TEST_CASE("pose search: trials that run out downhill of a wall are not lost") {
+  // A step is half a percent of the way from the origin, so the seventh trial of 64 steps is downhill of the wall, and
+  // the eighth is in it.
+  Search<HillAndWall> search{.springs = coupling(false), .contact = {}};
+  const Posed X_device = Posed::Identity();
+  for (const double start : {0.64, 0.68, 0.72, 0.75}) {
+    CAPTURE(start);
+    const SearchResult r =
+        search.run(make_pose<double>(Mat3d::Identity(), Vec3d(start * HillAndWall::kWall, 0, 0)), X_device);
+    REQUIRE(r.converged);
+    CHECK(search.ticks == 1);
+    CHECK(std::abs(r.X.translation().x() - HillAndWall::kWall) < 2e-6);
+    CHECK(std::abs(search.evaluate(r.X, X_device).wrench().x()) < 1e-3);
+  }
 }
 
 TEST_CASE("pose search: in the air it takes the device's pose with one evaluation") {

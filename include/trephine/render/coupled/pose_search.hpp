@@ -219,7 +219,8 @@ class PoseSearch {
       }
     }
     if (friction_.has_friction() || result.evaluation.energy() <= initial_energy) return true;
-    result.X = X;
+    // The farthest trial that went downhill; the start if there is none.
+    result.X = low > 0 ? moved(X, low * step) : X;
     return evaluate_at(result, {});
   }
 
