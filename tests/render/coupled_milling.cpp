@@ -212,7 +212,7 @@ TEST_CASE("coupled milling: a fast plunge at any tick rate removes the same") {
   const auto check = [&](const std::string& name, const auto& milling, double bound) {
     const double truth = removed(milling, 1e-3 / 8);
     REQUIRE(truth > 1);
-    for (const double dt : {0.25e-3, 1e-3, 4e-3}) {
+    for (const double dt : {25e-6, 0.1e-3, 0.25e-3, 1e-3, 4e-3}) {
       const double off = removed(milling, dt) / truth - 1;
       MESSAGE(name, ", ticks of ", 1e3 * dt, " ms: off by ", off);
       CHECK(std::abs(off) <= bound);
@@ -220,6 +220,29 @@ TEST_CASE("coupled milling: a fast plunge at any tick rate removes the same") {
   };
   // The way of a tick, 0.8 mm at 4 ms, is longer than a voxel.
   check("at once", Milling{}, 0.01);
+}
+
+TEST_CASE("coupled milling: at high rates a cut at once bites every fifth of a millisecond") {
+  const ImageOptions o{.size = {30, 30, 40}};
+  const Vec3d up = Vec3d::UnitZ();
+  constexpr double kSpeed = 0.05;
+  for (const double dt : {25e-6, 0.1e-3, 0.25e-3, 1e-3}) {
+    CAPTURE(dt);
+    Bone bone = image(HalfSpace{o.middle(), up}, o);
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Milling{});
+    const int each = std::max(1, static_cast<int>(std::ceil(kShortestBite / dt - 1e-9)));
+    int last = -each;
+    double longest = 0;
+    for (int i = 0; i * dt < 20e-3; ++i) {
+      const Posed X_WT = tool_at(o.middle() + (R - kSpeed * dt * i) * up, up);
+      if (!(scene.tick({.X_WT = X_WT, .spindle_on = true}, dt).removed_mm3 > 0)) continue;
+      CHECK(i - last >= each);
+      if (last >= 0) longest = std::max(longest, (i - last) * dt);
+      last = i;
+    }
+    // Once the tool presses, each bite is taken.
+    CHECK(longest <= std::max(2 * each * dt, 1.1e-3));
+  }
 }
 
 TEST_CASE("coupled milling: bone that restore() brings back round the tool is told") {

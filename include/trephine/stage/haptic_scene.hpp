@@ -80,6 +80,9 @@ class HapticScene {
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
 /// twist. Ticks after a gap (see PoseHistory) also have zero twist, so velocities never spike.
 ///
+/// A renderer that gives cuts at once a speed bites at most every `kShortestBite`: a bite makes bone's surface anew,
+/// which at 40 kHz takes longer than a tick.
+///
 /// Threads: construct on any thread; call everything else on the haptic thread, which alone writes `bone`. Other
 /// threads change options through a Mailbox (`Remote`). The bone must outlive the scene at a fixed address; its pose
 /// may change between ticks. `tick` is noexcept and uses no heap, lock or clock. Its cost is that of renderer and
@@ -158,15 +161,17 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     context.contact = found.contact;
     context.status = result.status;
     if constexpr (kUsesHistory) {
-      if constexpr (kBitesInTime) dt_ = context.dt;
       PressedCut pressed;
       for_each_part([&](auto& part) {
         if constexpr (kCarves && CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
           pressed = part.engage(*bone_, isovalue_, renderer_, found, context.dt, input.spindle_on);
       });
-      const Posed X_GC = kCarves ? Posed(cutting_pose(pressed.way).template cast<double>()) : X_GT;
+      const bool restarts = found.status >= Status::kJump;
+      const Posed X_GC = kCarves ? next_cutting_pose(pressed.way, context.dt, restarts) : X_GT;
       if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
-      const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, found.status >= Status::kJump);
+      double cut_dt = dt;
+      if constexpr (kBitesInTime) cut_dt = std::max(dt, bites_.dt);
+      const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, cut_dt, restarts);
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
       if constexpr (kCarves) {
@@ -198,6 +203,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   void reset() noexcept {
     renderer_.reset();
     history_.invalidate();
+    if constexpr (kBitesInTime) bites_ = {};
     last_increase_stamp_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
@@ -257,7 +263,23 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kBitesInTime = (kCutsAtOnce<Parts> || ...) && requires(const ContactRenderer& r, double dt) {
     r.cutting_pose(dt);
   };
-  struct NoTime {};
+  /// Bites of a cut at once: the pose of the last one stays until the next is due.
+  struct Bites {
+    bool has_last = false;
+    double since = 0;  // time since the last bite [s]
+    double dt = 0;     // time that the last one stands for [s]
+    Posed X_GC = Posed::Identity();
+
+    [[nodiscard]] bool is_due(double tick, bool restarts) noexcept {
+      since += tick;
+      if (has_last && !restarts && since < kShortestBite) return false;
+      dt = has_last && !restarts ? since : tick;
+      since = 0;
+      has_last = true;
+      return true;
+    }
+  };
+  struct NoBites {};
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
@@ -302,8 +324,21 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if (any_part([](const auto& part) { return cuts_under_pressure(part); }))
         return renderer_.pressure_cutting_pose(pressed_way);
     if constexpr (kBitesInTime)
-      if (any_part([](const auto& part) { return cuts_at_once(part); })) return renderer_.cutting_pose(dt_);
+      if (any_part([](const auto& part) { return cuts_at_once(part); })) return renderer_.cutting_pose(bites_.dt);
     return renderer_.cutting_pose();
+  }
+
+  /// The cutting pose of this tick, in G.
+  [[nodiscard]] Posed next_cutting_pose(double pressed_way, [[maybe_unused]] double dt,
+                                        [[maybe_unused]] bool restarts) noexcept {
+    if constexpr (kBitesInTime) {
+      if (any_part([](const auto& part) { return cuts_at_once(part); })) {
+        if (bites_.is_due(dt, restarts)) bites_.X_GC = cutting_pose(pressed_way).template cast<double>();
+        return bites_.X_GC;
+      }
+      bites_.has_last = false;
+    }
+    return cutting_pose(pressed_way).template cast<double>();
   }
 
   /// Tells parts the head that cuts.
@@ -383,7 +418,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
-  [[no_unique_address]] std::conditional_t<kBitesInTime, double, NoTime> dt_{};  // of the last good tick [s]
+  [[no_unique_address]] std::conditional_t<kBitesInTime, Bites, NoBites> bites_{};
   std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 

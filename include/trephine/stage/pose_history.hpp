@@ -25,11 +25,11 @@ class PoseHistory {
   void invalidate() noexcept { valid_ = false; }
 
   /// Stores this tick's poses and returns the motion since the last tick. X_WT and X_GT are the tool's poses in world
-  /// and grid, X_GC the cutting pose in the grid, dt the measured interval [s].
+  /// and grid, X_GC the cutting pose in the grid, dt the measured interval [s]. `cut_dt`: that since X_GC changed last.
   [[nodiscard]] PoseStep advance(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
-                                 bool restart) noexcept {
+                                 double cut_dt, bool restart) noexcept {
     PoseStep step{{}, {}, X_GT, X_GC};
-    if (valid_ && !restart && is_usable_dt(dt)) compute_motion(X_WT, X_GT, X_GC, R_WG, dt, step);
+    if (valid_ && !restart && is_usable_dt(dt)) compute_motion(X_WT, X_GT, X_GC, R_WG, dt, cut_dt, step);
     X_GT_ = X_GT;
     if constexpr (kTwist) X_WT_ = X_WT;
     if constexpr (kPath) X_GC_ = X_GC;
@@ -39,7 +39,7 @@ class PoseHistory {
 
  private:
   void compute_motion(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
-                      PoseStep& step) const noexcept {
+                      double cut_dt, PoseStep& step) const noexcept {
     const Twist in_G = twist_between(X_GT_, X_GT, dt);
     if (!is_plausible(in_G)) return;
     if constexpr (kTwist) {
@@ -51,7 +51,7 @@ class PoseHistory {
     }
     if constexpr (kPath) {
       step.X_GT_before = X_GT_;
-      if (is_plausible(twist_between(X_GC_, X_GC, dt))) step.X_GC_before = X_GC_;  // a proxy may jump on its own
+      if (is_plausible(twist_between(X_GC_, X_GC, cut_dt))) step.X_GC_before = X_GC_;  // a proxy may jump on its own
     }
   }
 
