@@ -347,7 +347,7 @@ TEST_CASE("foundation: sums over the listed elements are those over all, bit by 
   }
   // Straight into bone, shifting and turning nearly as far as a list reaches.
   int entered = 0;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 240; ++i) {
     const BallAndShaft shape(kDrill);
     const Posed X = bench.pressed(random, true, -1e-4, 2e-5);
     bench.gather(shape, X);

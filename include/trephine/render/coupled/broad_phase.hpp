@@ -237,7 +237,7 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
       }
       compute_distances(shape, axis, Vec3<float>::Zero(), x.data(), y.data(), z.data(), d.data());
       for (std::size_t l = 0; l < kProfileLanes; ++l) x[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-      square_roots(x);
+      square_roots<64>(x);
       for (std::size_t l = 0; l < kProfileLanes; ++l) d[l] -= max_distance + turn * x[l];
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
         if (d[l] > 0) continue;

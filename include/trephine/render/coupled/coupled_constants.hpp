@@ -101,7 +101,7 @@ struct CoupledConstants {
   static constexpr double kSkippedDistance = 0.5;
   /// Reach of the list of elements that may come into contact [spacings]. A longer reach lists them less often, and
   /// evaluates more of them.
-  static constexpr double kNearReach = 1.0 / 16;
+  static constexpr double kNearReach = 1.0 / 64;
   /// Elements reach beyond the brick of their edges by less than this many longest spacings.
   static constexpr int kElementReach = 2;
   /// Room for bricks near the tool. With more, no list can be made (`Status::kWorkBound`).

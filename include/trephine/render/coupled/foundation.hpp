@@ -270,7 +270,7 @@ class Foundation {
       const double qx = c.x[l] - height[l] * ux, qy = c.y[l] - height[l] * uy, qz = c.z[l] - height[l] * uz;
       rho[l] = qx * qx + qy * qy + qz * qz;
     }
-    square_roots(rho);
+    square_roots<64>(rho);
     Profile at;
     shape.profile(rho, height, at);
 

@@ -26,7 +26,7 @@ void compute_distances(const Shape& shape, const Vec3<float>& axis, const Vec3<f
     along[i] = a;
     rho[i] = qx * qx + qy * qy + qz * qz;
   }
-  square_roots(rho);
+  square_roots<64>(rho);
   ProfileLanes<float> d;
   shape.distances(rho, along, d);
   std::copy(d.begin(), d.end(), distance);
