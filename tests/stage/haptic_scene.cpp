@@ -40,6 +40,24 @@ TickInput on_path(int k) {
           .spindle_on = k % 400 < 300};
 }
 
+TEST_CASE("pose history: the path of a cutting pose that waits counts its own time") {
+  constexpr double kTick25us = 25e-6, kWait = 8 * kTick25us;
+  const Posed still = Posed::Identity();
+  const auto way = [&](double moved, double cut_dt) {
+    PoseHistory<false, true> history;
+    static_cast<void>(history.advance(still, still, still, Mat3d::Identity(), kTick25us, kTick25us, false));
+    Posed X_GC = still;
+    X_GC.translation().x() = moved;
+    const PoseStep step = history.advance(still, still, X_GC, Mat3d::Identity(), kTick25us, cut_dt, false);
+    return (X_GC.translation() - step.X_GC_before.translation()).norm();
+  };
+  // A pose that jumps has no path.
+  const double far = 0.9 * kMaxSpeed * kWait;
+  CHECK(way(far, kWait) == far);
+  CHECK(way(far, kTick25us) == 0);
+  CHECK(way(1.1 * kMaxSpeed * kWait, kWait) == 0);
+}
+
 }  // namespace
 
 TEST_CASE("a scene of a renderer alone passes its wrench, summary and status on") {

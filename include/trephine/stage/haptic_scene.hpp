@@ -332,7 +332,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[nodiscard]] Posed next_cutting_pose(double pressed_way, [[maybe_unused]] double dt,
                                         [[maybe_unused]] bool restarts) noexcept {
     if constexpr (kBitesInTime) {
-      if (any_part([](const auto& part) { return cuts_at_once(part); })) {
+      // A cut by pressure has its own pose at each tick.
+      const bool bites = any_part([](const auto& part) { return cuts_at_once(part); }) &&
+                         !any_part([](const auto& part) { return cuts_under_pressure(part); });
+      if (bites) {
         if (bites_.is_due(dt, restarts)) bites_.X_GC = cutting_pose(pressed_way).template cast<double>();
         return bites_.X_GC;
       }
