@@ -88,6 +88,21 @@ struct HillAndWall {
   }
 };
 
+/// A bed of springs along x whose force grows as a power of the depth, as that of a hole's wall does.
+struct PowerBed {
+  double power, force, scale;  // force [N] at the depth `scale` [m]
+  [[nodiscard]] FoundationSum operator()(const Posed& X) const {
+    const double depth = std::max(0.0, X.translation().x());
+    FoundationSum s = one_contact(X.translation().x(), -Vec3d::UnitX(), Vec3d::Zero());
+    const double f = force * std::pow(depth / scale, power);
+    s.energy = f * depth / (power + 1);
+    s.wrench[0] = -f;
+    s.stiffness.setZero();
+    if (depth > 0) s.stiffness(0, 0) = power * f / depth;
+    return s;
+  }
+};
+
 struct NoFriction {
   [[nodiscard]] static bool has_friction() { return false; }
   [[nodiscard]] static FrictionSum linearise(const Vec6d&) { return {}; }
@@ -277,6 +292,47 @@ TEST_CASE("pose search: trials that run out downhill of a wall are not lost") {
     CHECK(std::abs(r.X.translation().x() - HillAndWall::kWall) < 2e-6);
     CHECK(std::abs(search.evaluate(r.X, X_device).wrench().x()) < 1e-3);
   }
+}
+
+TEST_CASE("pose search: from a pose too far in contact, the way back to the balance is that of a power law") {
+  Random random(kSeed + 6);
+  Figures off;
+  for (int i = 0; i < 200; ++i) {
+    const PowerBed bed{random.uniform(1, 5), 0.5, 2e-6};
+    const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(random.uniform(5e-6, 5e-5), 0, 0));
+    Vec6d step = Vec6d::Zero();
+    step[0] = random.uniform(3e-5, 2e-4);
+    // The coupling pulls with this at the depth 0, and with nothing at X.
+    const double pull_N = random.uniform(0.005, 0.5), x = X.translation().x();
+    double low = 0, high = x;  // depth of the balance
+    for (int k = 0; k < 60; ++k) {
+      const double middle = 0.5 * (low + high);
+      (bed.force * std::pow(middle / bed.scale, bed.power) < pull_N * (1 - middle / x) ? low : high) = middle;
+    }
+    const double back = way_back(bed(X), step, 0, pull_N * step[0] * step[0] / x);
+    off.add(std::abs(x - back * step[0] - low) / low);
+  }
+  MESSAGE("off the depth of the balance ", off);
+  CHECK(off.worst() < 0.01);
+  CHECK_FALSE(std::isfinite(way_back(FoundationSum{}, Vec6d::UnitX(), 1, 0)));
+}
+
+TEST_CASE("pose search: from free into a steep wall it takes few evaluations") {
+  Random random(kSeed + 7);
+  Figures calls, unbalanced;
+  for (int i = 0; i < 200; ++i) {
+    Search<PowerBed> search{.springs = coupling(false), .contact = {random.uniform(1.5, 4), 0.5, 3e-6}};
+    const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(-random.uniform(1e-7, 3e-5), 0, 0)),
+                X_device = make_pose<double>(Mat3d::Identity(), Vec3d(random.uniform(1e-5, 1e-4), 0, 0));
+    const SearchResult r = search.tick(X, X_device, {.smallest_step = 3e-10, .motion_step = 0});
+    REQUIRE(r.converged);
+    calls.add(search.calls);
+    unbalanced.add(std::abs(search.evaluate(r.X, X_device).wrench().x()));
+  }
+  MESSAGE("evaluations ", calls, "; unbalanced [N] ", unbalanced);
+  CHECK(unbalanced.worst() < 1e-6);
+  CHECK(calls.median() <= 5);
+  CHECK(calls.worst() <= 10);
 }
 
 TEST_CASE("pose search: in the air it takes the device's pose with one evaluation") {

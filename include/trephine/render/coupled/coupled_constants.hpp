@@ -69,6 +69,8 @@ struct CoupledConstants {
   static constexpr double kStepGrowth = 2;
   /// A trial inside a bracket keeps this fraction of the bracket from either end. Without it the secant may stall.
   static constexpr double kBracketMargin = 0.1;
+  /// Steps of the fixed point where contact and coupling balance on a line.
+  static constexpr int kBalanceSteps = 3;
   /// Relative increase of the energy that counts as rounding.
   static constexpr double kEnergyRounding = 1e-9;
   /// Fraction of the core's radius by which a step may move a part of the tool past its known clearance. Below 1, no

@@ -94,6 +94,24 @@ template <class FrictionModel>
   return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
 }
 
+/// Returns the way back along a step, in fractions of it, from a pose that went too far to where contact and coupling
+/// balance. The coupling pulls with `pull` along the step, and with `pull_growth` more a whole step farther back. Not
+/// finite if the contact's energy does not grow along the step.
+///
+/// The energy E of contact grows as a power p + 1 of the way τ since contact began. So its slope f and curvature c tell
+/// τ = 1 / (f/E − c/f) and p = τ c/f.
+[[nodiscard]] inline double way_back(const FoundationSum& contact, const Vec6d& step, double pull,
+                                     double pull_growth) noexcept {
+  const double f = -contact.wrench.dot(step);
+  const double c = step.dot(symmetric(contact.stiffness + contact.geometric_stiffness) * step);
+  const double in_contact = 1 / (f / contact.energy - c / f), power = in_contact * c / f;
+  if (!(f > 0 && in_contact > 0 && power > 0)) return std::numeric_limits<double>::quiet_NaN();
+  double back = in_contact;
+  for (int i = 0; i < CoupledConstants::kBalanceSteps; ++i)
+    back = in_contact * (1 - std::pow(std::max(0.0, pull + back * pull_growth) / f, 1 / power));
+  return back;
+}
+
 /// Step sizes at which a search ends, of the part of the tool that moves most [m].
 struct SearchTolerance {
   double smallest_step;  ///< ends with a step below this
@@ -179,7 +197,9 @@ class PoseSearch {
   }
 
   /// Line search: moves along the step, by which the tool moves by `motion`, until the energy is lower and its slope
-  /// small. The trial fractions of the step are extended until a bracket is found, then follow the secant of the slope.
+  /// small. The trial fractions of the step are extended until a bracket is found. From a trial that went too far the
+  /// next one goes back to where a power law of contact balances the coupling; from one too short it halves the
+  /// bracket.
   ///
   /// Conservative advancement bounds it: no part of the tool moves farther than its clearance plus a fraction of the
   /// core's radius. Stays at the start if the energy is lower nowhere. Returns false while the bone's surface is not
@@ -189,8 +209,9 @@ class PoseSearch {
         result.evaluation.contact.clearance.max_step_fraction(motion, Constants::kCoreFraction * bounds_.core_radius);
     const Posed X = result.X;
     const double initial_energy = result.evaluation.energy(), initial_slope = -result.evaluation.wrench().dot(step);
+    const double initial_pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
     constexpr double kNone = std::numeric_limits<double>::infinity();
-    double low = 0, low_slope = initial_slope, high = kNone, high_slope = 0;
+    double low = 0, low_slope = initial_slope, high = kNone;
     double t = std::min(1.0, max_fraction);
     for (int trial = 0; trial < Constants::kMaxTrials; ++trial) {
       result.X = moved(X, t * step);
@@ -201,21 +222,22 @@ class PoseSearch {
       const double energy = result.evaluation.energy(), slope = -result.evaluation.wrench().dot(step);
       // Friction has no energy: then the slope alone decides, which is the force along the step.
       const bool is_conservative = !friction_.has_friction();
+      const bool is_bracketed = high != kNone;
+      const double downhill = is_bracketed ? Constants::kUphillSlope : Constants::kDownhillSlope;
       if ((is_conservative && energy > initial_energy + Constants::kEnergyRounding * std::abs(initial_energy)) ||
           slope > -Constants::kUphillSlope * initial_slope) {
         high = t;
-        high_slope = slope;
-      } else if (is_conservative && slope < Constants::kDownhillSlope * initial_slope && t < max_fraction && t < high) {
+        const double pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
+        double back = way_back(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
+        if (!std::isfinite(back)) back = (high - low) * (slope > 0 ? slope / (slope - low_slope) : 0.5);
+        t = high -
+            std::clamp(back, Constants::kBracketMargin * (high - low), (1 - Constants::kBracketMargin) * (high - low));
+      } else if (slope < downhill * initial_slope && t < max_fraction && (is_conservative || is_bracketed)) {
         low = t;
         low_slope = slope;
+        t = is_bracketed ? 0.5 * (low + high) : std::min(Constants::kStepGrowth * t, max_fraction);
       } else {
         return true;
-      }
-      if (high == kNone) {
-        t = std::min(Constants::kStepGrowth * t, max_fraction);
-      } else {
-        const double secant = high_slope > 0 ? low_slope / (low_slope - high_slope) : 0.5;
-        t = low + std::clamp(secant, Constants::kBracketMargin, 1 - Constants::kBracketMargin) * (high - low);
       }
     }
     if (friction_.has_friction() || result.evaluation.energy() <= initial_energy) return true;
