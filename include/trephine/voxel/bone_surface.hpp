@@ -250,32 +250,36 @@ void BoneSurface<Density>::compute(Slot& slot, std::size_t brick) noexcept {
     }
     if (!(whole.area[l] > 0)) continue;
     const auto& crossing = edges.crossings()[i];
-    const std::size_t a = crossing.axis, b = (a + 1) % 3, c = (a + 2) % 3;
-    const int parts_b = parts_[b], parts_c = parts_[c], parts = parts_b * parts_c;
+    constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
+    const std::size_t a = crossing.axis, b = kNext[a], c = kNext[b];
+    const std::array<std::size_t, 3> axes{a, b, c};
+    const int parts_b = parts_[b], parts_c = parts_[c];
     const float per_b = 1 / static_cast<float>(parts_b), per_c = 1 / static_cast<float>(parts_c);
     const float spread = kRoundedUp * (whole.along_length[l] * per_b + whole.across_length[l] * per_c);
-    for (int part = 0; part < parts; ++part) {
-      if (n == ElementBlock::kSize) {
-        if (block) block->finish(ElementBlock::kSize);
-        last = append_block(slot, last);
-        block = &blocks_[at(last)];
-        n = 0;
+    std::uint32_t edge = crossing.edge;
+    for (int ic = 1 - parts_c; ic < parts_c; ic += 2)
+      for (int ib = 1 - parts_b; ib < parts_b; ib += 2) {
+        if (n == ElementBlock::kSize) {
+          if (block) block->finish(ElementBlock::kSize);
+          last = append_block(slot, last);
+          block = &blocks_[at(last)];
+          n = 0;
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const std::size_t g = axes[axis];
+          const float along = whole.along[axis][l] * per_b, across = whole.across[axis][l] * per_c;
+          block->position[g][n] =
+              whole.middle[axis][l] + static_cast<float>(ib) * along + static_cast<float>(ic) * across;
+          block->along[g][n] = along;
+          block->across[g][n] = across;
+        }
+        block->area[n] = whole.area[l] * per_b * per_c;
+        block->spread[n] = spread;
+        block->edge[n] = edge;
+        edge += ElementBlock::kEdges;
+        ++n;
+        ++slot.count;
       }
-      const auto ib = static_cast<float>(2 * (part % parts_b) + 1 - parts_b);
-      const auto ic = static_cast<float>(2 * (part / parts_b) + 1 - parts_c);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const std::size_t g = (a + axis) % 3;
-        const float along = whole.along[axis][l] * per_b, across = whole.across[axis][l] * per_c;
-        block->position[g][n] = whole.middle[axis][l] + ib * along + ic * across;
-        block->along[g][n] = along;
-        block->across[g][n] = across;
-      }
-      block->area[n] = whole.area[l] * per_b * per_c;
-      block->spread[n] = spread;
-      block->edge[n] = crossing.edge + ElementBlock::kEdges * static_cast<std::uint32_t>(part);
-      ++n;
-      ++slot.count;
-    }
   }
   if (block) block->finish(static_cast<int>(n));
 }

@@ -76,10 +76,10 @@ class CrossedEdges {
       const Cell* const cell = &cells_[q.edge / 3];
       for (std::size_t m = 0; m < 4; ++m) {
         const Cell& from = *(cell - (m & 1U ? 0 : kCellPitch[b]) - (m & 2U ? 0 : kCellPitch[c]));
-        out.cells[m][0][l] = from.sum[a];
-        out.cells[m][1][l] = from.sum[b];
-        out.cells[m][2][l] = from.sum[c];
-        out.cells[m][3][l] = from.count;
+        out.cells[m][0][l] = from[a];
+        out.cells[m][1][l] = from[b];
+        out.cells[m][2][l] = from[c];
+        out.cells[m][3][l] = from[3];
       }
       const Density* const v = at(q.start);
       const std::array<std::ptrdiff_t, 4> aside{-pitch_[b], pitch_[b], -pitch_[c], pitch_[c]};
@@ -97,10 +97,8 @@ class CrossedEdges {
   static constexpr int kCells = kBrick + 1;  // from −1 on
   static constexpr std::array<int, 3> kCellPitch{1, kCells, kCells* kCells};
   static constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
-  struct Cell {
-    std::array<float, 3> sum;
-    float count;
-  };
+  /// Sum of a cell's crossings, and their number.
+  using Cell = std::array<float, 4>;
 
   template <class Index>
   [[nodiscard]] const Density* at(const std::array<Index, 3>& v) const noexcept {
@@ -141,7 +139,7 @@ class CrossedEdges {
       const std::array<int, 3> start{i, j, k};
       const Density* const v = at(start);
       const auto from = static_cast<float>(v[0]), to = static_cast<float>(v[pitch_[a]]);
-      std::array<float, 3> p{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)};
+      Cell p{static_cast<float>(i), static_cast<float>(j), static_cast<float>(k), 1};
       p[a] += (isovalue_ - from) / (to - from);
       const int first = (i + 1) * kCellPitch[0] + (j + 1) * kCellPitch[1] + (k + 1) * kCellPitch[2];
       for (int db = -1; db <= 0; ++db)
@@ -149,8 +147,7 @@ class CrossedEdges {
           const int at_b = start[b] + db, at_c = start[c] + dc;
           if (at_b < -1 || at_c < -1 || at_b >= kBrick || at_c >= kBrick) continue;
           Cell& cell = cells_[static_cast<std::size_t>(first + db * kCellPitch[b] + dc * kCellPitch[c])];
-          for (std::size_t axis = 0; axis < 3; ++axis) cell.sum[axis] += p[axis];
-          cell.count += 1;
+          for (std::size_t n = 0; n < 4; ++n) cell[n] += p[n];
         }
       if (!is_own_row || i < lo_[0] || i >= hi_[0]) continue;
       crossings_[count_++] = {static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a),

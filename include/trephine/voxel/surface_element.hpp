@@ -2,8 +2,8 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/square_roots.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -42,23 +42,24 @@ struct ElementBlock {
 
   /// Computes the bounding ball of the first `count` elements, and fills the other lanes with copies of the first.
   void finish(int count) noexcept {
-    const auto n = static_cast<std::size_t>(count);
-    Vec3<float> low, high;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto [min, max] = std::minmax_element(position[axis].begin(), position[axis].begin() + count);
-      low[static_cast<Eigen::Index>(axis)] = *min;
-      high[static_cast<Eigen::Index>(axis)] = *max;
-    }
-    middle = 0.5F * (low + high);
-    radius = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const Vec3<float> p(position[0][i], position[1][i], position[2][i]);
-      radius = std::max(radius, (p - middle).norm() + spread[i]);
-    }
-    for (std::size_t i = n; i < kSize; ++i) {
+    for (auto i = static_cast<std::size_t>(count); i < kSize; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) position[axis][i] = position[axis][0];
       spread[i] = spread[0];
     }
+    Lanes reach{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Lanes& p = position[axis];
+      float low = p[0], high = p[0];
+      for (const float x : p) low = x < low ? x : low;
+      for (const float x : p) high = x > high ? x : high;
+      const float centre = 0.5F * (low + high);
+      for (std::size_t i = 0; i < kSize; ++i) reach[i] += (p[i] - centre) * (p[i] - centre);
+      middle[static_cast<Eigen::Index>(axis)] = centre;
+    }
+    square_roots(reach);
+    radius = 0;
+    for (std::size_t i = 0; i < kSize; ++i) reach[i] += spread[i];
+    for (const float r : reach) radius = r > radius ? r : radius;
   }
 };
 

@@ -7,9 +7,11 @@
 #include <trephine/render/coupled/tool_distances.hpp>
 #include <trephine/tool/tool_shape.hpp>
 #include <trephine/voxel/bone_surface.hpp>
+#include <trephine/voxel/lane_bits.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -239,9 +241,9 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
       for (std::size_t l = 0; l < kProfileLanes; ++l) x[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
       square_roots<64>(x);
       for (std::size_t l = 0; l < kProfileLanes; ++l) d[l] -= max_distance + turn * x[l];
-      for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        if (d[l] > 0) continue;
-        const auto i = static_cast<int>(l);
+      std::uint32_t near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return d[l] <= 0; });
+      for (; near != 0; near &= near - 1) {
+        const int i = std::countr_zero(near);
         visit({box[0] + i % kParts * bricks, box[1] + i / kParts * bricks, box[2] + k * bricks});
       }
     }
@@ -258,7 +260,8 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
       brick_reach_.shift = -1;
       return;
     }
-    brick_spheres_.set_centre(bricks_.size(), (view.surface().corner(brick) + 0.5 * size - p).template cast<float>());
+    const Vec3d middle = size.cwiseProduct(Vec3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5));
+    brick_spheres_.set_centre(bricks_.size(), (middle - p).template cast<float>());
     bricks_.push_back({brick, 0});
   };
   constexpr int kLarge = kParts * kParts;
