@@ -226,8 +226,9 @@ TEST_CASE("revolved cutter: shares of a path without its start add up to those w
         for (const bool start_is_cut : {false, true}) {
           const RevolvedCutter cutter(head, at(tick), at(tick + 1), h / 2, 0, start_is_cut);
           const Vec3<float> q = (p - cutter.origin()).cast<float>();
-          HalfCutLanes share;
-          cutter.shares(q.x(), static_cast<float>(h), q.y(), q.z(), reach, share);
+          HalfCutLanes share, anywhere;
+          anywhere.fill(1);
+          cutter.shares(q.x(), static_cast<float>(h), q.y(), q.z(), reach, anywhere, share);
           (start_is_cut ? without : with_start) += static_cast<double>(share[0]);
         }
       CHECK(std::abs(with_start - without) <= 0.5 + 1e-4);

@@ -59,9 +59,11 @@ void plain_cut(const VoxelGrid<Density>& grid, std::vector<Density>& voxels, dou
         const float at = d[static_cast<std::size_t>(lane)];
         if (!(at < reach_f)) continue;
         Density& voxel = voxels[static_cast<std::size_t>((k * n[1] + j) * n[0] + i)];
-        CutLanes share;
+        CutLanes share, farthest;
+        farthest.fill((static_cast<float>(voxel) - static_cast<float>(iso)) *
+                      (1 / static_cast<float>(slope / h.maxCoeff())));
         cutter.shares(static_cast<float>((i - lane) * h.x() - cutter.origin().x()), static_cast<float>(h.x()),
-                      static_cast<float>(y[0]), static_cast<float>(z), reach_f, share);
+                      static_cast<float>(y[0]), static_cast<float>(z), reach_f, farthest, share);
         const auto index = static_cast<std::uint32_t>(grid.index(i, j, k));
         const float deep = std::max(at, -static_cast<float>(ramp_depth(h)));
         const auto target = nearest(static_cast<float>(iso) + deep * static_cast<float>(slope / h.maxCoeff()));

@@ -17,6 +17,16 @@ namespace {
 
 constexpr unsigned kSeed = 808;
 /// Single precision over a few centimetres, by way of squares.
+const CutLanes kAnywhere = [] {
+  CutLanes lanes;
+  lanes.fill(1);  // [m]
+  return lanes;
+}();
+const HalfCutLanes kAnywhereToo = [] {
+  HalfCutLanes lanes;
+  lanes.fill(1);
+  return lanes;
+}();
 constexpr double kLaneTolerance = 1e-8;  // [m]
 
 /// What every cutter promises, at random rows round it.
@@ -105,7 +115,7 @@ TEST_CASE("A swept ball's share is the mean over its way") {
       CutLanes lanes;
       SphereCutter(a, b, kRadius)
           .shares(static_cast<float>(r.x()), 1e-4F, static_cast<float>(r.y()), static_cast<float>(r.z()),
-                  static_cast<float>(kReach), lanes);
+                  static_cast<float>(kReach), kAnywhere, lanes);
       double mean = 0;
       constexpr int kParts = 400;
       for (int i = 0; i < kParts; ++i) {
@@ -131,8 +141,8 @@ TEST_CASE("Distances have the same bits in few lanes and in many") {
     HalfCutLanes few, share_of_few;
     cutter.distances(x, 3e-4F, y, z, many);
     cutter.distances(x, 3e-4F, y, z, few);
-    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, share_of_many);
-    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, share_of_few);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, kAnywhere, share_of_many);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, kAnywhereToo, share_of_few);
     for (std::size_t l = 0; l < few.size(); ++l)
       differ += few[l] != many[l] || share_of_few[l] != share_of_many[l] ? 1 : 0;
   }

@@ -93,14 +93,15 @@ class RevolvedCutter {
   /// Integrates over the poses: with the trapezoidal rule, or without the first pose with the rectangles that end at
   /// the others.
   template <std::size_t kLanes>
-  void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
+  void shares(float x, float step, float y, float z, float reach, const std::array<float, kLanes>& farthest,
+              std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
     const float weight = 1 / static_cast<float>(has_start_ ? count_ - 1 : count_);
     for (int i = 0; i < count_; ++i) {
       std::array<float, kLanes> d;
       distances_at(i, x, step, y, z, d);
       const bool is_end = has_start_ && (i == 0 || i == count_ - 1);
-      detail::add_shares(d, reach, is_end ? weight / 2 : weight, out);
+      detail::add_shares(d, reach, is_end ? weight / 2 : weight, farthest, out);
     }
   }
 

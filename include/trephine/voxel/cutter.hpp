@@ -34,8 +34,8 @@ struct RowSpans {
 /// - `rows(y, z, reach, spans)`: span l holds every x of row (y[l], z) that is nearer than `reach` to the body (more is
 ///   allowed);
 /// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes;
-/// - `shares(x, step, y, z, reach, out)`: out[l] = how much the tool covers that place on the mean over its way, from 1
-///   at `reach` inside it over 1/2 at its surface to 0 at `reach` outside.
+/// - `shares(x, step, y, z, reach, farthest, out)`: out[l] = how much the tool covers that place on the mean over its way,
+///   from 1 at `reach` inside it over 1/2 at its surface to 0 at `reach` outside; 0 from farthest[l] on.
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
                           const RowLanes& y, RowSpans& spans) {
@@ -51,26 +51,27 @@ concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLa
   noexcept;
   { c.distances(f, f, f, f, half) }
   noexcept;
-  { c.shares(f, f, f, f, f, out) }
+  { c.shares(f, f, f, f, f, out, out) }
   noexcept;
-  { c.shares(f, f, f, f, f, half) }
+  { c.shares(f, f, f, f, f, half, half) }
   noexcept;
 };
 
 namespace detail {
 
-/// Adds `weight` times the share that a tool at these distances covers.
+/// Adds `weight` times the share that a tool at these distances covers, where they are below `farthest`.
 template <std::size_t kLanes>
 void add_shares(const std::array<float, kLanes>& distance, float reach, float weight,
-                std::array<float, kLanes>& out) noexcept {
+                const std::array<float, kLanes>& farthest, std::array<float, kLanes>& out) noexcept {
   const float per_reach = -0.5F / reach;
   // Eigen, because compilers make jumps of clamps with constant bounds; 32 bytes, as for the roots.
   constexpr std::size_t kPart = 8;
   static_assert(kLanes % kPart == 0);
   using Part = Eigen::Array<float, kPart, 1>;
   for (std::size_t i = 0; i < kLanes; i += kPart) {
-    const Eigen::Map<const Part> d(distance.data() + i);
-    Eigen::Map<Part>(out.data() + i) += weight * (0.5F + d * per_reach).max(0.0F).min(1.0F);
+    const Eigen::Map<const Part> d(distance.data() + i), most(farthest.data() + i);
+    const Part share = weight * (0.5F + d * per_reach).max(0.0F).min(1.0F);
+    Eigen::Map<Part>(out.data() + i) += (d < most).select(share, Part::Zero());
   }
 }
 
@@ -221,11 +222,12 @@ class SphereCutter {
   /// Integrates the share over the path with three Gauss points; over a short path with its middle, which is within
   /// .008 of the mean. Consecutive ticks cover a path's whole duration.
   template <std::size_t kLanes>
-  void shares(float x, float step, float y, float z, float reach, std::array<float, kLanes>& out) const noexcept {
+  void shares(float x, float step, float y, float z, float reach, const std::array<float, kLanes>& farthest,
+              std::array<float, kLanes>& out) const noexcept {
     out.fill(0);
-    if (!(length_ > kShortWay * reach)) return add_shares_at(length_ / 2, 1, x, step, y, z, reach, out);
+    if (!(length_ > kShortWay * reach)) return add_shares_at(length_ / 2, 1, x, step, y, z, reach, farthest, out);
     constexpr std::array<float, 3> kPlace{0.112701665F, 0.5F, 0.887298335F}, kWeight{5 / 18.0F, 8 / 18.0F, 5 / 18.0F};
-    for (std::size_t i = 0; i < 3; ++i) add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, out);
+    for (std::size_t i = 0; i < 3; ++i) add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, farthest, out);
   }
 
  private:
@@ -235,7 +237,7 @@ class SphereCutter {
   /// Adds the shares with the ball's centre at this fraction of the path.
   template <std::size_t kLanes>
   void add_shares_at(float t, float weight, float x, float step, float y, float z, float reach,
-                     std::array<float, kLanes>& out) const noexcept {
+                     const std::array<float, kLanes>& farthest, std::array<float, kLanes>& out) const noexcept {
     const float px = x - t * along_.x(), dy = y - t * along_.y(), dz = z - t * along_.z();
     std::array<float, kLanes> d;
     for (std::size_t l = 0; l < kLanes; ++l) {
@@ -245,7 +247,7 @@ class SphereCutter {
     square_roots(d);
     const auto radius = static_cast<float>(radius_);
     for (std::size_t l = 0; l < kLanes; ++l) d[l] -= radius;
-    detail::add_shares(d, reach, weight, out);
+    detail::add_shares(d, reach, weight, farthest, out);
   }
 
   Vec3d start_;

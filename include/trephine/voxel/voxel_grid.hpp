@@ -5,6 +5,7 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
+#include <trephine/voxel/surface_slopes.hpp>
 
 #include <algorithm>
 #include <array>
@@ -64,6 +65,8 @@ class VoxelGrid {
   [[nodiscard]] Density outside() const noexcept { return outside_; }
   /// Returns the range of the densities at construction.
   [[nodiscard]] DensityRange<Density> original_range() const noexcept { return original_range_; }
+  /// Returns how steep the image was at an isosurface, at construction [densities per voxel]; 0 without such a surface.
+  [[nodiscard]] double surface_slope(double isovalue) const noexcept { return surface_slopes_.at(isovalue); }
 
   /// Moves the grid to the pose X_WG, between ticks, on the haptic thread. Throws std::invalid_argument if the pose is
   /// not rigid or lies farther than kFarthestPosition.
@@ -112,7 +115,7 @@ class VoxelGrid {
     return (voxels_.size() + original_.size()) * sizeof(Density) + differences_.size() * sizeof(Difference) +
            versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>)) +
            (edited_.size() + touched_.size()) * sizeof(std::uint64_t) + touched_.size() * sizeof(std::size_t) +
-           (new_min_.size() + old_max_.size()) * sizeof(Density);
+           (new_min_.size() + old_max_.size()) * sizeof(Density) + surface_slopes_.bytes();
   }
 
   // --- Editing, haptic thread ----------------------------------------------------------------------------------------
@@ -213,6 +216,7 @@ class VoxelGrid {
   Posed X_WG_;
   Density outside_{};
   DensityRange<Density> original_range_{};
+  SurfaceSlopes surface_slopes_;
   int row_ = 0;
   int plane_ = 0;
   std::vector<Density> voxels_;

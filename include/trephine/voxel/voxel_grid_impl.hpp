@@ -33,6 +33,8 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   }
   outside_ = static_cast<Density>(outside);
 
+  surface_slopes_ = SurfaceSlopes(size_, voxels, original_range_.min, original_range_.max);
+
   lay_out();
   const auto* from = voxels.data();
   for (int k = 0; k < size_[2]; ++k)
