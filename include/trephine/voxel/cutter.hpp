@@ -34,7 +34,8 @@ struct RowSpans {
 /// - `rows(y, z, reach, spans)`: span l holds every x of row (y[l], z) that is nearer than `reach` to the body (more is
 ///   allowed);
 /// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes;
-/// - `shares(x, step, y, z, reach, farthest, out)`: out[l] = how much the tool covers that place on the mean over its way,
+/// - `shares(x, step, y, z, reach, farthest, out)`: out[l] = how much the tool covers that place on the mean over its
+/// way,
 ///   from 1 at `reach` inside it over 1/2 at its surface to 0 at `reach` outside; 0 from farthest[l] on.
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
@@ -227,7 +228,8 @@ class SphereCutter {
     out.fill(0);
     if (!(length_ > kShortWay * reach)) return add_shares_at(length_ / 2, 1, x, step, y, z, reach, farthest, out);
     constexpr std::array<float, 3> kPlace{0.112701665F, 0.5F, 0.887298335F}, kWeight{5 / 18.0F, 8 / 18.0F, 5 / 18.0F};
-    for (std::size_t i = 0; i < 3; ++i) add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, farthest, out);
+    for (std::size_t i = 0; i < 3; ++i)
+      add_shares_at(kPlace[i] * length_, kWeight[i], x, step, y, z, reach, farthest, out);
   }
 
  private:
