@@ -48,6 +48,7 @@ SETS = [
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
         "kGuide": ("stage/milling.hpp", r"double kGuide = ([\d.]+);"),
         "kMaxRoom": ("stage/milling.hpp", r"double kMaxRoom = ([\d.]+);"),
+        "kSteepness": ("voxel/carving.hpp", r"double kSteepness = ([\d.]+);"),
         "kMaxStartAhead": ("render/coupled/coupled_constants.hpp", r"double kMaxStartAhead = ([\d.]+);"),
         "kCatchUp": ("stage/cutting_force.hpp", r"double kCatchUp = ([\d.]+);"),
         "kCorner": ("tool/outline.hpp", r"double kCorner = ([\d.]+);"),

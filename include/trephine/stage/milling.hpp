@@ -25,7 +25,7 @@ inline constexpr double kMinAdvance = 1.0 / 256;
 
 /// Options that do not depend on the cut policy.
 struct MillingOptions {
-  double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope, half of it under pressure
+  double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope
   bool follow_probe = false;  ///< cut along the device's pose instead of the renderer's cutting pose
 };
 
@@ -133,11 +133,8 @@ class Milling {
       last_ = cut;
       if (waits) return 0;
     }
-    double slope = slope_or_auto(options_.slope, grid, isovalue);
-    if constexpr (kCutsUnderPressure)
-      if (!(options_.slope > 0)) slope *= kPressedSlope;
     return trephine::carve(grid, isovalue, cutter_of(cuts, from, X_GT, start_is_cut, grid.spacing()), policy_,
-                           allowance, slope);
+                           allowance, options_.slope);
   }
 
   /// Motion of a head's points between two poses [m]; for a burr that of its ball's centre.
@@ -193,10 +190,6 @@ class Milling {
   // [cell's diagonals]. Voxels that make the wall lie within half a diagonal of it. Of a longer guide a side under load
   // reams the hole, of a shorter one bone in it holds the edge.
   static constexpr double kGuide = 0.5;
-  // Of the image's own slope. A ramp as steep keeps the crest between a hole and the far side of bone sharp. Such a
-  // ring outlasts the floor, and holds the tool at places between the head's elements. A shallower ramp draws crests
-  // in.
-  static constexpr double kPressedSlope = 0.5;
   static constexpr double kMaxRoom = 0.001;  // of the radius, so a hole's area is too large by a 500th at most
 
   struct NoHead {};
