@@ -278,7 +278,8 @@ TEST_CASE("bone surface: a hole's points lie on its wall, and its rim does not l
         const double z = (q - bottom).dot(n);
         const double off = (z > 0 ? (q - bottom - z * n).norm() : (q - bottom).norm()) - kR;
         if ((q - bottom).norm() < 9 * kH) nearest = std::min(nearest, off);
-        if ((q - top).dot(n) > -1.5 * kH || !(std::abs(off) < 0.3 * kH)) continue;
+        // Nearer to the top the blurred face is lower than the cut's ramp.
+        if ((q - top).dot(n) > -2.5 * kH || !(std::abs(off) < 0.3 * kH)) continue;
         area += p.area;
         sum += p.area * off;
         squares += p.area * off * off;
