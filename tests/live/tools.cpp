@@ -124,8 +124,11 @@ TEST_SUITE("picture") {
     Bench b(ball(Vec3d::Constant(0.4e-3), 8e-3));
     Workbench& w = b.bench;
     const auto drill = [&] { return w.session().options().drill; };
+    // In whole bone.
     const auto most_thrust = [&] {
       double thrust = 0, torque = 0;
+      w.act(Action::kRestore);
+      b.run(0.3);
       w.act(Action::kSpindle);
       Event e;
       e.kind = Event::Kind::kHand;
@@ -151,13 +154,14 @@ TEST_SUITE("picture") {
     CHECK(drill().cutting().speed == trephine::rpm(40'000));
     const double burr = most_thrust();
     CHECK(burr > 0.3);
+    CHECK(w.view().removed_mm3 > 0);
     // A drill turns slowly, and the hand feels a sixtieth of what it takes.
     w.choose_tool("twist-3.2");
     CHECK(drill().cutting().speed == trephine::rpm(1000));
     CHECK(drill().cutting().edges.chisel);
     const double twist = most_thrust();
     CHECK(twist > 5 * burr);
-    CHECK(w.view().removed_mm3 > 1);
+    CHECK(w.view().removed_mm3 > 0);
     Tuning tuning = drill().tuning;
     tuning.turns = 2000;
     tuning.felt = 0.5;
