@@ -103,6 +103,10 @@ TEST_CASE("surface slopes: each isovalue has its own, and none where there is no
   const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
   for (const double beyond : {-1.0, 1601.0, inf, -inf, nan}) CHECK(grid.surface_slope(beyond) == 0);
   CHECK(image_of<float>({8, 8, 8}, [](const Vec3d&) { return 3.0; }).surface_slope(3) == 0);
+  const float least = std::numeric_limits<float>::denorm_min();
+  CHECK(image_of<float>({8, 8, 8}, [least](const Vec3d& p) {
+          return p.x() > 3 ? double{least} : 0.0;
+        }).surface_slope(0) == 0);
   CHECK(image_of<float>({8, 1, 8}, [](const Vec3d& p) { return p.x(); }).surface_slope(3) == 0);
 }
 

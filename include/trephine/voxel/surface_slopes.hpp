@@ -29,9 +29,9 @@ class SurfaceSlopes {
   template <VoxelDensity Density>
   SurfaceSlopes(const std::array<int, 3>& size, std::span<const Density> voxels, Density min, Density max)
       : min_(static_cast<double>(min)), max_(static_cast<double>(max)) {
-    if (!(max_ > min_)) return;
-    slopes_.resize(kBins);
     per_density_ = kBins / (max_ - min_);
+    if (!std::isfinite(per_density_)) return;  // no range to speak of
+    slopes_.resize(kBins);
     // Running sums: a voxel that crosses bins m to n adds its slope from bin m on, and takes it away after n.
     std::vector<double> sum(kBins + 1), count(kBins + 1);
     const auto nx = static_cast<std::size_t>(size[0]), ny = static_cast<std::size_t>(size[1]);
