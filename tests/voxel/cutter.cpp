@@ -16,17 +16,14 @@ using namespace trephine::literals;
 namespace {
 
 constexpr unsigned kSeed = 808;
-/// Single precision over a few centimetres, by way of squares.
-const CutLanes kAnywhere = [] {
-  CutLanes lanes;
+/// Shares without a farthest distance.
+template <class Lanes>
+Lanes anywhere() {
+  Lanes lanes;
   lanes.fill(1);  // [m]
   return lanes;
-}();
-const HalfCutLanes kAnywhereToo = [] {
-  HalfCutLanes lanes;
-  lanes.fill(1);
-  return lanes;
-}();
+}
+/// Single precision over a few centimetres, by way of squares.
 constexpr double kLaneTolerance = 1e-8;  // [m]
 
 /// What every cutter promises, at random rows round it.
@@ -115,7 +112,7 @@ TEST_CASE("A swept ball's share is the mean over its way") {
       CutLanes lanes;
       SphereCutter(a, b, kRadius)
           .shares(static_cast<float>(r.x()), 1e-4F, static_cast<float>(r.y()), static_cast<float>(r.z()),
-                  static_cast<float>(kReach), kAnywhere, lanes);
+                  static_cast<float>(kReach), anywhere<CutLanes>(), lanes);
       double mean = 0;
       constexpr int kParts = 400;
       for (int i = 0; i < kParts; ++i) {
@@ -141,8 +138,8 @@ TEST_CASE("Distances have the same bits in few lanes and in many") {
     HalfCutLanes few, share_of_few;
     cutter.distances(x, 3e-4F, y, z, many);
     cutter.distances(x, 3e-4F, y, z, few);
-    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, kAnywhere, share_of_many);
-    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, kAnywhereToo, share_of_few);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, anywhere<CutLanes>(), share_of_many);
+    cutter.shares(x, 3e-4F, y, z, 4.5e-4F, anywhere<HalfCutLanes>(), share_of_few);
     for (std::size_t l = 0; l < few.size(); ++l)
       differ += few[l] != many[l] || share_of_few[l] != share_of_many[l] ? 1 : 0;
   }

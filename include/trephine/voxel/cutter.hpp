@@ -34,9 +34,8 @@ struct RowSpans {
 /// - `rows(y, z, reach, spans)`: span l holds every x of row (y[l], z) that is nearer than `reach` to the body (more is
 ///   allowed);
 /// - `distances(x, step, y, z, out)`: out[l] = distance at (x + l step, y, z), the same bits whatever the lanes;
-/// - `shares(x, step, y, z, reach, farthest, out)`: out[l] = how much the tool covers that place on the mean over its
-/// way,
-///   from 1 at `reach` inside it over 1/2 at its surface to 0 at `reach` outside; 0 from farthest[l] on.
+/// - `shares(x, step, y, z, reach, farthest, out)`: out[l] = how much the tool covers that place on the mean over
+///   its way, from 1 at `reach` inside it over 1/2 at its surface to 0 at `reach` outside; 0 from farthest[l] on.
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
                           const RowLanes& y, RowSpans& spans) {
