@@ -3,6 +3,7 @@
 
 #include <trephine/core/square_roots.hpp>
 #include <trephine/voxel/cut_policy.hpp>
+#include <trephine/voxel/cut_slope.hpp>
 #include <trephine/voxel/cutter.hpp>
 #include <trephine/voxel/lost_cells.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -18,7 +19,7 @@
 /// isosurface lies on the cutter for bone of any density. A second equal cut changes nothing. Lower densities stay, so
 /// no cut adds bone.
 ///
-/// *Slope* [densities per voxel]: see `auto_slope`. *Reach*: see `cut_reach`.
+/// *Slope* [densities per voxel]: see `auto_slope` (`cut_slope.hpp`). *Reach*: see `cut_reach`.
 namespace trephine {
 
 /// Returns the largest distance from the cutter at which a voxel is cut [m]: 1.5 voxels if the spacing is isotropic.
@@ -31,41 +32,6 @@ namespace trephine {
 /// Returns the depth in the cutter down to which densities fall [m]: two diagonals of a voxel. Deeper ones are all the
 /// same, so what is cut stays as it is while the cutter goes on. Gradients at the new surface read no voxel as deep.
 [[nodiscard]] inline double ramp_depth(const Vec3d& spacing) noexcept { return 2 * spacing.norm(); }
-
-/// Slope of a cut over that of the image at its own surface, by default.
-///
-/// Where the new surface meets the old one, an interpolant between both is exact only if both are as steep. A shallower
-/// cut draws the old surface in beside the hole, by up to a voxel. Bone that is softer than the ramp is high cannot
-/// hold it, and is cut too far by a steep one. Bone removed, off what it should be (`tests/voxel/surface_slopes.cpp`):
-/// | slope over the image's own | 1/16 | 1/4 | 1/2 | 1 | 4 |
-/// |---|---|---|---|---|---|
-/// | balls at planes, median | 12 % | 5 % | 1.3 % | .2 % | 9 % |
-/// | in bone of a quarter of hard bone's contrast | 0 | 0 | 1.7 % | 8 % | 21 % |
-inline constexpr double kSteepness = 0.5;
-
-/// Returns a cut's default slope, in densities per (longest) voxel edge: kSteepness times that of the image at its own
-/// surface.
-///
-/// In integers it is 16 at least, because rounding to whole densities displaces the surface by up to 1/(2 slope) voxel.
-/// It is less if the range has no 16 densities above the isovalue or below it. An image without a surface gets 1/64 of
-/// the range above the isovalue, or 16.
-template <VoxelDensity Density>
-[[nodiscard]] double auto_slope(const VoxelGrid<Density>& grid, double isovalue) noexcept {
-  const double above = static_cast<double>(grid.original_range().max) - isovalue;
-  const double own = kSteepness * grid.surface_slope(isovalue), slope = own > 0 ? own : above / 64;
-  if constexpr (std::is_floating_point_v<Density>) {
-    return slope > 0 ? slope : 1.0;
-  } else {
-    const double below = isovalue - static_cast<double>(std::numeric_limits<Density>::lowest());
-    return std::max(std::min({above, below, std::max(16.0, slope)}), 4.0);
-  }
-}
-
-/// Returns the requested slope if it is one, else the automatic slope.
-template <VoxelDensity Density>
-[[nodiscard]] double slope_or_auto(double slope, const VoxelGrid<Density>& grid, double isovalue) noexcept {
-  return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
-}
 
 namespace detail {
 
