@@ -2,7 +2,8 @@
 #pragma once
 
 #include <trephine/voxel/brick_layout.hpp>
-#include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/cut_policy.hpp>
+#include <trephine/voxel/cut_slope.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <algorithm>
