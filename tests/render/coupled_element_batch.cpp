@@ -81,7 +81,7 @@ void check_batches(const Burr& burr, unsigned seed, Errors& errors) {
   ElementBatch batch;
   std::array<ElementBlock, 2> elements{};
   for (int repeat = 0; repeat < 20; ++repeat)
-    for (std::size_t side = 1; side <= kMaxPointsPerSide; ++side)
+    for (std::size_t side = 1; side <= PointLattice::kMaxSide; ++side)
       for (const std::size_t count : kCounts) {
         const Posed X = random_pose(random, Vec3d::Zero(), 0.05);
         const Vec3<float> axis = X.linear().col(2).cast<float>();
@@ -94,7 +94,7 @@ void check_batches(const Burr& burr, unsigned seed, Errors& errors) {
             const NearBlock& block = blocks[n % 2];
             batch.add(block, n / 2, (block.corner - X.translation()).cast<float>());
           }
-          batch.compute_distances(shape, side, axis);
+          batch.compute_distances(shape, PointLattice(side), axis);
         });
         CHECK(calls == 0);
         REQUIRE(batch.count == count);
@@ -150,7 +150,7 @@ TEST_CASE("element batch: one element in closed form, and lattices") {
   const auto distances = [&](const Vec3<float>& shift, std::size_t side) {
     batch.count = 0;
     batch.add(block, 0, shift);
-    batch.compute_distances(BallAndShaft(kDrill), side, Vec3<float>::UnitZ());
+    batch.compute_distances(BallAndShaft(kDrill), PointLattice(side), Vec3<float>::UnitZ());
   };
   distances({0, 0, 0.010F}, 1);
   CHECK(static_cast<double>(batch.distance[0][0]) == doctest::Approx(-0.0008).epsilon(1e-6));
@@ -165,18 +165,27 @@ TEST_CASE("element batch: one element in closed form, and lattices") {
   CHECK(static_cast<double>(batch.distance[2][0]) == doctest::Approx(0.0042).epsilon(1e-5));
   CHECK(static_cast<double>(batch.distance[3][0]) == doctest::Approx(std::hypot(0.0042, 0.002)).epsilon(1e-5));
   CHECK(batch.min_distance[0] == batch.distance[0][0]);
-  for (std::size_t side = 1; side <= kMaxPointsPerSide; ++side)
-    for (std::size_t i = 0; i < side; ++i)
-      CHECK(lattice_coordinate(i, side) == -lattice_coordinate(side - 1 - i, side));
-  CHECK(lattice_coordinate(0, 1) == 0);
-  CHECK(lattice_coordinate(0, 4) == -0.75);
-  CHECK(lattice_coordinate(2, 4) == 0.25);
+  for (std::size_t side = 1; side <= PointLattice::kMaxSide; ++side) {
+    const PointLattice lattice(side);
+    REQUIRE(lattice.points == side * side);
+    for (std::size_t j = 0; j < lattice.points; ++j) {
+      CHECK(lattice.along[j] == -lattice.along[lattice.points - 1 - j]);
+      CHECK(lattice.across[j] == -lattice.across[lattice.points - 1 - j]);
+    }
+    CHECK(lattice.outermost == lattice.along[lattice.points - 1]);
+  }
+  CHECK(PointLattice(1).along[0] == 0);
+  CHECK(PointLattice(4).across[0] == -0.75);
+  CHECK(PointLattice(4).along[9] == 0.25);
+  CHECK(PointLattice(0).points == 1);
+  CHECK(PointLattice(9).points == 16);
 }
 
 static_assert(ElementBatch::kSize % kProfileLanes == 0);
 static_assert(noexcept(std::declval<ElementBatch&>().add(std::declval<const NearBlock&>(), 0,
                                                          std::declval<const Vec3<float>&>())));
-static_assert(noexcept(std::declval<ElementBatch&>().compute_distances(std::declval<const BallAndShaft&>(), 1,
+static_assert(noexcept(std::declval<ElementBatch&>().compute_distances(std::declval<const BallAndShaft&>(),
+                                                                       PointLattice(1),
                                                                        std::declval<const Vec3<float>&>())));
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "support/random.hpp"
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/spatial.hpp>
 
 /// Where tools stand, and the ways between.
 namespace trephine::test {
@@ -25,6 +26,14 @@ namespace trephine::test {
   const Vec3d w = rotation_vector(Mat3d(a.linear().transpose() * b.linear()));
   return make_pose<double>(a.linear() * rotation_from_vector(Vec3d(share * w)),
                            a.translation() + share * (b.translation() - a.translation()));
+}
+
+/// Spatial vector (v, arm × v). It is the Jacobian row of a body point at `arm` moving along v, and the wrench of a
+/// force v that acts there.
+[[nodiscard]] inline Vec6d with_moment(const Vec3d& v, const Vec3d& arm) noexcept {
+  Vec6d spatial;
+  spatial << v, arm.cross(v);
+  return spatial;
 }
 
 }  // namespace trephine::test

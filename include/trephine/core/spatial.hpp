@@ -11,14 +11,6 @@ using Vec6d = Eigen::Matrix<double, 6, 1>;
 /// Spatial matrix, for instance a stiffness or a Hessian over small motions.
 using Mat6d = Eigen::Matrix<double, 6, 6>;
 
-/// Spatial vector (v, arm × v). It is the Jacobian row of a body point at `arm` moving along v, and the wrench of a
-/// force v that acts there.
-[[nodiscard]] inline Vec6d with_moment(const Vec3d& v, const Vec3d& arm) noexcept {
-  Vec6d spatial;
-  spatial << v, arm.cross(v);
-  return spatial;
-}
-
 /// Symmetric matrix with the given lower triangle. Eigen's selfadjointView adds a second of compile time.
 [[nodiscard]] inline Mat6d symmetric(Mat6d lower) noexcept {
   for (Eigen::Index j = 0; j < 6; ++j)

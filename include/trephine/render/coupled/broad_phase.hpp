@@ -131,8 +131,10 @@ class BroadPhase {
     static_assert(kProfileLanes == ElementBlock::kSize);
     block_spheres_.measure(shape, u, moved, blocks_.size());
     constexpr float kFar = std::numeric_limits<float>::max();
-    float nearest = kFar;
-    std::array<float, kProfileLanes> gap;  // least distance of an element's points beyond the offset [m]
+    float nearest_block = kFar;
+    // Least distances of an element's points beyond the offset [m]: of a block, and of all elements left out.
+    std::array<float, kProfileLanes> gap, nearest;
+    nearest.fill(kFar);
     const auto turn = static_cast<float>(reach.turn),
                reach_here = static_cast<float>(reach.shift) + turn * moved.norm();
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
@@ -141,26 +143,24 @@ class BroadPhase {
       const float block_gap = block_spheres_.distance(b) - elements.radius - offset;
       const float near = reach_here + turn * block.arm;
       if (block_gap > std::max(skipped_distance_, near)) {
-        nearest = std::min(nearest, block_gap);
+        nearest_block = std::min(nearest_block, block_gap);
         continue;
       }
       const Vec3<float> shift = (block.corner - p).template cast<float>();
       compute_distances(shape, u, shift, elements.position[0].data(), elements.position[1].data(),
                         elements.position[2].data(), gap.data());
-      float min_gap = kFar, min_free_gap = kFar;
       for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] -= fraction * elements.spread[l] + offset;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) min_gap = gap[l] < min_gap ? gap[l] : min_gap;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
         const float free_gap = gap[l] < near ? kFar : gap[l];
-        min_free_gap = free_gap < min_free_gap ? free_gap : min_free_gap;
+        nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
       }
-      nearest = std::min(nearest, min_free_gap);
-      if (min_gap >= near) continue;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i)
-        if (gap[i] < near) visit(block, i, shift);
+      std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near; });
+      for (is_near &= (1U << block.count) - 1; is_near != 0; is_near &= is_near - 1)
+        visit(block, static_cast<std::size_t>(std::countr_zero(is_near)), shift);
     }
     Clearance others = clearance(shape, X);
-    others.listed_distance = static_cast<double>(nearest);
+    others.listed_distance =
+        static_cast<double>(std::min(nearest_block, *std::min_element(nearest.begin(), nearest.end())));
     return others;
   }
 

@@ -177,7 +177,7 @@ class CoupledToolRenderer {
     head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
-    bristles_.set_points_per_element(foundation_.side() * foundation_.side());
+    bristles_.set_points_per_element(foundation_.points_per_element());
   }
 
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].

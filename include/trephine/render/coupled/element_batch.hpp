@@ -14,13 +14,27 @@
 /// Signed distances of surface elements' points from a tool, many elements at a time, to leave out free points early.
 namespace trephine {
 
-/// Points along each side of a surface element, at most.
-inline constexpr std::size_t kMaxPointsPerSide = 4;
+/// Places of an element's points: a lattice of `side`² points, spread evenly over the element [half sides].
+struct PointLattice {
+  static constexpr std::size_t kMaxSide = 4;
+  std::size_t points;
+  std::array<double, kMaxSide * kMaxSide> along{}, across{};  ///< of each point, from −1 to 1
+  double outermost;                                           ///< largest coordinate
 
-/// Coordinate of lattice row i of `side` rows, spread evenly over −1 to 1 [half sides].
-[[nodiscard]] constexpr double lattice_coordinate(std::size_t i, std::size_t side) noexcept {
-  return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(side)) / static_cast<double>(side);
-}
+  /// `side` from 1 to kMaxSide; a number beyond is clamped.
+  explicit constexpr PointLattice(std::size_t side) noexcept {
+    const std::size_t n = std::clamp<std::size_t>(side, 1, kMaxSide);
+    const auto coordinate = [n](std::size_t i) {
+      return (2.0 * static_cast<double>(i) + 1 - static_cast<double>(n)) / static_cast<double>(n);
+    };
+    points = n * n;
+    outermost = coordinate(n - 1);
+    for (std::size_t j = 0; j < points; ++j) {
+      along[j] = coordinate(j / n);
+      across[j] = coordinate(j % n);
+    }
+  }
+};
 
 /// A batch of elements whose points' distances from the tool are computed together, in single precision.
 ///
@@ -32,7 +46,7 @@ struct ElementBatch {
   std::size_t count = 0;
   std::array<Floats, 3> position, along, across;  ///< from T's origin, in G [m]
   /// Signed distances of the elements' points from the tool [m], by point and element.
-  std::array<Floats, kMaxPointsPerSide * kMaxPointsPerSide> distance;
+  std::array<Floats, PointLattice::kMaxSide * PointLattice::kMaxSide> distance;
   Floats min_distance;  ///< least distance of an element's points [m]
   std::array<std::pair<const NearBlock*, std::size_t>, kSize> element;
 
@@ -50,10 +64,10 @@ struct ElementBatch {
     return position[0][n] * position[0][n] + position[1][n] * position[1][n] + position[2][n] * position[2][n];
   }
 
-  /// Computes the distances of `side`² points an element; `u` is the tool's axis in G.
+  /// Computes the distances of the elements' points; `u` is the tool's axis in G.
   template <ToolShape Shape>
-  void compute_distances(const Shape& shape, std::size_t side, const Vec3<float>& u) noexcept {
-    for (std::size_t first = 0; first < count; first += kProfileLanes) compute_lanes(shape, side, u, first);
+  void compute_distances(const Shape& shape, const PointLattice& lattice, const Vec3<float>& u) noexcept {
+    for (std::size_t first = 0; first < count; first += kProfileLanes) compute_lanes(shape, lattice, u, first);
   }
 
  private:
@@ -62,15 +76,15 @@ struct ElementBatch {
 
   // Results stay local until they are complete: memory that may overlap the input keeps loops from being vectorised.
   template <ToolShape Shape>
-  void compute_lanes(const Shape& shape, std::size_t side, const Vec3<float>& u, std::size_t first) noexcept {
+  void compute_lanes(const Shape& shape, const PointLattice& lattice, const Vec3<float>& u,
+                     std::size_t first) noexcept {
     VectorLanes r = load(position, first), a = load(along, first), c = load(across, first);
     const Lanes hr = split_height(r, u), ha = split_height(a, u), hc = split_height(c, u);
     const Lanes rr = dot(r, r), ra = dot(r, a), rc = dot(r, c), aa = dot(a, a), cc = dot(c, c), ac = dot(a, c);
     Lanes low;
     low.fill(std::numeric_limits<float>::max());
-    for (std::size_t j = 0; j < side * side; ++j) {
-      const auto i = static_cast<float>(lattice_coordinate(j / side, side)),
-                 k = static_cast<float>(lattice_coordinate(j % side, side));
+    for (std::size_t j = 0; j < lattice.points; ++j) {
+      const auto i = static_cast<float>(lattice.along[j]), k = static_cast<float>(lattice.across[j]);
       Lanes z, rho, d;
       for (std::size_t l = 0; l < kProfileLanes; ++l) z[l] = hr[l] + i * ha[l] + k * hc[l];
       for (std::size_t l = 0; l < kProfileLanes; ++l) {

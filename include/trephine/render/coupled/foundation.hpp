@@ -43,8 +43,9 @@ struct FoundationPoint {
 
 /// Returns the point after a small motion (δp, δθ) of the tool, to first order. Its depth may have become 0.
 [[nodiscard]] inline FoundationPoint after_motion(FoundationPoint q, const Vec6d& motion) noexcept {
-  q.depth = std::max(0.0, q.depth + q.depth_slope * with_moment(q.normal, q.arm).dot(motion));
-  q.arm -= motion.head<3>();
+  const Vec3d shift = motion.head<3>(), turn = motion.tail<3>();
+  q.depth = std::max(0.0, q.depth + q.depth_slope * q.normal.dot(shift + turn.cross(q.arm)));
+  q.arm -= shift;
   return q;
 }
 
@@ -76,17 +77,16 @@ struct FoundationSum {
 /// m and t the principal directions of the level surface with their moments, κ and κ' their curvatures.
 class Foundation {
  public:
-  static constexpr std::size_t kMaxSide = kMaxPointsPerSide;
+  static constexpr std::size_t kMaxSide = PointLattice::kMaxSide;
 
   /// `side` points lie along each side of an element, evenly over it: a lattice has the smallest quadrature error. At
   /// most `max_points` points in contact are stored. Allocates.
-  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) : near_(max_points) {
-    set_side(side);
+  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) : lattice_(side), near_(max_points) {
     points_.reserve(max_points);
   }
-  void set_side(std::size_t side) noexcept { side_ = std::clamp<std::size_t>(side, 1, kMaxSide); }
+  void set_side(std::size_t side) noexcept { lattice_ = PointLattice(side); }
 
-  [[nodiscard]] std::size_t side() const noexcept { return side_; }
+  [[nodiscard]] std::size_t points_per_element() const noexcept { return lattice_.points; }
   /// Points in contact at the last `sum`, as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
@@ -111,7 +111,7 @@ class Foundation {
       candidates.count = 0;
     };
     const auto filter_batch = [&] {
-      batch.compute_distances(shape, side_, axis);
+      batch.compute_distances(shape, lattice_, axis);
       for (std::size_t n = 0; n < batch.count; ++n) {
         const auto [block, i] = batch.element[n];
         const float distance = batch.min_distance[n];
@@ -122,9 +122,9 @@ class Foundation {
           continue;
         }
         const SurfaceElement element = block->element(i);
-        for (std::size_t j = 0; j < side_ * side_; ++j) {
+        for (std::size_t j = 0; j < lattice_.points; ++j) {
           if (!(batch.distance[j][n] < contact_distance)) continue;
-          candidates.add(element, block->key(i), side_, j, p);
+          candidates.add(element, block->key(i), lattice_, j, p);
           if (candidates.count == kProfileLanes) flush_candidates();
         }
       }
@@ -143,7 +143,7 @@ class Foundation {
     } else {
       const ToolMotion reach = broad_phase.near_reach(shape);
       near_.start(broad_phase, X, reach, contact_distance);
-      clearance = broad_phase.for_each_candidate(shape, X, lattice_coordinate(side_ - 1, side_), reach, visit);
+      clearance = broad_phase.for_each_candidate(shape, X, lattice_.outermost, reach, visit);
       if (batch.count > 0) filter_batch();
       clearance.listed_distance = std::min(static_cast<double>(nearest_other), clearance.listed_distance);
       near_.finish(clearance);
@@ -165,12 +165,13 @@ class Foundation {
     std::array<std::uint64_t, kProfileLanes> element;
     std::array<std::size_t, kProfileLanes> sample;
 
-    void add(const SurfaceElement& e, std::uint64_t key, std::size_t side, std::size_t j, const Vec3d& p) noexcept {
-      const double a = lattice_coordinate(j / side, side), c = lattice_coordinate(j % side, side);
+    void add(const SurfaceElement& e, std::uint64_t key, const PointLattice& lattice, std::size_t j,
+             const Vec3d& p) noexcept {
+      const double a = lattice.along[j], c = lattice.across[j];
       x[count] = e.position.x() - p.x() + a * e.along.x() + c * e.across.x();
       y[count] = e.position.y() - p.y() + a * e.along.y() + c * e.across.y();
       z[count] = e.position.z() - p.z() + a * e.along.z() + c * e.across.z();
-      weight[count] = e.area / static_cast<double>(side * side);
+      weight[count] = e.area / static_cast<double>(lattice.points);
       element[count] = key;
       sample[count++] = j;
     }
@@ -390,7 +391,7 @@ class Foundation {
     }
   }
 
-  std::size_t side_;
+  PointLattice lattice_;
   NearElements near_;
   std::vector<FoundationPoint> points_;
 };

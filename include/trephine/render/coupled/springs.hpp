@@ -46,7 +46,7 @@ struct BallOnPlane {
   /// dP / dδ [N/m].
   [[nodiscard]] double slope(double depth) const noexcept {
     const double d = depth, v = std::max(d - ramp, 0.0);
-    return gain * ((radius - d) * (d * d - v * v) / ramp - (d * d * d - v * v * v) / (3 * ramp));
+    return gain / (3 * ramp) * (3 * (radius - d) * (d * d - v * v) - (d * d * d - v * v * v));
   }
   /// ∫ P dδ from 0 [J].
   [[nodiscard]] double energy(double depth) const noexcept {
