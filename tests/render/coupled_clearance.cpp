@@ -66,6 +66,49 @@ TEST_CASE("tool distances: points and spheres in lanes have the tool's signed di
   CHECK(arm_off.worst() <= kSingle);
 }
 
+TEST_CASE("tool distances: a batch of spheres tells those near a tool, of any number, and starts anew") {
+  CAPTURE(kSeed);
+  constexpr double kSingle = 2e-8;
+  Random random(kSeed + 2);
+  const BallAndShaft shape(kDrill);
+  SphereBatch<int> batch;
+  int near = 0, far = 0, wrong = 0, close_calls = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3d axis = random.unit();
+    const Posed X = tool_at(Vec3d::Zero(), axis);
+    const double most = random.uniform(0, 5e-3), turn = random.uniform(0, 0.2);
+    const int count = i % (static_cast<int>(kProfileLanes) + 1);
+    std::vector<Vec3d> at;
+    for (int k = 0; k < count; ++k) {
+      at.push_back(X * Vec3d(Vec3d(0, 0, random.uniform(0, 0.02)) + random.arrow(0, 0.012)));
+      CHECK_FALSE(batch.is_full());
+      batch.add(at.back().cast<float>(), 100 * i + k);
+    }
+    CHECK(batch.is_full() == (count == static_cast<int>(kProfileLanes)));
+    std::vector<bool> told(at.size());
+    batch.flush(shape, axis.cast<float>(), static_cast<float>(most), static_cast<float>(turn),
+                [&](int key, const Vec3<float>& centre) {
+                  const auto k = static_cast<std::size_t>(key - 100 * i);
+                  REQUIRE(k < at.size());
+                  wrong += centre != at[k].cast<float>() ? 1 : 0;
+                  told[k] = true;
+                });
+    CHECK_FALSE(batch.is_full());
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const double beyond = distance(shape, X, at[k]) - most - turn * at[k].norm();
+      if (std::abs(beyond) < kSingle)
+        ++close_calls;
+      else
+        wrong += told[k] != (beyond < 0) ? 1 : 0;
+      (told[k] ? near : far) += 1;
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(near > 300);
+  CHECK(far > 300);
+  CHECK(close_calls < 5);
+}
+
 // Listed points around the drill, and unlisted ones beyond a reach: the fraction brings none deeper than the depth.
 TEST_CASE("clearance: a fraction of a motion brings no free point deeper than allowed, and is no smaller than needed") {
   CAPTURE(kSeed);

@@ -27,7 +27,7 @@ class BoneSurfaceView;
 ///
 /// A request computes a brick, and computes it anew where the grid's version of the brick changed. Bricks that were
 /// requested longest ago are evicted when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve
-/// blocks a brick of bone's surface, at most `blocks` of them; and 4 bytes a brick of the grid. No allocation after
+/// blocks a brick of bone's surface, at most `blocks` of them; and 4.25 bytes a brick of the grid. No allocation after
 /// construction.
 ///
 /// Threads: construction on any thread, all else on the haptic thread. The grid must outlive the surface, in place.
@@ -38,6 +38,7 @@ class BoneSurface {
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
   static constexpr int kMaxParts = 8;                   ///< parts of an element along an axis
+  static constexpr int kBox = 4;                        ///< bricks along the edge of a box (`bone_in_box`)
   /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded.
   static constexpr int kBricksPerTick = 128;
 
@@ -46,6 +47,7 @@ class BoneSurface {
       : grid_(&grid),
         isovalue_(isovalue),
         slot_of_(grid.brick_count(), kNone),
+        boxes_(box_count(grid)),
         slots_(blocks),
         blocks_(blocks),
         next_(blocks) {
@@ -74,7 +76,7 @@ class BoneSurface {
   }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return blocks_.size() * (sizeof(ElementBlock) + sizeof(std::int32_t)) + slots_.size() * sizeof(Slot) +
-           slot_of_.size() * sizeof(std::int32_t);
+           slot_of_.size() * sizeof(std::int32_t) + boxes_.size() * sizeof(Box);
   }
 
   /// Returns the view that renderers get.
@@ -94,6 +96,23 @@ class BoneSurface {
   /// Returns whether the brick or its halo holds bone.
   [[nodiscard]] bool has_bone(std::size_t brick) const noexcept {
     return static_cast<double>(grid_->brick_range(brick).max) >= isovalue_;
+  }
+
+  /// Returns a bit for each brick of box `at` that has bone, or had bone since densities last rose: bit i + 4 j + 16 k
+  /// for brick (i, j, k) of the box. A box has 4³ bricks; `at` counts boxes from the grid's corner.
+  [[nodiscard]] std::uint64_t bone_in_box(const std::array<int, 3>& at) noexcept {
+    const auto& bricks = grid_->bricks();
+    const int row = boxes_along(bricks[0]), plane = row * boxes_along(bricks[1]);
+    Box& box = boxes_[static_cast<std::size_t>(at[0] + row * at[1] + plane * at[2])];
+    if (box.stamp == grid_->increase_stamp()) return box.bone;
+    box = {grid_->increase_stamp(), 0};
+    for (int bit = 0; bit < kBox * kBox * kBox; ++bit) {
+      const int x = kBox * at[0] + bit % kBox, y = kBox * at[1] + bit / kBox % kBox,
+                z = kBox * at[2] + bit / (kBox * kBox);
+      const bool inside = x < bricks[0] && y < bricks[1] && z < bricks[2];
+      if (inside && has_bone(grid_->brick_index(x, y, z))) box.bone |= std::uint64_t{1} << bit;
+    }
+    return box.bone;
   }
 
   /// Brings the brick's elements up to date. Returns false where this tick may compute no more bricks. The elements
@@ -169,6 +188,18 @@ class BoneSurface {
     std::int32_t next_free = kEnd;
   };
 
+  /// Bricks with bone of a box, found when first asked for since densities rose.
+  struct Box {
+    std::uint64_t stamp = 0;  // of the grid; no grid has stamp 0
+    std::uint64_t bone = 0;
+  };
+  [[nodiscard]] static constexpr int boxes_along(int bricks) noexcept { return (bricks + kBox - 1) / kBox; }
+  [[nodiscard]] static std::size_t box_count(const Grid& grid) noexcept {
+    std::size_t count = 1;
+    for (const int bricks : grid.bricks()) count *= static_cast<std::size_t>(boxes_along(bricks));
+    return count;
+  }
+
   [[nodiscard]] static std::size_t at(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
 
   void release_blocks(Slot& slot) noexcept {
@@ -216,6 +247,7 @@ class BoneSurface {
   const Grid* grid_;
   double isovalue_;
   std::vector<std::int32_t> slot_of_;  // slot of each brick of the grid, or kNone
+  std::vector<Box> boxes_;
   std::vector<Slot> slots_;
   std::vector<ElementBlock> blocks_;
   std::vector<std::int32_t> next_;  // successor of each block, in its brick's list or in the free list

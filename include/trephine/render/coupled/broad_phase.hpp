@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/tool_distances.hpp>
@@ -198,79 +197,79 @@ class BroadPhase {
   bool valid_ = false;
 };
 
-/// Lists the bricks of bone within a reach of the tool: tests boxes of 16³ bricks, then the boxes of 4³ bricks within
-/// those that may be near, then single bricks.
+/// Lists the bricks of bone within a reach of the tool: finds the boxes of 4³ bricks that may be near, then those of
+/// their bricks that hold bone and may be near.
 template <class View, ToolShape Shape>
 void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
+  using Surface = BoneSurface<typename View::Density>;
+  using Index = std::array<int, 3>;
   const auto& grid = view.grid();
+  auto& surface = view.surface();
   bricks_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
-  const ToolBounds bounds = shape.bounds();
-  const Vec3d size = BoneSurface<typename View::Density>::kBrick * grid.spacing();
   const Vec3d p = X.translation(), u = X.linear().col(2);
+  const Vec3<float> axis = u.template cast<float>();
   const double margin = reach.shift + Constants::kElementReach * grid.spacing().maxCoeff();
+  const auto turn = static_cast<float>(reach.turn);
+  // Centres of the part at an index of parts with these sides [m], and the distance of such parts that are near.
+  const Vec3<float> brick_size = (Surface::kBrick * grid.spacing()).template cast<float>();
+  const Vec3<float> box_size = static_cast<float>(Surface::kBox) * brick_size, corner = (-p).template cast<float>();
+  const auto centre = [&](const Index& at, const Vec3<float>& size) {
+    return Vec3<float>(corner.x() + (static_cast<float>(at[0]) + 0.5F) * size.x(),
+                       corner.y() + (static_cast<float>(at[1]) + 0.5F) * size.y(),
+                       corner.z() + (static_cast<float>(at[2]) + 0.5F) * size.z());
+  };
+  const auto max_distance = [&](const Vec3<float>& size) {
+    return 0.5F * size.norm() * (1 + turn) + static_cast<float>(margin);
+  };
+
+  SphereBatch<Index> boxes, bricks;
+  const auto flush_bricks = [&] {
+    bricks.flush(shape, axis, max_distance(brick_size), turn, [&](const Index& at, const Vec3<float>& middle) {
+      const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
+      // A brick of air stays air until densities rise, and then bricks are found anew.
+      if (brick_reach_.shift < 0 || !surface.has_bone(brick)) return;
+      if (bricks_.size() == Constants::kMaxBricks) {
+        brick_reach_.shift = -1;
+        return;
+      }
+      brick_spheres_.set_centre(bricks_.size(), middle);
+      bricks_.push_back({brick, 0});
+    });
+  };
+  const auto flush_boxes = [&] {
+    boxes.flush(shape, axis, max_distance(box_size), turn, [&](const Index& box, const Vec3<float>&) {
+      for (std::uint64_t bone = surface.bone_in_box(box); bone != 0; bone &= bone - 1) {
+        const int bit = std::countr_zero(bone);
+        constexpr int kBox = Surface::kBox;
+        const Index at{kBox * box[0] + bit % kBox, kBox * box[1] + bit / kBox % kBox,
+                       kBox * box[2] + bit / (kBox * kBox)};
+        bricks.add(centre(at, brick_size), at);
+        if (bricks.is_full()) flush_bricks();
+      }
+    });
+  };
+
+  const ToolBounds bounds = shape.bounds();
+  const double pad = bounds.radius + margin + reach.turn * bounds.arm();
   const Vec3d end_low = p + bounds.z_low * u, end_high = p + bounds.z_high * u;
-  std::array<int, 3> first, last;
+  Index first, last;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    const double end = grid.bricks()[i] - 1, pad = bounds.radius + margin + reach.turn * bounds.arm();
-    first[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / size[a], 0.0, end));
-    last[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / size[a], 0.0, end));
+    const double size = Surface::kBox * Surface::kBrick * grid.spacing()[a],
+                 end = (grid.bricks()[i] - 1) / Surface::kBox;
+    first[i] = static_cast<int>(std::clamp((std::min(end_low[a], end_high[a]) - pad) / size, 0.0, end));
+    last[i] = static_cast<int>(std::clamp((std::max(end_low[a], end_high[a]) + pad) / size, 0.0, end));
   }
-  constexpr int kParts = 4;
-  // Centres of the parts in a layer [parts].
-  constexpr std::array<float, kProfileLanes> kAlong{.5F, 1.5F, 2.5F, 3.5F, .5F, 1.5F, 2.5F, 3.5F,
-                                                    .5F, 1.5F, 2.5F, 3.5F, .5F, 1.5F, 2.5F, 3.5F},
-      kAcross{.5F, .5F, .5F, .5F, 1.5F, 1.5F, 1.5F, 1.5F, 2.5F, 2.5F, 2.5F, 2.5F, 3.5F, 3.5F, 3.5F, 3.5F};
-  const Vec3<float> axis = u.template cast<float>();
-  const auto turn = static_cast<float>(reach.turn);
-  // Calls visit(part) for those of a box's 4³ parts, each of `bricks` bricks a side, that may be within reach.
-  const auto for_each_near = [&](const std::array<int, 3>& box, int bricks, auto&& visit) {
-    const Vec3<float> part = (bricks * size).template cast<float>();
-    const Vec3<float> from = (size.cwiseProduct(Vec3d(box[0], box[1], box[2])) - p).template cast<float>();
-    const float max_distance = 0.5F * part.norm() * (1 + turn) + static_cast<float>(margin);
-    for (int k = 0; k < kParts; ++k) {
-      std::array<float, kProfileLanes> x, y, z, d;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        x[l] = from.x() + kAlong[l] * part.x();
-        y[l] = from.y() + kAcross[l] * part.y();
-        z[l] = from.z() + (static_cast<float>(k) + 0.5F) * part.z();
+  for (int k = first[2]; k <= last[2]; ++k)
+    for (int j = first[1]; j <= last[1]; ++j)
+      for (int i = first[0]; i <= last[0]; ++i) {
+        boxes.add(centre({i, j, k}, box_size), {i, j, k});
+        if (boxes.is_full()) flush_boxes();
       }
-      compute_distances(shape, axis, Vec3<float>::Zero(), x.data(), y.data(), z.data(), d.data());
-      for (std::size_t l = 0; l < kProfileLanes; ++l) x[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-      square_roots<64>(x);
-      for (std::size_t l = 0; l < kProfileLanes; ++l) d[l] -= max_distance + turn * x[l];
-      std::uint32_t near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return d[l] <= 0; });
-      for (; near != 0; near &= near - 1) {
-        const int i = std::countr_zero(near);
-        visit({box[0] + i % kParts * bricks, box[1] + i / kParts * bricks, box[2] + k * bricks});
-      }
-    }
-  };
-  const auto is_in_range = [&](const std::array<int, 3>& at) {
-    return at[0] <= last[0] && at[1] <= last[1] && at[2] <= last[2];
-  };
-  const auto add_brick = [&](const std::array<int, 3>& at) {
-    if (!is_in_range(at) || brick_reach_.shift < 0) return;
-    const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
-    // A brick of air stays air until densities rise, and then bricks are found anew.
-    if (!view.surface().has_bone(brick)) return;
-    if (bricks_.size() == Constants::kMaxBricks) {
-      brick_reach_.shift = -1;
-      return;
-    }
-    const Vec3d middle = size.cwiseProduct(Vec3d(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5));
-    brick_spheres_.set_centre(bricks_.size(), (middle - p).template cast<float>());
-    bricks_.push_back({brick, 0});
-  };
-  constexpr int kLarge = kParts * kParts;
-  for (int k = first[2]; k <= last[2]; k += kLarge)
-    for (int j = first[1]; j <= last[1]; j += kLarge)
-      for (int i = first[0]; i <= last[0]; i += kLarge)
-        for_each_near({i, j, k}, kParts, [&](const std::array<int, 3>& box) {
-          if (is_in_range(box)) for_each_near(box, 1, add_brick);
-        });
+  flush_boxes();
+  flush_bricks();
 }
 
 /// Lists the blocks of the near bricks that are within a reach of the tool. Returns false if a brick could not be

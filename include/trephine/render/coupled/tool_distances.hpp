@@ -3,9 +3,13 @@
 
 #include <trephine/core/square_roots.hpp>
 #include <trephine/tool/tool_shape.hpp>
+#include <trephine/voxel/lane_bits.hpp>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 /// Signed distances of points and bounding spheres from a tool, kProfileLanes at a time, in single precision.
@@ -58,6 +62,42 @@ class SphereLanes {
 
  private:
   std::vector<float> x_, y_, z_, distance_;
+};
+
+/// Bounding spheres of equal radius, tested for nearness to a tool kProfileLanes at a time.
+template <class Key>
+class SphereBatch {
+ public:
+  /// Takes a sphere about `centre`, from the tool's origin [m].
+  void add(const Vec3<float>& centre, const Key& key) noexcept {
+    x_[count_] = centre.x();
+    y_[count_] = centre.y();
+    z_[count_] = centre.z();
+    key_[count_++] = key;
+  }
+  [[nodiscard]] bool is_full() const noexcept { return count_ == kProfileLanes; }
+
+  /// Calls visit(key, centre) for the spheres within `max_distance` + `turn` · arm of the tool [m], the arm being the
+  /// centre's distance from the tool's origin. Empties the batch.
+  template <ToolShape Shape, class Visit>
+  void flush(const Shape& shape, const Vec3<float>& axis, float max_distance, float turn, Visit&& visit) noexcept {
+    ProfileLanes<float> distance, arm;
+    compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance.data());
+    for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x_[l] * x_[l] + y_[l] * y_[l] + z_[l] * z_[l];
+    square_roots<64>(arm);
+    std::uint32_t near = detail::lane_bits<float, kProfileLanes>(
+        [&](std::size_t l) { return distance[l] <= max_distance + turn * arm[l]; });
+    for (near &= (1U << count_) - 1; near != 0; near &= near - 1) {
+      const auto l = static_cast<std::size_t>(std::countr_zero(near));
+      visit(key_[l], Vec3<float>(x_[l], y_[l], z_[l]));
+    }
+    count_ = 0;
+  }
+
+ private:
+  std::size_t count_ = 0;
+  ProfileLanes<float> x_{}, y_{}, z_{};
+  std::array<Key, kProfileLanes> key_{};
 };
 
 }  // namespace trephine
