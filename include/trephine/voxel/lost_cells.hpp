@@ -88,9 +88,9 @@ class LostCells {
     const Density least = least_.density;
     std::uint64_t bone = 0;
     for (int i = plane.from; i <= plane.to; i += static_cast<int>(kLanes)) {
-      std::array<Density, kLanes> v;
-      std::memcpy(v.data(), from + i, sizeof(v));
-      std::memcpy(plane.old[r].data() + i, v.data(), sizeof(v));
+      // Compared in place: compilers do not vectorise the comparison of a copy.
+      const Density* const v = from + i;
+      std::memcpy(plane.old[r].data() + i, v, kLanes * sizeof(Density));
       bone |= std::uint64_t{lane_bits<Density, kLanes>([&](std::size_t l) { return v[l] >= least; })} << i;
     }
     plane.changed[r] = 0;
