@@ -48,8 +48,8 @@ template <class C>
 inline constexpr bool kCutsAtOnce = requires {
   requires C::kCutsAtOnce;
 };
-/// Shortest time of a cut at once at a speed [s]: at 5 kHz and less each tick cuts, above 5 kHz some do.
-inline constexpr double kShortestBite = 0.2e-3;
+/// Shortest time of a cut at once at a speed [s]: at 1 kHz and less each tick cuts, above 1 kHz some do.
+inline constexpr double kShortestBite = 1e-3;
 
 /// True if the carver removes a fraction of the bone that presses on the head, as a PressureCut does; a static
 /// constexpr member `kCutsUnderPressure` declares it. The scene then cuts at the renderer's `pressure_cutting_pose()`,
