@@ -102,7 +102,7 @@ void early_yields(Rows& rows, int plates) {
       const Vec3d up = Vec3d::UnitZ();
       late += breakthrough(block, up, random.uniform(0, block.h) * up, 1e-3) > 1e-3 * kSlowestBreak ? 1 : 0;
     }
-  add(rows, "share of " + std::to_string(all) + " plates, axis through voxels, that break too slowly", 0, 0,
+  add(rows, "share of " + std::to_string(all) + " plates with the axis through voxels that break too slowly", 0, 0,
       static_cast<double>(late) / all);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/stage/cutting_poses.hpp>
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_parts.hpp>
 
@@ -167,10 +168,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
           pressed = part.engage(*bone_, isovalue_, renderer_, found, context.dt, input.spindle_on);
       });
       const bool restarts = found.status >= Status::kJump;
-      const Posed X_GC = kCarves ? next_cutting_pose(pressed.way, context.dt, restarts) : X_GT;
+      Posed X_GC = X_GT;
+      if constexpr (kCarves) X_GC = cutting_poses_.next(renderer_, parts_, pressed.way, context.dt, restarts);
       if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
-      double cut_dt = dt;
-      if constexpr (kBitesInTime) cut_dt = std::max(dt, bites_.dt);
+      const double cut_dt = std::max(dt, cutting_poses_.bite_time());
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, cut_dt, restarts);
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
@@ -203,7 +204,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   void reset() noexcept {
     renderer_.reset();
     history_.invalidate();
-    if constexpr (kBitesInTime) bites_ = {};
+    cutting_poses_.reset();
     last_increase_stamp_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
@@ -239,7 +240,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Return the poses of the last good tick in W. They move with the grid if it moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
   [[nodiscard]] Posed visual_pose_W() const noexcept { return in_world(renderer_.visual_pose()); }
-  [[nodiscard]] Posed cutting_pose_W() const noexcept { return in_world(cutting_pose()); }
+  [[nodiscard]] Posed cutting_pose_W() const noexcept { return in_world(cutting_poses_.current(renderer_, parts_)); }
 
   /// Writes the last good tick's contact points [m, N] in W, as many as `out` holds; returns their number.
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept {
@@ -259,27 +260,6 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   static constexpr bool kUsesTwist = (kStageUsesTwist<Parts> || ...);
   static constexpr bool kUsesHistory = kUsesTwist || kCarves;
   using History = PoseHistory<kUsesTwist, kCarves>;
-  /// Whether the renderer moves its cutting pose ahead at a speed, so that it needs the tick's duration.
-  static constexpr bool kBitesInTime = (kCutsAtOnce<Parts> || ...) && requires(const ContactRenderer& r, double dt) {
-    r.cutting_pose(dt);
-  };
-  /// Bites of a cut at once: the pose of the last one stays until the next is due.
-  struct Bites {
-    bool has_last = false;
-    double since = 0;  // time since the last bite [s]
-    double dt = 0;     // time that the last one stands for [s]
-    Posed X_GC = Posed::Identity();
-
-    [[nodiscard]] bool is_due(double tick, bool restarts) noexcept {
-      since += tick;
-      if (has_last && !restarts && since < kShortestBite) return false;
-      dt = has_last && !restarts ? since : tick;
-      since = 0;
-      has_last = true;
-      return true;
-    }
-  };
-  struct NoBites {};
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
@@ -294,11 +274,6 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   template <class Function>
   void for_each_part(Function&& function) {
     std::apply([&](auto&... part) { (function(part), ...); }, parts_);
-  }
-
-  template <class Predicate>
-  [[nodiscard]] bool any_part(Predicate&& is) const noexcept {
-    return std::apply([&](const auto&... part) { return (is(part) || ...); }, parts_);
   }
 
   [[nodiscard]] Field bone_field() noexcept {
@@ -316,32 +291,6 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     } else {
       return renderer_.render(field, X_GT);
     }
-  }
-
-  /// `pressed_way`: by which a cut by pressure may go ahead [m].
-  [[nodiscard]] Pose<Scalar> cutting_pose([[maybe_unused]] double pressed_way = 0) const noexcept {
-    if constexpr ((kCutsUnderPressure<Parts> || ...) && requires { renderer_.pressure_cutting_pose(pressed_way); })
-      if (any_part([](const auto& part) { return cuts_under_pressure(part); }))
-        return renderer_.pressure_cutting_pose(pressed_way);
-    if constexpr (kBitesInTime)
-      if (any_part([](const auto& part) { return cuts_at_once(part); })) return renderer_.cutting_pose(bites_.dt);
-    return renderer_.cutting_pose();
-  }
-
-  /// The cutting pose of this tick, in G.
-  [[nodiscard]] Posed next_cutting_pose(double pressed_way, [[maybe_unused]] double dt,
-                                        [[maybe_unused]] bool restarts) noexcept {
-    if constexpr (kBitesInTime) {
-      // A cut by pressure has its own pose at each tick.
-      const bool bites = any_part([](const auto& part) { return cuts_at_once(part); }) &&
-                         !any_part([](const auto& part) { return cuts_under_pressure(part); });
-      if (bites) {
-        if (bites_.is_due(dt, restarts)) bites_.X_GC = cutting_pose(pressed_way).template cast<double>();
-        return bites_.X_GC;
-      }
-      bites_.has_last = false;
-    }
-    return cutting_pose(pressed_way).template cast<double>();
   }
 
   /// Tells parts the head that cuts.
@@ -407,7 +356,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     return removed_mm3;
   }
 
-  [[nodiscard]] Posed in_world(const Pose<Scalar>& X_G) const noexcept {
+  template <class S>
+  [[nodiscard]] Posed in_world(const Pose<S>& X_G) const noexcept {
     return bone_->X_WG() * X_G.template cast<double>();
   }
   /// Returns the length of v without overflow, so a carver never receives an infinite force.
@@ -421,7 +371,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
-  [[no_unique_address]] std::conditional_t<kBitesInTime, Bites, NoBites> bites_{};
+  [[no_unique_address]] detail::CuttingPoses<ContactRenderer, Parts...> cutting_poses_;
   std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 
