@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -38,7 +40,7 @@ class BoneSurface {
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
   static constexpr int kMaxParts = 8;                   ///< parts of an element along an axis
-  static constexpr int kBox = 4;                        ///< bricks along the edge of a box (`bone_in_box`)
+  static constexpr int kBox = 4;                        ///< bricks along the edge of a box (`for_each_brick_of_bone`)
   /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded.
   static constexpr int kBricksPerTick = 128;
 
@@ -98,21 +100,11 @@ class BoneSurface {
     return static_cast<double>(grid_->brick_range(brick).max) >= isovalue_;
   }
 
-  /// Returns a bit for each brick of box `at` that has bone, or had bone since densities last rose: bit i + 4 j + 16 k
-  /// for brick (i, j, k) of the box. A box has 4³ bricks; `at` counts boxes from the grid's corner.
-  [[nodiscard]] std::uint64_t bone_in_box(const std::array<int, 3>& at) noexcept {
-    const auto& bricks = grid_->bricks();
-    const int row = boxes_along(bricks[0]), plane = row * boxes_along(bricks[1]);
-    Box& box = boxes_[static_cast<std::size_t>(at[0] + row * at[1] + plane * at[2])];
-    if (box.stamp == grid_->increase_stamp()) return box.bone;
-    box = {grid_->increase_stamp(), 0};
-    for (int bit = 0; bit < kBox * kBox * kBox; ++bit) {
-      const int x = kBox * at[0] + bit % kBox, y = kBox * at[1] + bit / kBox % kBox,
-                z = kBox * at[2] + bit / (kBox * kBox);
-      const bool inside = x < bricks[0] && y < bricks[1] && z < bricks[2];
-      if (inside && has_bone(grid_->brick_index(x, y, z))) box.bone |= std::uint64_t{1} << bit;
-    }
-    return box.bone;
+  /// Calls visit(at) for the bricks of a box that have bone, or had bone since densities last rose. A box has kBox³
+  /// bricks; `box` counts boxes from the grid's corner, `at` bricks.
+  template <class Visit>
+  void for_each_brick_of_bone(const std::array<int, 3>& box, Visit&& visit) noexcept {
+    for (std::uint64_t bits = bone_in(box); bits != 0; bits &= bits - 1) visit(brick_of(box, std::countr_zero(bits)));
   }
 
   /// Brings the brick's elements up to date. Returns false where this tick may compute no more bricks. The elements
@@ -188,7 +180,7 @@ class BoneSurface {
     std::int32_t next_free = kEnd;
   };
 
-  /// Bricks with bone of a box, found when first asked for since densities rose.
+  /// Bricks with bone of a box, a bit each, found when first asked for since densities rose.
   struct Box {
     std::uint64_t stamp = 0;  // of the grid; no grid has stamp 0
     std::uint64_t bone = 0;
@@ -198,6 +190,23 @@ class BoneSurface {
     std::size_t count = 1;
     for (const int bricks : grid.bricks()) count *= static_cast<std::size_t>(boxes_along(bricks));
     return count;
+  }
+
+  [[nodiscard]] static std::array<int, 3> brick_of(const std::array<int, 3>& box, int bit) noexcept {
+    return {kBox * box[0] + bit % kBox, kBox * box[1] + bit / kBox % kBox, kBox * box[2] + bit / (kBox * kBox)};
+  }
+  [[nodiscard]] std::uint64_t bone_in(const std::array<int, 3>& at) noexcept {
+    const auto& bricks = grid_->bricks();
+    const int row = boxes_along(bricks[0]), plane = row * boxes_along(bricks[1]);
+    Box& box = boxes_[static_cast<std::size_t>(at[0] + row * at[1] + plane * at[2])];
+    if (box.stamp == grid_->increase_stamp()) return box.bone;
+    box = {grid_->increase_stamp(), 0};
+    for (int bit = 0; bit < kBox * kBox * kBox; ++bit) {
+      const auto [x, y, z] = brick_of(at, bit);
+      const bool inside = x < bricks[0] && y < bricks[1] && z < bricks[2];
+      if (inside && has_bone(grid_->brick_index(x, y, z))) box.bone |= std::uint64_t{1} << bit;
+    }
+    return box.bone;
   }
 
   [[nodiscard]] static std::size_t at(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }

@@ -240,14 +240,10 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
   };
   const auto flush_boxes = [&] {
     boxes.flush(shape, axis, max_distance(box_size), turn, [&](const Index& box, const Vec3<float>&) {
-      for (std::uint64_t bone = surface.bone_in_box(box); bone != 0; bone &= bone - 1) {
-        const int bit = std::countr_zero(bone);
-        constexpr int kBox = Surface::kBox;
-        const Index at{kBox * box[0] + bit % kBox, kBox * box[1] + bit / kBox % kBox,
-                       kBox * box[2] + bit / (kBox * kBox)};
+      surface.for_each_brick_of_bone(box, [&](const Index& at) {
         bricks.add(centre(at, brick_size), at);
         if (bricks.is_full()) flush_bricks();
-      }
+      });
     });
   };
 
