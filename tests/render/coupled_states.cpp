@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // How the coupled tool starts, jumps and takes what is no pose.
 #include "render/coupled_helpers.hpp"
+#include "support/cases.hpp"
 #include "support/malloc_hook.hpp"
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 namespace {
 
@@ -191,6 +195,42 @@ TEST_CASE_TEMPLATE("coupled states: what is no pose and what is anywhere leaves 
     }
     CHECK(smoothly == 0);
   }
+}
+
+// The same way in ticks of a millisecond and of a fiftieth: the forces at the same poses, while contact begins.
+TEST_CASE("coupled states: an oblique impact with friction is felt as in fine steps") {
+  CAPTURE(kSeed);
+  constexpr int kFine = 50;
+  Random random(kSeed + 9);
+  Figures off;
+  double most = 0;
+  for (const double speed : {0.3, 1.0, 3.0})
+    for (int n = 0; n < cases(24); ++n) {
+      const ImageOptions o{.size = {60, 60, 60}, .sigma = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 0.7 : 1.0};
+      const Vec3d up = random.unit(), top = o.near_middle(random), axis = (up + 0.6 * random.unit()).normalized();
+      Bone bone = image(HalfSpace{top, up}, o);
+      const double slope = random.uniform(0.2, 1.2), begin = random.uniform();
+      const Vec3d way = std::cos(slope) * up.unitOrthogonal() - std::sin(slope) * up;
+      const int ticks = std::max(2, static_cast<int>(2.5 / (speed * std::sin(slope))));
+      const auto forces = [&](int each) {
+        auto scene = coupled_scene(bone, kDrill, Coulomb(0.3, 0.3));
+        std::vector<Vec3d> f;
+        for (int i = -3 * each; i <= ticks * each; ++i) {
+          const double t = (static_cast<double>(i) / each + begin - 1) * kDt;
+          const TickResult r = scene.tick({.X_WT = tool_at(top + R * up + speed * t * way, axis)}, kDt / each);
+          if (i % each == 0) f.push_back(r.wrench.force);
+        }
+        return f;
+      };
+      const std::vector<Vec3d> coarse = forces(1), fine = forces(kFine);
+      for (std::size_t i = 0; i < fine.size(); ++i) {
+        off.add((coarse[i] - fine[i]).norm());
+        most = std::max(most, fine[i].norm());
+      }
+    }
+  MESSAGE("off fine steps [N] ", off, ", of at most ", most);
+  CHECK(most > 2);
+  CHECK(off.worst() <= 0.05);
 }
 
 }  // namespace
