@@ -103,24 +103,6 @@ struct PowerBed {
   }
 };
 
-/// A ball on a plane, of which one point lies in a crease of the tool: the deeper of its two parts presses on it. So
-/// the energy has a kink where the parts change over, which is least on the plane through the origin across `side`.
-struct Crease {
-  static constexpr double kShare = 0.1, kSlant = 0.6;  // the point's share of the contact, slope of the parts
-  Vec3d n, side;
-  [[nodiscard]] FoundationSum operator()(const Posed& X) const {
-    const Vec3d p = X.translation();
-    const double depth = kRadius - n.dot(p);
-    const Vec3d part = (n + (p.dot(side) > 0 ? -kSlant : kSlant) * side).normalized();
-    FoundationSum s = one_contact(depth, n, Vec3d::Zero());
-    const FoundationSum other = one_contact(kRadius * n.dot(part) - part.dot(p), part, Vec3d::Zero());
-    s.energy = (1 - kShare) * s.energy + kShare * other.energy;
-    s.wrench = (1 - kShare) * s.wrench + kShare * other.wrench;
-    s.stiffness = (1 - kShare) * s.stiffness + kShare * other.stiffness;
-    return s;
-  }
-};
-
 struct NoFriction {
   [[nodiscard]] static bool has_friction() { return false; }
   [[nodiscard]] static FrictionSum linearise(const Vec6d&) { return {}; }
@@ -351,47 +333,6 @@ TEST_CASE("pose search: from free into a steep wall it takes few evaluations") {
   CHECK(unbalanced.worst() < 1e-6);
   CHECK(calls.median() <= 5);
   CHECK(calls.worst() <= 10);
-}
-
-// The tool follows the device along the kink, and stays on it where the coupling pulls aside by less than it holds.
-TEST_CASE("pose search: a point in a crease of the tool neither stops nor holds it") {
-  CAPTURE(kSeed);
-  Random random(kSeed + 8);
-  Figures calls, aside, behind;
-  int lower = 0, on_kink = 0, off_kink = 0, ticks = 0;
-  for (int i = 0; i < 300; ++i) {
-    const Vec3d n = random.unit(), side = n.cross(random.unit()).normalized(), along = n.cross(side);
-    Search<Crease> search{.springs = coupling(i % 2 == 0), .contact = {n, side}};
-    const double deep = random.uniform(1e-4, 2e-3), pull = random.uniform(-6e-5, 6e-5);
-    const Vec3d start = (kRadius - random.uniform(1e-6, 2e-5)) * n + random.uniform(-1e-5, 1e-5) * side;
-    const Posed X = make_pose<double>(Mat3d::Identity(), start),
-                X_device = make_pose<double>(Mat3d::Identity(),
-                                             (kRadius - deep) * n + pull * side + random.uniform(-1e-3, 1e-3) * along);
-    const SearchResult r = search.run(X, X_device);
-    REQUIRE(r.converged);
-    ticks = std::max(ticks, search.ticks);
-    calls.add(search.calls);
-    behind.add(std::abs((r.X.translation() - X_device.translation()).dot(along)));
-    const double away = std::abs(r.X.translation().dot(side));
-    if (away < kPosition)
-      ++on_kink, aside.add(away);
-    else
-      ++off_kink;
-    const double energy = search.evaluate(r.X, X_device).energy();
-    for (int k = 0; k < 50; ++k) {
-      const double by = k % 2 == 0 ? 1e-6 : 1e-7;
-      const Posed other = moved(r.X, (Vec6d() << by * random.unit(), Vec3d::Zero()).finished());
-      lower += search.evaluate(other, X_device).energy() < energy * (1 - 1e-12) ? 1 : 0;
-    }
-  }
-  MESSAGE("evaluations ", calls, "; off the kink [m] ", aside, "; behind along it ", behind, "; ticks ", ticks, "; ",
-          on_kink, " on it, ", off_kink, " beside");
-  CHECK(on_kink > 50);
-  CHECK(off_kink > 50);
-  CHECK(ticks == 1);
-  CHECK(behind.worst() <= kPosition);
-  CHECK(lower == 0);
-  CHECK(calls.worst() <= 40);
 }
 
 TEST_CASE("pose search: in the air it takes the device's pose with one evaluation") {

@@ -94,16 +94,6 @@ template <class FrictionModel>
   return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
 }
 
-/// Newton step that keeps to a kink of the energy, where a point of bone goes over from one part of the tool to
-/// another. `step` is the Newton step toward the kink, across which the wrench falls by `jump`. The wrench on the kink
-/// is any between the two: the step is that of the wrench with which it does not leave the kink, or of one of the two.
-[[nodiscard]] inline Vec6d kink_step(const PoseHessian& hessian, const Vec6d& step, const Vec6d& jump) noexcept {
-  Vec6d across = Vec6d::Zero();
-  if (!solve_positive_definite<6>(hessian.full, jump, across)) return step;
-  const double bend = jump.dot(across);
-  return bend > 0 ? Vec6d(step - std::clamp(jump.dot(step) / bend, 0.0, 1.0) * across) : step;
-}
-
 /// Returns the way back along a step, in fractions of it, from a pose that went too far to where contact and coupling
 /// balance. The coupling pulls with `pull` along the step, and with `pull_growth` more a whole step farther back. Not
 /// finite if the contact's energy does not grow along the step.
@@ -160,8 +150,7 @@ class PoseSearch {
     if (!evaluate_at(result, motion_between(X, X_device_))) return result;
     const FoundationSum& contact = result.evaluation.contact;
     result.initial_depth = contact.depth;
-    double previous_size = 0;     // of the last step [m]; 0: no contact there
-    std::optional<Vec6d> beyond;  // wrench beyond a kink that the last step did not pass
+    double previous_size = 0;  // of the last step [m]; 0: no contact there
     for (result.step_count = 1;
          result.step_count <= Constants::kMaxSteps && result.evaluation_count <= Constants::kMaxEvaluations;
          ++result.step_count) {
@@ -172,12 +161,10 @@ class PoseSearch {
         return result;
       }
       const PoseHessian hessian(result.evaluation, coupling_);
-      Vec6d step = friction_.has_friction() && contact.has_contact()
-                       ? newton_step(result.evaluation, hessian, friction_, guess, bounds_.arm(),
-                                     std::max(tolerance.smallest_step, tolerance.motion_step))
-                       : newton_step(result.evaluation, hessian);
-      if (beyond) step = kink_step(hessian, step, result.evaluation.wrench() - *beyond);
-      beyond.reset();
+      const Vec6d step = friction_.has_friction() && contact.has_contact()
+                             ? newton_step(result.evaluation, hessian, friction_, guess, bounds_.arm(),
+                                           std::max(tolerance.smallest_step, tolerance.motion_step))
+                             : newton_step(result.evaluation, hessian);
       guess.setZero();
       const Posed X_next = moved(result.X, step);
       const ToolMotion motion = motion_between(result.X, X_next);
@@ -192,7 +179,7 @@ class PoseSearch {
         result.converged = true;
         return result;
       }
-      if (!line_search(result, step, motion, tolerance.smallest_step / size, beyond)) return result;
+      if (!line_search(result, step, motion)) return result;
     }
     return result;
   }
@@ -211,39 +198,22 @@ class PoseSearch {
 
   /// Line search: moves along the step, by which the tool moves by `motion`, until the energy is lower and its slope
   /// small. The trial fractions of the step are extended until a bracket is found. From a trial that went too far the
-  /// next one goes back to where a power law of contact balances the coupling, and to where the tangents of the
-  /// bracket's ends meet, in turn: a wall's steep rise wants the one, a kink the other.
+  /// next one goes back to where a power law of contact balances the coupling; from one too short it halves the
+  /// bracket.
   ///
   /// Conservative advancement bounds it: no part of the tool moves farther than its clearance plus a fraction of the
-  /// core's radius. Stays at the start if the energy is lower nowhere. A bracket down to the fraction `shortest` holds
-  /// a kink of the energy: `beyond` then becomes the wrench on its other side. Returns false while the bone's surface
-  /// is not available.
-  [[nodiscard]] bool line_search(SearchResult& result, const Vec6d& step, const ToolMotion& motion, double shortest,
-                                 std::optional<Vec6d>& beyond) noexcept {
+  /// core's radius. Stays at the start if the energy is lower nowhere. Returns false while the bone's surface is not
+  /// available.
+  [[nodiscard]] bool line_search(SearchResult& result, const Vec6d& step, const ToolMotion& motion) noexcept {
     const double max_fraction =
         result.evaluation.contact.clearance.max_step_fraction(motion, Constants::kCoreFraction * bounds_.core_radius);
     const Posed X = result.X;
     const double initial_energy = result.evaluation.energy(), initial_slope = -result.evaluation.wrench().dot(step);
     const double initial_pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
     constexpr double kNone = std::numeric_limits<double>::infinity();
-    // Ends of the bracket: fractions of the step, with energy, slope and wrench there.
-    struct End {
-      double at, energy, slope;
-      Vec6d wrench;
-      Posed X;
-    };
-    End low{0, initial_energy, initial_slope, result.evaluation.wrench(), X}, high{kNone, 0, 0, Vec6d::Zero(), X};
-    const auto in_bracket = [&](double fraction, double margin) {
-      return std::clamp(fraction, low.at + margin, high.at - margin);
-    };
-    // Where the tangents of both ends meet, which is at the kink if there is one between them.
-    const auto tangents_meet = [&] {
-      const double gap = high.energy - low.energy - high.slope * high.at + low.slope * low.at;
-      const double meet = low.slope < high.slope ? gap / (low.slope - high.slope) : 0.5 * (low.at + high.at);
-      return in_bracket(meet, 0.5 * std::clamp(shortest, 0.0, high.at - low.at));
-    };
+    double low = 0, low_slope = initial_slope, high = kNone;
     double t = std::min(1.0, max_fraction);
-    for (int trial = 0; trial < Constants::kMaxTrials && high.at - low.at > shortest; ++trial) {
+    for (int trial = 0; trial < Constants::kMaxTrials; ++trial) {
       result.X = moved(X, t * step);
       if (!evaluate_at(result, {(1 - t) * motion.shift, (1 - t) * motion.turn})) {
         result.X = X;
@@ -252,36 +222,27 @@ class PoseSearch {
       const double energy = result.evaluation.energy(), slope = -result.evaluation.wrench().dot(step);
       // Friction has no energy: then the slope alone decides, which is the force along the step.
       const bool is_conservative = !friction_.has_friction();
-      const bool is_bracketed = high.at != kNone;
+      const bool is_bracketed = high != kNone;
       const double downhill = is_bracketed ? Constants::kUphillSlope : Constants::kDownhillSlope;
-      const End here{t, energy, slope, result.evaluation.wrench(), result.X};
       if ((is_conservative && energy > initial_energy + Constants::kEnergyRounding * std::abs(initial_energy)) ||
           slope > -Constants::kUphillSlope * initial_slope) {
-        high = here;
-        const double pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step), width = high.at - low.at;
-        const double back = way_back(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
-        if (is_conservative && (trial % 2 == 1 || !std::isfinite(back)))
-          t = tangents_meet();
-        else
-          t = in_bracket(
-              high.at - (std::isfinite(back) ? back : width * (slope > 0 ? slope / (slope - low.slope) : 0.5)),
-              Constants::kBracketMargin * width);
+        high = t;
+        const double pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
+        double back = way_back(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
+        if (!std::isfinite(back)) back = (high - low) * (slope > 0 ? slope / (slope - low_slope) : 0.5);
+        t = high -
+            std::clamp(back, Constants::kBracketMargin * (high - low), (1 - Constants::kBracketMargin) * (high - low));
       } else if (slope < downhill * initial_slope && t < max_fraction && (is_conservative || is_bracketed)) {
-        low = here;
-        if (!is_bracketed)
-          t = std::min(Constants::kStepGrowth * t, max_fraction);
-        else
-          t = is_conservative ? tangents_meet() : 0.5 * (low.at + high.at);
+        low = t;
+        low_slope = slope;
+        t = is_bracketed ? 0.5 * (low + high) : std::min(Constants::kStepGrowth * t, max_fraction);
       } else {
         return true;
       }
     }
-    if (friction_.has_friction()) return true;
-    const bool stays = result.evaluation.energy() > initial_energy;
-    if (high.at - low.at <= shortest) beyond = stays || result.X.matrix() == low.X.matrix() ? high.wrench : low.wrench;
-    if (!stays) return true;
+    if (friction_.has_friction() || result.evaluation.energy() <= initial_energy) return true;
     // The farthest trial that went downhill; the start if there is none.
-    result.X = low.X;
+    result.X = low > 0 ? moved(X, low * step) : X;
     return evaluate_at(result, {});
   }
 
