@@ -14,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -86,13 +87,15 @@ TEST_CASE("tool distances: a batch of spheres tells those near a tool, of any nu
     }
     CHECK(batch.is_full() == (count == static_cast<int>(kProfileLanes)));
     std::vector<bool> told(at.size());
+    std::vector<std::pair<int, Vec3<float>>> found;
     batch.flush(shape, axis.cast<float>(), static_cast<float>(most), static_cast<float>(turn),
-                [&](int key, const Vec3<float>& centre) {
-                  const auto k = static_cast<std::size_t>(key - 100 * i);
-                  REQUIRE(k < at.size());
-                  wrong += centre != at[k].cast<float>() ? 1 : 0;
-                  told[k] = true;
-                });
+                [&](int key, const Vec3<float>& centre) { found.emplace_back(key, centre); });
+    for (const auto& [key, centre] : found) {
+      const auto k = static_cast<std::size_t>(key - 100 * i);
+      REQUIRE(k < at.size());
+      wrong += centre != at[k].cast<float>() ? 1 : 0;
+      told[k] = true;
+    }
     CHECK_FALSE(batch.is_full());
     for (std::size_t k = 0; k < at.size(); ++k) {
       const double beyond = distance(shape, X, at[k]) - most - turn * at[k].norm();

@@ -466,12 +466,15 @@ TEST_CASE("bone surface: boxes have the bricks of bone, keep those that are cut,
     const auto& n = bone.bricks();
     for (int k = 0; k * Surface::kBox < n[2]; ++k)
       for (int j = 0; j * Surface::kBox < n[1]; ++j)
-        for (int i = 0; i * Surface::kBox < n[0]; ++i)
-          surface.for_each_brick_of_bone({i, j, k}, [&](const std::array<int, 3>& at) {
+        for (int i = 0; i * Surface::kBox < n[0]; ++i) {
+          std::vector<std::array<int, 3>> found;
+          surface.for_each_brick_of_bone({i, j, k}, [&](const std::array<int, 3>& at) { found.push_back(at); });
+          for (const auto& at : found) {
             REQUIRE((at[0] < n[0] && at[1] < n[1] && at[2] < n[2]));
             CHECK((at[0] / Surface::kBox == i && at[1] / Surface::kBox == j && at[2] / Surface::kBox == k));
             all.push_back(bone.brick_index(at[0], at[1], at[2]));
-          });
+          }
+        }
     std::sort(all.begin(), all.end());
     return all;
   };
