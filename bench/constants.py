@@ -51,7 +51,7 @@ SETS = [
         "kSteepness": ("voxel/cut_slope.hpp", r"double kSteepness = ([\d.]+);"),
         "kMaxStartAhead": ("render/coupled/coupled_constants.hpp", r"double kMaxStartAhead = ([\d.]+);"),
         "kCatchUp": ("stage/cutting_force.hpp", r"double kCatchUp = ([\d.]+);"),
-        "kCorner": ("tool/outline.hpp", r"double kCorner = ([\d.]+);"),
+        "kSharpCorner": ("tool/rims_in_voxels.hpp", r"double kSharpCorner = ([\d.]+);"),
         "kBands": ("tool/head_elements.hpp", r"kBands = (\d+);"),
         "kSmallStep": ("tool/cutting_law.hpp", r"double kSmallStep = ([\d.e-]+);"),
     }),

@@ -5,6 +5,7 @@
 
 #include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/tool/shapes/barrel.hpp>
 #include <trephine/tool/shapes/cylinder.hpp>
 #include <trephine/tool/shapes/disc.hpp>
@@ -340,7 +341,7 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
       CAPTURE(r);
       CAPTURE(h);
       const ToolOutline sharper =
-          RevolvedTool(CylinderBurr{.radius = R, .length = 6e-3, .rim_radius = r}).outline().with_sharper_rims(h);
+          with_sharper_rims(RevolvedTool(CylinderBurr{.radius = R, .length = 6e-3, .rim_radius = r}).outline(), h);
       const double lacks = std::min(3 * h * h / 8 * (1 / r - 1 / R), 0.44 * h * root_half);
       const double out = r + std::min(lacks, r * (std::sqrt(2) - 1));
       CHECK(std::abs(sharper.signed_distance(R - r + out * root_half, -R + r - out * root_half)) < 2e-3 * r);
@@ -350,7 +351,7 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
     CAPTURE(t.name);
     const ToolOutline& plain = t.tool.outline();
     for (const double h : {0.1e-3, 0.3e-3, 1e-3}) {
-      const ToolOutline sharper = plain.with_sharper_rims(h);
+      const ToolOutline sharper = with_sharper_rims(plain, h);
       CHECK(sharper.z_low() == plain.z_low());
       CHECK(sharper.z_high() == plain.z_high());
       CHECK(sharper.largest_radius() == plain.largest_radius());
@@ -376,7 +377,7 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
       CHECK(most <= 0.44 * h);
     }
     // Fine voxels need no sharper rims.
-    const ToolOutline same = plain.with_sharper_rims(1e-9);
+    const ToolOutline same = with_sharper_rims(plain, 1e-9);
     for (int n = 0; n < 100; ++n) {
       const auto [rho, z] = random_place(random, t.tool.bounds());
       CHECK(std::abs(same.signed_distance(rho, z) - plain.signed_distance(rho, z)) < 1e-12);

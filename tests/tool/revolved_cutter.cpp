@@ -5,6 +5,7 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/tool/shapes/cylinder.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>
@@ -107,7 +108,7 @@ TEST_CASE("revolved cutter: the image of a cut leaves no bone inside a rim that 
       const Posed X = make_pose<double>(random.rotation(), h * (size - 1) / 2.0 * Vec3d::Ones() + h * random.arrow());
       for (const bool sharp : {false, true}) {
         VoxelGrid<std::int16_t> grid({.size = {size, size, size}, .spacing = Vec3d::Constant(h)}, solid);
-        const ToolOutline outline = sharp ? head.outline.with_sharper_rims(h) : head.outline;
+        const ToolOutline outline = sharp ? with_sharper_rims(head.outline, h) : head.outline;
         carve(grid, kIso, RevolvedCutter({outline, head.allowance}, X, X, h / 2));
         const DensityField<std::int16_t, double> field(grid, kIso);
         const double slope = auto_slope(grid, kIso);

@@ -4,6 +4,7 @@
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/carver.hpp>
 #include <trephine/tool/revolved_cutter.hpp>
+#include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <algorithm>
@@ -176,7 +177,7 @@ class Milling {
   /// edge cuts voxels of the wall as deep as a long side would only with some side behind it.
   [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, double square) noexcept {
     const ToolOutline outline = head.with_guide(kGuide * std::sqrt(square));
-    return {outline.with_sharper_rims(std::sqrt(square / 3)),
+    return {with_sharper_rims(outline, std::sqrt(square / 3)),
             pressed_allowance(head.allowance, outline.largest_radius(), square)};
   }
   /// By how much a head of radius R [m] is larger as it cuts by pressure in voxels of this squared diagonal [m²].

@@ -200,72 +200,18 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                  std::array<S, kLanes>& out) const noexcept {
-    enlarged_distances(rho, z, 0, out);
-  }
-
-  /// The same of the body with thicker rims: arcs of radius r that bulge, enlarged by chord (1/r − 1/R), R the largest
-  /// radius of the body. `chord` in m².
-  template <RealScalar S, std::size_t kLanes>
-  void enlarged_distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z, double chord,
-                          std::array<S, kLanes>& out) const noexcept {
     detail::NearestOnPiece<S, kLanes> near(rho, z);
-    std::array<S, kLanes> best, inside, rims;
+    std::array<S, kLanes> best, inside;
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
-    rims.fill(std::numeric_limits<S>::max());
     for (const Piece& p : pieces()) {
       near.find(p);
       for (std::size_t l = 0; l < kLanes; ++l) best[l] = near.square[l] < best[l] ? near.square[l] : best[l];
       for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
-      const auto more = static_cast<S>(rim(p, chord));
-      if (!(more > S(0))) continue;
-      square_roots(near.square);
-      for (std::size_t l = 0; l < kLanes; ++l) near.square[l] -= more;
-      for (std::size_t l = 0; l < kLanes; ++l) rims[l] = near.square[l] < rims[l] ? near.square[l] : rims[l];
     }
     square_roots(best);
     for (std::size_t l = 0; l < kLanes; ++l) best[l] = inside[l] > S(0) ? -best[l] : best[l];
-    for (std::size_t l = 0; l < kLanes; ++l) best[l] = rims[l] < best[l] ? rims[l] : best[l];
     out = best;
-  }
-  /// Most that `enlarged_distances` adds anywhere [m].
-  [[nodiscard]] double thickest_rim(double chord) const noexcept {
-    double most = 0;
-    for (std::size_t i = 0; i < count_; ++i) most = std::max(most, rim(pieces_[i], chord));
-    return most;
-  }
-
-  /// The body with sharper rims, as voxels of the size `h` [m] need it: the trilinear surface of a body's distances
-  /// lies inside a bulge. Of each rim's arc the radius shrinks and the centre moves out, between the same tangents at
-  /// its ends. So the rim's middle moves out by what voxels lack there, and flanks and ends stay where they are.
-  ///
-  /// Voxels lack 3h²/8 (1/r − 1/R) at an arc of radius r, R the body's largest: the sag of a chord over a cell's
-  /// diagonal. They lack no more than at a corner in the middle of a cell.
-  [[nodiscard]] ToolOutline with_sharper_rims(double h) const noexcept {
-    ToolOutline out(*this);
-    out.count_ = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Piece& p = pieces_[i];
-      const double less = rim_reduction(p, h), along = less * p.sine() / p.cosine;
-      if (!(along > kShortest) || out.count_ + count_ - i + 2 > kMostPieces) {
-        out.append(p);
-        continue;
-      }
-      Piece arc = p;
-      arc.radius -= less;
-      arc.centre_rho += less / p.cosine * p.middle_rho;
-      arc.centre_z += less / p.cosine * p.middle_z;
-      // The outline goes on where the normal points after a quarter of a turn.
-      const double step = along / p.radius;
-      arc.rho -= step * (p.z - p.centre_z);
-      arc.z += step * (p.rho - p.centre_rho);
-      arc.end_rho += step * (p.end_z - p.centre_z);
-      arc.end_z -= step * (p.end_rho - p.centre_rho);
-      out.append(Piece::line(p.rho, p.z, arc.rho, arc.z));
-      out.append(arc);
-      out.append(Piece::line(arc.end_rho, arc.end_z, p.end_rho, p.end_z));
-    }
-    return out;
   }
 
   /// Distances with gradients and curvatures, see `Profile`.
@@ -319,19 +265,14 @@ class ToolOutline {
   }
 
  private:
+  friend ToolOutline with_sharper_rims(const ToolOutline& outline, double h) noexcept;
+
   static constexpr double kShortest = 1e-9;        // [m]
   static constexpr double kSameRadius = 1e-6;      // an arc's ends, relative to its radius
   static constexpr double kCentre = 1e-9;          // [m] below it a gradient has no direction
   static constexpr double kSameDirection = 1e-12;  // of the cosine between two lines
-  static constexpr double kLeastCosine = 0.1;      // a rim of half a turn has no corner between its tangents
-  static constexpr double kSharpest = 1e-3;        // of a rim's radius is left
-  // Trilinear surfaces lie 0.44 h sin β inside a sharp corner of the turn 2β whose diagonal is a cell's.
-  static constexpr double kCorner = 0.44;
-  static constexpr double kAtEnd = 1e-12;  // a rounding error's part of a squared distance
+  static constexpr double kAtEnd = 1e-12;          // a rounding error's part of a squared distance
 
-  [[nodiscard]] double rim(const Piece& p, double chord) const noexcept {
-    return p.side > 0 ? std::max(0.0, chord * (1 / p.radius - 1 / largest_)) : 0.0;
-  }
   /// Appends a piece that begins where the last one ends. A straight one that goes on lengthens it.
   void append(const Piece& p) noexcept {
     if (count_ > 0 && p.side == 0) {
@@ -342,12 +283,6 @@ class ToolOutline {
       }
     }
     pieces_[count_++] = p;
-  }
-  /// How much smaller a rim's radius must be in voxels of the size h [m]; 0 if the piece is no rim.
-  [[nodiscard]] double rim_reduction(const Piece& p, double h) const noexcept {
-    if (!(p.side > 0) || !(p.rho > 0) || !(p.end_rho > 0) || !(p.cosine > kLeastCosine)) return 0;
-    const double lacks = std::min(3 * h * h / 8 * (1 / p.radius - 1 / largest_), kCorner * h * p.sine());
-    return std::clamp(lacks * p.cosine / (1 - p.cosine), 0.0, (1 - kSharpest) * p.radius);
   }
   /// Whether a piece is a flat end at the top.
   [[nodiscard]] bool is_top(const Piece& p) const noexcept {

@@ -3,6 +3,7 @@
 
 #include <trephine/core/square_roots.hpp>
 #include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/voxel/cutter.hpp>
 
 namespace trephine {
@@ -22,7 +23,7 @@ class RevolvedCutter {
   RevolvedCutter(const CuttingHead& head, const Posed& X_GT_previous, const Posed& X_GT, double step, double chord = 0,
                  bool start_is_cut = false) noexcept
       : origin_(X_GT.translation()), head_(head), chord_(chord) {
-    const double more = head.allowance + head.outline.thickest_rim(chord);
+    const double more = head.allowance + thickest_rim(head.outline, chord);
     low_ = head.outline.z_low() - more;
     high_ = head.outline.z_high() + more;
     radius_ = head.outline.largest_radius() + more;
@@ -54,7 +55,7 @@ class RevolvedCutter {
       const double z = at.axis.dot(p_O);
       const std::array<double, 1> rho{(p_O - z * at.axis).norm()}, height{z};
       std::array<double, 1> one;
-      head_.outline.enlarged_distances(rho, height, chord_, one);
+      enlarged_distances(head_.outline, rho, height, chord_, one);
       d = std::min(d, one[0] - head_.allowance);
     }
     return d;
@@ -121,7 +122,7 @@ class RevolvedCutter {
     }
     square_roots(r);
     std::array<float, kLanes> d;
-    head_.outline.enlarged_distances(r, w, chord_, d);
+    enlarged_distances(head_.outline, r, w, chord_, d);
     const auto allowance = static_cast<float>(head_.allowance);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = d[l] - allowance;
   }
