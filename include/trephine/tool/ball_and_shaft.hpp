@@ -104,8 +104,8 @@ class BallAndShaft {
     }
     to_centre = centre;
     to_rim = rim;
-    square_roots<64>(to_centre);
-    square_roots<64>(to_rim);
+    square_roots(to_centre);
+    square_roots(to_rim);
   }
 
   Burr burr_;

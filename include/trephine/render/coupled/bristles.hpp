@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/core/lane_sum.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
@@ -148,13 +149,10 @@ class Bristles {
       }
     }
     FrictionSum friction;
-    const auto total = [&](std::size_t i) {
-      return Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(sums[i].data()).sum();
-    };
     for (std::size_t r = 0; r < 6; ++r) {
-      friction.wrench[static_cast<Eigen::Index>(r)] = total(r);
+      friction.wrench[static_cast<Eigen::Index>(r)] = lane_sum(sums[r]);
       for (std::size_t c = 0; c < 6; ++c)
-        friction.stiffness(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = total(6 + 6 * r + c);
+        friction.stiffness(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = lane_sum(sums[6 + 6 * r + c]);
     }
     return friction;
   }

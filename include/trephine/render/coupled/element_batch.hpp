@@ -91,7 +91,7 @@ struct ElementBatch {
         const float square = rr[l] + 2 * (i * ra[l] + k * rc[l] + i * k * ac[l]) + i * i * aa[l] + k * k * cc[l];
         rho[l] = square > 0 ? square : 0.0F;
       }
-      square_roots<64>(rho);
+      square_roots(rho);
       shape.distances(rho, z, d);
       for (std::size_t l = 0; l < kProfileLanes; ++l) low[l] = d[l] < low[l] ? d[l] : low[l];
       std::copy(d.begin(), d.end(), distance[j].begin() + static_cast<std::ptrdiff_t>(first));

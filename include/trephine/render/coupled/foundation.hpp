@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/lane_sum.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/square_roots.hpp>
 #include <trephine/render/coupled/broad_phase.hpp>
@@ -212,7 +213,7 @@ class Foundation {
       FoundationSum s;
       if (has_others) add_others(s);
       std::array<double, kTerms> t;
-      for (std::size_t i = 0; i < kTerms; ++i) t[i] = sum_of(lanes[i]);
+      for (std::size_t i = 0; i < kTerms; ++i) t[i] = lane_sum(lanes[i]);
       const auto symmetric_at = [&](std::size_t i) {
         Mat3d m;
         m << t[i], t[i + 1], t[i + 2], t[i + 1], t[i + 3], t[i + 4], t[i + 2], t[i + 4], t[i + 5];
@@ -227,13 +228,9 @@ class Foundation {
     }
 
    private:
-    [[nodiscard]] static double sum_of(const Lanes& lanes) noexcept {
-      return Eigen::Map<const Eigen::Array<double, static_cast<int>(kProfileLanes), 1>>(lanes.data()).sum();
-    }
-
     void add_others(FoundationSum& s) const noexcept {
       std::array<double, kOtherTerms> t;
-      for (std::size_t i = 0; i < kOtherTerms; ++i) t[i] = sum_of(others[i]);
+      for (std::size_t i = 0; i < kOtherTerms; ++i) t[i] = lane_sum(others[i]);
       s.energy = t[kEnergy];
       for (std::size_t i = 0; i < 6; ++i) s.wrench[static_cast<Eigen::Index>(i)] = -t[kWrench + i];
       std::size_t term = kStiffness;
@@ -271,7 +268,7 @@ class Foundation {
       const double qx = c.x[l] - height[l] * ux, qy = c.y[l] - height[l] * uy, qz = c.z[l] - height[l] * uz;
       rho[l] = qx * qx + qy * qy + qz * qz;
     }
-    square_roots<64>(rho);
+    square_roots(rho);
     Profile at;
     shape.profile(rho, height, at);
 

@@ -30,7 +30,7 @@ void compute_distances(const Shape& shape, const Vec3<float>& axis, const Vec3<f
     along[i] = a;
     rho[i] = qx * qx + qy * qy + qz * qz;
   }
-  square_roots<64>(rho);
+  square_roots(rho);
   ProfileLanes<float> d;
   shape.distances(rho, along, d);
   std::copy(d.begin(), d.end(), distance);
@@ -84,7 +84,7 @@ class SphereBatch {
     ProfileLanes<float> distance, arm;
     compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance.data());
     for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x_[l] * x_[l] + y_[l] * y_[l] + z_[l] * z_[l];
-    square_roots<64>(arm);
+    square_roots(arm);
     std::uint32_t near = detail::lane_bits<float, kProfileLanes>(
         [&](std::size_t l) { return distance[l] <= max_distance + turn * arm[l]; });
     for (near &= (1U << count_) - 1; near != 0; near &= near - 1) {
