@@ -7,6 +7,7 @@
 
 #include <trephine/voxel/bone_surface.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <tuple>
@@ -155,7 +156,7 @@ void plunge(const Spot& spot, const Law& law, const std::string& with, double bo
   const Vec3d top = at + 3e-3 * n;
   Bone bone = image(HalfSpace{top, n}, o);
   auto scene = coupled_scene(bone, kDrill, law, kGains, bench::AnyMilling(cut, 2e5, 0.05));
-  const int ticks = static_cast<int>(depth / (speed * kDt));
+  const int ticks = static_cast<int>(std::lround(depth / (speed * kDt)));
   double removed = 0, at_rest = 0, behind = 0;
   for (int i = -kLead; i < ticks + kRest; ++i) {
     const Vec3d tip = top + (R - std::min(i, ticks) * speed * kDt) * n;
