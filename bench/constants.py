@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 INCLUDE = os.path.join(ROOT, "include")
-DECLARED = re.compile(r"static constexpr (double|float|int) ([^;]*);")
+DECLARED = re.compile(r"(?:static|inline) constexpr (double|float|int) ([^;]*);")
 ALIAS = re.compile(r"static constexpr (double|float) (\w+ = \w+::k\w+;)")
 NUMBER = re.compile(r"\b(k\w+) = ([\d.][\d.eEF/* +-]*)(?=,|;|$)")
 # Numbers of their own: mathematics, a bound of options, and a margin that must be above 1. A cut by pressure has its own figures.
