@@ -40,6 +40,7 @@ template <RealScalar S, std::size_t kLanes>
 void enlarged_distances(const ToolOutline& outline, const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                         double chord, std::array<S, kLanes>& out) noexcept {
   outline.distances(rho, z, out);
+  if (!(chord > 0)) return;
   detail::NearestOnPiece<S, kLanes> near(rho, z);
   for (const OutlinePiece& p : outline.pieces()) {
     const auto more = static_cast<S>(detail::thickening(p, outline.largest_radius(), chord));
