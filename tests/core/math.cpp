@@ -30,4 +30,40 @@ TEST_CASE_TEMPLATE("rotation_between takes one unit vector to another by the sma
   }
 }
 
+TEST_CASE_TEMPLATE("exponential map: Eigen's rotation about the axis, undone by the logarithm", Scalar, float, double) {
+  const Scalar tolerance = std::is_same_v<Scalar, float> ? Scalar(2e-6) : Scalar(4e-15);
+  CHECK(rotation_from_vector<Scalar>(Vec3<Scalar>::Zero()) == Mat3<Scalar>::Identity());
+  Random random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3<Scalar> axis = random.unit().cast<Scalar>().normalized();
+    // From 1e-12 to π: small steps of a search, and whole turns.
+    const auto angle =
+        static_cast<Scalar>(i % 2 == 0 ? random.uniform(0, 3.14159) : std::pow(10, -random.uniform(0, 12)));
+    const Mat3<Scalar> R = rotation_from_vector<Scalar>(angle * axis);
+    CHECK((R - Eigen::AngleAxis<Scalar>(angle, axis).toRotationMatrix()).norm() <= tolerance);
+    const Vec3<Scalar> back = rotation_vector(R);
+    CHECK((back - angle * axis).norm() <= (angle > Scalar(3) ? 1000 : 4) * tolerance);
+    CHECK((transposed(R) - R.transpose()).norm() == 0);
+  }
+}
+
+TEST_CASE("rotation_defect: the largest entry of |RᵀR − I|, infinite for what is not finite") {
+  Random random(6);
+  for (int i = 0; i < 200; ++i) {
+    const Mat3d R = rotation_from_vector<double>(random.uniform(0, 3) * random.unit());
+    CHECK(rotation_defect(R) <= 4e-15);
+    CHECK(rotation_defect(-R) <= 4e-15);
+    Mat3d stretched = R;
+    stretched(i % 3, (i / 3) % 3) += random.uniform(-1, 1);
+    const double off = (stretched.transpose() * stretched - Mat3d::Identity()).cwiseAbs().maxCoeff();
+    CHECK(rotation_defect(stretched) == doctest::Approx(off).epsilon(1e-12));
+    for (const double bad :
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+      Mat3d broken = R;
+      broken(i % 3, (i / 3) % 3) = bad;
+      CHECK(std::isinf(rotation_defect(broken)));
+    }
+  }
+}
+
 }  // namespace

@@ -9,8 +9,10 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <limits>
 
 /// Vectors, rotations and rigid poses, with validity checks. Frames follow monogram notation: W world, G grid, T tool
 /// tip, D device, P proxy. `p_WT` is the position of T's origin in W. `X_WG` maps coordinates of G to coordinates of W:
@@ -48,12 +50,25 @@ template <RealScalar Scalar>
   return X;
 }
 
+/// Rᵀ, for a rotation its inverse. Eigen's expression takes longer to compile.
+template <RealScalar Scalar>
+[[nodiscard]] Mat3<Scalar> transposed(const Mat3<Scalar>& R) noexcept {
+  Mat3<Scalar> T;
+  for (Eigen::Index j = 0; j < 3; ++j)
+    for (Eigen::Index i = 0; i < 3; ++i) T(i, j) = R(j, i);
+  return T;
+}
+
 /// Rotation of X⁻¹: from the frame that X maps to, back to the frame that X maps from.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> inverse_rotation(const Pose<Scalar>& X) noexcept {
-  Mat3<Scalar> R = X.linear();
-  R.transposeInPlace();
-  return R;
+  return transposed<Scalar>(X.linear());
+}
+
+/// Direction of the z axis of the frame that X maps from. That of a tool points along its shaft, toward the handle.
+template <RealScalar Scalar>
+[[nodiscard]] Vec3<Scalar> z_axis(const Pose<Scalar>& X) noexcept {
+  return X.linear().col(2);
 }
 
 /// True if no component is NaN or infinite.
@@ -62,15 +77,29 @@ template <RealScalar Scalar>
   return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
 }
 
+/// Largest entry of |RᵀR − I|: 0 for a rotation and for a mirror, infinite if an entry of R is not finite.
+[[nodiscard]] inline double rotation_defect(const Mat3d& R) noexcept {
+  const Mat3d product = transposed(R) * R;
+  double worst = 0;
+  for (Eigen::Index j = 0; j < 3; ++j)
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const double off = std::abs(product(i, j) - (i == j ? 1 : 0));
+      if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
+      worst = std::max(worst, off);
+    }
+  return worst;
+}
+
 /// Logarithm of a rotation: axis times angle, the angle in [0, π] rad.
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> rotation_vector(const Mat3<Scalar>& R) noexcept {
-  Quat<Scalar> q(R);
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  const Scalar s = q.vec().norm();
+  const Quat<Scalar> q(R);
+  const Scalar sign = q.w() < 0 ? Scalar(-1) : Scalar(1);
+  const Vec3<Scalar> v = q.vec();
+  const Scalar s = v.norm();
   constexpr auto kNoAxis = Scalar(1e-12);  // half angle [rad] below which the axis is undefined: log q ≈ 2 vec(q)
-  if (!(s > kNoAxis)) return Scalar(2) * q.vec();
-  return (Scalar(2) * std::atan2(s, q.w()) / s) * q.vec();
+  if (!(s > kNoAxis)) return Scalar(2) * sign * v;
+  return (Scalar(2) * sign * std::atan2(s, sign * q.w()) / s) * v;
 }
 
 /// Rotation from pose a to pose b as a rotation vector [rad], in the axes of the frame that both poses map to.
@@ -80,12 +109,23 @@ template <RealScalar Scalar>
   return rotation_vector<Scalar>(to * from);
 }
 
-/// Exponential map: the rotation by |w| rad about w.
+/// Exponential map: the rotation by |w| rad about w. Rodrigues' formula, c I + s [a]× + (1 − c) a aᵀ with a along w.
+/// Eigen's AngleAxis takes longer to compile.
 template <RealScalar Scalar>
 [[nodiscard]] Mat3<Scalar> rotation_from_vector(const Vec3<Scalar>& w) noexcept {
   const Scalar angle = w.norm();
   if (!(angle > Scalar(0))) return Mat3<Scalar>::Identity();
-  return Eigen::AngleAxis<Scalar>(angle, w / angle).toRotationMatrix();
+  const Vec3<Scalar> axis = w / angle;
+  const Scalar s = std::sin(angle), c = std::cos(angle);
+  Mat3<Scalar> R;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::Index j = (i + 1) % 3, k = (i + 2) % 3;
+    const Scalar both = (Scalar(1) - c) * axis[j] * axis[k];
+    R(i, i) = c + (Scalar(1) - c) * axis[i] * axis[i];
+    R(k, j) = both + s * axis[i];
+    R(j, k) = both - s * axis[i];
+  }
+  return R;
 }
 
 /// Smallest rotation that maps the unit vector a to the unit vector b. Vectors opposite to within 6° rotate about an

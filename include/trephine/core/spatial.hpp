@@ -26,10 +26,22 @@ using Mat6d = Eigen::Matrix<double, 6, 6>;
   return m;
 }
 
+/// Adds k to three entries of a diagonal, from (first, first) on. Eigen's expression takes longer to compile.
+inline void add_to_diagonal(Mat6d& m, Eigen::Index first, double k) noexcept {
+  for (Eigen::Index i = first; i < first + 3; ++i) m(i, i) += k;
+}
+
+/// Sets the rows and columns of rotation to 0.
+inline void clear_rotation(Mat6d& m) noexcept {
+  for (Eigen::Index j = 0; j < 6; ++j)
+    for (Eigen::Index i = 3; i < 6; ++i) m(i, j) = m(j, i) = 0;
+}
+
 /// Pose X after a small motion: translation δp [m] and rotation δθ [rad] about X's origin, in the axes that X maps to.
 [[nodiscard]] inline Posed moved(const Posed& X, const Vec6d& motion) noexcept {
-  const Vec3d rotation = motion.tail<3>();
-  return make_pose<double>(rotation_from_vector(rotation) * X.linear(), X.translation() + motion.head<3>());
+  const Vec3d shift = motion.head<3>(), turn = motion.tail<3>();
+  const Mat3d R = X.linear();
+  return make_pose<double>(rotation_from_vector(turn) * R, X.translation() + shift);
 }
 
 }  // namespace trephine

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 
@@ -18,9 +19,13 @@ template <std::floating_point S, std::size_t kLanes>
 [[gnu::always_inline]] inline void square_roots(std::array<S, kLanes>& x) noexcept {
   constexpr std::size_t kPart = std::min<std::size_t>(kLanes, 32 / sizeof(S));
   static_assert(kLanes % kPart == 0);
-  for (std::size_t i = 0; i < kLanes; i += kPart) {
-    Eigen::Map<Eigen::Array<S, static_cast<int>(kPart), 1>> lanes(x.data() + i);
-    lanes = lanes.sqrt();
+  if constexpr (kLanes == 1) {
+    x[0] = std::sqrt(x[0]);
+  } else {
+    for (std::size_t i = 0; i < kLanes; i += kPart) {
+      Eigen::Map<Eigen::Array<S, static_cast<int>(kPart), 1>> lanes(x.data() + i);
+      lanes = lanes.sqrt();
+    }
   }
 }
 

@@ -229,7 +229,7 @@ class CuttingForce {
   template <class ContactRenderer>
   [[nodiscard]] Vec3d force_on_head(const ContactRenderer& renderer, const Posed& X_GT) const noexcept {
     Vec3d sum = Vec3d::Zero();
-    const Vec3d axis = X_GT.linear().col(2);
+    const Vec3d axis = z_axis(X_GT);
     const double top = top_ + axis.dot(X_GT.translation());
     for (const auto& c : renderer.contacts())
       if (axis.dot(c.position.template cast<double>()) <= top) sum += c.force.template cast<double>();

@@ -5,8 +5,6 @@
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
 
-#include <cmath>
-
 /// Checks of a tick's poses and intervals, and velocities from consecutive poses.
 namespace trephine {
 
@@ -21,11 +19,7 @@ inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
   const Vec3d p = X.translation();
   if (!(p.norm() < kFarthestPosition)) return false;  // NaN, inf and overflow of the norm fail too
   const Mat3d R = X.linear();
-  const Mat3d off = R.transpose() * R - Mat3d::Identity();
-  for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 3; ++i)
-      if (!(std::abs(off(i, j)) <= kRotationTolerance)) return false;
-  return R.determinant() > 0;
+  return rotation_defect(R) <= kRotationTolerance && R.determinant() > 0;
 }
 
 /// Returns dt [s] clamped to [kShortestDt, kLongestDt]; NaN becomes the shortest interval.
@@ -40,9 +34,9 @@ inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
 /// Returns X_GT, the tool's pose in the grid. Positions are subtracted first, in double, so a distant grid costs no
 /// accuracy.
 [[nodiscard]] inline Posed relative_pose(const Posed& X_WG, const Posed& X_WT) noexcept {
-  const Mat3d R_GW = inverse_rotation(X_WG);
+  const Mat3d R_GW = inverse_rotation(X_WG), R_WT = X_WT.linear();
   const Vec3d p_GT_W = X_WT.translation() - X_WG.translation();
-  return make_pose<double>(R_GW * X_WT.linear(), R_GW * p_GT_W);
+  return make_pose<double>(R_GW * R_WT, R_GW * p_GT_W);
 }
 
 /// Returns the twist of T [m/s, rad/s] as the backward difference of two poses dt > 0 [s] apart, in their frame's axes.

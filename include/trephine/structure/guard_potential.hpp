@@ -186,7 +186,7 @@ class GuardPotential {
   /// near it.
   [[nodiscard]] Found find(const Posed& X_ST, std::span<Push> out, std::span<AxisProbe> probes) const noexcept {
     Found found;
-    const Vec3d tip = X_ST.translation(), axis = X_ST.linear().col(2);
+    const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
     if (clear_length(field_->nearest(tip).distance, burr_.tip_radius) <= 0)
       add(tip, {0, burr_.tip_radius, 1}, out, found.pushes);
     for (std::size_t n = 0; n < samples_.size();) {

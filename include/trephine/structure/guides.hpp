@@ -147,7 +147,7 @@ class AxisGuide {
   [[nodiscard]] Evaluation evaluate(const Posed& X_WG, const Posed& X_WT) const noexcept {
     const Options& o = gain_.active();
     const Vec3d axis = (X_WG.linear() * o.axis_G).normalized();
-    const Vec3d shaft = X_WT.linear().col(2).normalized();
+    const Vec3d shaft = z_axis(X_WT).normalized();
     const Vec3d from_point = X_WT.translation() - X_WG * o.point_G;
     const Vec3d offset = from_point - axis.dot(from_point) * axis;
     const double distance = offset.norm();

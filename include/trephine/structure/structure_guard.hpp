@@ -114,7 +114,7 @@ class StructureGuard {
     const Mat3d R_WS = context.X_WG.linear() * potential_->X_GS().linear();
     const Vec3d v_S = R_WS.transpose() * context.twist_to_bone.linear;
     const Vec3d w_S = R_WS.transpose() * context.twist_to_bone.angular;
-    const Vec3d axis = X_ST.linear().col(2);
+    const Vec3d axis = z_axis(X_ST);
     Wrenchd push_S = Wrenchd::zero();
     for (const GuardPotential::Push& p : pushes) {
       const GuardedStructure& s = potential_->structures()[static_cast<std::size_t>(p.structure)];

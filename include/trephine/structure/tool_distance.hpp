@@ -61,7 +61,7 @@ inline constexpr double kRoughness = 0.1;
 [[nodiscard]] inline ToolDistance tool_distance(const StructureField& field, const Burr& burr, const Posed& X_ST,
                                                 std::span<const AxisProbe> known = {}) noexcept {
   ToolDistance r;
-  const Vec3d origin = X_ST.translation(), axis = X_ST.linear().col(2);
+  const Vec3d origin = X_ST.translation(), axis = z_axis(X_ST);
   if (!is_finite(origin) || !is_finite(axis)) return r;
   double radius = burr.tip_radius;
   const double at_origin = field.nearest(origin).distance;

@@ -43,7 +43,8 @@ struct ToolMotion {
 };
 /// Motion from pose a to pose b.
 [[nodiscard]] inline ToolMotion motion_between(const Posed& a, const Posed& b) noexcept {
-  return {(a.translation() - b.translation()).norm(), (a.linear().col(2) - b.linear().col(2)).norm()};
+  const Vec3d shift = a.translation() - b.translation(), turn = z_axis(a) - z_axis(b);
+  return {shift.norm(), turn.norm()};
 }
 
 /// Bounding cylinder of a tool and the radius of its core, in T.

@@ -25,7 +25,7 @@ namespace detail {
 /// kFarthestPosition. `type` and `name` are those of the grid and its pose, for the message.
 inline void check_grid_pose(std::string_view type, const std::string& name, const Posed& X) {
   const Mat3d R = X.linear();
-  const double off = (R.transpose() * R - Mat3d::Identity()).cwiseAbs().maxCoeff();
+  const double off = rotation_defect(R);
   if (!(off <= kRotationTolerance) || !(R.determinant() > 0))
     refuse(type, name + " must hold a right-handed rotation", off);
   if (!(X.translation().norm() <= kFarthestPosition))

@@ -124,7 +124,7 @@ class BroadPhase {
   Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, const ToolMotion& reach,
                                Visit&& visit) noexcept {
     const Vec3d p = X.translation();
-    const Vec3<float> u = X.linear().col(2).template cast<float>();
+    const Vec3<float> u = z_axis(X).template cast<float>();
     const Vec3<float> moved = (X_gathered_.translation() - p).template cast<float>();
     const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
     static_assert(kProfileLanes == ElementBlock::kSize);
@@ -208,7 +208,7 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
   bricks_.clear();
   X_bricks_ = X;
   brick_reach_ = reach;
-  const Vec3d p = X.translation(), u = X.linear().col(2);
+  const Vec3d p = X.translation(), u = z_axis(X);
   const Vec3<float> axis = u.template cast<float>();
   const double margin = reach.shift + Constants::kElementReach * grid.spacing().maxCoeff();
   const auto turn = static_cast<float>(reach.turn);
@@ -287,7 +287,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   const std::uint64_t overruns = surface.overruns();
   const Vec3d p = X.translation();
   const Vec3<float> moved = (X_bricks_.translation() - p).template cast<float>();
-  const Vec3<float> u = X.linear().col(2).template cast<float>();
+  const Vec3<float> u = z_axis(X).template cast<float>();
   brick_spheres_.measure(shape, u, moved, bricks_.size());
   const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
   const auto brick_radius =

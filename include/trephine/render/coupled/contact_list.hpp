@@ -41,7 +41,7 @@ class ContactList {
 
   /// Adds a force [N] to an element's contact. Call it for elements in the order of `add`.
   void add_force(std::uint64_t element, const Vec3d& f) noexcept {
-    if (f == Vec3d::Zero()) return;
+    if (!(f.squaredNorm() > 0)) return;
     while (cursor_ < count_ && sums_[cursor_].element != element) ++cursor_;
     if (cursor_ < count_) contacts_[cursor_].force += f.template cast<Scalar>();
   }

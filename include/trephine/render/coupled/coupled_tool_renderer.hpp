@@ -197,11 +197,10 @@ class CoupledToolRenderer {
 
   template <class View>
   TickStart begin_tick(const View& view, const Posed& X_device) noexcept {
-    const bool jumped =
-        started_ && !((X_device.translation() - X_device_.translation()).norm() <= options_.jump &&
-                      (X_device.linear().col(2) - X_device_.linear().col(2)).norm() <= Constants::kJumpAngle);
+    const ToolMotion motion = motion_between(X_device_, X_device);
+    const bool jumped = started_ && !motion.is_within({options_.jump, Constants::kJumpAngle});
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
-    const TickStart start{.device_motion = started_ ? motion_between(X_device_, X_device).at(bounds_.arm()) : 0,
+    const TickStart start{.device_motion = started_ ? motion.at(bounds_.arm()) : 0,
                           .jumped = jumped,
                           .is_new = !started_ || jumped || densities_rose || axis_in_bone_};
     increase_stamp_ = view.grid().increase_stamp();
@@ -282,8 +281,9 @@ class CoupledToolRenderer {
     // A search that reached its bound in the air, behind the device, gives no force.
     if (!found.found_contact) return;
     if (out.contact.count > 0) out.contact.depth = to_device_.norm() + depth_;
-    const Vec6d felt = -VirtualCoupling::wrench(error);
-    out.wrench = {felt.head<3>().template cast<Scalar>(), felt.tail<3>().template cast<Scalar>()};
+    const Vec6d on_tool = VirtualCoupling::wrench(error);
+    const Vec3d force = -on_tool.head<3>(), torque = -on_tool.tail<3>();
+    out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
   }
 
   void report_contacts(const Vec6d& last_step, ContactSummary& summary) noexcept {
@@ -294,7 +294,7 @@ class CoupledToolRenderer {
       const FoundationPoint q = after_motion(evaluated, last_step);
       const double load = k * q.weight * q.depth;
       if (!(load > 0)) continue;
-      const bool tip = q.arm.dot(X_.linear().col(2)) <= bounds_.head_top;
+      const bool tip = q.arm.dot(z_axis(X_)) <= bounds_.head_top;
       summary.tip = summary.tip || tip;
       summary.shaft = summary.shaft || !tip;
       contacts_.add(q, load);

@@ -45,7 +45,8 @@ struct FoundationPoint {
 /// Returns the point after a small motion (δp, δθ) of the tool, to first order. Its depth may have become 0.
 [[nodiscard]] inline FoundationPoint after_motion(FoundationPoint q, const Vec6d& motion) noexcept {
   const Vec3d shift = motion.head<3>(), turn = motion.tail<3>();
-  q.depth = std::max(0.0, q.depth + q.depth_slope * q.normal.dot(shift + turn.cross(q.arm)));
+  const Vec3d moved = shift + turn.cross(q.arm);
+  q.depth = std::max(0.0, q.depth + q.depth_slope * q.normal.dot(moved));
   q.arm -= shift;
   return q;
 }
@@ -101,7 +102,7 @@ class Foundation {
     Sums sums;
     ElementBatch batch;
     Candidates candidates;
-    const Vec3d p = X.translation(), u = X.linear().col(2), x = X.linear().col(0);
+    const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
     const Vec3<float> axis = u.template cast<float>();
     const auto contact_distance = static_cast<float>(law.offset) + CoupledConstants::kSinglePrecision;
     // Free elements: of the list, and left out of it.
@@ -222,7 +223,8 @@ class Foundation {
       s.energy += t[kEnergy];
       s.wrench.head<3>() -= Vec3d(t[kForce], t[kForce + 1], t[kForce + 2]);
       s.stiffness.topLeftCorner<3, 3>() += symmetric_at(kGaussNewton);
-      s.geometric_stiffness.topLeftCorner<3, 3>() += symmetric_at(kGeometric) - t[kIsotropic] * Mat3d::Identity();
+      s.geometric_stiffness.topLeftCorner<3, 3>() += symmetric_at(kGeometric);
+      add_to_diagonal(s.geometric_stiffness, 0, -t[kIsotropic]);
       s.depth = depth;
       return s;
     }
@@ -249,7 +251,7 @@ class Foundation {
       Mat3d cross;
       cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
       s.geometric_stiffness.block<3, 3>(3, 0) += cross;
-      const double trace = moment.trace();
+      const double trace = moment(0, 0) + moment(1, 1) + moment(2, 2);
       for (Eigen::Index i = 0; i < 3; ++i)
         for (Eigen::Index j = 0; j < 3; ++j)
           s.geometric_stiffness(3 + i, 3 + j) += (i == j ? trace : 0.0) - 0.5 * (moment(i, j) + moment(j, i));

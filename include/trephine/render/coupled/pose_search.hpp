@@ -48,9 +48,8 @@ struct PoseHessian {
     fix_rotation(full);
   }
   static void fix_rotation(Mat6d& m) noexcept {
-    m.bottomRows<3>().setZero();
-    m.rightCols<3>().setZero();
-    m.diagonal().tail<3>().setOnes();
+    clear_rotation(m);
+    add_to_diagonal(m, 3, 1);
   }
 };
 
@@ -78,13 +77,13 @@ template <class FrictionModel>
     motion.tail<3>().setZero();
   }
   for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
-    const FrictionSum s = i == 0 && motion == Vec6d::Zero() ? at.friction : friction.linearise(motion);
-    Vec6d residual = f + s.wrench - hessian.full * motion;
+    const FrictionSum s = i == 0 && !(motion.squaredNorm() > 0) ? at.friction : friction.linearise(motion);
+    const Vec6d elastic = hessian.full * motion;
+    Vec6d residual = f + s.wrench - elastic;
     Mat6d stiffness = s.stiffness;
     if (!at.solves_rotation) {
       residual.tail<3>().setZero();
-      stiffness.bottomRows<3>().setZero();
-      stiffness.rightCols<3>().setZero();
+      clear_rotation(stiffness);
     }
     Vec6d step = Vec6d::Zero();
     if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
@@ -103,7 +102,8 @@ template <class FrictionModel>
 [[nodiscard]] inline double way_back(const FoundationSum& contact, const Vec6d& step, double pull,
                                      double pull_growth) noexcept {
   const double f = -contact.wrench.dot(step);
-  const double c = step.dot(symmetric(contact.stiffness + contact.geometric_stiffness) * step);
+  const Vec6d force = symmetric(contact.stiffness + contact.geometric_stiffness) * step;
+  const double c = step.dot(force);
   const double in_contact = 1 / (f / contact.energy - c / f), power = in_contact * c / f;
   if (!(f > 0 && in_contact > 0 && power > 0)) return std::numeric_limits<double>::quiet_NaN();
   double back = in_contact;

@@ -14,7 +14,7 @@ namespace trephine {
 /// Samples lie a shortest spacing apart at most, unless the tool has over 1000 of them.
 template <class View>
 [[nodiscard]] bool is_core_in_bone(const View& view, const ToolBounds& bounds, const Posed& X) noexcept {
-  const Vec3d u = X.linear().col(2);
+  const Vec3d u = z_axis(X);
   const double first = bounds.z_low + bounds.core_radius;
   const double length = std::max(0.0, bounds.z_high - bounds.core_radius - first);
   const int n =
@@ -29,7 +29,7 @@ template <class View>
 template <class View>
 [[nodiscard]] bool is_known_in_air(const View& view, const ToolBounds& bounds, const Posed& X, double motion) noexcept {
   if constexpr (ClearanceField<View> || BoundedField<View>) {
-    const Vec3d u = X.linear().col(2);
+    const Vec3d u = z_axis(X);
     const double voxel = view.grid().spacing().minCoeff();
     const double radius = (bounds.z_high - bounds.z_low) / 2 + bounds.radius + motion + voxel;
     const double middle = (bounds.z_high + bounds.z_low) / 2;

@@ -56,16 +56,16 @@ struct VirtualCoupling {
     const double along = error.force.tangent > 0 ? error.force.tangent : secant;
     const Vec3d direction = distance > 0 ? Vec3d(error.translation / distance) : Vec3d(Vec3d::Zero());
     stiffness.topLeftCorner<3, 3>() += outer(along - secant, direction, direction);
-    stiffness.diagonal().head<3>().array() += secant;
+    add_to_diagonal(stiffness, 0, secant);
     if (!solves_rotation) return;
     const double angle = error.rotation.norm();
     const double k = angle > 0 ? error.torque.magnitude / angle : rotation_spring.stiffness;
     // Second derivative of ½|log|²: 1 along the rotation axis, (φ/2) cot (φ/2) across.
     const double across = angle > CoupledConstants::kSmallRotation ? (angle / 2) / std::tan(angle / 2) : 1.0;
     const Vec3d axis = angle > 0 ? Vec3d(error.rotation / angle) : Vec3d(Vec3d::Zero());
-    stiffness.diagonal().tail<3>().array() += k;
+    add_to_diagonal(stiffness, 3, k);
     geometric_stiffness.bottomRightCorner<3, 3>() += outer(k * (1 - across), axis, axis);
-    geometric_stiffness.diagonal().tail<3>().array() -= k * (1 - across);
+    add_to_diagonal(geometric_stiffness, 3, -k * (1 - across));
   }
 };
 

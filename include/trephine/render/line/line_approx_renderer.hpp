@@ -132,7 +132,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   /// X_GP: the tip at its proxy, the shaft through IntP (thesis: the proxy's shaft points along r).
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept {
     const Vec3<Scalar> tip = tip_position();
-    return pose_along(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : X_GT_.linear().col(2));
+    return pose_along(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : z_axis(X_GT_));
   }
   /// Pose at which the burr cuts: the tip's proxy with the device's rotation, not the drawn tool.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
@@ -145,7 +145,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
     const Vec3<Scalar> tip = tip_position();
     const Vec3<Scalar> along =
-        report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * X_GT_.linear().col(2));
+        report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * z_axis(X_GT_));
     return pose_along(tip + tip_offset_, along + shaft_offset_);
   }
 
@@ -165,7 +165,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
     Pose<Scalar> X = X_GT_;
     X.translation() = tip;
     if (direction.norm() > Scalar(0))
-      X.linear() = rotation_between<Scalar>(X_GT_.linear().col(2), direction.normalized()) * X_GT_.linear();
+      X.linear() = rotation_between<Scalar>(z_axis(X_GT_), direction.normalized()) * X_GT_.linear();
     return X;
   }
 
@@ -179,7 +179,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
     };
     const Scalar rate = at_once ? std::numeric_limits<Scalar>::infinity() : static_cast<Scalar>(options_.drawn_rate);
     const Scalar translation = (X_GT_.translation() - previous_X_GT.translation()).norm();
-    const Scalar rotation = (X_GT_.linear().col(2) - previous_X_GT.linear().col(2)).norm();
+    const Scalar rotation = (z_axis(X_GT_) - z_axis(previous_X_GT)).norm();
     Vec3<Scalar> tip_target = Vec3<Scalar>::Zero(), shaft_target = tip_target;
     if (tip_.in_contact()) tip_target = static_cast<Scalar>(shape().tip_radius) * tip_.normal();
     approach(tip_offset_, tip_target, rate * translation);
@@ -194,7 +194,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   // Adds the shaft's contact to the output.
   template <ContactField Field>
   void add_shaft(const Field& field, Rendered<Scalar>& result) noexcept {
-    const Centreline<Scalar> probe{X_GT_.translation(), X_GT_.linear().col(2)};
+    const Centreline<Scalar> probe{X_GT_.translation(), z_axis(X_GT_)};
     ShaftScene<Field> scene{field,     tool_,           {tip_position(), probe.direction},
                             previous_, scratch_.data(), options_.refine};
     const ShaftContact<Scalar> c = update_shaft(scene, probe, result.status);

@@ -96,8 +96,8 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
         continue;
       }
       if (r.contacts == 0 && !r.deep) continue;
-      r.torque = (r.lever_m * X_GT.linear().col(2)).cross(r.force);  // Eq. 20
-      result.wrench.torque += r.torque;                              // Eq. 21
+      r.torque = (r.lever_m * z_axis(X_GT)).cross(r.force);  // Eq. 20
+      result.wrench.torque += r.torque;                      // Eq. 21
       if constexpr (Shaft::kForce) result.wrench.force += r.force;
       result.contact.shaft = result.contact.shaft || r.contacts > 0 || r.deep;
     }
