@@ -44,4 +44,12 @@ inline void clear_rotation(Mat6d& m) noexcept {
   return make_pose<double>(rotation_from_vector(turn) * R, X.translation() + shift);
 }
 
+/// Small motion that takes pose a to pose b: the inverse of `moved`.
+[[nodiscard]] inline Vec6d motion_to(const Posed& a, const Posed& b) noexcept {
+  Vec6d motion;
+  motion.head<3>() = b.translation() - a.translation();
+  motion.tail<3>() = turn_between(a, b);
+  return motion;
+}
+
 }  // namespace trephine

@@ -13,6 +13,8 @@ namespace trephine {
 /// so that accuracy does not depend on the grid's place in the world. `render` runs once a tick on the haptic thread.
 /// The other members return results of the last `render`, for logging, drawing and carving.
 ///
+/// A renderer whose law depends on time has `render(field, X_GT, dt)` too, with the time since the last tick [s].
+///
 /// A renderer that saves work without torque has a member `disable_torque()`. The constructor of a scene with ForceOnly
 /// calls it.
 // clang-format off

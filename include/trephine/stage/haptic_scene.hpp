@@ -146,7 +146,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     const Posed& X_WG = bone_->X_WG();
     const Posed X_GT = relative_pose(X_WG, input.X_WT);
     const Field field = bone_field();
-    const Rendered<Scalar> found = render(field, X_GT.template cast<Scalar>());
+    const Rendered<Scalar> found = render(field, X_GT.template cast<Scalar>(), clamped_dt(dt));
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
     if (found.status >= Status::kBadInput || !is_finite(wrench_G) || !std::isfinite(found.contact.depth))
@@ -283,13 +283,19 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       return contact_field(renderer_, *bone_, isovalue_);
   }
 
-  [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
+  [[nodiscard]] Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT, double dt) noexcept {
+    const auto render_in = [&](const auto& in) {
+      if constexpr (requires { renderer_.render(in, X_GT, dt); })
+        return renderer_.render(in, X_GT, dt);
+      else
+        return renderer_.render(in, X_GT);
+    };
     if constexpr (kSkipsEmptySpace) {
       constexpr std::array<bool, sizeof...(Parts)> is{EmptySpaceSkipper<Parts>...};
       constexpr auto at = static_cast<std::size_t>(std::find(is.begin(), is.end(), true) - is.begin());
-      return renderer_.render(std::get<at>(parts_).field_for(field), X_GT);
+      return render_in(std::get<at>(parts_).field_for(field));
     } else {
-      return renderer_.render(field, X_GT);
+      return render_in(field);
     }
   }
 

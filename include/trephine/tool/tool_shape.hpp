@@ -41,6 +41,10 @@ struct ToolMotion {
     return shift <= other.shift && turn <= other.turn;
   }
 };
+/// Sum of two motions.
+[[nodiscard]] inline ToolMotion operator+(const ToolMotion& a, const ToolMotion& b) noexcept {
+  return {a.shift + b.shift, a.turn + b.turn};
+}
 /// Motion from pose a to pose b.
 [[nodiscard]] inline ToolMotion motion_between(const Posed& a, const Posed& b) noexcept {
   const Vec3d shift = a.translation() - b.translation(), turn = z_axis(a) - z_axis(b);

@@ -75,8 +75,7 @@ class BroadPhase {
     const ToolMotion reach{std::clamp(ahead.shift, Constants::kMinReach * h, Constants::kMaxReach * h),
                            std::clamp(ahead.turn, Constants::kMinReachAngle, Constants::kMaxReachAngle)};
     const ToolMotion moved = motion_between(X_bricks_, X);
-    if (increase_stamp_ != view.grid().increase_stamp() ||
-        !ToolMotion{moved.shift + reach.shift, moved.turn + reach.turn}.is_within(brick_reach_))
+    if (increase_stamp_ != view.grid().increase_stamp() || !(moved + reach).is_within(brick_reach_))
       find_bricks(view, shape, X, {reach.shift + Constants::kBrickReach * h, reach.turn + Constants::kMaxReachAngle});
     return gather(view, shape, X, reach);
   }
@@ -97,8 +96,7 @@ class BroadPhase {
   template <class View>
   [[nodiscard]] bool is_empty_around(const View& view, const Posed& X, const ToolMotion& motion) noexcept {
     if (!blocks_.empty() || !is_current(view)) return false;
-    const ToolMotion moved = motion_between(X_gathered_, X);
-    return ToolMotion{moved.shift + motion.shift, moved.turn + motion.turn}.is_within(reach_);
+    return (motion_between(X_gathered_, X) + motion).is_within(reach_);
   }
 
   /// Reach of a list of elements (`NearElements`): no point of the tool's head goes farther than twice the same way.

@@ -17,6 +17,10 @@ struct CoupledOptions {
   double rotational_stiffness = 0.3;
   double force = 8.5;     ///< largest force of the coupling [N]: the device's maximum
   double torque = 0.188;  ///< likewise, the torque [N·m]
+  /// Fastest fall of the force where bone gives way [N/s]; infinity for none. The tool that is felt then catches up
+  /// with the device by `release` / `stiffness` a second, besides the device's own motion (`ReleaseBound`). So a film
+  /// that breaks lets the hand through in some ticks, and not in one.
+  double release = 60;
   /// A device that moved farther than this between two ticks [m], or whose axis turned by half a radian, jumped.
   /// The virtual tool then starts at the new pose if its axis is free of bone there. Otherwise it follows step by step.
   double jump = 0.005;
@@ -40,6 +44,7 @@ struct CoupledOptions {
              rotational_stiffness);
     if (!positive(force)) refuse("CoupledOptions", "force must be > 0 and at most 1e12 N", force);
     if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 and at most 1e12 N·m", torque);
+    if (!(release > 0)) refuse("CoupledOptions", "release must be > 0 N/s", release);
     if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
     if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
   }

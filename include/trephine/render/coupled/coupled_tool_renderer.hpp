@@ -103,26 +103,29 @@ class CoupledToolRenderer {
   /// True once after `set_tool`: the scene resets itself.
   [[nodiscard]] bool take_tool_change() noexcept { return std::exchange(tool_changed_, false); }
 
-  /// Returns the wrench on the tool about T's origin, G axes, for a device at X_GT.
+  /// Returns the wrench on the tool about T's origin, G axes, for a device at X_GT, `dt` seconds after the last tick.
   template <class View>
-  Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT) noexcept {
+  Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT, double dt = 1e-3) noexcept {
     Rendered<Scalar> out;
     const Posed X_device = X_GT.template cast<double>();
     view.surface().begin_tick();
     const TickStart start = begin_tick(view, X_device);
     if (start.jumped) out.status = Status::kJump;
     const ToolMotion motion = motion_between(X_, X_device);
+    Vec6d extension = Vec6d::Zero();
     if (axis_in_bone_ || broad_phase_.is_empty_around(view, X_, motion) ||
         is_known_in_air(view, bounds_, X_, motion.at(bounds_.arm()))) {
       set_free(X_device);
       if (axis_in_bone_) out.status = worse(out.status, Status::kStartedInside);
-      return out;
+    } else {
+      const SearchResult found = search(view, X_device, start.device_motion);
+      if (!found.converged) out.status = worse(out.status, Status::kWorkBound);
+      if (start.is_new && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
+        out.status = worse(out.status, Status::kStartedInside);
+      extension = report(found, out.contact);
     }
-    const SearchResult found = search(view, X_device, start.device_motion);
-    if (!found.converged) out.status = worse(out.status, Status::kWorkBound);
-    if (start.is_new && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
-      out.status = worse(out.status, Status::kStartedInside);
-    report(found, out);
+    if (start.is_new) release_.reset();
+    feel(extension, release_.apply(extension, start.X_device_before, X_device, dt), out);
     return out;
   }
 
@@ -132,6 +135,8 @@ class CoupledToolRenderer {
     axis_in_bone_ = false;
     broad_phase_.invalidate();
     set_free(X_);
+    release_.reset();
+    X_felt_ = X_;
   }
 
   [[nodiscard]] const CoupledOptions& options() const noexcept { return options_; }
@@ -150,9 +155,11 @@ class CoupledToolRenderer {
   [[nodiscard]] const auto& cutting_head() const noexcept { return head_; }
   /// One contact per surface element in contact, friction included: G axes [m, N].
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
-  /// Pose of the virtual tool in G.
+  /// Pose of the virtual tool in G, where it touches bone and cuts.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
-  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return proxy_pose(); }
+  /// Pose of the tool as the hand feels it, and as it is drawn: the virtual tool's, or on the way there while the force
+  /// falls (`CoupledOptions::release`).
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_felt_.template cast<Scalar>(); }
   /// Pose of the virtual tool in G, moved toward the device by at most `CoupledOptions::bite`: for a cut in time.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return ahead(options_.bite * gains_.shortest_spacing); }
   /// The same for a cut at once, at the end of a tick of `dt` seconds.
@@ -178,6 +185,7 @@ class CoupledToolRenderer {
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
     bristles_.set_points_per_element(foundation_.points_per_element());
+    release_ = gains_.release;
   }
 
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
@@ -190,6 +198,7 @@ class CoupledToolRenderer {
 
   /// State at the start of a tick.
   struct TickStart {
+    Posed X_device_before;
     double device_motion;  // since the last tick [m]
     bool jumped;
     bool is_new;  // the contacts of the last tick do not hold any more
@@ -200,7 +209,8 @@ class CoupledToolRenderer {
     const ToolMotion motion = motion_between(X_device_, X_device);
     const bool jumped = started_ && !motion.is_within({options_.jump, Constants::kJumpAngle});
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
-    const TickStart start{.device_motion = started_ ? motion.at(bounds_.arm()) : 0,
+    const TickStart start{.X_device_before = X_device_,
+                          .device_motion = started_ ? motion.at(bounds_.arm()) : 0,
                           .jumped = jumped,
                           .is_new = !started_ || jumped || densities_rose || axis_in_bone_};
     increase_stamp_ = view.grid().increase_stamp();
@@ -267,21 +277,34 @@ class CoupledToolRenderer {
         last_motion_);
   }
 
-  void report(const SearchResult& found, Rendered<Scalar>& out) noexcept {
+  /// Takes the result of a search. Returns the coupling's extension: the small motion from the virtual tool to the
+  /// device.
+  [[nodiscard]] Vec6d report(const SearchResult& found, ContactSummary& summary) noexcept {
     // Free, but for contact shallower than the smallest step.
-    if (found.converged && !found.evaluation.contact.has_contact()) return set_free(X_device_);
-    last_motion_ << found.X.translation() - X_.translation(), turn_between(X_, found.X);
+    if (found.converged && !found.evaluation.contact.has_contact()) {
+      set_free(X_device_);
+      return Vec6d::Zero();
+    }
+    last_motion_ = motion_to(X_, found.X);
     X_ = found.X;
     steps_ = found.step_count;
     if (!evaluated_) foundation_.clear();
-    const PoseError error = gains_.coupling.evaluate(X_, X_device_);
-    to_device_ = error.translation;
+    Vec6d extension = motion_to(X_, X_device_);
+    if (!gains_.coupling.solves_rotation) extension.tail<3>().setZero();
+    to_device_ = extension.head<3>();
     depth_ = found.evaluation.contact.depth;
-    report_contacts(found.last_step, out.contact);
+    report_contacts(found.last_step, summary);
     // A search that reached its bound in the air, behind the device, gives no force.
-    if (!found.found_contact) return;
-    if (out.contact.count > 0) out.contact.depth = to_device_.norm() + depth_;
-    const Vec6d on_tool = VirtualCoupling::wrench(error);
+    if (!found.found_contact) return Vec6d::Zero();
+    if (summary.count > 0) summary.depth = to_device_.norm() + depth_;
+    return extension;
+  }
+
+  /// Sets the wrench on the hand, which the coupling gives at an extension.
+  void feel(const Vec6d& extension, bool is_held_back, Rendered<Scalar>& out) noexcept {
+    X_felt_ = is_held_back ? moved(X_device_, -extension) : X_;
+    if (!(extension.squaredNorm() > 0)) return;
+    const Vec6d on_tool = VirtualCoupling::wrench(gains_.coupling.evaluate(extension.head<3>(), extension.tail<3>()));
     const Vec3d force = -on_tool.head<3>(), torque = -on_tool.tail<3>();
     out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
   }
@@ -327,6 +350,7 @@ class CoupledToolRenderer {
   // State from tick to tick.
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
+  ReleaseBound release_;
   Vec6d last_motion_ = Vec6d::Zero();  // of the virtual tool, in the last tick
   std::optional<EvaluatedContact> evaluated_;
   std::uint64_t increase_stamp_ = 0;  // of the grid: changes when densities rise
@@ -334,8 +358,9 @@ class CoupledToolRenderer {
   bool axis_in_bone_ = false;
 
   // Results of the last tick.
-  Vec3d to_device_ = Vec3d::Zero();  // from the virtual tool to the device [m]
-  double depth_ = 0;                 // of the deepest point [m]
+  Posed X_felt_ = Posed::Identity();  // of the tool that the hand feels: X_, or on the way there
+  Vec3d to_device_ = Vec3d::Zero();   // from the virtual tool to the device [m]
+  double depth_ = 0;                  // of the deepest point [m]
   int steps_ = 0;
 };
 

@@ -82,6 +82,8 @@ class CompensatedSpring {
 
   /// k [N/m].
   [[nodiscard]] double stiffness() const noexcept { return stiffness_; }
+  /// Extension from which the force is the largest [m].
+  [[nodiscard]] double max_extension() const noexcept { return max_extension_; }
   /// Largest force [N].
   [[nodiscard]] double max_force() const noexcept { return max_force_; }
   /// Distance outside the surface [m] at which contact has to begin, so that the felt force is k times the depth below

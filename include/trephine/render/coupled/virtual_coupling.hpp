@@ -27,13 +27,15 @@ struct VirtualCoupling {
 
   /// Pose error of a virtual tool at X, with the springs' forces.
   [[nodiscard]] PoseError evaluate(const Posed& X, const Posed& X_device) const noexcept {
-    PoseError error;
-    error.translation = X_device.translation() - X.translation();
-    error.force = translation_spring.evaluate(error.translation.norm());
+    return evaluate(X_device.translation() - X.translation(),
+                    solves_rotation ? turn_between(X, X_device) : Vec3d(Vec3d::Zero()));
+  }
+  /// The same for a translation [m] and a rotation vector [rad] from the virtual tool to the device.
+  [[nodiscard]] PoseError evaluate(const Vec3d& translation, const Vec3d& rotation) const noexcept {
+    PoseError error{translation, rotation, translation_spring.evaluate(translation.norm()), {}, 0};
     error.energy = error.force.energy;
     if (!solves_rotation) return error;
-    error.rotation = turn_between(X, X_device);
-    error.torque = rotation_spring.evaluate(error.rotation.norm());
+    error.torque = rotation_spring.evaluate(rotation.norm());
     error.energy += error.torque.energy;
     return error;
   }
