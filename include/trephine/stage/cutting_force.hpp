@@ -136,17 +136,17 @@ class CuttingForce {
   }
 
   /// Returns what this tick's cuts may remove. The scene calls it after contact, before its carvers. `renderer` has
-  /// rendered this tick, with the result `found`.
-  template <VoxelDensity Density, class ContactRenderer, RealScalar Scalar>
-  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
-                    const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
+  /// rendered this tick.
+  template <VoxelDensity Density, class ContactRenderer>
+  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer, double dt,
+                    bool spindle_on) noexcept {
     engagement_ = {};
     feed_ = 0;
     spindle_ = spindle_on ? (spindle_ > 0 || is_stalled_ ? spindle_ : options_.speed) : 0;
     is_stalled_ = is_stalled_ && spindle_on;
     const Posed X_GT = renderer.proxy_pose().template cast<double>();
     R_GT_ = X_GT.linear();
-    Vec3d force = found.contact.shaft ? force_on_head(renderer, X_GT) : found.wrench.force.template cast<double>();
+    Vec3d force = force_on_head(renderer, X_GT);
     // A drill cuts along its axis alone: its margins guide it in the hole.
     if (options_.edges.chisel) force = std::max(0.0, R_GT_.col(2).dot(force)) * R_GT_.col(2);
     thrust_ = force.norm() / options_.felt;

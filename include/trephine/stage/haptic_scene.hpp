@@ -165,7 +165,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       PressedCut pressed;
       for_each_part([&](auto& part) {
         if constexpr (kCarves && CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
-          pressed = part.engage(*bone_, isovalue_, renderer_, found, context.dt, input.spindle_on);
+          pressed = part.engage(*bone_, isovalue_, renderer_, context.dt, input.spindle_on);
       });
       const bool restarts = found.status >= Status::kJump;
       Posed X_GC = X_GT;

@@ -36,9 +36,8 @@ concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::
 /// A part that decides how much of the bone in the head a tick's cuts remove, as a CuttingForce does. The scene calls
 /// `engage` after contact, before its carvers.
 template <class P, class Grid, class R>
-concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const R& renderer,
-                               const Rendered<typename R::Scalar>& found, double dt) {
-  { part.engage(bone, isovalue, renderer, found, dt, true) }
+concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const R& renderer, double dt) {
+  { part.engage(bone, isovalue, renderer, dt, true) }
   noexcept->std::same_as<PressedCut>;
 };
 
