@@ -27,6 +27,7 @@
 #include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/release_limit.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/discretization.hpp>

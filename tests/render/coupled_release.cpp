@@ -3,7 +3,7 @@
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
 
-#include <trephine/render/coupled/release_bound.hpp>
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <doctest/doctest.h>

@@ -10,7 +10,6 @@
 #include <trephine/stage/head_samples.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/tool/cutting_law.hpp>
-#include <trephine/voxel/density_field.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/coupled/foundation.hpp>
-#include <trephine/render/coupled/release_bound.hpp>
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/render/coupled/springs.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
 #include <trephine/tool/shape.hpp>

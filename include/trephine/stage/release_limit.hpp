@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/contact/release_bound.hpp>
+#include <trephine/core/refuse.hpp>
+#include <trephine/stage/context.hpp>
+
+#include <cmath>
+#include <limits>
+
+namespace trephine {
+
+/// Limits how fast force and torque fall where bone gives way or an edge is passed, for Line and Surface. The coupled
+/// tool has this limit within (`CoupledOptions::release`).
+///
+/// The wrench counts as that of two springs of the given stiffnesses, for translation and rotation (`ReleaseBound`). A
+/// wrench that the device's own motion explains, or that rises, passes unchanged, to the bit. While the limit acts, the
+/// springs' energy is lost and none is given to the hand. `WrenchRateLimit` limits rises too, and lags behind a stiff
+/// wall.
+///
+/// List this stage first, before damping and other parts that change the wrench. State: the last wrench and pose.
+/// Haptic thread.
+class ReleaseLimit {
+ public:
+  static constexpr bool kUsesTwist = false;
+
+  struct Options {
+    double stiffness = 800;             ///< k of the contact's springs [N/m]
+    double rotational_stiffness = 0.3;  ///< k_θ, what counts as one: it weighs torque against force [N·m/rad]
+    double release = 60;                ///< fastest fall of the force besides k times the device's motion [N/s]
+
+    /// Throws std::invalid_argument if an option is out of range.
+    void validate() const {
+      const auto check = [](const char* rule, double v) {
+        if (!(v > 0) || !std::isfinite(v)) refuse("ReleaseLimit", rule, v);
+      };
+      check("stiffness must be finite and > 0 N/m", stiffness);
+      check("rotational_stiffness must be finite and > 0 N·m/rad", rotational_stiffness);
+      check("release must be finite and > 0 N/s", release);
+    }
+  };
+
+  /// Throws std::invalid_argument if an option is out of range.
+  explicit ReleaseLimit(const Options& options = default_options()) {
+    options.validate();
+    adopt(options);
+  }
+
+  [[nodiscard]] const Options& options() const noexcept { return options_; }
+  /// Replaces the options, which `validate` must accept; between ticks, haptic thread.
+  void adopt(const Options& options) noexcept {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    options_ = options;
+    bound_ = {options.release / options.stiffness, std::sqrt(options.rotational_stiffness / options.stiffness), kNone,
+              kNone};
+  }
+
+  void reset() noexcept { bound_.reset(); }
+
+  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
+    if (needs_ramp(context.status)) reset();
+    const Posed before = X_before_;
+    X_before_ = context.input.X_WT;
+    Vec6d extension;
+    extension.head<3>() = wrench.force / -options_.stiffness;
+    extension.tail<3>() = wrench.torque / -options_.rotational_stiffness;
+    if (!bound_.apply(extension, before, X_before_, context.dt)) return;
+    wrench.force = -options_.stiffness * extension.head<3>();
+    wrench.torque = -options_.rotational_stiffness * extension.tail<3>();
+  }
+
+ private:
+  [[nodiscard]] static Options default_options() noexcept { return {}; }
+
+  Options options_;
+  ReleaseBound bound_;
+  Posed X_before_ = Posed::Identity();
+};
+
+}  // namespace trephine

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/stage/release_limit.hpp>
+
+#include "fakes.hpp"
+#include "support/cases.hpp"
+#include "support/figures.hpp"
+#include "support/poses.hpp"
+#include "support/raster.hpp"
+
+using namespace trephine;
+using namespace trephine::test;
+
+TEST_CASE("release limit: a force that is gone falls along the stated slope, at any tick rate, and rises at once") {
+  auto bone = small_grid();
+  for (const double dt : {2.5e-4, 1e-3, 4e-3}) {
+    HapticScene scene{bone, 300, Floor<>{}, ReleaseLimit({.stiffness = 500, .release = 80})};
+    const TickInput held{.X_WT = at(0, 0, 1e-3)};
+    for (int again = 0; again < 2; ++again) {
+      scene.renderer().overflow = 2;
+      CHECK(scene.tick(held, dt).wrench.force.x() == 2);
+      scene.renderer().overflow = 0;
+      for (int i = 1; i * dt < 0.03; ++i)
+        CHECK(scene.tick(held, dt).wrench.force.x() == doctest::Approx(std::max(0.0, 2 - 80 * i * dt)).scale(1));
+    }
+    // A new start has no last force.
+    scene.renderer().overflow = 2;
+    CHECK(scene.tick(held, dt).wrench.force.x() == 2);
+    scene.renderer().overflow = 0;
+    scene.renderer().status = Status::kStartedInside;
+    CHECK(scene.tick(held, dt).wrench == Wrenchd::zero());
+  }
+}
+
+TEST_CASE("release limit: force and torque fall together, and the springs' energy falls with them") {
+  auto bone = small_grid();
+  const ReleaseLimit::Options o{.stiffness = 800, .rotational_stiffness = 0.2, .release = 100};
+  HapticScene scene{bone, 300, Floor<>{}, ReleaseLimit(o)};
+  const TickInput held{.X_WT = at(0, 0, 1e-3)};
+  scene.renderer().overflow = 1;
+  scene.renderer().torque_overflow = 0.03;
+  Wrenchd before = scene.tick(held, kTick).wrench;
+  scene.renderer().overflow = scene.renderer().torque_overflow = 0;
+  const auto twice_energy = [&](const Wrenchd& w) {
+    return w.force.squaredNorm() / o.stiffness + w.torque.squaredNorm() / o.rotational_stiffness;
+  };
+  int ticks = 0;
+  for (; before.force.x() > 0 && ticks < 100; ++ticks) {
+    const Wrenchd now = scene.tick(held, kTick).wrench;
+    CHECK(now.torque.y() == doctest::Approx(0.03 * now.force.x()).scale(1e-3));
+    CHECK(std::sqrt(twice_energy(before) * o.stiffness) - std::sqrt(twice_energy(now) * o.stiffness) <=
+          o.release * kTick * (1 + 1e-9));
+    before = now;
+  }
+  // √(1² + 800/0.2 · 0.03²) = 2.14 N at 0.1 N a tick.
+  CHECK(ticks == 22);
+}
+
+TEST_CASE("release limit: what the device's own motion explains passes, to the bit") {
+  auto bone = small_grid();
+  // The floor's torque of twice the force has a lever of 2 m: here it counts for nothing.
+  HapticScene with{bone, 300, Floor<>{.k = 800}, ReleaseLimit({.rotational_stiffness = 1e9})};
+  HapticScene without{bone, 300, Floor<>{.k = 800}};
+  // In and out by up to 0.3 m/s.
+  for (int i = 0; i < 3000; ++i) {
+    const double t = 1e-3 * i;
+    const TickInput input{.X_WT = at(1e-3 * std::sin(40 * t), 0, 3e-3 * std::sin(100 * t))};
+    CHECK(with.tick(input, kTick).wrench == without.tick(input, kTick).wrench);
+  }
+}
+
+TEST_CASE("release limit: refuses what is no stiffness and no rate") {
+  for (const double bad : {0.0, -1.0, kNaN, kInf}) {
+    CHECK_THROWS_AS(ReleaseLimit({.stiffness = bad}), std::invalid_argument);
+    CHECK_THROWS_AS(ReleaseLimit({.rotational_stiffness = bad}), std::invalid_argument);
+    CHECK_THROWS_AS(ReleaseLimit({.release = bad}), std::invalid_argument);
+  }
+}
+
+// A point tip 0.8 mm deep drops its whole force as it passes an edge of 90°.
+TEST_CASE("release limit: Line slides off an edge along a slope instead of a step") {
+  constexpr double kDepth = 8e-4, kStep = 5e-5, kK = 800, kRelease = 60;
+  Random random(91);
+  Figures with, without;
+  for (int n = 0; n < cases(18); ++n) {
+    RasterOptions o{.size = {48, 48, 48}, .spacing = Vec3d::Constant(3e-4)};
+    o.blur = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 0.7 : 1.0;
+    const Vec3d middle = Vec3d::Constant(23.5 * 3e-4) + random.arrow(0, 3e-4);
+    const Vec3d up = random.unit(), out = up.unitOrthogonal();
+    // Bone lies below the plane, on this side of the edge.
+    auto bone = rasterise<std::int16_t>(Both{HalfSpace{middle, up}, HalfSpace{middle, out}}, o);
+    const auto greatest_step = [&](auto& scene) {
+      double most = 0, before = 0;
+      const auto tick = [&](double along, double depth) {
+        const Vec3d p = middle + along * out - depth * up;
+        const double now = scene.tick({.X_WT = tool_at(p, up)}, kTick).wrench.force.norm();
+        most = std::max(most, std::abs(now - before));
+        before = now;
+      };
+      for (double depth = -1e-3; depth < kDepth; depth += 2e-5) tick(-3e-3, depth);
+      most = 0;
+      for (double along = -3e-3; along < 3e-3; along += kStep) tick(along, kDepth);
+      CHECK(before == 0);
+      return most;
+    };
+    const LineApproxRenderer line{ToolDiscretization{Burr{.shaft_length = 0}, LineCounts{}},
+                                  LineOptions{.stiffness = kK}};
+    HapticScene plain{bone, o.isovalue(), line};
+    HapticScene limited{bone, o.isovalue(), line, ReleaseLimit({.stiffness = kK, .release = kRelease})};
+    without.add(greatest_step(plain));
+    with.add(greatest_step(limited));
+  }
+  MESSAGE("greatest step [N]: ", without, "; with the limit ", with);
+  CHECK(without.median() > 0.3);
+  CHECK(with.worst() <= kK * kStep + kRelease * kTick + 1e-9);
+}
