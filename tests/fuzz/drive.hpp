@@ -178,6 +178,7 @@ void play_in(VoxelGrid<std::uint8_t>& bone, Renderer renderer, const Cut& cut, B
                     isovalue,
                     std::move(renderer),
                     Milling{cut},
+                    ReleaseLimit{},
                     HuntCrossley(HuntCrossley::Options{}),
                     Damping({.linear = 0.5, .angular = 1e-4}),
                     PassivityController({.contact_stiffness = 800}),

@@ -78,6 +78,7 @@ template <class Density, class R>
                      kIsovalue,
                      std::move(renderer),
                      Milling{{.rate = 2e4}},
+                     ReleaseLimit{},
                      Damping({.linear = 0.5, .angular = 1e-4}),
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),

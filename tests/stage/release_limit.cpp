@@ -69,6 +69,42 @@ TEST_CASE("release limit: what the device's own motion explains passes, to the b
   }
 }
 
+TEST_CASE("release limit: bone that moves away and turns counts as the tool's motion") {
+  auto bone = small_grid();
+  auto other = small_grid();
+  HapticScene with{bone, 300, Floor<>{.k = 800}, ReleaseLimit({.rotational_stiffness = 1e9})};
+  HapticScene without{other, 300, Floor<>{.k = 800}};
+  for (int i = 0; i < 500; ++i) {
+    const double t = 1e-3 * i;
+    const Posed X_WG =
+        make_pose<double>(rotation_from_vector(Vec3d(0, 0, 2 * t)), Vec3d(0, 0, 3e-3 * std::sin(60 * t)));
+    bone.set_X_WG(X_WG);
+    other.set_X_WG(X_WG);
+    const TickInput input{.X_WT = at(0, 0, 0)};
+    CHECK(with.tick(input, kTick).wrench == without.tick(input, kTick).wrench);
+  }
+  // Still bone, and a force that vanishes: along the world's axes.
+  with.renderer().overflow = 2;
+  const Vec3d full = with.tick({.X_WT = at(0, 0, 1)}, kTick).wrench.force;
+  with.renderer().overflow = 0;
+  const Vec3d after = with.tick({.X_WT = at(0, 0, 1)}, kTick).wrench.force;
+  CHECK((after - (1 - 0.06 / 2) * full).norm() <= 1e-12);
+}
+
+TEST_CASE("release limit: a wrench beyond all reason is no fault of its own") {
+  auto bone = small_grid();
+  HapticScene scene{bone, 300, Floor<>{}, ReleaseLimit{}, DeviceLimits{.force = 3, .torque = 0.1}};
+  for (const double huge : {1e150, 1e200, 1e300}) {
+    scene.renderer().overflow = huge;
+    CHECK(scene.tick({.X_WT = at(0, 0, 1)}, kTick).wrench.force.norm() <= 3 * (1 + 1e-9));
+    scene.renderer().overflow = 0;
+    const TickResult r = scene.tick({.X_WT = at(0, 0, 1)}, kTick);
+    CHECK(r.status == Status::kOk);
+    CHECK(is_finite(r.wrench));
+    scene.reset();
+  }
+}
+
 TEST_CASE("release limit: refuses what is no stiffness and no rate") {
   for (const double bad : {0.0, -1.0, kNaN, kInf}) {
     CHECK_THROWS_AS(ReleaseLimit({.stiffness = bad}), std::invalid_argument);

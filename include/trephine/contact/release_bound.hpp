@@ -39,7 +39,7 @@ class ReleaseBound {
       const Vec6d device = motion_to(before, now);
       const double pushed = std::max(0.0, dot(device, last_)) / dot(last_, last_);
       const double least = before_motion - size(device - pushed * last_);
-      is_held_back = wanted < least;
+      is_held_back = wanted < least && std::isfinite(least);
       if (is_held_back) {
         // On the way from the extension of a tool that stands still to the wanted one: |held + f way| = least.
         const Vec6d held = within_limits(last_ + device), way = extension - held;

@@ -4,9 +4,11 @@
 #include <trephine/contact/release_bound.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/stage/context.hpp>
+#include <trephine/stage/motion.hpp>
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace trephine {
 
@@ -14,9 +16,9 @@ namespace trephine {
 /// tool has this limit within (`CoupledOptions::release`).
 ///
 /// The wrench counts as that of two springs of the given stiffnesses, for translation and rotation (`ReleaseBound`). A
-/// wrench that the device's own motion explains, or that rises, passes unchanged, to the bit. While the limit acts, the
-/// springs' energy is lost and none is given to the hand. `WrenchRateLimit` limits rises too, and lags behind a stiff
-/// wall.
+/// wrench that the tool's own motion in the bone's frame explains, or that rises, passes unchanged, to the bit. While
+/// the limit acts, the springs' energy is lost and none is given to the hand. `WrenchRateLimit` limits rises too, and
+/// lags behind a stiff wall.
 ///
 /// List this stage first, before damping and other parts that change the wrench. State: the last wrench and pose.
 /// Haptic thread.
@@ -59,14 +61,14 @@ class ReleaseLimit {
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     if (needs_ramp(context.status)) reset();
-    const Posed before = X_before_;
-    X_before_ = context.input.X_WT;
+    const Posed before = std::exchange(X_GT_, relative_pose(context.X_WG, context.input.X_WT));
+    const Wrenchd in_grid = wrench.rotated(inverse_rotation(context.X_WG));
     Vec6d extension;
-    extension.head<3>() = wrench.force / -options_.stiffness;
-    extension.tail<3>() = wrench.torque / -options_.rotational_stiffness;
-    if (!bound_.apply(extension, before, X_before_, context.dt)) return;
-    wrench.force = -options_.stiffness * extension.head<3>();
-    wrench.torque = -options_.rotational_stiffness * extension.tail<3>();
+    extension.head<3>() = in_grid.force / -options_.stiffness;
+    extension.tail<3>() = in_grid.torque / -options_.rotational_stiffness;
+    if (!bound_.apply(extension, before, X_GT_, context.dt)) return;
+    const Wrenchd held{-options_.stiffness * extension.head<3>(), -options_.rotational_stiffness * extension.tail<3>()};
+    wrench = held.rotated(context.X_WG.linear());
   }
 
  private:
@@ -74,7 +76,7 @@ class ReleaseLimit {
 
   Options options_;
   ReleaseBound bound_;
-  Posed X_before_ = Posed::Identity();
+  Posed X_GT_ = Posed::Identity();  // of the last tick
 };
 
 }  // namespace trephine
