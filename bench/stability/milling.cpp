@@ -78,6 +78,12 @@ std::vector<Setup> tools() {
     for (const Cut cut : {Cut::kAtOnce, Cut::kAdvancing}) all.push_back({.renderer = renderer, .cut = cut});
     all.push_back({.renderer = renderer});
     all.back().stack.rate = {.force = 190, .torque = 6};
+    // The coupled tool has this limit within.
+    if (all.back().renderer == "coupled") continue;
+    for (const Cut cut : {Cut::kByRate, Cut::kAdvancing}) {
+      all.push_back({.renderer = renderer, .cut = cut});
+      all.back().stack.release = ReleaseLimit::Options{};
+    }
   }
   return all;
 }
@@ -131,7 +137,7 @@ void plan_milling(const StabilityOptions& options, Plan& plan) {
     for (const Setup& tool : tools())
       for (const double newton : options.quick ? std::vector{3.0} : std::vector{1.0, 3.0, 10.0})
         for (const bool spindle : {false, true}) {
-          if (!spindle && (!skull || tool.cut != Cut::kByRate || tool.stack.rate)) continue;
+          if (!spindle && (!skull || tool.cut != Cut::kByRate || tool.stack.rate || tool.stack.release)) continue;
           plan.push_back({tool.renderer + ", milling", [=] { return measured(skull, tool, newton, spindle); }});
         }
   }

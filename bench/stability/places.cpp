@@ -50,6 +50,7 @@ std::string label(const Setup& setup) {
   if (setup.friction > 0) s << " + friction " << setup.friction;
   if (setup.cut == Cut::kAtOnce) s << " + cut at once";
   if (setup.cut == Cut::kAdvancing) s << " + advancing cut";
+  if (setup.stack.release) s << " + release limit " << setup.stack.release->release << " N/s";
   if (setup.stack.rate) s << " + rate limit " << setup.stack.rate->force << " N/s";
   return s.str();
 }

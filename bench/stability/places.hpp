@@ -25,6 +25,7 @@ struct Stack {
   std::optional<Damping::Options> damping{};
   std::optional<FirstOrderFilter::Options> filter{};
   std::optional<PassivityController::Options> passivity{};
+  std::optional<ReleaseLimit::Options> release{};
   std::optional<WrenchRateLimit::Options> rate{};
   DeviceLimits limits{1e3, 1e2};
 };

@@ -34,6 +34,7 @@ std::vector<Named> stacks() {
           {"damping 5 N·s/m in contact", {.damping = damped_in_contact}},
           {"Hunt-Crossley 1 s/m", {.hunt_crossley = soft}},
           {"Hunt-Crossley 5 s/m", {.hunt_crossley = hard}},
+          {"release limit 60 N/s", {.release = ReleaseLimit::Options{}}},
           {"rate limit 600 N/s", {.rate = WrenchRateLimit::Options{600, 18}}},
           {"passivity controller", {.passivity = watch}},
           {"passivity controller, stored energy known", {.passivity = stored}},

@@ -37,6 +37,7 @@ template <class R>
                     isovalue,
                     std::move(renderer),
                     AnyMilling(setup.cut, setup.mill_rate, kSpeed),
+                    Switched<ReleaseLimit>(s.release),
                     Switched<HuntCrossley>(s.hunt_crossley),
                     Switched<Damping>(s.damping),
                     Switched<FirstOrderFilter>(s.filter),
