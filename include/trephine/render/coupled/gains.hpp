@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/coupled/foundation.hpp>
-#include <trephine/contact/release_bound.hpp>
 #include <trephine/render/coupled/springs.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
 #include <trephine/tool/shape.hpp>
