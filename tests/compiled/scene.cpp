@@ -37,6 +37,7 @@ compiled::Bone bone_like(const VoxelGrid<Density>& block, const GridOptions& opt
 /// Every stage there is.
 compiled::StageOptions every_stage() {
   return {.milling = compiled::Milling{.cut = compiled::Cut::kRateLimited, .rate = 2e4},
+          .release_limit = compiled::ReleaseLimit{},
           .hunt_crossley = compiled::HuntCrossley{},
           .vibration = compiled::MillingVibration{},
           .damping = compiled::Damping{.linear = 0.5, .angular = 1e-4},
@@ -53,6 +54,7 @@ auto scene_with_every_stage(VoxelGrid<Density>& bone, R renderer) {
                      kIsovalue,
                      std::move(renderer),
                      Milling{{.rate = 2e4}},
+                     ReleaseLimit{},
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),
                      Damping({.linear = 0.5, .angular = 1e-4}),
@@ -339,6 +341,7 @@ TEST_CASE("wrong arguments are refused at construction") {
   refuse_scene("Damping", {}, {.damping = compiled::Damping{.linear = -1}});
   refuse_scene("FirstOrderFilter", {}, {.filter = compiled::FirstOrderFilter{.cutoff = 0}});
   refuse_scene("PassivityController", {}, {.passivity = compiled::PassivityController{.memory = 0}});
+  refuse_scene("ReleaseLimit", {}, {.release_limit = compiled::ReleaseLimit{.release = 0}});
   refuse_scene("WrenchRateLimit", {}, {.rate_limit = compiled::WrenchRateLimit{.force = 0}});
   refuse_scene("DeviceLimits", {}, {.limits = compiled::DeviceLimits{.force = nan}});
 
@@ -431,6 +434,7 @@ TEST_CASE("options of a compiled scene have the headers' defaults") {
   CHECK(same(compiled::MillingVibration{}, MillingVibration::Options{}));
   CHECK(same(compiled::FirstOrderFilter{}, FirstOrderFilter::Options{}));
   CHECK(same(compiled::PassivityController{}, PassivityController::Options{}));
+  CHECK(same(compiled::ReleaseLimit{}, ReleaseLimit::Options{}));
   CHECK(same(compiled::WrenchRateLimit{}, WrenchRateLimit::Options{}));
   CHECK(same(compiled::DeviceLimits{}, DeviceLimits{}));
   CHECK(compiled::Damping{}.linear == Damping::Options{}.linear);

@@ -12,6 +12,7 @@
 #include <trephine/stage/hunt_crossley.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/release_limit.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/voxel/grid_reader.hpp>
@@ -30,6 +31,7 @@ namespace trephine::compiled {
 /// The stages of a header scene, of the options of a compiled scene; each scene makes its own milling.
 struct SceneParts {
   std::optional<Milling> milling;
+  OptionalStage<trephine::ReleaseLimit>::Options release_limit{};
   OptionalStage<trephine::HuntCrossley>::Options hunt_crossley{};
   OptionalCutting::Options cutting{};
   OptionalStage<trephine::MillingVibration>::Options vibration{};
@@ -41,6 +43,9 @@ struct SceneParts {
 
   /// Throws std::invalid_argument where an option is out of range.
   explicit SceneParts(const StageOptions& o) : milling(o.milling) {
+    if (const auto& s = o.release_limit)
+      release_limit = {
+          .stiffness = s->stiffness, .rotational_stiffness = s->rotational_stiffness, .release = s->release};
     if (const auto& s = o.hunt_crossley)
       hunt_crossley = {.lambda = s->lambda, .max_factor = s->max_factor, .lever = s->lever};
     if (const auto& s = o.cutting)
@@ -81,6 +86,7 @@ struct SceneParts {
     const auto check = [](const auto& options) {
       if (options) options->validate();
     };
+    check(release_limit);
     check(hunt_crossley);
     check(cutting);
     check(vibration);
@@ -141,6 +147,7 @@ class SceneOf final : public AnyScene {
   SceneOf(VoxelGrid<Density>& grid, double isovalue, const Tool& tool, ContactRenderer renderer, const SceneParts& p)
       : tool_(tool),
         scene_(grid, isovalue, std::move(renderer), OptionalMilling<Density>(p.milling),
+               OptionalStage<trephine::ReleaseLimit>(p.release_limit),
                OptionalStage<trephine::HuntCrossley>(p.hunt_crossley), OptionalCutting(p.cutting),
                OptionalStage<trephine::MillingVibration>(p.vibration), OptionalStage<trephine::Damping>(p.damping),
                OptionalStage<trephine::FirstOrderFilter>(p.filter), OptionalGuard{},
@@ -156,6 +163,7 @@ class SceneOf final : public AnyScene {
     check_cut(p);
     auto& milling = part<OptionalMilling<Density>>();
     milling.adopt(OptionalMilling<Density>(p.milling, milling.floor()));
+    part<OptionalStage<trephine::ReleaseLimit>>().adopt(p.release_limit);
     part<OptionalStage<trephine::HuntCrossley>>().adopt(p.hunt_crossley);
     part<OptionalCutting>().adopt(p.cutting);
     part<OptionalStage<trephine::MillingVibration>>().adopt(p.vibration);
@@ -263,10 +271,11 @@ class SceneOf final : public AnyScene {
   }
 
   Tool tool_;  // a renderer's own may be wider
-  HapticScene<Density, ContactRenderer, OptionalMilling<Density>, OptionalStage<trephine::HuntCrossley>,
-              OptionalCutting, OptionalStage<trephine::MillingVibration>, OptionalStage<trephine::Damping>,
-              OptionalStage<trephine::FirstOrderFilter>, OptionalGuard, OptionalStage<trephine::PassivityController>,
-              OptionalStage<trephine::WrenchRateLimit>, trephine::DeviceLimits>
+  HapticScene<Density, ContactRenderer, OptionalMilling<Density>, OptionalStage<trephine::ReleaseLimit>,
+              OptionalStage<trephine::HuntCrossley>, OptionalCutting, OptionalStage<trephine::MillingVibration>,
+              OptionalStage<trephine::Damping>, OptionalStage<trephine::FirstOrderFilter>, OptionalGuard,
+              OptionalStage<trephine::PassivityController>, OptionalStage<trephine::WrenchRateLimit>,
+              trephine::DeviceLimits>
       scene_;
 };
 

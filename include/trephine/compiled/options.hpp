@@ -119,6 +119,14 @@ struct PassivityController {
   double memory = 0.2;                   ///< time constant in which a debt is forgotten [s], > 0
 };
 
+/// Force and torque of Line and Surface fall no faster than this where bone gives way (`trephine::ReleaseLimit`). The
+/// coupled tool has `CoupledOptions::release`.
+struct ReleaseLimit {
+  double stiffness = 800;             ///< of the contact [N/m], > 0
+  double rotational_stiffness = 0.3;  ///< weighs torque against force [N·m/rad], > 0
+  double release = 60;                ///< fastest fall of the force [N/s], > 0
+};
+
 /// The wrench changes by at most this a second.
 struct WrenchRateLimit {
   double force = 600;  ///< [N/s], > 0
@@ -172,6 +180,7 @@ struct StructureTotals {
 /// `set_structures` runs between filter and passivity control.
 struct StageOptions {
   std::optional<Milling> milling{};
+  std::optional<ReleaseLimit> release_limit{};
   std::optional<HuntCrossley> hunt_crossley{};
   std::optional<CuttingForce> cutting{};
   std::optional<MillingVibration> vibration{};
