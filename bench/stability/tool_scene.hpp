@@ -32,12 +32,14 @@ class Ticked final : public AnyTool {
 template <class R>
 [[nodiscard]] std::unique_ptr<AnyTool> wrapped(R renderer, const Setup& setup, Bone& bone, double isovalue) {
   const Stack& s = setup.stack;
+  std::optional<ReleaseLimit::Options> release = s.release;
+  if (release) release->stiffness = setup.stiffness;
   constexpr double kSpeed = 1e-3;  // of an advancing cut [m/s]
   HapticScene scene{bone,
                     isovalue,
                     std::move(renderer),
                     AnyMilling(setup.cut, setup.mill_rate, kSpeed),
-                    Switched<ReleaseLimit>(s.release),
+                    Switched<ReleaseLimit>(release),
                     Switched<HuntCrossley>(s.hunt_crossley),
                     Switched<Damping>(s.damping),
                     Switched<FirstOrderFilter>(s.filter),

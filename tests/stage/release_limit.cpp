@@ -105,6 +105,40 @@ TEST_CASE("release limit: a wrench beyond all reason is no fault of its own") {
   }
 }
 
+// A hand goes in and out of a floor that vanishes now and then, and comes back while the hand is out.
+TEST_CASE("release limit: no energy comes of it, if its stiffness is no less than the contact's") {
+  for (const double k : {200.0, 800.0, 3000.0}) {
+    auto bone = small_grid();
+    HapticScene scene{bone, 300, Floor<>{.k = 800}, ReleaseLimit({.stiffness = k, .rotational_stiffness = 1e9})};
+    Random random(17);
+    double work = 0, turned_over = 0, z_before = 1e-3, force_before = 0;
+    for (int n = 0; n < cases(400); ++n) {
+      const double depth = 2e-3 * random.uniform(), speed = std::pow(10, random.uniform(-5, -3.5));  // [m] a tick
+      // Below its true stiffness the limit holds on to a firm floor too.
+      const double goes_at = k >= 800 && random.uniform() < 0.5 ? random.uniform(-depth, 1e-3) : -1;
+      scene.renderer().k = 800;
+      for (const double direction : {-1.0, 1.0})
+        for (double z = z_before; direction * (direction < 0 ? -depth : 1e-3) > direction * z;) {
+          z += direction * speed;
+          if (z < goes_at) scene.renderer().k = 0;
+          const double force = scene.tick({.X_WT = at(0, 0, z)}, kTick).wrench.force.z();
+          const double part = 0.5 * (force + force_before) * (z - z_before);
+          work += part;
+          turned_over += std::abs(part);
+          force_before = force;
+          z_before = z;
+        }
+    }
+    CAPTURE(k);
+    MESSAGE("work on the hand ", work, " J of ", turned_over, " J with ", k, " N/m");
+    CHECK(turned_over > 1e-3);
+    if (k >= 800)
+      CHECK(work <= 1e-3 * turned_over);
+    else
+      CHECK(work > 1e-3 * turned_over);
+  }
+}
+
 TEST_CASE("release limit: refuses what is no stiffness and no rate") {
   for (const double bad : {0.0, -1.0, kNaN, kInf}) {
     CHECK_THROWS_AS(ReleaseLimit({.stiffness = bad}), std::invalid_argument);

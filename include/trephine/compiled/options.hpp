@@ -119,10 +119,10 @@ struct PassivityController {
   double memory = 0.2;                   ///< time constant in which a debt is forgotten [s], > 0
 };
 
-/// Force and torque of Line and Surface fall no faster than this where bone gives way (`trephine::ReleaseLimit`). The
-/// coupled tool has `CoupledOptions::release`.
+/// Force and torque of Line fall no faster than this where bone gives way (`trephine::ReleaseLimit`). The coupled tool
+/// has `CoupledOptions::release`.
 struct ReleaseLimit {
-  double stiffness = 800;             ///< of the contact [N/m], > 0
+  double stiffness = 800;             ///< no less than the contact's tangent stiffness [N/m], > 0
   double rotational_stiffness = 0.3;  ///< weighs torque against force [N·m/rad], > 0
   double release = 60;                ///< fastest fall of the force [N/s], > 0
 };

@@ -12,8 +12,8 @@
 
 namespace trephine {
 
-/// Limits how fast force and torque fall where bone gives way or an edge is passed, for Line and Surface. The coupled
-/// tool has this limit within (`CoupledOptions::release`).
+/// Limits how fast force and torque fall where bone gives way or an edge is passed, for Line. The coupled tool has this
+/// limit within (`CoupledOptions::release`).
 ///
 /// The wrench counts as that of two springs of the given stiffnesses, for translation and rotation (`ReleaseBound`). A
 /// wrench that the tool's own motion in the bone's frame explains, or that rises, passes unchanged, to the bit. While
@@ -27,7 +27,9 @@ class ReleaseLimit {
   static constexpr bool kUsesTwist = false;
 
   struct Options {
-    double stiffness = 800;             ///< k of the contact's springs [N/m]
+    /// k [N/m]: no less than the contact's tangent stiffness. With less, the limit would give back more energy than the
+    /// contact took. So it does not suit Surface, whose stiffness grows with depth and contact.
+    double stiffness = 800;
     double rotational_stiffness = 0.3;  ///< k_θ, what counts as one: it weighs torque against force [N·m/rad]
     double release = 60;                ///< fastest fall of the force besides k times the device's motion [N/s]
 
