@@ -33,7 +33,7 @@ template <class R>
 [[nodiscard]] std::unique_ptr<AnyTool> wrapped(R renderer, const Setup& setup, Bone& bone, double isovalue) {
   const Stack& s = setup.stack;
   std::optional<ReleaseLimit::Options> release = s.release;
-  if (release) release->stiffness = setup.stiffness;
+  if (release) release->stiffness = 2 * setup.stiffness;  // tip and shaft
   constexpr double kSpeed = 1e-3;  // of an advancing cut [m/s]
   HapticScene scene{bone,
                     isovalue,

@@ -88,7 +88,7 @@ TEST_CASE("release limit: bone that moves away and turns counts as the tool's mo
   const Vec3d full = with.tick({.X_WT = at(0, 0, 1)}, kTick).wrench.force;
   with.renderer().overflow = 0;
   const Vec3d after = with.tick({.X_WT = at(0, 0, 1)}, kTick).wrench.force;
-  CHECK((after - (1 - 0.06 / 2) * full).norm() <= 1e-12);
+  CHECK((after - (1 - ReleaseLimit::Options{}.release * kTick / 2) * full).norm() <= 1e-12);
 }
 
 TEST_CASE("release limit: a wrench beyond all reason is no fault of its own") {

@@ -122,7 +122,7 @@ struct PassivityController {
 /// Force and torque of Line fall no faster than this where bone gives way (`trephine::ReleaseLimit`). The coupled tool
 /// has `CoupledOptions::release`.
 struct ReleaseLimit {
-  double stiffness = 800;             ///< no less than the contact's tangent stiffness [N/m], > 0
+  double stiffness = 1600;            ///< twice Line's, as tip and shaft add up [N/m], > 0
   double rotational_stiffness = 0.3;  ///< weighs torque against force [N·m/rad], > 0
   double release = 60;                ///< fastest fall of the force [N/s], > 0
 };

@@ -28,8 +28,9 @@ class ReleaseLimit {
 
   struct Options {
     /// k [N/m]: no less than the contact's tangent stiffness. With less, the limit would give back more energy than the
-    /// contact took. So it does not suit Surface, whose stiffness grows with depth and contact.
-    double stiffness = 800;
+    /// contact took. For Line it is twice `LineOptions::stiffness`, as tip and shaft add up. Surface's stiffness grows
+    /// with depth and contact, so the limit does not suit it.
+    double stiffness = 1600;
     double rotational_stiffness = 0.3;  ///< k_θ, what counts as one: it weighs torque against force [N·m/rad]
     double release = 60;                ///< fastest fall of the force besides k times the device's motion [N/s]
 
