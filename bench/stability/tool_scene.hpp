@@ -34,7 +34,7 @@ template <class R>
   const Stack& s = setup.stack;
   std::optional<ReleaseLimit::Options> release = s.release;
   if (release) release->stiffness = 2 * setup.stiffness;  // tip and shaft
-  constexpr double kSpeed = 1e-3;  // of an advancing cut [m/s]
+  constexpr double kSpeed = 1e-3;                         // of an advancing cut [m/s]
   HapticScene scene{bone,
                     isovalue,
                     std::move(renderer),
