@@ -78,11 +78,11 @@ class OptionalCutting : private trephine::CuttingForce {
     if (options) trephine::CuttingForce::adopt(*options);
   }
 
-  template <VoxelDensity Density, class ContactRenderer, RealScalar Scalar>
-  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer,
-                    const Rendered<Scalar>& found, double dt, bool spindle_on) noexcept {
+  template <VoxelDensity Density, class ContactRenderer>
+  PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer, double dt,
+                    bool spindle_on) noexcept {
     if (!is_there_) return {};
-    return trephine::CuttingForce::engage(bone, isovalue, renderer, found, dt, spindle_on);
+    return trephine::CuttingForce::engage(bone, isovalue, renderer, dt, spindle_on);
   }
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     if (is_there_) trephine::CuttingForce::apply(context, wrench);
