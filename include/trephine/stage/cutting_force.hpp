@@ -57,6 +57,7 @@ struct CuttingReport {
 class CuttingForce {
  public:
   static constexpr bool kUsesTwist = false;
+  static constexpr bool kDecidesCuts = true;
 
   struct Options {
     CuttingEdges edges{};

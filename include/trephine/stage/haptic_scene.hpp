@@ -164,7 +164,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     if constexpr (kUsesHistory) {
       PressedCut pressed;
       for_each_part([&](auto& part) {
-        if constexpr (kCarves && CuttingPart<std::remove_cvref_t<decltype(part)>, Grid, ContactRenderer>)
+        using Part = std::remove_cvref_t<decltype(part)>;
+        static_assert(CuttingPart<Part, Grid, ContactRenderer> || !DecidesCuts<Part>,
+                      "trephine::HapticScene: the part says that it decides cuts, but is no CuttingPart");
+        if constexpr (kCarves && CuttingPart<Part, Grid, ContactRenderer>)
           pressed = part.engage(*bone_, isovalue_, renderer_, context.dt, input.spindle_on);
       });
       const bool restarts = found.status >= Status::kJump;

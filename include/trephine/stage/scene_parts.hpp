@@ -41,6 +41,12 @@ concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const 
   noexcept->std::same_as<PressedCut>;
 };
 
+/// A part that says so by `static constexpr bool kDecidesCuts`. Then it is an error that it is no CuttingPart.
+template <class P>
+concept DecidesCuts = requires {
+  P::kDecidesCuts;
+};
+
 /// A part that reports structures: `add_to` adds its own of the last tick to the scene's result. The scene calls it
 /// after the last stage of a tick with good input.
 template <class P>
