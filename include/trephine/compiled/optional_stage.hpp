@@ -64,6 +64,7 @@ class OptionalCutting : private trephine::CuttingForce {
  public:
   using Options = std::optional<trephine::CuttingForce::Options>;
   static constexpr bool kUsesTwist = trephine::CuttingForce::kUsesTwist;
+  static constexpr bool kDecidesCuts = true;
   using trephine::CuttingForce::prepare;
   using trephine::CuttingForce::reset;
 
