@@ -5,6 +5,7 @@
 #include "common/table.hpp"
 #include "render/coupled_helpers.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/voxel/bone_surface.hpp>
 
 #include <cmath>

@@ -5,6 +5,7 @@
 
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/math.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/wrench.hpp>
 #include <trephine/tool/discretization.hpp>
 #include <trephine/voxel/density_field.hpp>

@@ -13,6 +13,7 @@
 
 #include "speed/levels.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 
 #include <benchmark/benchmark.h>

@@ -3,6 +3,7 @@
 #include "support/fields.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "structures.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/voxel/density_field.hpp>
 

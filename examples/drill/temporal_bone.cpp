@@ -3,6 +3,7 @@
 
 #include "phantom.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/units.hpp>
 

@@ -2,6 +2,7 @@
 // The smallest complete host: which call belongs to which thread. README.md does the same for CHAI3D, H3D, SOFA, iMSTK.
 #include "host.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/device_limits.hpp>

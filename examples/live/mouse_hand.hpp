@@ -3,6 +3,7 @@
 
 #include "orbit_camera.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/registration.hpp>
 #include <trephine/device/simulated_device.hpp>
 #include <trephine/stage/mailbox.hpp>

@@ -3,6 +3,7 @@
 
 #include "../drill/cutting.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/resample.hpp>
 

@@ -3,6 +3,7 @@
 
 #include "../drill/spot.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/registration.hpp>
 #include <trephine/device/simulated_device.hpp>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Segmentations in files: 3D Slicer's, and plain label images.
 #include <trephine/adapter/itk_labels.hpp>
+#include <trephine/core/rotation.hpp>
 
 #include "files.hpp"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Saving the drilled bone and going on with it.
 #include <trephine/adapter/itk_save.hpp>
+#include <trephine/core/rotation.hpp>
 
 #include "files.hpp"
 

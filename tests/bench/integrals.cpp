@@ -2,6 +2,7 @@
 #include "support/raster.hpp"
 #include "truth/scenario.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/tool/discretization.hpp>
 
 #include <doctest/doctest.h>

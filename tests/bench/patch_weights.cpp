@@ -3,6 +3,7 @@
 #include "support/raster.hpp"
 #include "truth/contact_integral.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 
 #include <doctest/doctest.h>

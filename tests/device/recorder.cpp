@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/recorder.hpp>
 #include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>

@@ -2,6 +2,7 @@
 // Registration against virtual work: by finite displacements of the hand, not by its own formulas.
 #include <doctest/doctest.h>
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/registration.hpp>
 
 #include "support/near.hpp"

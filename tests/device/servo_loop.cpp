@@ -2,6 +2,7 @@
 // The servo loop in simulated time: what reaches the hand, tick by tick.
 #include <doctest/doctest.h>
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
 

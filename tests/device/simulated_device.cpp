@@ -2,6 +2,7 @@
 // The simulated device against closed forms of mechanics.
 #include <doctest/doctest.h>
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/simulated_device.hpp>
 
 #include "support/near.hpp"

@@ -3,6 +3,7 @@
 // and the energy that a hold makes. These are the references for every closed-loop figure taken with the device.
 #include <doctest/doctest.h>
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/simulated_device.hpp>
 
 #include "support/near.hpp"

@@ -4,6 +4,7 @@
 #include "left_structures.hpp"
 #include "window_bench.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/structure/labelled_field.hpp>
 
 #include <doctest/doctest.h>

@@ -2,6 +2,7 @@
 // Tools of other shapes in the window: how they are drawn, chosen and changed, and sliders that outlast a change.
 #include "window_bench.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <doctest/doctest.h>

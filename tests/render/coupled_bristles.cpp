@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/coupled_helpers.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <doctest/doctest.h>

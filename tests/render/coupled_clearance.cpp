@@ -4,6 +4,7 @@
 #include "support/poses.hpp"
 #include "support/profile.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/tool_distances.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>

@@ -5,6 +5,7 @@
 #include "support/profile.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
 

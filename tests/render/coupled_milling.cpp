@@ -3,6 +3,7 @@
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <doctest/doctest.h>

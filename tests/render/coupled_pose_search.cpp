@@ -3,6 +3,7 @@
 #include "support/figures.hpp"
 #include "support/poses.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/coupled/pose_search.hpp>
 
 #include <doctest/doctest.h>

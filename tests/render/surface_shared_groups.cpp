@@ -4,6 +4,7 @@
 #include "support/malloc_hook.hpp"
 #include "support/random.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/surface/shared_groups.hpp>
 
 #include <doctest/doctest.h>

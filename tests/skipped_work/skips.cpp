@@ -2,6 +2,7 @@
 #include "support/fields.hpp"
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/voxel/carving.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "spacemouse_device.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/servo_loop.hpp>
 
 #include <doctest/doctest.h>

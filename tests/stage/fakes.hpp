@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <doctest/doctest.h>

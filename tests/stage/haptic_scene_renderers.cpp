@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/damping.hpp>

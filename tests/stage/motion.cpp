@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/core/rotation.hpp>
 #include <trephine/stage/motion.hpp>
 
 #include "fakes.hpp"

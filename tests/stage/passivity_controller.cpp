@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/core/rotation.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 
 #include <trephine/device/simulated_device.hpp>

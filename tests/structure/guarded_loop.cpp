@@ -3,6 +3,7 @@
 #include "structure/phantom.hpp"
 #include "support/cases.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/device/presets.hpp>
 #include <trephine/device/simulated_device.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The guide of a planned cavity: against formulas, its own derivative, closed paths and steps.
+#include <trephine/core/rotation.hpp>
 #include <trephine/structure/keep_in.hpp>
 
 #include "stage/fakes.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/core/rotation.hpp>
 #include <trephine/structure/label_grid.hpp>
 
 #include <doctest/doctest.h>

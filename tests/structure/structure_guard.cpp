@@ -4,6 +4,7 @@
 #include "support/malloc_hook.hpp"
 #include "support/random.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/structure/structure_guard.hpp>
 

@@ -5,6 +5,7 @@
 #include "support/malloc_hook.hpp"
 #include "support/random.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/device/recorder.hpp>
 #include <trephine/device/recording_file.hpp>

@@ -3,6 +3,7 @@
 #include "structure/phantom.hpp"
 #include "support/random.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/structure/tissues.hpp>
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/wrench.hpp>
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include "support/random.hpp"
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/spatial.hpp>
 
 /// Where tools stand, and the ways between.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "voxel/sampled_fields.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/tool/revolved_cutter.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/rotation.hpp>
 
 /// Arithmetic of spatial (six-dimensional) vectors and matrices: small motions, wrenches and stiffnesses.
 namespace trephine {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/device/device.hpp>
 #include <trephine/device/simulated_axes.hpp>
 

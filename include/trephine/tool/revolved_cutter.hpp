@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/square_roots.hpp>
 #include <trephine/tool/revolved_tool.hpp>
 #include <trephine/tool/rims_in_voxels.hpp>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/springs.hpp>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/surface_proxy.hpp>
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/line/line_misuse.hpp>
 #include <trephine/render/line/line_options.hpp>
 #include <trephine/render/line/shaft_tracking.hpp>
