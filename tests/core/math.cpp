@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "support/raster.hpp"
 
+#include <trephine/core/spatial.hpp>
+
 #include <doctest/doctest.h>
 
 namespace {
@@ -44,6 +46,40 @@ TEST_CASE_TEMPLATE("exponential map: Eigen's rotation about the axis, undone by 
     const Vec3<Scalar> back = rotation_vector(R);
     CHECK((back - angle * axis).norm() <= (angle > Scalar(3) ? 1000 : 4) * tolerance);
     CHECK((transposed(R) - R.transpose()).norm() == 0);
+  }
+}
+
+TEST_CASE("poses and spatial vectors: the same as Eigen's expressions") {
+  Random random(7);
+  const auto pose = [&] {
+    const Mat3d R = rotation_from_vector<double>(random.uniform(0, 3) * random.unit());
+    return make_pose<double>(R, random.uniform(0, 2) * random.unit());
+  };
+  for (int i = 0; i < 200; ++i) {
+    const Posed a = pose(), b = pose();
+    CHECK((inverse(a).matrix() - a.inverse().matrix()).norm() <= 1e-14);
+    CHECK((compose(a, b).matrix() - (a * b).matrix()).norm() <= 1e-14);
+    CHECK((compose(inverse(a), a).matrix() - Posed::Identity().matrix()).norm() <= 1e-14);
+    CHECK((moved(a, motion_to(a, b)).matrix() - b.matrix()).norm() <= 1e-13);
+    CHECK(to_float(a.translation()) == a.translation().cast<float>());
+
+    const Vec6d v = spatial(a.translation(), b.translation());
+    CHECK((v.head<3>() == a.translation() && v.tail<3>() == b.translation()));
+    CHECK((linear_part(v) == a.translation() && angular_part(v) == b.translation()));
+    Vec6d force = v;
+    clear_angular(force);
+    CHECK(force == spatial(a.translation(), Vec3d::Zero()));
+    Mat6d m = v * v.transpose(), expected = m;
+    add_block(m, 3, i % 4, a.linear());
+    expected.block<3, 3>(3, i % 4) += a.linear();
+    CHECK(m == expected);
+    add_to_diagonal(m, i % 4, 2.5);
+    expected.block<3, 3>(i % 4, i % 4).diagonal().array() += 2.5;
+    CHECK(m == expected);
+    clear_angular(m);
+    expected.bottomRows<3>().setZero();
+    expected.rightCols<3>().setZero();
+    CHECK(m == expected);
   }
 }
 

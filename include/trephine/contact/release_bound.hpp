@@ -53,15 +53,14 @@ class ReleaseBound {
   }
 
  private:
-  [[nodiscard]] Vec6d within_limits(Vec6d v) const noexcept {
-    const Vec3d shift = v.head<3>(), turn = v.tail<3>();
-    if (shift.norm() > max_shift_) v.head<3>() = max_shift_ / shift.norm() * shift;
-    if (turn.norm() > max_turn_) v.tail<3>() = max_turn_ / turn.norm() * turn;
-    return v;
+  [[nodiscard]] Vec6d within_limits(const Vec6d& v) const noexcept {
+    Vec3d shift = linear_part(v), turn = angular_part(v);
+    if (shift.norm() > max_shift_) shift *= max_shift_ / shift.norm();
+    if (turn.norm() > max_turn_) turn *= max_turn_ / turn.norm();
+    return spatial(shift, turn);
   }
   [[nodiscard]] double dot(const Vec6d& a, const Vec6d& b) const noexcept {
-    const Vec3d shift = a.head<3>(), turn = a.tail<3>(), other_shift = b.head<3>(), other_turn = b.tail<3>();
-    return shift.dot(other_shift) + lever_ * lever_ * turn.dot(other_turn);
+    return linear_part(a).dot(linear_part(b)) + lever_ * lever_ * angular_part(a).dot(angular_part(b));
   }
   [[nodiscard]] double size(const Vec6d& v) const noexcept { return std::sqrt(dot(v, v)); }
 

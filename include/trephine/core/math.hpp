@@ -65,10 +65,30 @@ template <RealScalar Scalar>
   return transposed<Scalar>(X.linear());
 }
 
+/// X⁻¹. Eigen's expression takes longer to compile.
+template <RealScalar Scalar>
+[[nodiscard]] Pose<Scalar> inverse(const Pose<Scalar>& X) noexcept {
+  const Mat3<Scalar> R = inverse_rotation(X);
+  const Vec3<Scalar> p = X.translation();
+  return make_pose<Scalar>(R, R * -p);
+}
+
+/// Pose X_AC of C in A, of the poses of B in A and of C in B: their product. Eigen's takes longer to compile.
+[[nodiscard]] inline Posed compose(const Posed& X_AB, const Posed& X_BC) noexcept {
+  const Mat3d R_AB = X_AB.linear(), R_BC = X_BC.linear();
+  const Vec3d p_AB = X_AB.translation(), p_BC = X_BC.translation();
+  return make_pose<double>(R_AB * R_BC, p_AB + R_AB * p_BC);
+}
+
 /// Direction of the z axis of the frame that X maps from. That of a tool points along its shaft, toward the handle.
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> z_axis(const Pose<Scalar>& X) noexcept {
   return X.linear().col(2);
+}
+
+/// v in single precision. Eigen's cast takes longer to compile.
+[[nodiscard]] inline Vec3<float> to_float(const Vec3d& v) noexcept {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
 /// True if no component is NaN or infinite.

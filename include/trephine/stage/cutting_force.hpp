@@ -213,7 +213,8 @@ class CuttingForce {
 
     const Mat3d R_WT = context.X_WG.linear() * R_GT_;
     const double against_teeth = options_.clockwise ? 1 : -1;
-    report_.edges = {R_WT * Vec3d(against_teeth * total.head<3>()), R_WT * Vec3d(against_teeth * total.tail<3>())};
+    report_.edges = {R_WT * Vec3d(against_teeth * linear_part(total)),
+                     R_WT * Vec3d(against_teeth * angular_part(total))};
     report_.thrust = thrust_;
     report_.torque = total[5];
     report_.spindle = spindle_;

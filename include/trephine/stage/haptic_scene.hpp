@@ -249,12 +249,12 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept {
     const std::span<const ContactPoint<Scalar>> found = renderer_.contacts();
     const std::size_t count = std::min(found.size(), out.size());
-    const Posed& X_WG = bone_->X_WG();
+    const Mat3d R_WG = bone_->X_WG().linear();
+    const Vec3d p_WG = bone_->X_WG().translation();
     for (std::size_t i = 0; i < count; ++i) {
-      const Vec3d p_G = found[i].position.template cast<double>();
-      out[i].position = X_WG.linear() * p_G + X_WG.translation();
-      out[i].normal = X_WG.linear() * found[i].normal.template cast<double>();
-      out[i].force = X_WG.linear() * found[i].force.template cast<double>();
+      const Vec3d p = found[i].position.template cast<double>(), n = found[i].normal.template cast<double>(),
+                  f = found[i].force.template cast<double>();
+      out[i] = {.position = R_WG * p + p_WG, .normal = R_WG * n, .force = R_WG * f};
     }
     return count;
   }
@@ -367,7 +367,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
   template <class S>
   [[nodiscard]] Posed in_world(const Pose<S>& X_G) const noexcept {
-    return bone_->X_WG() * X_G.template cast<double>();
+    return compose(bone_->X_WG(), X_G.template cast<double>());
   }
   /// Returns the length of v without overflow, so a carver never receives an infinite force.
   [[nodiscard]] static double magnitude(const Vec3d& v) noexcept {

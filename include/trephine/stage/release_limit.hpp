@@ -66,11 +66,10 @@ class ReleaseLimit {
     if (needs_ramp(context.status)) reset();
     const Posed before = std::exchange(X_GT_, relative_pose(context.X_WG, context.input.X_WT));
     const Wrenchd in_grid = wrench.rotated(inverse_rotation(context.X_WG));
-    Vec6d extension;
-    extension.head<3>() = in_grid.force / -options_.stiffness;
-    extension.tail<3>() = in_grid.torque / -options_.rotational_stiffness;
+    Vec6d extension = spatial(in_grid.force / -options_.stiffness, in_grid.torque / -options_.rotational_stiffness);
     if (!bound_.apply(extension, before, X_GT_, context.dt)) return;
-    const Wrenchd held{-options_.stiffness * extension.head<3>(), -options_.rotational_stiffness * extension.tail<3>()};
+    const Wrenchd held{-options_.stiffness * linear_part(extension),
+                       -options_.rotational_stiffness * angular_part(extension)};
     wrench = held.rotated(context.X_WG.linear());
   }
 

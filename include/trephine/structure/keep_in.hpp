@@ -81,7 +81,7 @@ class KeepIn {
   /// bands do not reach `required_reach`.
   KeepIn(const StructureField& field, int structure, const Posed& X_GS, const Options& options,
          double smoothing = 0.6e-3)
-      : gain_(options), made_(options), X_SG_(X_GS.inverse()), reach_(field.reach()), smoothing_(smoothing) {
+      : gain_(options), made_(options), X_SG_(inverse(X_GS)), reach_(field.reach()), smoothing_(smoothing) {
     options.validate();
     if (structure < 0 || structure >= field.structures())
       refuse(Options::kType, "structure must be a number of the field's", structure);

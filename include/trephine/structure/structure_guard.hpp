@@ -59,7 +59,7 @@ class StructureGuard {
     probes_.resize(potential_->most_probes());
     loads_.resize(potential_->structures().size());
     breaches_.resize(loads_.size());
-    X_SG_ = potential_->X_GS().inverse();
+    X_SG_ = inverse(potential_->X_GS());
   }
   explicit StructureGuard(std::shared_ptr<const GuardPotential> potential)
       : StructureGuard(std::move(potential), Options{}) {}

@@ -106,7 +106,7 @@ template <VoxelDensity Density>
   if (!X_GS.matrix().allFinite() || !((R.transpose() * R - Mat3d::Identity()).norm() < kRotationTolerance))
     refuse("make_cut_floor", "X_GS must be rigid", "not so");
   auto floor = std::make_shared<CutFloor<Density>>(bone, isovalue);
-  const Posed X_SG = X_GS.inverse();
+  const Posed X_SG = inverse(X_GS);
   const Vec3d& h = bone.spacing();
   const auto place = [&](double i, double j, double k) { return Vec3d(X_SG * h.cwiseProduct(Vec3d(i, j, k))); };
   std::vector<int> cavities;

@@ -122,8 +122,8 @@ class BroadPhase {
   Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, const ToolMotion& reach,
                                Visit&& visit) noexcept {
     const Vec3d p = X.translation();
-    const Vec3<float> u = z_axis(X).template cast<float>();
-    const Vec3<float> moved = (X_gathered_.translation() - p).template cast<float>();
+    const Vec3<float> u = to_float(z_axis(X));
+    const Vec3<float> moved = to_float(X_gathered_.translation() - p);
     const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
     static_assert(kProfileLanes == ElementBlock::kSize);
     block_spheres_.measure(shape, u, moved, blocks_.size());
@@ -143,7 +143,7 @@ class BroadPhase {
         nearest_block = std::min(nearest_block, block_gap);
         continue;
       }
-      const Vec3<float> shift = (block.corner - p).template cast<float>();
+      const Vec3<float> shift = to_float(block.corner - p);
       compute_distances(shape, u, shift, elements.position[0].data(), elements.position[1].data(),
                         elements.position[2].data(), gap.data());
       for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] -= fraction * elements.spread[l] + offset;
@@ -207,12 +207,12 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
   X_bricks_ = X;
   brick_reach_ = reach;
   const Vec3d p = X.translation(), u = z_axis(X);
-  const Vec3<float> axis = u.template cast<float>();
+  const Vec3<float> axis = to_float(u);
   const double margin = reach.shift + Constants::kElementReach * grid.spacing().maxCoeff();
   const auto turn = static_cast<float>(reach.turn);
   // Centres of the part at an index of parts with these sides [m], and the distance of such parts that are near.
-  const Vec3<float> brick_size = (Surface::kBrick * grid.spacing()).template cast<float>();
-  const Vec3<float> box_size = static_cast<float>(Surface::kBox) * brick_size, corner = (-p).template cast<float>();
+  const Vec3<float> brick_size = to_float(Surface::kBrick * grid.spacing());
+  const Vec3<float> box_size = static_cast<float>(Surface::kBox) * brick_size, corner = to_float(-p);
   const auto centre = [&](const Index& at, const Vec3<float>& size) {
     return Vec3<float>(corner.x() + (static_cast<float>(at[0]) + 0.5F) * size.x(),
                        corner.y() + (static_cast<float>(at[1]) + 0.5F) * size.y(),
@@ -284,8 +284,8 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   if (brick_reach_.shift < 0) return false;
   const std::uint64_t overruns = surface.overruns();
   const Vec3d p = X.translation();
-  const Vec3<float> moved = (X_bricks_.translation() - p).template cast<float>();
-  const Vec3<float> u = z_axis(X).template cast<float>();
+  const Vec3<float> moved = to_float(X_bricks_.translation() - p);
+  const Vec3<float> u = to_float(z_axis(X));
   brick_spheres_.measure(shape, u, moved, bricks_.size());
   const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
   const auto brick_radius =
@@ -300,7 +300,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     if (!surface.provide(brick) || surface.overruns() != overruns) return false;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
-      block_spheres_.set_centre(blocks_.size(), (corner - p).template cast<float>() + block.middle);
+      block_spheres_.set_centre(blocks_.size(), to_float(corner - p) + block.middle);
       blocks_.push_back({&block, count, brick, corner, 0});
     });
   }
@@ -312,7 +312,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     if (block_spheres_.distance(i) - blocks_[i].elements->radius > shift + turn * arm) continue;
     blocks_[kept] = blocks_[i];
     blocks_[kept].arm = arm;
-    block_spheres_.set_centre(kept++, (blocks_[i].corner - p).template cast<float>() + blocks_[i].elements->middle);
+    block_spheres_.set_centre(kept++, to_float(blocks_[i].corner - p) + blocks_[i].elements->middle);
     blocks_arm_ = std::max(blocks_arm_, static_cast<double>(arm));
   }
   blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(kept), blocks_.end());

@@ -290,8 +290,8 @@ class CoupledToolRenderer {
     steps_ = found.step_count;
     if (!evaluated_) foundation_.clear();
     Vec6d extension = motion_to(X_, X_device_);
-    if (!gains_.coupling.solves_rotation) extension.tail<3>().setZero();
-    to_device_ = extension.head<3>();
+    if (!gains_.coupling.solves_rotation) clear_angular(extension);
+    to_device_ = linear_part(extension);
     depth_ = found.evaluation.contact.depth;
     report_contacts(found.last_step, summary);
     // A search that reached its bound in the air, behind the device, gives no force.
@@ -304,8 +304,9 @@ class CoupledToolRenderer {
   void feel(const Vec6d& extension, bool is_held_back, Rendered<Scalar>& out) noexcept {
     X_felt_ = is_held_back ? moved(X_device_, -extension) : X_;
     if (!(extension.squaredNorm() > 0)) return;
-    const Vec6d on_tool = VirtualCoupling::wrench(gains_.coupling.evaluate(extension.head<3>(), extension.tail<3>()));
-    const Vec3d force = -on_tool.head<3>(), torque = -on_tool.tail<3>();
+    const Vec6d on_tool =
+        VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
+    const Vec3d force = -linear_part(on_tool), torque = -angular_part(on_tool);
     out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
   }
 

@@ -44,7 +44,7 @@ struct FoundationPoint {
 
 /// Returns the point after a small motion (δp, δθ) of the tool, to first order. Its depth may have become 0.
 [[nodiscard]] inline FoundationPoint after_motion(FoundationPoint q, const Vec6d& motion) noexcept {
-  const Vec3d shift = motion.head<3>(), turn = motion.tail<3>();
+  const Vec3d shift = linear_part(motion), turn = angular_part(motion);
   const Vec3d moved = shift + turn.cross(q.arm);
   q.depth = std::max(0.0, q.depth + q.depth_slope * q.normal.dot(moved));
   q.arm -= shift;
@@ -103,7 +103,7 @@ class Foundation {
     ElementBatch batch;
     Candidates candidates;
     const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
-    const Vec3<float> axis = u.template cast<float>();
+    const Vec3<float> axis = to_float(u);
     const auto contact_distance = static_cast<float>(law.offset) + CoupledConstants::kSinglePrecision;
     // Free elements: of the list, and left out of it.
     float nearest = std::numeric_limits<float>::max(), nearest_other = nearest;
@@ -138,7 +138,7 @@ class Foundation {
     };
     Clearance clearance;
     if (is_listed) {
-      for (const auto& [block, i] : near_.elements()) visit(*block, i, (block->corner - p).template cast<float>());
+      for (const auto& [block, i] : near_.elements()) visit(*block, i, to_float(block->corner - p));
       clearance = broad_phase.clearance(shape, X);
       clearance.listed_distance = near_.distance_of_others(X);
       if (batch.count > 0) filter_batch();
@@ -221,9 +221,9 @@ class Foundation {
         return m;
       };
       s.energy += t[kEnergy];
-      s.wrench.head<3>() -= Vec3d(t[kForce], t[kForce + 1], t[kForce + 2]);
-      s.stiffness.topLeftCorner<3, 3>() += symmetric_at(kGaussNewton);
-      s.geometric_stiffness.topLeftCorner<3, 3>() += symmetric_at(kGeometric);
+      for (std::size_t i = 0; i < 3; ++i) s.wrench[static_cast<Eigen::Index>(i)] -= t[kForce + i];
+      add_block(s.stiffness, 0, 0, symmetric_at(kGaussNewton));
+      add_block(s.geometric_stiffness, 0, 0, symmetric_at(kGeometric));
       add_to_diagonal(s.geometric_stiffness, 0, -t[kIsotropic]);
       s.depth = depth;
       return s;
@@ -247,10 +247,10 @@ class Foundation {
     /// Adds the part of ∂²E by which rotations move points along arcs. With F = Σ f g and M = Σ f g rᵀ it is [F]× in
     /// the rotation–translation block, and tr M − (M + Mᵀ)/2 in the rotation block.
     static void add_rotation_terms(FoundationSum& s, const Mat3d& moment) noexcept {
-      const Vec3d f = -s.wrench.head<3>();
+      const Vec3d f = -linear_part(s.wrench);
       Mat3d cross;
       cross << 0, -f.z(), f.y(), f.z(), 0, -f.x(), -f.y(), f.x(), 0;
-      s.geometric_stiffness.block<3, 3>(3, 0) += cross;
+      add_block(s.geometric_stiffness, 3, 0, cross);
       const double trace = moment(0, 0) + moment(1, 1) + moment(2, 2);
       for (Eigen::Index i = 0; i < 3; ++i)
         for (Eigen::Index j = 0; j < 3; ++j)

@@ -28,7 +28,7 @@ struct PoseEvaluation {
   /// Force [N] and torque [N·m] on the virtual tool: friction, and −∂E by a small motion (δp, δθ).
   [[nodiscard]] Vec6d wrench() const noexcept {
     Vec6d f = contact.wrench + friction.wrench + VirtualCoupling::wrench(coupling);
-    if (!solves_rotation) f.tail<3>().setZero();
+    if (!solves_rotation) clear_angular(f);
     return f;
   }
 };
@@ -48,7 +48,7 @@ struct PoseHessian {
     fix_rotation(full);
   }
   static void fix_rotation(Mat6d& m) noexcept {
-    clear_rotation(m);
+    clear_angular(m);
     add_to_diagonal(m, 3, 1);
   }
 };
@@ -73,8 +73,8 @@ template <class FrictionModel>
                                 const Vec6d& guess, double arm, double tolerance) noexcept {
   Vec6d f = at.contact.wrench + VirtualCoupling::wrench(at.coupling), motion = guess;
   if (!at.solves_rotation) {
-    f.tail<3>().setZero();
-    motion.tail<3>().setZero();
+    clear_angular(f);
+    clear_angular(motion);
   }
   for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
     const FrictionSum s = i == 0 && !(motion.squaredNorm() > 0) ? at.friction : friction.linearise(motion);
@@ -82,13 +82,13 @@ template <class FrictionModel>
     Vec6d residual = f + s.wrench - elastic;
     Mat6d stiffness = s.stiffness;
     if (!at.solves_rotation) {
-      residual.tail<3>().setZero();
-      clear_rotation(stiffness);
+      clear_angular(residual);
+      clear_angular(stiffness);
     }
     Vec6d step = Vec6d::Zero();
     if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
     motion += step;
-    if (step.head<3>().norm() + step.tail<3>().norm() * arm <= tolerance) break;
+    if (linear_part(step).norm() + angular_part(step).norm() * arm <= tolerance) break;
   }
   return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
 }
@@ -168,7 +168,7 @@ class PoseSearch {
       guess.setZero();
       const Posed X_next = moved(result.X, step);
       const ToolMotion motion = motion_between(result.X, X_next);
-      const double size = motion.at(bounds_.arm()) + step.tail<3>().norm() * bounds_.radius;
+      const double size = motion.at(bounds_.arm()) + angular_part(step).norm() * bounds_.radius;
       // The next step, if steps shrink by the ratio of these two at least; if contact began in between, no prediction.
       // A last step is no longer than the contact is deep.
       const double next_size = size * std::min(1.0, size / previous_size);

@@ -44,10 +44,8 @@ struct VirtualCoupling {
   /// Force [N] and torque [N·m] on the virtual tool, which is −∂E. The hand feels the opposite.
   [[nodiscard]] static Vec6d wrench(const PoseError& error) noexcept {
     const double distance = error.translation.norm(), angle = error.rotation.norm();
-    Vec6d f = Vec6d::Zero();
-    if (distance > 0) f.head<3>() = error.force.magnitude / distance * error.translation;
-    if (angle > 0) f.tail<3>() = error.torque.magnitude / angle * error.rotation;
-    return f;
+    return spatial((distance > 0 ? error.force.magnitude / distance : 0.0) * error.translation,
+                   (angle > 0 ? error.torque.magnitude / angle : 0.0) * error.rotation);
   }
 
   /// Adds the coupling's Hessian ∂²E: its positive definite part to `stiffness`, and the part by which rotations do not
@@ -57,17 +55,17 @@ struct VirtualCoupling {
     const double secant = distance > 0 ? error.force.magnitude / distance : error.force.tangent;
     // A saturated force has no stiffness along its direction. The secant keeps steps bounded, and downhill.
     const double along = error.force.tangent > 0 ? error.force.tangent : secant;
-    const Vec3d direction = distance > 0 ? Vec3d(error.translation / distance) : Vec3d(Vec3d::Zero());
-    stiffness.topLeftCorner<3, 3>() += outer(along - secant, direction, direction);
+    const Vec3d direction = error.translation / (distance > 0 ? distance : 1);
+    add_block(stiffness, 0, 0, outer(along - secant, direction, direction));
     add_to_diagonal(stiffness, 0, secant);
     if (!solves_rotation) return;
     const double angle = error.rotation.norm();
     const double k = angle > 0 ? error.torque.magnitude / angle : rotation_spring.stiffness;
     // Second derivative of ½|log|²: 1 along the rotation axis, (φ/2) cot (φ/2) across.
     const double across = angle > CoupledConstants::kSmallRotation ? (angle / 2) / std::tan(angle / 2) : 1.0;
-    const Vec3d axis = angle > 0 ? Vec3d(error.rotation / angle) : Vec3d(Vec3d::Zero());
+    const Vec3d axis = error.rotation / (angle > 0 ? angle : 1);
     add_to_diagonal(stiffness, 3, k);
-    geometric_stiffness.bottomRightCorner<3, 3>() += outer(k * (1 - across), axis, axis);
+    add_block(geometric_stiffness, 3, 3, outer(k * (1 - across), axis, axis));
     add_to_diagonal(geometric_stiffness, 3, -k * (1 - across));
   }
 };
