@@ -12,9 +12,9 @@ namespace {
 
 using namespace trephine;
 
-template <class Renderer>
-auto simulated_scene(Grid& bone, const Bone& about, const Renderer& renderer) {
-  return scene_of(bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque});
+template <class Renderer, class... More>
+auto simulated_scene(Grid& bone, const Bone& about, const Renderer& renderer, const More&... more) {
+  return scene_of(bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque}, more...);
 }
 
 /// Runs an algorithm with the bone's tool, or else with its burr.
@@ -28,7 +28,8 @@ RunLog with_tool(const Bone& about, const Run& run) {
 RunLog run_line(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
   return with_tool(about, [&](const auto& shape) {
     const ToolDiscretization tool{shape, LineCounts{.shaft = options.line_vertices}};
-    auto scene = simulated_scene(bone, about, LineApproxRenderer{tool, LineOptions{.stiffness = kStiffness}});
+    auto scene = simulated_scene(bone, about, LineApproxRenderer{tool, LineOptions{.stiffness = kStiffness}},
+                                 line_release(kStiffness));
     return perform("line", scene, surgeon, pictured, options.real_time, "line");
   });
 }

@@ -8,6 +8,7 @@
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/release_limit.hpp>
 
 /// What is drilled here and with hardware alike: only renderer and device differ.
 namespace drill {
@@ -17,6 +18,10 @@ namespace drill {
 /// no part: Line's tip is a point, feels nothing in a pit, and would leave the pit's walls uncut.
 [[nodiscard]] inline trephine::AdvancingCut bite(double radius) { return {.speed = radius / 0.2}; }
 [[nodiscard]] inline trephine::AdvancingCut bite(const Bone& bone) { return bite(bone.burr.tip_radius); }
+
+/// Line's tip is a point, and drops off an edge at once: a slope for the hand instead. `stiffness` is Line's option;
+/// tip and shaft add up.
+[[nodiscard]] inline trephine::ReleaseLimit line_release(double stiffness) { return {{.stiffness = 2 * stiffness}}; }
 
 /// The scene, with a cut and more stages after it. `bone` may be a copy of `about`'s grid; `limits` are the device's.
 template <class Renderer, class Cut, class... More>
@@ -32,10 +37,10 @@ template <class Renderer, class Cut, class... More>
                      Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}},
                      limits};
 }
-template <class Renderer>
+template <class Renderer, class... More>
 [[nodiscard]] auto scene_of(Grid& bone, const Bone& about, const Renderer& renderer,
-                            const trephine::DeviceLimits& limits) {
-  return scene_with(bone, about, renderer, limits, bite(about));
+                            const trephine::DeviceLimits& limits, const More&... more) {
+  return scene_with(bone, about, renderer, limits, bite(about), more...);
 }
 
 }  // namespace drill

@@ -41,8 +41,8 @@ template <class Milling, class Scene>
   const auto& guard = scene.template part<trephine::StructureGuard>();
   const auto& milling = scene.template part<Milling>();
   const trephine::GuardPotential& potential = guard.potential();
-  const trephine::Posed X_ST =
-      potential.X_GS().inverse(Eigen::Isometry) * trephine::relative_pose(scene.bone().X_WG(), scene.visual_pose_W());
+  const trephine::Posed X_ST = trephine::compose(trephine::inverse(potential.X_GS()),
+                                                 trephine::relative_pose(scene.bone().X_WG(), scene.visual_pose_W()));
   const trephine::ToolDistance nearest = trephine::tool_distance(potential.field(), potential.burr(), X_ST);
   return {.nearest = nearest.structure,
           .distance = nearest.distance,
@@ -60,11 +60,11 @@ class GuardedDrillOf final : public HeldDrillOf<Scene> {
 };
 
 /// The stages that every drill here has, after its renderer. Guard and floors are only compiled into drills in bone
-/// with structures. `law`: nothing, or the law of cutting that goes with the cut.
-template <class ContactRenderer, class Cut, class... Law>
+/// with structures. `first`: stages before the others, such as the law of cutting that goes with the cut.
+template <class ContactRenderer, class Cut, class... First>
 [[nodiscard]] std::unique_ptr<HeldDrill> held_with(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                                    Inboxes& inboxes, ContactRenderer renderer, const Cut& cut,
-                                                   const Law&... law) {
+                                                   const First&... first) {
   using namespace trephine;
   Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
   Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
@@ -76,17 +76,17 @@ template <class ContactRenderer, class Cut, class... Law>
       else
         return Milling{cut};
     }();
-    using Scene = HapticScene<std::int16_t, ContactRenderer, Law..., decltype(milling), decltype(vibration),
+    using Scene = HapticScene<std::int16_t, ContactRenderer, First..., decltype(milling), decltype(vibration),
                               decltype(damping), decltype(limits)>;
-    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), law..., milling, vibration,
+    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), first..., milling, vibration,
                                                 damping, limits);
   }
   const GuardedMilling<Cut> milling(cut, settings.guarded->watch, settings.guarded->refuse,
                                     settings.protection == Protection::kVeto, inboxes);
   Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, Law..., GuardedMilling<Cut>, decltype(vibration),
+  using Scene = HapticScene<std::int16_t, ContactRenderer, First..., GuardedMilling<Cut>, decltype(vibration),
                             decltype(damping), decltype(guard), decltype(limits)>;
-  return std::make_unique<GuardedDrillOf<GuardedMilling<Cut>, Scene>>(bone, isovalue, std::move(renderer), law...,
+  return std::make_unique<GuardedDrillOf<GuardedMilling<Cut>, Scene>>(bone, isovalue, std::move(renderer), first...,
                                                                       milling, vibration, damping, guard, limits);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "held_drill_of.hpp"
 
+#include "../drill/scene.hpp"
+
 #include <trephine/render/line/line_approx_renderer.hpp>
 
 namespace live {
@@ -9,8 +11,9 @@ std::unique_ptr<HeldDrill> line_drill(drill::Grid& bone, double isovalue, const 
                                       Inboxes& inboxes) {
   using namespace trephine;
   const ToolDiscretization tool{settings.burr, LineCounts{}};
-  return held(bone, isovalue, settings, inboxes,
-              LineApproxRenderer{tool, LineOptions{.stiffness = settings.stiffness}});
+  return held_with(bone, isovalue, settings, inboxes,
+                   LineApproxRenderer{tool, LineOptions{.stiffness = settings.stiffness}},
+                   settings.tuning.cut(settings.burr), drill::line_release(settings.stiffness));
 }
 
 }  // namespace live

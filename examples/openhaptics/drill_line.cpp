@@ -8,7 +8,9 @@ namespace openhaptics {
 Outcome drill_line(const Session& session) {
   using namespace trephine;
   const ToolDiscretization tool{session.bone.burr, LineCounts{}};
-  return drill_with(LineApproxRenderer{tool, LineOptions{.stiffness = bone_stiffness(session)}}, session);
+  const double stiffness = bone_stiffness(session);
+  return drill_with(LineApproxRenderer{tool, LineOptions{.stiffness = stiffness}}, session,
+                    drill::line_release(stiffness));
 }
 
 }  // namespace openhaptics

@@ -39,14 +39,14 @@ namespace openhaptics {
   return session.handled.held() ? "clutch" : "";
 }
 
-/// The main job's scene round any renderer, on the session's device.
-template <class Renderer>
-[[nodiscard]] Outcome drill_with(const Renderer& renderer, const Session& session) {
+/// The main job's scene round any renderer, with more stages if any, on the session's device.
+template <class Renderer, class... More>
+[[nodiscard]] Outcome drill_with(const Renderer& renderer, const Session& session, const More&... more) {
   using namespace trephine;
   drill::Bone& bone = session.bone;
   const DeviceCapabilities able = session.handled.capabilities();
-  auto scene =
-      drill::scene_of(bone.grid, bone, renderer, DeviceLimits{.force = able.max_force, .torque = able.max_torque});
+  auto scene = drill::scene_of(bone.grid, bone, renderer,
+                               DeviceLimits{.force = able.max_force, .torque = able.max_torque}, more...);
   ServoLoop loop(session.handled, scene, session.registration, ServoOptions{.spindle_buttons = HD_DEVICE_BUTTON_1});
   for (const std::string& warning : loop.warnings()) std::printf("note: %s\n", warning.c_str());
 
