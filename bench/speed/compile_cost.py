@@ -2,7 +2,7 @@
 """compile_cost.py --build FOLDER --out FOLDER: what compiling costs.
 
 Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
-and against trephine.hpp, by g++ and clang++."""
+and against trephine.hpp, by g++ and clang++; and by a g++ that collects garbage more often than at doubled memory."""
 
 import argparse
 import os
@@ -73,11 +73,14 @@ def main():
     with tempfile.TemporaryDirectory() as scratch, open(os.path.join(arguments.out, "compile_cost.csv"), "w", encoding="utf-8") as out:
         print("compiler,what,header,cpu_s,peak_MB", file=out)
         source = os.path.join(scratch, "program.cpp")
-        for compiler in filter(shutil.which, ("g++", "clang++")):
+        for compiler in ("g++", "g++ --param=ggc-min-expand=10", "clang++"):
+            command = compiler.split()
+            if not shutil.which(command[0]):
+                continue
             for what, header, text in programs():
                 with open(source, "w", encoding="utf-8") as file:
                     file.write(text)
-                seconds, memory = cost([compiler] + common + ["-O2", "-c", "-o", source + ".o", source])
+                seconds, memory = cost(command + common + ["-O2", "-c", "-o", source + ".o", source])
                 print(f"compile_cost: {compiler:8} {what:14} {header:25} {seconds:5.1f} s {memory:5.0f} MB", file=sys.stderr)
                 print(f"{compiler},{what},{header},{seconds:.2f},{memory:.0f}", file=out)
     return 0
