@@ -36,8 +36,9 @@ class Set:
         self.program, self.headers, self.places = program, headers, places
 
 
+RELEASE = ("render/coupled/coupled_options.hpp", r"double release = ([\d.]+);")
 SETS = [
-    Set("coupled_figures", ["render/coupled/*.hpp", "voxel/dual_element.hpp"], {}),
+    Set("coupled_figures", ["render/coupled/*.hpp", "voxel/dual_element.hpp"], {"release": RELEASE}),
     Set("cutting_figures", [], {
         "kLead": ("stage/head_samples.hpp", r"double kLead = ([\d.]+);"),
         "kLead / 6, where bone is whole": ("stage/head_samples.hpp", r"\((kLead / 6) \* slope"),
@@ -45,6 +46,7 @@ SETS = [
         "distance of the voxels that strength is of": ("stage/head_samples.hpp", r"apart =\s*static_cast<float>\((bone_\.spacing\(\)\.norm\(\))"),
         "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
         "least share of the elements": ("stage/cutting_force.hpp", r"share = (1\.0 / HeadElements::kCount);"),
+        "release": RELEASE,
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
         "kGuide": ("stage/milling.hpp", r"double kGuide = ([\d.]+);"),
         "kMaxRoom": ("stage/milling.hpp", r"double kMaxRoom = ([\d.]+);"),
