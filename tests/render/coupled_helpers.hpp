@@ -23,7 +23,7 @@ inline constexpr double kH = 3e-4;  ///< spacing unless a test says otherwise [m
 inline constexpr double kK = 800;   ///< stiffness [N/m]
 inline constexpr double kForce = 3.3;
 inline constexpr double kDt = 1e-3;
-inline constexpr CoupledOptions kGains{.stiffness = kK, .rotational_stiffness = 0.3, .force = kForce, .torque = 0.1};
+inline const CoupledOptions kGains{.stiffness = kK, .rotational_stiffness = 0.3, .force = kForce, .torque = 0.1};
 inline constexpr Burr kBall{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0};
 inline constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.040};
 
