@@ -18,8 +18,9 @@ struct CoupledConstants {
   static constexpr double kFootprint = 2.1;
   /// Points along the footprint's radius, at least. More of them make the force smoother, and ticks longer.
   static constexpr double kPointsPerRadius = 3.6;
-  /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in.
-  static constexpr double kMaxYield = 1.0 / 3;
+  /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in. With a fifth more,
+  /// a ball sinks by more than a voxel into a wall of 1.5 voxels.
+  static constexpr double kMaxYield = 0.33;
   /// Largest yield as a fraction of the tip's radius: `BallOnPlane` is a law for depths well below the radius.
   static constexpr double kMaxYieldOfRadius = 0.25;
   /// Largest yield as a fraction of the coupling's extension at the largest force. A contact softer than the coupling
