@@ -21,7 +21,9 @@ namespace drill {
 
 /// Line's tip is a point, and drops off an edge at once: a slope for the hand instead. `stiffness` is Line's option;
 /// tip and shaft add up.
-[[nodiscard]] inline trephine::ReleaseLimit line_release(double stiffness) { return {{.stiffness = 2 * stiffness}}; }
+[[nodiscard]] inline trephine::ReleaseLimit line_release(double stiffness) {
+  return trephine::ReleaseLimit{{.stiffness = 2 * stiffness}};
+}
 
 /// The scene, with a cut and more stages after it. `bone` may be a copy of `about`'s grid; `limits` are the device's.
 template <class Renderer, class Cut, class... More>
