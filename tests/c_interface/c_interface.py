@@ -81,6 +81,9 @@ assert result.status == t.STATUS_BAD_INPUT and list(result.force) == [0, 0, 0]
 # Tools by name.
 bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
 refused(2, "twist-1 to 6", lambda: t.Scene(bone, algorithm=t.COUPLED, isovalue=300, tool_name="nail-3"))
+for algorithm, name in ((t.LINE, "Line"), (t.SURFACE, "Surface"), (t.COUPLED, "Coupled")):
+    for stiffness in (-1, math.nan, math.inf):
+        refused(2, name, lambda: t.Scene(bone, algorithm=algorithm, isovalue=300, stiffness=stiffness))
 refused(2, "take a Burr", lambda: t.Scene(bone, algorithm=t.LINE, isovalue=300, tool_name="disc-6"))
 scene = t.Scene(bone, algorithm=t.COUPLED, isovalue=300, tool_name="disc-6")
 for tick in range(300):
