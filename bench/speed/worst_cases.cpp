@@ -108,8 +108,9 @@ void measure_carving(Spread& spread) {
   constexpr double kTick = 1e-3;
   const auto cut = [&](int radius, const std::string& how, const auto& policy) {
     const int side = 2 * radius + 56;
+    const auto voxels = static_cast<std::size_t>(side);
     Grid block({.size = {side, side, side}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
-               std::vector<std::uint8_t>(static_cast<std::size_t>(side) * side * side, 255));
+               std::vector<std::uint8_t>(voxels * voxels * voxels, 255));
     const auto at = [&](int i) {
       return Vec3d(kVoxel * (Vec3d::Constant(radius + 15) + 0.04 * i * Vec3d::Ones().normalized()));
     };
