@@ -122,7 +122,7 @@ void measure_carving(Spread& spread) {
   };
   for (const int radius : {5, 20}) {
     cut(radius, "", GeometricCut{});
-    cut(radius, "; at a rate", RateLimitedCut{.rate = 255 / (10 * kTick)});
+    cut(radius, "; at a rate", RateLimitedCut<>{.rate = 255 / (10 * kTick)});
   }
 }
 
