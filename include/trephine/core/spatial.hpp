@@ -15,7 +15,10 @@ using Mat6d = Eigen::Matrix<double, 6, 6>;
 /// Spatial vector of its two parts.
 [[nodiscard]] inline Vec6d spatial(const Vec3d& linear, const Vec3d& angular) noexcept {
   Vec6d v;
-  for (Eigen::Index i = 0; i < 3; ++i) v[i] = linear[i], v[3 + i] = angular[i];
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    v[i] = linear[i];
+    v[3 + i] = angular[i];
+  }
   return v;
 }
 /// Translation of a small motion [m], or force [N]. Eigen's head and tail take longer to compile.
