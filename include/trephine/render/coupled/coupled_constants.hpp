@@ -12,17 +12,21 @@ namespace trephine {
 struct CoupledConstants {
   // --- Gains: the stiffness of contact (gains.hpp).
 
-  /// Radius of the contact on a plane at the largest force [spacings]. It holds some ten elements, a hundred points.
-  /// A smaller footprint makes contact stiffer and the force rougher; a larger one lets the tool sink in farther.
-  static constexpr double kFootprint = 1.8;
-  /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in.
-  static constexpr double kMaxYield = 1.0 / 3;
+  /// Largest radius of the contact on a plane at the largest force [spacings]. It holds some fourteen elements. A
+  /// smaller footprint makes contact stiffer and the force rougher: from 1.5 down directions err by over half a degree.
+  /// A larger one lets large burrs sink in farther.
+  static constexpr double kFootprint = 2.1;
+  /// Points along the footprint's radius, at least. More of them make the force smoother, and ticks longer.
+  static constexpr double kPointsPerRadius = 3.6;
+  /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in. With a fifth more,
+  /// a ball sinks by more than a voxel into a wall of 1.5 voxels.
+  static constexpr double kMaxYield = 0.33;
   /// Largest yield as a fraction of the tip's radius: `BallOnPlane` is a law for depths well below the radius.
   static constexpr double kMaxYieldOfRadius = 0.25;
   /// Largest yield as a fraction of the coupling's extension at the largest force. A contact softer than the coupling
   /// could not be compensated.
   static constexpr double kMaxYieldOfExtension = 0.25;
-  /// Distance of neighbouring points in an element [spacings], which is the width of a point's cell.
+  /// Width of a point's cell [spacings], over which the foundation's law takes its mean.
   static constexpr double kPointCell = 0.5;
   /// Ratio of longest to shortest spacing from which elements lie askew. Their diagonals are longer by this factor, so
   /// they get as many more points.

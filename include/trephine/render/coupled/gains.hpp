@@ -44,10 +44,9 @@ struct CoupledGains {
     const double ramp = C::kPointCell * h * std::sqrt(2 * yield / R);
     const double gain = options.force / BallOnPlane{1, R, ramp}.force(yield);
     const CompensatedSpring spring(options.stiffness, {gain, R, ramp}, yield);
-    // Points lie kPointCell voxels apart in a footprint of kFootprint voxels. They are closer where elements are long
-    // or the footprint is smaller.
+    // Elements have as many points a side as the footprint needs along its radius: more where they are long.
     const double footprint = std::sqrt(2 * R * yield), skew = spacing.maxCoeff() < C::kSkewed * h ? 1 : C::kSkewed;
-    const double side = 1 / C::kPointCell * C::kFootprint * skew * longest_part / footprint;
+    const double side = C::kPointsPerRadius * skew * longest_part / footprint;
     const BoundedSpring rotation_spring{options.rotational_stiffness, options.torque};
     const double lever = solves_rotation ? std::sqrt(options.rotational_stiffness / options.stiffness) : 0;
     CoupledGains gains{h,
