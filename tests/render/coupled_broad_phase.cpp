@@ -37,7 +37,7 @@ std::map<std::uint64_t, SurfaceElement> all_elements(const Grid& bone, double is
     if (!surface.crosses(brick) || !surface.provide(brick)) continue;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
-      const NearBlock near{&block, count, brick, corner, 0};
+      const NearBlock near{&block, count, brick, corner};
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) all[near.key(i)] = near.element(i);
     });
   }
@@ -125,7 +125,7 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
       const Posed& X = turns.X[t];
       std::set<std::uint64_t> found;
       const Clearance clear = turns.near[t].for_each_candidate(
-          shape, X, 0.5, ToolMotion{},
+          shape, X, 0.5,
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
       std::map<double, Vec3d> free;  // elements that do not touch, by their distance
@@ -156,6 +156,51 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
   CHECK(cuts > 15);
 }
 
+// Points at the middles of elements: then their distances are those of the bounding balls' centres.
+TEST_CASE("broad phase: distances from another pose leave out no element that a small motion brings into contact") {
+  CAPTURE(kSeed);
+  Random random(kSeed + 2);
+  const BallAndShaft shape(kDrill);
+  constexpr double kH = 3e-4, kRounding = 1e-8;
+  const RasterOptions o{.size = {48, 48, 48}, .spacing = Vec3d::Constant(kH)};
+  const Ball ball{o.middle(), 5e-3};
+  auto bone = rasterise<std::uint8_t>(ball, o);
+  Surface surface(bone, o.isovalue());
+  BroadPhase near;
+  near.reserve(surface.view(), kTouching);
+  const auto all = all_elements(bone, o.isovalue());
+  const ToolMotion small{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReachAngle};
+  int missed = 0, too_far = 0, entered = 0;
+  for (int i = 0; i < 300; ++i) {
+    // The shaft beside the bone, some way up; it then comes nearer by nearly the motion that needs no new distances.
+    const Vec3d n = random.unit(), axis = n.cross(random.unit()).normalized();
+    const double height = random.uniform(0.002, 0.018), gap = random.uniform(-2e-5, 2e-5);
+    const Posed X = tool_at(ball.centre + (ball.radius + kDrill.shaft_radius + gap) * n - height * axis, axis);
+    const Posed Y = moved(X, -0.99 * small.shift * n, 0.99 * small.turn * n.cross(axis).normalized());
+    REQUIRE(motion_between(X, Y).is_within(small));
+    do surface.begin_tick();
+    while (!near.update(surface.view(), shape, X, {}));
+    std::set<std::uint64_t> before, after;
+    const auto visit = [&](std::set<std::uint64_t>& found) {
+      return [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); };
+    };
+    static_cast<void>(near.for_each_candidate(shape, X, 0, visit(before)));
+    const Clearance clear = near.for_each_candidate(shape, Y, 0, visit(after));
+    for (const auto& [key, element] : all) {
+      const double d = distance(shape, Y, element.position) - kTouching;
+      if (after.count(key) == 0) {
+        missed += d < -kRounding ? 1 : 0;
+        too_far += clear.listed_distance > d + kRounding ? 1 : 0;
+      }
+      entered += d < 0 && distance(shape, X, element.position) > kTouching ? 1 : 0;
+    }
+  }
+  MESSAGE("entered ", entered);
+  CHECK(missed == 0);
+  CHECK(too_far == 0);
+  CHECK(entered > 100);
+}
+
 // Nothing but surface: what either tool has near it pushes out what the other had.
 TEST_CASE("broad phase: blocks that a full store released are provided again") {
   CAPTURE(kSeed);
@@ -176,7 +221,7 @@ TEST_CASE("broad phase: blocks that a full store released are provided again") {
     const std::size_t t = turns.go(shape, i);
     stale += surface.changes() != changes ? 1 : 0;
     static_cast<void>(turns.near[t].for_each_candidate(
-        shape, turns.X[t], 0.5, ToolMotion{}, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
+        shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
           ++visits;
           const auto here = all.find(block.key(k));
           others += here == all.end() || here->second.position != block.element(k).position ? 1 : 0;

@@ -260,15 +260,19 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
   Random random(kSeed + 4);
   int kept = 0;
   Figures off, over, shares;
+  const ToolMotion reach{CoupledConstants::kMaxReach * kH, CoupledConstants::kMinReachAngle};
   const auto compare = [&](const auto& shape, const Posed& start) {
     bench.gather(shape, start);
+    Posed gathered = start;
     for (int i = 0; i < 40; ++i) {
       const Vec6d twist = random_twist(random);
       const Posed X = moved(start, twist, random.uniform(0, 2e-3));
-      const std::uint64_t generation = bench.near.generation();
       bench.surface.begin_tick();
       REQUIRE(bench.near.update(bench.surface.view(), shape, X, {6 * kH, 0}));
-      kept += bench.near.generation() == generation ? 1 : 0;
+      if (motion_between(gathered, X).is_within(reach))
+        ++kept;
+      else
+        gathered = X;
       anew.gather(shape, X);
       Foundation a(2, 16384), b(2, 16384);
       const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
@@ -299,44 +303,57 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
   CHECK(over.worst() == 0);
 }
 
-// A sum that lists near elements, on a path of small and large motions, against one that looks at all of them.
-TEST_CASE("foundation: sums over the listed elements are those over all, bit by bit, with a clearance below") {
+/// Least distance of an element's points from contact [m], over all elements that are free.
+double least_free_distance(BoneSurface<std::int16_t>& surface, std::size_t bricks, const BallAndShaft& shape,
+                           const Posed& X) {
+  double least = 1;
+  for (std::size_t brick = 0; brick < bricks; ++brick) {
+    surface.begin_tick();
+    surface.begin_use();
+    if (!surface.crosses(brick) || !surface.provide(brick)) continue;
+    surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
+      for (std::size_t e = 0; e < static_cast<std::size_t>(count); ++e) {
+        const SurfaceElement element = block.element(e, surface.corner(brick));
+        double nearest = 1;
+        for (const double a : {-0.5, 0.5})
+          for (const double c : {-0.5, 0.5}) {
+            const Vec3d in_T = X.inverse() * (element.position + a * element.along + c * element.across);
+            nearest = std::min(nearest, profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance - kLaw.offset);
+          }
+        if (nearest > 0) least = std::min(least, nearest);
+      }
+    });
+  }
+  return least;
+}
+
+// Distances measured at another pose serve a path of small and large motions, against those measured in place.
+TEST_CASE("foundation: sums by distances from another pose are those by new ones, bit by bit, with a clearance below") {
   CAPTURE(kSeed);
-  Bench bench(kBone);
+  Bench bench(kBone), anew(kBone), whole(kBone);
   Random random(kSeed + 5);
-  int listed = 0, points = 0;
+  int reused = 0, points = 0;
   Figures clearances;
+  Foundation a(2, 16384), b(2, 16384);
+  const ToolMotion near{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReachAngle};
   const auto follow = [&](const auto& shape, Posed X) {
     bench.gather(shape, X);
-    Foundation lists(2, 16384);
     for (int i = 0; i < 200; ++i) {
       const Posed last = X;
       X = moved(X, random_twist(random), random.uniform() < 0.1 ? 3e-4 : random.uniform(0, 1e-5));
       bench.surface.begin_tick();
       REQUIRE(bench.near.update(bench.surface.view(), shape, X, {6 * kH, 0}));
-      listed += motion_between(last, X).is_within(bench.near.near_reach(shape)) ? 1 : 0;
-      Foundation all(2, 16384);
-      const FoundationSum s = lists.sum(bench.near, shape, X, kLaw), t = all.sum(bench.near, shape, X, kLaw);
+      reused += motion_between(last, X).is_within(near) ? 1 : 0;
+      anew.gather(shape, X);
+      const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
       CHECK(s.energy == t.energy);
       CHECK(s.wrench == t.wrench);
       CHECK(s.stiffness == t.stiffness);
       CHECK(s.depth == t.depth);
-      REQUIRE(lists.points().size() == all.points().size());
-      points += static_cast<int>(all.points().size());
-      if (i % 10 != 0) continue;
-      // The least distance of an element that is free, by its four points.
-      double least = 1;
-      static_cast<void>(bench.near.for_each_candidate(
-          shape, X, 0.5, {2e-3, 0}, [&](const NearBlock& block, std::size_t e, const Vec3<float>&) {
-            const SurfaceElement element = block.element(e);
-            double nearest = 1;
-            for (const double a : {-0.5, 0.5})
-              for (const double c : {-0.5, 0.5}) {
-                const Vec3d in_T = X.inverse() * (element.position + a * element.along + c * element.across);
-                nearest = std::min(nearest, profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance - kLaw.offset);
-              }
-            if (nearest > 0) least = std::min(least, nearest);
-          }));
+      REQUIRE(a.points().size() == b.points().size());
+      points += static_cast<int>(a.points().size());
+      if (i % 20 != 0) continue;
+      const double least = least_free_distance(whole.surface, whole.bone.brick_count(), shape, X);
       constexpr double kRounding = 1e-8;
       CHECK(s.clearance.listed_distance <= least + kRounding);
       if (least < 1e-3) clearances.add(s.clearance.listed_distance / least);
@@ -346,30 +363,34 @@ TEST_CASE("foundation: sums over the listed elements are those over all, bit by 
     follow(BallAndShaft(kBall), bench.pressed(random, false, -1e-4, 3e-4));
     follow(BallAndShaft(kDrill), bench.pressed(random, true, -1e-4, 3e-4));
   }
-  // Straight into bone, shifting and turning nearly as far as a list reaches.
+  // Straight into bone, shifting and turning nearly as far as distances are reused.
   int entered = 0;
   for (int i = 0; i < 240; ++i) {
     const BallAndShaft shape(kDrill);
-    const Posed X = bench.pressed(random, true, -1e-4, 2e-5);
+    const bool is_free = i % 6 == 0;
+    const Posed X = bench.pressed(random, true, is_free ? -3e-4 : -1e-4, is_free ? -1e-4 : 2e-5);
     bench.gather(shape, X);
-    const ToolMotion reach = bench.near.near_reach(shape);
     const Vec3d u = X.linear().col(2), arrow = kRoom.middle() - X.translation(),
                 in = (arrow - arrow.dot(u) * u).normalized();
     Vec6d way;
-    way << reach.shift * in, reach.turn * u.cross(in);
+    way << near.shift * in, near.turn * u.cross(in);
     const Posed Y = moved(X, way, 0.99);
-    Foundation lists(2, 16384), all(2, 16384);
-    static_cast<void>(lists.sum(bench.near, shape, X, kLaw));
-    const std::size_t before = lists.points().size();
-    CHECK(motion_between(X, Y).is_within(reach));
-    CHECK(lists.sum(bench.near, shape, Y, kLaw).energy == all.sum(bench.near, shape, Y, kLaw).energy);
-    REQUIRE(lists.points().size() == all.points().size());
-    entered += all.points().size() > before ? 1 : 0;
+    static_cast<void>(a.sum(bench.near, shape, X, kLaw));
+    const std::size_t before = a.points().size();
+    CHECK(motion_between(X, Y).is_within(near));
+    anew.gather(shape, Y);
+    const FoundationSum s = a.sum(bench.near, shape, Y, kLaw), t = b.sum(anew.near, shape, Y, kLaw);
+    CHECK(s.energy == t.energy);
+    if (is_free)
+      CHECK(s.clearance.listed_distance <=
+            least_free_distance(whole.surface, whole.bone.brick_count(), shape, Y) + 1e-8);
+    REQUIRE(a.points().size() == b.points().size());
+    entered += b.points().size() > before ? 1 : 0;
   }
   CHECK(entered > 30);
-  MESSAGE("points ", points, "; small motions ", listed, "; clearance told, as a share of the true one: ", clearances);
+  MESSAGE("points ", points, "; small motions ", reused, "; clearance told, as a share of the true one: ", clearances);
   CHECK(points > 10000);
-  CHECK(listed > 1000);
+  CHECK(reused > 1000);
 }
 
 }  // namespace

@@ -23,28 +23,33 @@ struct NearBlock {
   const ElementBlock* elements;
   int count;  ///< elements of the block that are set
   std::uint64_t brick;
-  Vec3d corner;   ///< position of the brick's voxel 0, in G [m]
-  float arm = 0;  ///< no element is farther than this from T's origin at the pose of the list [m]
+  Vec3d corner;  ///< position of the brick's voxel 0, in G [m]
 
   [[nodiscard]] SurfaceElement element(std::size_t i) const noexcept { return elements->element(i, corner); }
   /// Number of element i, which is the same in every list: its brick, voxel edge and part.
   [[nodiscard]] std::uint64_t key(std::size_t i) const noexcept { return brick << 20 | elements->edge[i]; }
 };
 
-/// Broad phase: lists the blocks of surface elements near a tool.
+/// Broad phase: lists the surface elements near a tool, each with a bounding ball. It finds bricks near the tool, then
+/// their blocks, then these blocks' elements.
 ///
 /// A list stays valid while the tool stays within its reach of the pose at which it was gathered, and no brick near the
 /// tool is cut. Each tool has a list of its own.
 class BroadPhase {
  public:
-  /// Allocates room for all blocks of the bone's surface. Contact begins `contact_offset` [m] outside the tool.
+  /// Allocates room for all elements of the bone's surface, 32 bytes each. Contact begins `contact_offset` [m] outside
+  /// the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
-    const double h = view.grid().spacing().minCoeff();
-    skipped_distance_ = static_cast<float>(Constants::kSkippedDistance * h);
-    near_reach_ = Constants::kNearReach * h;
     blocks_.reserve(view.surface().block_count());
     block_spheres_.reserve(view.surface().block_count());
+    const double h = view.grid().spacing().minCoeff();
+    near_reach_ = {Constants::kNearReach * h, Constants::kNearReachAngle};
+    const std::size_t most = view.surface().block_count() * ElementBlock::kSize;
+    elements_.resize(most);
+    spread_.resize(most + kProfileLanes);
+    near_.resize(most + kProfileLanes);
+    spheres_.reserve(most);
     bricks_.reserve(Constants::kMaxBricks);
     brick_spheres_.reserve(Constants::kMaxBricks);
     set_contact_offset(contact_offset);
@@ -59,24 +64,25 @@ class BroadPhase {
   /// Empties the lists, so that the next `update` gathers them anew.
   void invalidate() noexcept {
     valid_ = false;
-    blocks_.clear();
+    count_ = 0;
     brick_reach_ = {-1, 0};
   }
 
-  /// Makes the list hold every element that may be in contact with a tool at X. A new list reaches as far as a motion
-  /// by `ahead` from there, within the bounds of `CoupledConstants`. Returns false if the surface could not provide all
-  /// bricks in this tick.
+  /// Makes the list hold every element that may be in contact with a tool at X. A new list reaches as far as some ticks
+  /// of a tool that moves by `motion` a tick, within the bounds of `CoupledConstants`. Returns false if the surface
+  /// could not provide all bricks in this tick.
   template <class View, ToolShape Shape>
-  [[nodiscard]] bool update(const View& view, const Shape& shape, const Posed& X, const ToolMotion& ahead) noexcept {
+  [[nodiscard]] bool update(const View& view, const Shape& shape, const Posed& X, const ToolMotion& motion) noexcept {
     // Another tool may have had the surface make or release blocks: then the same list is gathered again.
     if (is_current(view) && motion_between(X_gathered_, X).is_within(reach_))
       return surface_changes_ == view.surface().changes() || gather(view, shape, X_gathered_, reach_);
     const double h = view.grid().spacing().minCoeff();
-    const ToolMotion reach{std::clamp(ahead.shift, Constants::kMinReach * h, Constants::kMaxReach * h),
-                           std::clamp(ahead.turn, Constants::kMinReachAngle, Constants::kMaxReachAngle)};
-    const ToolMotion moved = motion_between(X_bricks_, X);
-    if (increase_stamp_ != view.grid().increase_stamp() || !(moved + reach).is_within(brick_reach_))
-      find_bricks(view, shape, X, {reach.shift + Constants::kBrickReach * h, reach.turn + Constants::kMaxReachAngle});
+    const ToolMotion reach{
+        std::clamp(Constants::kReachTicks * motion.shift, Constants::kMinReach * h, Constants::kMaxReach * h),
+        std::clamp(Constants::kReachTicks * motion.turn, Constants::kMinReachAngle, Constants::kMaxReachAngle)};
+    if (increase_stamp_ != view.grid().increase_stamp() ||
+        !(motion_between(X_bricks_, X) + reach).is_within(brick_reach_))
+      find_bricks(view, shape, X, {reach.shift + Constants::kBrickReach * h, reach.turn + Constants::kBrickReachAngle});
     return gather(view, shape, X, reach);
   }
 
@@ -95,80 +101,64 @@ class BroadPhase {
   /// Returns true if the list proves that a tool at X stays free of contact on a motion by `motion`.
   template <class View>
   [[nodiscard]] bool is_empty_around(const View& view, const Posed& X, const ToolMotion& motion) noexcept {
-    if (!blocks_.empty() || !is_current(view)) return false;
+    if (count_ > 0 || !is_current(view)) return false;
     return (motion_between(X_gathered_, X) + motion).is_within(reach_);
   }
 
-  /// Reach of a list of elements (`NearElements`): no point of the tool's head goes farther than twice the same way.
-  template <ToolShape Shape>
-  [[nodiscard]] ToolMotion near_reach(const Shape& shape) const noexcept {
-    return {near_reach_, near_reach_ / shape.bounds().radius};
-  }
-
-  /// Clearance of a tool at X, as far as the list's reach tells; without the distance of listed elements.
-  template <ToolShape Shape>
-  [[nodiscard]] Clearance clearance(const Shape& shape, const Posed& X) const noexcept {
-    const ToolMotion from = motion_between(X_gathered_, X);
-    return {0,
-            blocks_arm_ + from.shift,
-            {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
-            shape.bounds().arm()};
-  }
-
-  /// Calls visit(block, i, shift) for each element that may have a point in contact with a tool within `reach` of X.
-  /// Returns the clearance of the others at X. Points lie no farther from their element's position than the fraction
-  /// `extent` of its corners. `shift` is the corner of the element's brick less T's origin, in G [m].
+  /// Calls visit(block, i, shift) for each element that may have a point in contact with a tool at X, a pose that the
+  /// list holds. Returns the clearance of the others. Points lie no farther from their element's position than the
+  /// fraction `extent` of its corners. `shift` is the corner of the element's brick less T's origin, in G [m].
+  ///
+  /// Distances are measured anew where the tool has moved by more than `kNearReach` since. Newton's steps become
+  /// smaller within a tick.
   template <ToolShape Shape, class Visit>
-  Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, const ToolMotion& reach,
-                               Visit&& visit) noexcept {
+  Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, Visit&& visit) noexcept {
     const Vec3d p = X.translation();
-    const Vec3<float> u = to_float(z_axis(X));
-    const Vec3<float> moved = to_float(X_gathered_.translation() - p);
+    if (!is_measured_ || !motion_between(X_measured_, X).is_within(near_reach_)) {
+      const Vec3<float> moved = to_float(X_gathered_.translation() - p);
+      spheres_.measure(shape, to_float(z_axis(X)), moved, count_);
+      X_measured_ = X;
+      is_measured_ = true;
+    }
     const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
-    static_assert(kProfileLanes == ElementBlock::kSize);
-    block_spheres_.measure(shape, u, moved, blocks_.size());
-    constexpr float kFar = std::numeric_limits<float>::max();
-    float nearest_block = kFar;
-    // Least distances of an element's points beyond the offset [m]: of a block, and of all elements left out.
-    std::array<float, kProfileLanes> gap, nearest;
-    nearest.fill(kFar);
-    const auto turn = static_cast<float>(reach.turn),
-               reach_here = static_cast<float>(reach.shift) + turn * moved.norm();
-    for (std::size_t b = 0; b < blocks_.size(); ++b) {
-      const NearBlock& block = blocks_[b];
-      const ElementBlock& elements = *block.elements;
-      const float block_gap = block_spheres_.distance(b) - elements.radius - offset;
-      const float near = reach_here + turn * block.arm;
-      if (block_gap > std::max(skipped_distance_, near)) {
-        nearest_block = std::min(nearest_block, block_gap);
-        continue;
-      }
-      const Vec3<float> shift = to_float(block.corner - p);
-      compute_distances(shape, u, shift, elements.position[0].data(), elements.position[1].data(),
-                        elements.position[2].data(), gap.data());
-      for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] -= fraction * elements.spread[l] + offset;
+    // Least distances of an element's points beyond the offset [m]: of all elements left out.
+    ProfileLanes<float> gap, nearest;
+    nearest.fill(std::numeric_limits<float>::max());
+    for (std::size_t first = 0; first < count_; first += kProfileLanes) {
+      const float* const distance = spheres_.distances() + first;
+      const float* const spread = spread_.data() + first;
+      const float* const near = near_.data() + first;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const float free_gap = gap[l] < near ? kFar : gap[l];
+        const float free_gap = gap[l] < near[l] ? std::numeric_limits<float>::max() : gap[l];
         nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
       }
-      std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near; });
-      for (is_near &= (1U << block.count) - 1; is_near != 0; is_near &= is_near - 1)
-        visit(block, static_cast<std::size_t>(std::countr_zero(is_near)), shift);
+      std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near[l]; });
+      for (; is_near != 0; is_near &= is_near - 1) {
+        const NearElement& e = elements_[first + static_cast<std::size_t>(std::countr_zero(is_near))];
+        const NearBlock& block = blocks_[e.block];
+        visit(block, std::size_t{e.i}, to_float(block.corner - p));
+      }
     }
-    Clearance others = clearance(shape, X);
-    others.listed_distance =
-        static_cast<double>(std::min(nearest_block, *std::min_element(nearest.begin(), nearest.end())));
-    return others;
+    const ToolMotion from = motion_between(X_gathered_, X);
+    const double arm = elements_arm_ + from.shift;
+    return {
+        static_cast<double>(*std::min_element(nearest.begin(), nearest.end())) - motion_between(X_measured_, X).at(arm),
+        arm,
+        {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
+        shape.bounds().arm()};
   }
-
-  /// Number of lists gathered so far.
-  [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
 
  private:
   using Constants = CoupledConstants;
+  static constexpr float kFarAway = 1e6F;  // [m]
   struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
+  };
+  struct NearElement {
+    std::uint32_t block;  // index in blocks_
+    std::uint32_t i;      // index in the block
   };
 
   template <class View, ToolShape Shape>
@@ -177,21 +167,26 @@ class BroadPhase {
   [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
 
   std::vector<NearBlock> blocks_;
-  SphereLanes block_spheres_;             // about the tool's origin at X_gathered_
+  SphereLanes block_spheres_;          // about the tool's origin at X_gathered_
+  std::vector<NearElement> elements_;  // the list: the first count_
+  std::size_t count_ = 0;
+  SphereLanes spheres_;                   // about the tool's origin at X_gathered_
+  std::vector<float> spread_;             // of each element's corners about its position [m]
+  std::vector<float> near_;               // way of each element on a motion by near_reach_ [m]
+  ToolMotion near_reach_;                 // motion after which distances are measured anew
+  Posed X_measured_ = Posed::Identity();  // pose at which the distances were measured
+  bool is_measured_ = false;              // since the elements were gathered
   std::vector<NearBrick> bricks_;         // that hold bone, within brick_reach_
   SphereLanes brick_spheres_;             // about the tool's origin at X_bricks_
   Posed X_bricks_ = Posed::Identity();    // pose at which bricks were found
   ToolMotion brick_reach_{-1, 0};         // reach of that list; a negative shift: no list
-  Posed X_gathered_ = Posed::Identity();  // pose at which blocks were gathered
+  Posed X_gathered_ = Posed::Identity();  // pose at which elements were gathered
   ToolMotion reach_;                      // reach of that list
-  double blocks_arm_ = 0;                 // largest distance of a listed element from T's origin there [m]
+  double elements_arm_ = 0;               // largest distance of a listed element from T's origin there [m]
   double contact_offset_ = 0;             // [m]
-  float skipped_distance_ = 0;            // [m]
-  double near_reach_ = 0;                 // [m]
-  std::uint64_t increase_stamp_ = 0;      // of the grid, when blocks were gathered
+  std::uint64_t increase_stamp_ = 0;      // of the grid, when elements were gathered
   std::uint64_t edit_count_ = 0;          // of the grid, when the list was last found current
-  std::uint64_t surface_changes_ = 0;     // of the surface, when blocks were gathered
-  std::uint64_t generation_ = 0;
+  std::uint64_t surface_changes_ = 0;     // of the surface, when elements were gathered
   bool valid_ = false;
 };
 
@@ -266,7 +261,7 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
   flush_bricks();
 }
 
-/// Lists the blocks of the near bricks that are within a reach of the tool. Returns false if a brick could not be
+/// Lists the elements of the near bricks that are within a reach of the tool. Returns false if a brick could not be
 /// provided in this tick.
 template <class View, ToolShape Shape>
 bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
@@ -274,10 +269,11 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   auto& surface = view.surface();
   valid_ = false;
   blocks_.clear();
-  ++generation_;
+  count_ = 0;
+  is_measured_ = false;
   X_gathered_ = X;
   reach_ = reach;
-  blocks_arm_ = 0;
+  elements_arm_ = 0;
   increase_stamp_ = grid.increase_stamp();
   edit_count_ = grid.edit_count();
   surface.begin_use();
@@ -287,7 +283,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   const Vec3<float> moved = to_float(X_bricks_.translation() - p);
   const Vec3<float> u = to_float(z_axis(X));
   brick_spheres_.measure(shape, u, moved, bricks_.size());
-  const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
+  const auto turn = static_cast<float>(reach_.turn), shift = static_cast<float>(reach_.shift + contact_offset_);
   const auto brick_radius =
       static_cast<float>(0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm() +
                          Constants::kElementReach * grid.spacing().maxCoeff());
@@ -301,21 +297,44 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
       block_spheres_.set_centre(blocks_.size(), to_float(corner - p) + block.middle);
-      blocks_.push_back({&block, count, brick, corner, 0});
+      blocks_.push_back({&block, count, brick, corner});
     });
   }
-  // Keeps blocks whose own spheres are within reach: these are smaller than their bricks'.
   block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size());
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const float arm = block_spheres_.arm(i) + blocks_[i].elements->radius;
-    if (block_spheres_.distance(i) - blocks_[i].elements->radius > shift + turn * arm) continue;
-    blocks_[kept] = blocks_[i];
-    blocks_[kept].arm = arm;
-    block_spheres_.set_centre(kept++, to_float(blocks_[i].corner - p) + blocks_[i].elements->middle);
-    blocks_arm_ = std::max(blocks_arm_, static_cast<double>(arm));
+  const auto [x, y, z] = spheres_.centres();
+  float *const spread = spread_.data(), *const near_way = near_.data();
+  const auto near_shift = static_cast<float>(near_reach_.shift), near_turn = static_cast<float>(near_reach_.turn);
+  NearElement* const element = elements_.data();
+  std::size_t n = 0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const ElementBlock& block = *blocks_[b].elements;
+    // No element is farther from the tool's origin than this.
+    const float arm = block_spheres_.arm(b) + block.radius, near = shift + turn * arm;
+    if (block_spheres_.distance(b) - block.radius > near) continue;
+    const Vec3<float> origin = to_float(blocks_[b].corner - p);
+    ProfileLanes<float> distance;
+    compute_distances(shape, u, origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
+                      distance.data());
+    for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= block.spread[l];
+    std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; });
+    is_near &= (1U << blocks_[b].count) - 1;
+    if (is_near != 0) elements_arm_ = std::max(elements_arm_, static_cast<double>(arm));
+    for (; is_near != 0; is_near &= is_near - 1, ++n) {
+      const auto l = static_cast<std::size_t>(std::countr_zero(is_near));
+      x[n] = block.position[0][l] + origin.x();
+      y[n] = block.position[1][l] + origin.y();
+      z[n] = block.position[2][l] + origin.z();
+      spread[n] = block.spread[l];
+      near_way[n] = near_shift + near_turn * arm;
+      element[n] = {static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(l)};
+    }
   }
-  blocks_.erase(blocks_.begin() + static_cast<std::ptrdiff_t>(kept), blocks_.end());
+  // Lanes beyond the last element are far away.
+  count_ = n;
+  for (; n % kProfileLanes != 0; ++n) {
+    x[n] = y[n] = z[n] = kFarAway;
+    spread[n] = near_way[n] = 0;
+  }
   surface_changes_ = surface.changes();
   valid_ = true;
   return true;

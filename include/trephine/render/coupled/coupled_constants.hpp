@@ -97,17 +97,22 @@ struct CoupledConstants {
 
   // --- Broad phase (broad_phase.hpp).
 
-  /// Bounds of a list's reach beyond the tool [spacings]. A longer reach gathers less often and visits more blocks.
-  static constexpr double kMinReach = 3, kMaxReach = 8;
+  /// A list of elements reaches as far as the tool moves in so many ticks. A longer reach makes lists less often, and
+  /// measures more elements.
+  static constexpr double kReachTicks = 3;
+  /// Bounds of that reach beyond the tool [spacings].
+  static constexpr double kMinReach = 0.5, kMaxReach = 4;
   /// Likewise for rotations of the tool's axis [rad].
-  static constexpr double kMinReachAngle = 0.04, kMaxReachAngle = 0.1;
-  /// Additional reach for bricks [spacings], so that a list of bricks serves many lists of blocks.
-  static constexpr double kBrickReach = 16;
-  /// Blocks farther from the tool than this [spacings] are skipped whole. Their elements then count as this far only.
-  static constexpr double kSkippedDistance = 0.5;
-  /// Reach of the list of elements that may come into contact [spacings]. A longer reach lists them less often, and
-  /// evaluates more of them.
+  static constexpr double kMinReachAngle = 0.02, kMaxReachAngle = 0.1;
+  /// Motion of the tool after which the elements' distances are measured anew [spacings]. A longer one measures less
+  /// often, and evaluates more elements.
   static constexpr double kNearReach = 1.0 / 64;
+  /// Likewise for rotations [rad].
+  static constexpr double kNearReachAngle = 0.003;
+  /// Additional reach for bricks [spacings], so that a list of bricks serves many lists of elements.
+  static constexpr double kBrickReach = 12;
+  /// Likewise for rotations of the tool's axis [rad].
+  static constexpr double kBrickReachAngle = 0.2;
   /// Elements reach beyond the brick of their edges by less than this many longest spacings.
   static constexpr int kElementReach = 2;
   /// Room for bricks near the tool. With more, no list can be made (`Status::kWorkBound`).

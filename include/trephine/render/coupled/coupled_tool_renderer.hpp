@@ -199,7 +199,7 @@ class CoupledToolRenderer {
   /// State at the start of a tick.
   struct TickStart {
     Posed X_device_before;
-    double device_motion;  // since the last tick [m]
+    ToolMotion device_motion;  // since the last tick
     bool jumped;
     bool is_new;  // the contacts of the last tick do not hold any more
   };
@@ -210,7 +210,7 @@ class CoupledToolRenderer {
     const bool jumped = started_ && !motion.is_within({options_.jump, Constants::kJumpAngle});
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
     const TickStart start{.X_device_before = X_device_,
-                          .device_motion = started_ ? motion.at(bounds_.arm()) : 0,
+                          .device_motion = started_ ? motion : ToolMotion{},
                           .jumped = jumped,
                           .is_new = !started_ || jumped || densities_rose || axis_in_bone_};
     increase_stamp_ = view.grid().increase_stamp();
@@ -242,10 +242,10 @@ class CoupledToolRenderer {
   /// Evaluates contact, friction and coupling at X. Returns nothing while the bone's surface there is not available.
   template <class View>
   [[nodiscard]] std::optional<PoseEvaluation> evaluate(const View& view, const Posed& X,
-                                                       const ToolMotion& ahead) noexcept {
+                                                       const ToolMotion& device_motion) noexcept {
     if (!evaluated_ || X.matrix() != evaluated_->X.matrix()) {
       evaluated_.reset();
-      if (!broad_phase_.update(view, shape_, X, ahead)) return std::nullopt;
+      if (!broad_phase_.update(view, shape_, X, device_motion)) return std::nullopt;
       evaluated_ = EvaluatedContact{X, foundation_.sum(broad_phase_, shape_, X, gains_.law)};
     }
     bristles_.attach(foundation_.points(), X, gains_.law.stiffness);
@@ -254,7 +254,7 @@ class CoupledToolRenderer {
   }
 
   template <class View>
-  SearchResult search(const View& view, const Posed& X_device, double device_motion) noexcept {
+  SearchResult search(const View& view, const Posed& X_device, const ToolMotion& device_motion) noexcept {
     bristles_.begin_tick(X_);
     // Warm start at the pose evaluated last, whose contact is stored. Where bone was cut there, the tool likely moves
     // on as in the last tick. Bristles must begin at its last pose.
@@ -268,13 +268,13 @@ class CoupledToolRenderer {
     }
     if (!gains_.coupling.solves_rotation) start.linear() = X_device.linear();
     PoseSearch search(
-        gains_.coupling, X_device, bounds_,
-        [&](const Posed& X, const ToolMotion& ahead) { return evaluate(view, X, ahead); }, bristles_);
-    return search.minimise(
-        start,
-        {.smallest_step = Constants::kSmallestStep * h,
-         .motion_step = Constants::kMotionFraction * std::min(device_motion, Constants::kMaxCountedMotion * h)},
-        last_motion_);
+        gains_.coupling, X_device, bounds_, [&](const Posed& X) { return evaluate(view, X, device_motion); },
+        bristles_);
+    return search.minimise(start,
+                           {.smallest_step = Constants::kSmallestStep * h,
+                            .motion_step = Constants::kMotionFraction *
+                                           std::min(device_motion.at(bounds_.arm()), Constants::kMaxCountedMotion * h)},
+                           last_motion_);
   }
 
   /// Takes the result of a search. Returns the coupling's extension: the small motion from the virtual tool to the

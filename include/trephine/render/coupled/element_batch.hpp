@@ -59,11 +59,6 @@ struct ElementBatch {
     element[count++] = {&block, i};
   }
 
-  /// Square of the distance of element n from T's origin [m²].
-  [[nodiscard]] float arm_square(std::size_t n) const noexcept {
-    return position[0][n] * position[0][n] + position[1][n] * position[1][n] + position[2][n] * position[2][n];
-  }
-
   /// Computes the distances of the elements' points; `u` is the tool's axis in G.
   template <ToolShape Shape>
   void compute_distances(const Shape& shape, const PointLattice& lattice, const Vec3<float>& u) noexcept {

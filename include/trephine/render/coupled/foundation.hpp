@@ -8,7 +8,6 @@
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/element_batch.hpp>
-#include <trephine/render/coupled/near_elements.hpp>
 
 #include <Eigen/Core>
 
@@ -83,7 +82,7 @@ class Foundation {
 
   /// `side` points lie along each side of an element, evenly over it: a lattice has the smallest quadrature error. At
   /// most `max_points` points in contact are stored. Allocates.
-  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) : lattice_(side), near_(max_points) {
+  explicit Foundation(std::size_t side = 2, std::size_t max_points = 0) : lattice_(side) {
     points_.reserve(max_points);
   }
   void set_side(std::size_t side) noexcept { lattice_ = PointLattice(side); }
@@ -105,9 +104,7 @@ class Foundation {
     const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
     const Vec3<float> axis = to_float(u);
     const auto contact_distance = static_cast<float>(law.offset) + CoupledConstants::kSinglePrecision;
-    // Free elements: of the list, and left out of it.
-    float nearest = std::numeric_limits<float>::max(), nearest_other = nearest;
-    const bool is_listed = near_.serves(broad_phase, X);
+    float nearest = std::numeric_limits<float>::max();  // of the free elements in the batches
     const auto flush_candidates = [&] {
       evaluate(candidates, shape, law, u, x, sums);
       candidates.count = 0;
@@ -117,10 +114,8 @@ class Foundation {
       for (std::size_t n = 0; n < batch.count; ++n) {
         const auto [block, i] = batch.element[n];
         const float distance = batch.min_distance[n];
-        const bool is_near = is_listed || near_.offer({block, i}, distance, batch.arm_square(n));
         if (!(distance < contact_distance)) {
-          float& least = is_near ? nearest : nearest_other;
-          least = std::min(least, distance - contact_distance);
+          nearest = std::min(nearest, distance - contact_distance);
           continue;
         }
         const SurfaceElement element = block->element(i);
@@ -136,20 +131,8 @@ class Foundation {
       batch.add(block, i, shift);
       if (batch.count == ElementBatch::kSize) filter_batch();
     };
-    Clearance clearance;
-    if (is_listed) {
-      for (const auto& [block, i] : near_.elements()) visit(*block, i, to_float(block->corner - p));
-      clearance = broad_phase.clearance(shape, X);
-      clearance.listed_distance = near_.distance_of_others(X);
-      if (batch.count > 0) filter_batch();
-    } else {
-      const ToolMotion reach = broad_phase.near_reach(shape);
-      near_.start(broad_phase, X, reach, contact_distance);
-      clearance = broad_phase.for_each_candidate(shape, X, lattice_.outermost, reach, visit);
-      if (batch.count > 0) filter_batch();
-      clearance.listed_distance = std::min(static_cast<double>(nearest_other), clearance.listed_distance);
-      near_.finish(clearance);
-    }
+    const Clearance clearance = broad_phase.for_each_candidate(shape, X, lattice_.outermost, visit);
+    if (batch.count > 0) filter_batch();
     if (candidates.count > 0) flush_candidates();
     FoundationSum s = sums.total();
     s.clearance = clearance;
@@ -391,7 +374,6 @@ class Foundation {
   }
 
   PointLattice lattice_;
-  NearElements near_;
   std::vector<FoundationPoint> points_;
 };
 

@@ -133,9 +133,8 @@ struct SearchResult {
 /// Pose search: Newton's method with an active set on the energy of a pose. The active set is the set of points in
 /// contact, which each evaluation finds anew.
 ///
-/// `evaluate(X, ahead)` returns a PoseEvaluation at X for a tool that may move on by `ahead`, or nothing while the
-/// bone's surface there is not available. Its last call is for the pose of `SearchResult::evaluation`. `friction` is
-/// the friction of the points found there.
+/// `evaluate(X)` returns a PoseEvaluation at X, or nothing while the bone's surface there is not available. Its last
+/// call is for the pose of `SearchResult::evaluation`. `friction` is the friction of the points found there.
 template <class Evaluate, class FrictionModel>
 class PoseSearch {
  public:
@@ -147,7 +146,7 @@ class PoseSearch {
   [[nodiscard]] SearchResult minimise(const Posed& X, const SearchTolerance& tolerance, Vec6d guess) noexcept {
     SearchResult result;
     result.X = X;
-    if (!evaluate_at(result, motion_between(X, X_device_))) return result;
+    if (!evaluate_at(result)) return result;
     const FoundationSum& contact = result.evaluation.contact;
     result.initial_depth = contact.depth;
     double previous_size = 0;  // of the last step [m]; 0: no contact there
@@ -187,8 +186,8 @@ class PoseSearch {
  private:
   using Constants = CoupledConstants;
 
-  [[nodiscard]] bool evaluate_at(SearchResult& result, const ToolMotion& ahead) noexcept {
-    const std::optional<PoseEvaluation> evaluation = evaluate_(result.X, ahead);
+  [[nodiscard]] bool evaluate_at(SearchResult& result) noexcept {
+    const std::optional<PoseEvaluation> evaluation = evaluate_(result.X);
     if (!evaluation) return false;
     ++result.evaluation_count;
     result.evaluation = *evaluation;
@@ -215,7 +214,7 @@ class PoseSearch {
     double t = std::min(1.0, max_fraction);
     for (int trial = 0; trial < Constants::kMaxTrials; ++trial) {
       result.X = moved(X, t * step);
-      if (!evaluate_at(result, {(1 - t) * motion.shift, (1 - t) * motion.turn})) {
+      if (!evaluate_at(result)) {
         result.X = X;
         return false;
       }
@@ -243,7 +242,7 @@ class PoseSearch {
     if (friction_.has_friction() || result.evaluation.energy() <= initial_energy) return true;
     // The farthest trial that went downhill; the start if there is none.
     result.X = low > 0 ? moved(X, low * step) : X;
-    return evaluate_at(result, {});
+    return evaluate_at(result);
   }
 
   const VirtualCoupling& coupling_;

@@ -52,6 +52,9 @@ class SphereLanes {
   [[nodiscard]] float arm(std::size_t i) const noexcept { return Vec3<float>(x_[i], y_[i], z_[i]).norm(); }
   /// Signed distance of centre i from the tool [m], as `measure` computed it last.
   [[nodiscard]] float distance(std::size_t i) const noexcept { return distance_[i]; }
+  [[nodiscard]] const float* distances() const noexcept { return distance_.data(); }
+  /// Coordinates of the centres [m].
+  [[nodiscard]] std::array<float*, 3> centres() noexcept { return {x_.data(), y_.data(), z_.data()}; }
   /// Computes the distances of the first `count` centres from a tool with the axis `axis`. `shift` is the lanes' origin
   /// less the tool's [m].
   template <ToolShape Shape>
