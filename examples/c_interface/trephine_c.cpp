@@ -8,7 +8,6 @@
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/version.hpp>
 
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -195,9 +194,8 @@ compiled::StageOptions stages_of(const trephine_scene_options& o, const CuttingE
     default:
       fail("trephine_scene_create: no such milling: ", o.milling);
   }
-  // Line's tip is a point, and drops off an edge at once; tip and shaft add up. Line itself refuses other stiffnesses.
-  if (o.algorithm == TREPHINE_LINE && o.stiffness > 0 && std::isfinite(o.stiffness))
-    s.release_limit = compiled::ReleaseLimit{.stiffness = 2 * o.stiffness};
+  // Line's tip is a point, and drops off an edge at once; tip and shaft add up.
+  if (o.algorithm == TREPHINE_LINE) s.release_limit = compiled::ReleaseLimit{.stiffness = 2 * o.stiffness};
   s.damping = compiled::Damping{.linear = o.damping, .angular = o.angular_damping, .only_in_contact = true};
   s.limits = compiled::DeviceLimits{.force = o.force_limit, .torque = o.torque_limit};
   return s;

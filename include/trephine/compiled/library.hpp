@@ -332,8 +332,7 @@ class BoneOf final : public AnyBone {
   std::unique_ptr<AnyReader> make_reader() const override { return std::make_unique<ReaderOf<Density>>(grid_); }
   std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr, const RendererOptions& o,
                                        const StageOptions& stages) override {
-    const SceneParts parts(stages);
-    const auto scene = [&]<class R>(R renderer) { return scene_of(isovalue, burr, std::move(renderer), parts); };
+    const auto scene = [&]<class R>(R renderer) { return scene_of(isovalue, burr, std::move(renderer), stages); };
     switch (o.renderer) {
       case RendererKind::kCoupled:
         burr.validate();
@@ -359,20 +358,20 @@ class BoneOf final : public AnyBone {
   }
   std::unique_ptr<AnyScene> make_scene(double isovalue, const RevolvedTool& tool, const RendererOptions& o,
                                        const StageOptions& stages) override {
-    const SceneParts parts(stages);
     if (o.renderer != RendererKind::kCoupled)
       refuse("compiled::Scene", "only the coupled tool has another shape than a burr; line and surface take a Burr",
              o.renderer == RendererKind::kLine      ? "line"
              : o.renderer == RendererKind::kSurface ? "surface"
                                                     : "no renderer");
-    return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, o.friction.value_or(Coulomb{0, 0})}, parts);
+    return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, o.friction.value_or(Coulomb{0, 0})}, stages);
   }
 
  private:
+  /// Makes the stages after the renderer, whose options are refused first.
   template <class Tool, class R>
   [[nodiscard]] std::unique_ptr<AnyScene> scene_of(double isovalue, const Tool& tool, R renderer,
-                                                   const SceneParts& parts) {
-    return std::make_unique<SceneOf<Density, R, Tool>>(grid_, isovalue, tool, std::move(renderer), parts);
+                                                   const StageOptions& stages) {
+    return std::make_unique<SceneOf<Density, R, Tool>>(grid_, isovalue, tool, std::move(renderer), SceneParts(stages));
   }
 
   VoxelGrid<Density> grid_;
