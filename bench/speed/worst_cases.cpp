@@ -6,10 +6,16 @@
 #include <trephine/core/rotation.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/bone_volume.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace trephine::bench::speed {
 namespace {
@@ -102,6 +108,41 @@ void measure_drilling(Spread& spread) {
   }
 }
 
+/// Least time of the volume that a cut tells: that of the cells which the surface crosses before the burr, twice, for
+/// before and after. `forward` points along the burr's motion.
+void measure_told_volume(Spread& spread, const std::string& name, const Grid& block, const Vec3d& centre,
+                         const Vec3d& forward) {
+  struct Row {
+    std::uint64_t cells;
+    std::array<const std::uint8_t*, 4> voxels;
+  };
+  const detail::LeastBone<std::uint8_t> least(127.0);
+  std::vector<Row> rows;
+  std::size_t cells = 0;
+  const auto [nx, ny, nz] = block.size();
+  for (int k = 0; k + 1 < nz; ++k)
+    for (int j = 0; j + 1 < ny; ++j)
+      for (int first = 0; first + 1 < nx; first += 64) {
+        const auto row = [&](int dj, int dk) { return block.data() + block.index(first, j + dj, k + dk); };
+        Row r{0, {row(0, 0), row(1, 0), row(0, 1), row(1, 1)}};
+        for (int i = 0; i < 64 && first + i + 1 < nx; ++i) {
+          int bone = 0;
+          for (const std::uint8_t* v : r.voxels) bone += (v[i] >= least.density) + (v[i + 1] >= least.density);
+          const Vec3d middle = block.spacing().x() * (Vec3d(first + i, j, k) + Vec3d::Constant(0.5));
+          if (bone > 0 && bone < 8 && (middle - centre).dot(forward) > 0) r.cells |= std::uint64_t{1} << i;
+        }
+        cells += static_cast<std::size_t>(std::popcount(r.cells));
+        if (r.cells != 0) rows.push_back(r);
+      }
+  spread.measure(name + "; volume of its " + std::to_string(cells) + " crossed cells, twice", 600, [&](int) {
+    for (int twice = 0; twice < 2; ++twice) {
+      detail::CrossedCells<std::uint8_t> volume(127.0);
+      for (const Row& r : rows) volume.add(r.cells, r.voxels[0], r.voxels[1], r.voxels[2], r.voxels[3]);
+      benchmark::DoNotOptimize(volume.sum());
+    }
+  });
+}
+
 /// A burr goes through a block of bone by .04 voxel a tick: at once, and at a rate that takes a voxel ten ticks.
 void measure_carving(Spread& spread) {
   constexpr double kVoxel = 3e-4;
@@ -119,6 +160,9 @@ void measure_carving(Spread& spread) {
       benchmark::DoNotOptimize(
           carve(block, 127.0, SphereCutter(at(i), at(i + 1), radius * kVoxel, i > 0), policy, allowance));
     });
+    if (how.empty())
+      measure_told_volume(spread, "carving a burr of " + std::to_string(radius) + " voxels", block, at(600),
+                          Vec3d::Ones().normalized());
   };
   for (const int radius : {5, 20}) {
     cut(radius, "", GeometricCut{});
