@@ -8,6 +8,7 @@
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/version.hpp>
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
