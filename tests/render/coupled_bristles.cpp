@@ -160,8 +160,7 @@ TEST_CASE("bristles: their stiffness is the derivative of their force") {
     for (int i = 0; i < 40; ++i) {
       const double mu = slides ? 0.1 : 50.0;
       Bristles<Coulomb> bristles{Coulomb(mu, mu)};
-      bristles.reserve(2048, 4, 16384);
-      bristles.set_points_per_element(4);
+      bristles.reserve(2048, 16384);
       bristles.begin_tick(X);
       bristles.attach(foundation.points(), X, kLaw.stiffness);
       // All points go the same way, far enough for all to slide.
@@ -189,8 +188,7 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
   near.reserve(surface.view(), 0);
   Foundation foundation(2, 16384);
   Bristles<Coulomb> bristles(Coulomb(0.5, 0.5));
-  bristles.reserve(2048, 4, 16384);
-  bristles.set_points_per_element(4);
+  bristles.reserve(2048, 16384);
   constexpr FoundationLaw kLaw{.stiffness = 1e10, .ramp = 3e-5};
   Posed X = plane.pressed(1e-4);
   const auto gather = [&](const Posed& from, double reach) {

@@ -42,29 +42,21 @@ class Bristles {
   /// Returns false for a law that slips at any force.
   [[nodiscard]] bool has_friction() const noexcept { return has_friction_; }
 
-  /// Allocates bristles for `elements` elements in contact at once, each of at most `points_per_element` points, and
-  /// for `points` points in all. Elements have no points before `set_points_per_element`.
-  void reserve(std::size_t elements, std::size_t points_per_element, std::size_t points) {
+  /// Allocates bristles for `points` points in contact at once, on `elements` elements.
+  void reserve(std::size_t elements, std::size_t points) {
     if (!has_friction_) return;
     rows_.clear();
     rows_.reserve(elements);
-    deflections_.reserve(rows_.capacity() * points_per_element);
     table_.assign(std::bit_ceil(4 * elements), kNone);
     groups_.resize((points + kProfileLanes - 1) / kProfileLanes);
-  }
-
-  /// Takes another number of points, not above the reserved one, and removes all deflections. Rows are filled when an
-  /// element comes into contact.
-  void set_points_per_element(std::size_t points) noexcept {
-    reset();
-    points_per_element_ = points;
-    deflections_.resize(rows_.capacity() * points);
+    deflections_.reserve(groups_.size() * kProfileLanes);
   }
 
   /// Removes all deflections.
   void reset() noexcept {
     for (const ElementRow& r : rows_) table_[r.slot] = kNone;
     rows_.clear();
+    deflections_.clear();
     count_ = 0;
   }
 
@@ -79,16 +71,16 @@ class Bristles {
     const Mat3d back = to * from - Mat3d::Identity();
     const Vec3d moved = X.translation() - X_start_.translation();
     count_ = std::min(points.size(), groups_.size() * kProfileLanes);
-    const Deflection* row = nullptr;
+    // Deflections of the point's element that are not of earlier points.
+    std::span<const Deflection> row;
     for (std::size_t i = 0; i < count_; ++i) {
       const FoundationPoint& q = points[i];
-      if (i == 0 || points[i - 1].element != q.element) {
-        const std::int32_t r = table_[find(q.element)];
-        row = r == kNone ? nullptr : &deflections_[static_cast<std::size_t>(r) * points_per_element_];
-      }
+      if (i == 0 || points[i - 1].element != q.element) row = deflections_of(q.element);
+      while (!row.empty() && row.front().sample < q.sample) row = row.subspan(1);
+      const bool is_bent = !row.empty() && row.front().sample == q.sample;
       PointGroup& g = groups_[i / kProfileLanes];
       const std::size_t l = i % kProfileLanes;
-      const Vec3d deflection = moved - back * q.arm + (row ? row[q.sample].displacement : Vec3d(Vec3d::Zero()));
+      const Vec3d deflection = moved - back * q.arm + (is_bent ? row.front().displacement : Vec3d(Vec3d::Zero()));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto e = static_cast<Eigen::Index>(axis);
         g.arm[axis][l] = q.arm[e];
@@ -98,7 +90,7 @@ class Bristles {
       g.depth[l] = q.depth;
       g.depth_slope[l] = q.depth_slope;
       g.stiffness[l] = k * q.weight;
-      g.slipped[l] = row && row[q.sample].slipped ? 1.0 : 0.0;
+      g.slipped[l] = is_bent && row.front().slipped ? 1.0 : 0.0;
     }
     for (std::size_t i = count_; i % kProfileLanes != 0; ++i) groups_[i / kProfileLanes].clear(i % kProfileLanes);
   }
@@ -176,10 +168,10 @@ class Bristles {
           if (rows_.size() == rows_.capacity()) continue;
           const std::size_t slot = find(q.element);
           table_[slot] = static_cast<std::int32_t>(rows_.size());
-          std::fill_n(&deflections_[rows_.size() * points_per_element_], points_per_element_, Deflection{});
-          rows_.push_back({q.element, slot});
+          rows_.push_back({q.element, slot, deflections_.size(), 0});
         }
-        deflections_[(rows_.size() - 1) * points_per_element_ + q.sample] = {kept, b.slips[l] > 0};
+        deflections_.push_back({q.sample, kept, b.slips[l] > 0});
+        ++rows_.back().count;
       }
     }
   }
@@ -191,11 +183,14 @@ class Bristles {
   /// An element in contact, whose points have a row of deflections.
   struct ElementRow {
     std::uint64_t element;
-    std::size_t slot;  // index in table_
+    std::size_t slot;          // index in table_
+    std::size_t first, count;  // of its deflections
   };
+  /// Of a point in contact. An element's are in the order of its points.
   struct Deflection {
-    Vec3d displacement = Vec3d::Zero();  // of the tool against the bone, in G [m]
-    bool slipped = false;                // at the last tick
+    std::size_t sample;  // `FoundationPoint::sample`
+    Vec3d displacement;  // of the tool against the bone, in G [m]
+    bool slipped;        // at the last tick
   };
   /// Contact points in lanes: arms, normals and deflections in G [m], depths [m], stiffnesses [N/m].
   struct PointGroup {
@@ -225,6 +220,13 @@ class Bristles {
     std::size_t t = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> 32) & mask;
     while (table_[t] != kNone && rows_[static_cast<std::size_t>(table_[t])].element != key) t = (t + 1) & mask;
     return t;
+  }
+
+  [[nodiscard]] std::span<const Deflection> deflections_of(std::uint64_t element) const noexcept {
+    const std::int32_t r = table_[find(element)];
+    if (r == kNone) return {};
+    const ElementRow& row = rows_[static_cast<std::size_t>(r)];
+    return {&deflections_[row.first], row.count};
   }
 
   [[nodiscard]] Trial trial(const PointGroup& g, const Vec6d& motion) const noexcept {
@@ -260,9 +262,8 @@ class Bristles {
   Law law_;
   bool has_friction_;
   Posed X_start_ = Posed::Identity();  // of the tick
-  std::size_t points_per_element_ = 0;
   std::vector<ElementRow> rows_;
-  std::vector<Deflection> deflections_;  // points_per_element_ a row
+  std::vector<Deflection> deflections_;  // row by row
   std::vector<std::int32_t> table_;      // hash table: row by element
   std::vector<PointGroup> groups_;       // the attached points
   std::size_t count_ = 0;                // of the attached points
@@ -274,8 +275,7 @@ class Bristles<Frictionless> {
  public:
   explicit Bristles(const Frictionless&) noexcept {}
   [[nodiscard]] static constexpr bool has_friction() noexcept { return false; }
-  void reserve(std::size_t, std::size_t, std::size_t) noexcept {}
-  void set_points_per_element(std::size_t) noexcept {}
+  void reserve(std::size_t, std::size_t) noexcept {}
   void reset() noexcept {}
   void begin_tick(const Posed&) noexcept {}
   void attach(std::span<const FoundationPoint>, const Posed&, double) noexcept {}

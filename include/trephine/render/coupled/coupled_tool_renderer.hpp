@@ -76,7 +76,7 @@ class CoupledToolRenderer {
     longest_part_ = view.surface().longest_part();
     broad_phase_.reserve(view, 0);
     foundation_ = Foundation(1, Constants::kMaxPoints);
-    bristles_.reserve(Constants::kMaxContacts, Foundation::kMaxSide * Foundation::kMaxSide, Constants::kMaxPoints);
+    bristles_.reserve(Constants::kMaxContacts, Constants::kMaxPoints);
     contacts_.reserve(Constants::kMaxContacts);
     fit_tool();
   }
@@ -184,7 +184,6 @@ class CoupledToolRenderer {
     head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
-    bristles_.set_points_per_element(foundation_.points_per_element());
     release_ = gains_.release;
   }
 

@@ -87,7 +87,6 @@ class Foundation {
   }
   void set_side(std::size_t side) noexcept { lattice_ = PointLattice(side); }
 
-  [[nodiscard]] std::size_t points_per_element() const noexcept { return lattice_.points; }
   /// Points in contact at the last `sum`, as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
