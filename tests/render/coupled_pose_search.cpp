@@ -144,7 +144,7 @@ struct Search {
   SearchResult tick(const Posed& X, const Posed& X_device, const SearchTolerance& tolerance = kTight) {
     PoseSearch search(
         springs, X_device, kBounds,
-        [&](const Posed& at, const ToolMotion&) -> std::optional<PoseEvaluation> {
+        [&](const Posed& at) -> std::optional<PoseEvaluation> {
           if (!is_available(at)) return std::nullopt;
           ++calls;
           const PoseEvaluation e = evaluate(at, X_device);

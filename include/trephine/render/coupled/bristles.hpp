@@ -98,7 +98,9 @@ class Bristles {
   /// Returns friction and its derivative after a small motion of the tool since `attach`. The points' depths follow the
   /// motion to first order.
   [[nodiscard]] FrictionSum linearise(const Vec6d& motion) const noexcept {
-    std::array<Lanes, 42> sums{};  // 6 of the wrench, 36 of the stiffness by rows
+    // 6 of the wrench, 36 of the stiffness by rows. Few lanes: sums across lanes cost as much as the points.
+    constexpr std::size_t kSumLanes = 4;
+    std::array<std::array<double, kSumLanes>, 42> sums{};
     for (std::size_t i = 0; i < group_count(); ++i) {
       const PointGroup& g = groups_[i];
       const Trial b = trial(g, motion);
@@ -110,35 +112,37 @@ class Bristles {
         c2[l] = slips ? 0.0 : g.stiffness[l];
         c3[l] = slips && b.depth[l] > 0 ? c1[l] * b.length[l] / b.depth[l] * g.depth_slope[l] : 0.0;
       }
-      for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const double n[3] = {g.normal[0][l], g.normal[1][l], g.normal[2][l]};
-        const double a[3] = {g.arm[0][l], g.arm[1][l], g.arm[2][l]};
-        const double v[3] = {b.tangential[0][l], b.tangential[1][l], b.tangential[2][l]};
-        const double inverse = b.length[l] > 0 ? 1 / b.length[l] : 0.0;
-        const double t[3] = {v[0] * inverse, v[1] * inverse, v[2] * inverse};
-        // M = (C, −C [a]×): derivatives by translation and by rotation.
-        double M[3][6], f[3];
-        for (int r = 0; r < 3; ++r) {
-          f[r] = -c1[l] * v[r];
-          const double along = (c2[l] - c1[l]) * t[r];
-          double C[3];
-          for (int c = 0; c < 3; ++c)
-            C[c] = (r == c ? c1[l] : 0.0) - c1[l] * n[r] * n[c] + along * t[c] + c3[l] * t[r] * n[c];
-          for (int c = 0; c < 3; ++c) M[r][c] = C[c];
-          M[r][3] = a[1] * C[2] - a[2] * C[1];
-          M[r][4] = a[2] * C[0] - a[0] * C[2];
-          M[r][5] = a[0] * C[1] - a[1] * C[0];
-        }
-        for (std::size_t r = 0; r < 3; ++r) {
-          const std::size_t s = (r + 1) % 3, q = (r + 2) % 3;
-          sums[r][l] += f[r];
-          sums[r + 3][l] += a[s] * f[q] - a[q] * f[s];
-          for (std::size_t c = 0; c < 6; ++c) {
-            sums[6 + 6 * r + c][l] += M[r][c];
-            sums[24 + 6 * r + c][l] += a[s] * M[q][c] - a[q] * M[s][c];
+      for (std::size_t first = 0; first < kProfileLanes; first += kSumLanes)
+        for (std::size_t i = 0; i < kSumLanes; ++i) {
+          const std::size_t l = first + i;
+          const double n[3] = {g.normal[0][l], g.normal[1][l], g.normal[2][l]};
+          const double a[3] = {g.arm[0][l], g.arm[1][l], g.arm[2][l]};
+          const double v[3] = {b.tangential[0][l], b.tangential[1][l], b.tangential[2][l]};
+          const double inverse = b.length[l] > 0 ? 1 / b.length[l] : 0.0;
+          const double t[3] = {v[0] * inverse, v[1] * inverse, v[2] * inverse};
+          // M = (C, −C [a]×): derivatives by translation and by rotation.
+          double M[3][6], f[3];
+          for (int r = 0; r < 3; ++r) {
+            f[r] = -c1[l] * v[r];
+            const double along = (c2[l] - c1[l]) * t[r];
+            double C[3];
+            for (int c = 0; c < 3; ++c)
+              C[c] = (r == c ? c1[l] : 0.0) - c1[l] * n[r] * n[c] + along * t[c] + c3[l] * t[r] * n[c];
+            for (int c = 0; c < 3; ++c) M[r][c] = C[c];
+            M[r][3] = a[1] * C[2] - a[2] * C[1];
+            M[r][4] = a[2] * C[0] - a[0] * C[2];
+            M[r][5] = a[0] * C[1] - a[1] * C[0];
+          }
+          for (std::size_t r = 0; r < 3; ++r) {
+            const std::size_t s = (r + 1) % 3, q = (r + 2) % 3;
+            sums[r][i] += f[r];
+            sums[r + 3][i] += a[s] * f[q] - a[q] * f[s];
+            for (std::size_t c = 0; c < 6; ++c) {
+              sums[6 + 6 * r + c][i] += M[r][c];
+              sums[24 + 6 * r + c][i] += a[s] * M[q][c] - a[q] * M[s][c];
+            }
           }
         }
-      }
     }
     FrictionSum friction;
     for (std::size_t r = 0; r < 6; ++r) {
