@@ -101,8 +101,8 @@ class Bristles {
     // 6 of the wrench, 36 of the stiffness by rows. Few lanes: sums across lanes cost as much as the points.
     constexpr std::size_t kSumLanes = 4;
     std::array<std::array<double, kSumLanes>, 42> sums{};
-    for (std::size_t i = 0; i < group_count(); ++i) {
-      const PointGroup& g = groups_[i];
+    for (std::size_t group = 0; group < group_count(); ++group) {
+      const PointGroup& g = groups_[group];
       const Trial b = trial(g, motion);
       // −∂f by the point's displacement: c1 (1 − n nᵀ) + (c2 − c1) t tᵀ + c3 t nᵀ, t along the deflection.
       Lanes c1, c2, c3;
