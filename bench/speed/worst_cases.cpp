@@ -30,10 +30,17 @@ class Spread {
 
   template <class Work>
   void measure(const std::string& name, int ticks, Work&& work) {
+    measure(
+        name, ticks, [](int i) { return i; }, work);
+  }
+  /// Times work(prepare(i)) without what prepare takes.
+  template <class Prepare, class Work>
+  void measure(const std::string& name, int ticks, Prepare&& prepare, Work&& work) {
     std::vector<double> times;
     for (int i = 0; i < ticks; ++i) {
+      const auto input = prepare(i);
       const auto begin = Clock::now();
-      work(i);
+      work(input);
       times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - begin).count());
     }
     table_.row(without_commas(name), kCompiler, march_, ticks, percentile(times, 0.5), percentile(times, 0.99),
@@ -73,8 +80,8 @@ void measure_coupled(Spread& spread, int ticks) {
         X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
         static_cast<void>(tool.render(surface->view(), X));
       }
-      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks,
-                     [&](int i) { benchmark::DoNotOptimize(tool.render(surface->view(), pose(i))); });
+      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, pose,
+                     [&](const Posed& X) { benchmark::DoNotOptimize(tool.render(surface->view(), X)); });
     };
     slide(".03 m/s", coupled(), 0.03);
     slide(".1 m/s", coupled(), 0.1);
