@@ -165,28 +165,36 @@ class BroadPhase {
   void find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
   template <class View, ToolShape Shape>
   [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
+  template <ToolShape Shape>
+  void list_elements(const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
 
+  // Bricks that hold bone, within a reach of X_bricks_.
+  std::vector<NearBrick> bricks_;
+  SphereLanes brick_spheres_;  // about the tool's origin there
+  Posed X_bricks_ = Posed::Identity();
+  ToolMotion brick_reach_{-1, 0};  // a negative shift: no list
+
+  // Their blocks, and the list of elements: within a reach of X_gathered_.
   std::vector<NearBlock> blocks_;
-  SphereLanes block_spheres_;          // about the tool's origin at X_gathered_
-  std::vector<NearElement> elements_;  // the list: the first count_
+  SphereLanes block_spheres_;          // about the tool's origin there
+  std::vector<NearElement> elements_;  // of which the first count_ are listed
+  SphereLanes spheres_;                // of the elements, likewise
+  std::vector<float> spread_;          // of each element's corners about its position [m]
+  std::vector<float> near_;            // way of each element on a motion by near_reach_ [m]
   std::size_t count_ = 0;
-  SphereLanes spheres_;                   // about the tool's origin at X_gathered_
-  std::vector<float> spread_;             // of each element's corners about its position [m]
-  std::vector<float> near_;               // way of each element on a motion by near_reach_ [m]
-  ToolMotion near_reach_;                 // motion after which distances are measured anew
-  Posed X_measured_ = Posed::Identity();  // pose at which the distances were measured
-  bool is_measured_ = false;              // since the elements were gathered
-  std::vector<NearBrick> bricks_;         // that hold bone, within brick_reach_
-  SphereLanes brick_spheres_;             // about the tool's origin at X_bricks_
-  Posed X_bricks_ = Posed::Identity();    // pose at which bricks were found
-  ToolMotion brick_reach_{-1, 0};         // reach of that list; a negative shift: no list
-  Posed X_gathered_ = Posed::Identity();  // pose at which elements were gathered
-  ToolMotion reach_;                      // reach of that list
-  double elements_arm_ = 0;               // largest distance of a listed element from T's origin there [m]
-  double contact_offset_ = 0;             // [m]
-  std::uint64_t increase_stamp_ = 0;      // of the grid, when elements were gathered
-  std::uint64_t edit_count_ = 0;          // of the grid, when the list was last found current
-  std::uint64_t surface_changes_ = 0;     // of the surface, when elements were gathered
+  Posed X_gathered_ = Posed::Identity();
+  ToolMotion reach_;
+  double elements_arm_ = 0;    // largest distance of a listed element from T's origin there [m]
+  double contact_offset_ = 0;  // [m]
+
+  // Distances of the elements from the tool.
+  Posed X_measured_ = Posed::Identity();
+  bool is_measured_ = false;  // since the elements were gathered
+  ToolMotion near_reach_;     // motion after which they are measured anew
+
+  std::uint64_t increase_stamp_ = 0;   // of the grid, when elements were gathered
+  std::uint64_t edit_count_ = 0;       // of the grid, when the list was last found current
+  std::uint64_t surface_changes_ = 0;  // of the surface, when elements were gathered
   bool valid_ = false;
 };
 
@@ -261,8 +269,8 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
   flush_bricks();
 }
 
-/// Lists the elements of the near bricks that are within a reach of the tool. Returns false if a brick could not be
-/// provided in this tick.
+/// Makes the list for a tool at X: takes the blocks of the near bricks, and of these the elements within a reach of the
+/// tool. Returns false if a brick could not be provided in this tick.
 template <class View, ToolShape Shape>
 bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
   const auto& grid = view.grid();
@@ -283,7 +291,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   const Vec3<float> moved = to_float(X_bricks_.translation() - p);
   const Vec3<float> u = to_float(z_axis(X));
   brick_spheres_.measure(shape, u, moved, bricks_.size());
-  const auto turn = static_cast<float>(reach_.turn), shift = static_cast<float>(reach_.shift + contact_offset_);
+  const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
   const auto brick_radius =
       static_cast<float>(0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm() +
                          Constants::kElementReach * grid.spacing().maxCoeff());
@@ -300,6 +308,18 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
       blocks_.push_back({&block, count, brick, corner});
     });
   }
+  list_elements(shape, X, reach);
+  surface_changes_ = surface.changes();
+  valid_ = true;
+  return true;
+}
+
+/// Lists the elements of the blocks that are within a reach of a tool at X, with bounding balls about its origin.
+template <ToolShape Shape>
+void BroadPhase::list_elements(const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
+  const Vec3d p = X.translation();
+  const Vec3<float> u = to_float(z_axis(X));
+  const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
   block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size());
   const auto [x, y, z] = spheres_.centres();
   float *const spread = spread_.data(), *const near_way = near_.data();
@@ -308,7 +328,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   std::size_t n = 0;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const ElementBlock& block = *blocks_[b].elements;
-    // No element is farther from the tool's origin than this.
+    // No element is farther from the tool's origin than this; while the list serves, than this and `shift`.
     const float arm = block_spheres_.arm(b) + block.radius, near = shift + turn * arm;
     if (block_spheres_.distance(b) - block.radius > near) continue;
     const Vec3<float> origin = to_float(blocks_[b].corner - p);
@@ -325,7 +345,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
       y[n] = block.position[1][l] + origin.y();
       z[n] = block.position[2][l] + origin.z();
       spread[n] = block.spread[l];
-      near_way[n] = near_shift + near_turn * arm;
+      near_way[n] = near_shift + near_turn * (arm + shift);
       element[n] = {static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(l)};
     }
   }
@@ -335,9 +355,6 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     x[n] = y[n] = z[n] = kFarAway;
     spread[n] = near_way[n] = 0;
   }
-  surface_changes_ = surface.changes();
-  valid_ = true;
-  return true;
 }
 
 }  // namespace trephine
