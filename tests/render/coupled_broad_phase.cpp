@@ -126,7 +126,7 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
       std::set<std::uint64_t> found;
       const Clearance clear = turns.near[t].for_each_candidate(
           shape, X, 0.5,
-          [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); });
+          [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
       std::map<double, Vec3d> free;  // elements that do not touch, by their distance
       for (const auto& [key, element] : all) {
@@ -169,7 +169,7 @@ TEST_CASE("broad phase: distances from another pose leave out no element that a 
   BroadPhase near;
   near.reserve(surface.view(), kTouching);
   const auto all = all_elements(bone, o.isovalue());
-  const ToolMotion small{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReachAngle};
+  const ToolMotion small{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReach * kH / kDrill.tip_radius};
   int missed = 0, too_far = 0, entered = 0;
   for (int i = 0; i < 300; ++i) {
     // The shaft beside the bone, some way up; it then comes nearer by nearly the motion that needs no new distances.
@@ -182,7 +182,8 @@ TEST_CASE("broad phase: distances from another pose leave out no element that a 
     while (!near.update(surface.view(), shape, X, {}));
     std::set<std::uint64_t> before, after;
     const auto visit = [&](std::set<std::uint64_t>& found) {
-      return [&](const NearBlock& block, std::size_t k, const Vec3<float>&) { found.insert(block.key(k)); };
+      return
+          [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) { found.insert(block.key(k)); };
     };
     static_cast<void>(near.for_each_candidate(shape, X, 0, visit(before)));
     const Clearance clear = near.for_each_candidate(shape, Y, 0, visit(after));
@@ -221,7 +222,7 @@ TEST_CASE("broad phase: blocks that a full store released are provided again") {
     const std::size_t t = turns.go(shape, i);
     stale += surface.changes() != changes ? 1 : 0;
     static_cast<void>(turns.near[t].for_each_candidate(
-        shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&) {
+        shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) {
           ++visits;
           const auto here = all.find(block.key(k));
           others += here == all.end() || here->second.position != block.element(k).position ? 1 : 0;

@@ -335,7 +335,7 @@ TEST_CASE("foundation: sums by distances from another pose are those by new ones
   int reused = 0, points = 0;
   Figures clearances;
   Foundation a(2, 16384), b(2, 16384);
-  const ToolMotion near{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReachAngle};
+  const ToolMotion near{CoupledConstants::kNearReach * kH, CoupledConstants::kNearReach * kH / kDrill.tip_radius};
   const auto follow = [&](const auto& shape, Posed X) {
     bench.gather(shape, X);
     for (int i = 0; i < 200; ++i) {

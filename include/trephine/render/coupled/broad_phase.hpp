@@ -37,16 +37,17 @@ struct NearBlock {
 /// tool is cut. Each tool has a list of its own.
 class BroadPhase {
  public:
-  /// Allocates room for all elements of the bone's surface, 32 bytes each. Contact begins `contact_offset` [m] outside
+  /// Allocates room for all elements of the bone's surface, 36 bytes each. Contact begins `contact_offset` [m] outside
   /// the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
     blocks_.reserve(view.surface().block_count());
     block_spheres_.reserve(view.surface().block_count());
     const double h = view.grid().spacing().minCoeff();
-    near_reach_ = {Constants::kNearReach * h, Constants::kNearReachAngle};
+    near_reach_ = {Constants::kNearReach * h, 0};
     const std::size_t most = view.surface().block_count() * ElementBlock::kSize;
     elements_.resize(most);
+    candidates_.resize(most);
     spread_.resize(most + kProfileLanes);
     near_.resize(most + kProfileLanes);
     spheres_.reserve(most);
@@ -105,53 +106,44 @@ class BroadPhase {
     return (motion_between(X_gathered_, X) + motion).is_within(reach_);
   }
 
-  /// Calls visit(block, i, shift) for each element that may have a point in contact with a tool at X, a pose that the
-  /// list holds. Returns the clearance of the others. Points lie no farther from their element's position than the
+  /// Calls visit(block, i, shift, n) for each element that may have a point in contact with a tool at X, a pose that
+  /// the list holds. Returns the clearance of the others. Points lie no farther from their element's position than the
   /// fraction `extent` of its corners. `shift` is the corner of the element's brick less T's origin, in G [m].
   ///
-  /// Distances are measured anew where the tool has moved by more than `kNearReach` since. Newton's steps become
-  /// smaller within a tick.
+  /// The elements are found anew where the tool has moved by more than `kNearReach` since: Newton's steps become
+  /// smaller within a tick. Until then those that `leave_out(n, …)` named are not visited again.
   template <ToolShape Shape, class Visit>
   Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, Visit&& visit) noexcept {
-    const Vec3d p = X.translation();
-    if (!is_measured_ || !motion_between(X_measured_, X).is_within(near_reach_)) {
-      const Vec3<float> moved = to_float(X_gathered_.translation() - p);
-      spheres_.measure(shape, to_float(z_axis(X)), moved, count_);
-      X_measured_ = X;
-      is_measured_ = true;
-    }
-    const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
-    // Least distances of an element's points beyond the offset [m]: of all elements left out.
-    ProfileLanes<float> gap, nearest;
-    nearest.fill(std::numeric_limits<float>::max());
-    for (std::size_t first = 0; first < count_; first += kProfileLanes) {
-      const float* const distance = spheres_.distances() + first;
-      const float* const spread = spread_.data() + first;
-      const float* const near = near_.data() + first;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const float free_gap = gap[l] < near[l] ? std::numeric_limits<float>::max() : gap[l];
-        nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
-      }
-      std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near[l]; });
-      for (; is_near != 0; is_near &= is_near - 1) {
-        const NearElement& e = elements_[first + static_cast<std::size_t>(std::countr_zero(is_near))];
-        const NearBlock& block = blocks_[e.block];
-        visit(block, std::size_t{e.i}, to_float(block.corner - p));
-      }
+    if (!is_measured_ || extent != extent_ || !motion_between(X_measured_, X).is_within(near_reach_))
+      measure(shape, X, extent);
+    else
+      drop_left_out();
+    for (std::size_t n = 0; n < candidate_count_; ++n) {
+      const NearElement& e = elements_[candidates_[n]];
+      const NearBlock& block = blocks_[e.block];
+      visit(block, std::size_t{e.i}, to_float(block.corner - X.translation()), n);
     }
     const ToolMotion from = motion_between(X_gathered_, X);
     const double arm = elements_arm_ + from.shift;
-    return {
-        static_cast<double>(*std::min_element(nearest.begin(), nearest.end())) - motion_between(X_measured_, X).at(arm),
-        arm,
-        {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
-        shape.bounds().arm()};
+    return {static_cast<double>(nearest_) - motion_between(X_measured_, X).at(arm),
+            arm,
+            {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
+            shape.bounds().arm()};
+  }
+
+  /// Leaves out element n of the last visits if a small motion cannot bring it into contact: its points begin contact
+  /// after `gap` [m] more. Only visits that found the elements anew tell distances that hold.
+  void leave_out(std::size_t n, float gap) noexcept {
+    if (!is_new_ || gap < near_[candidates_[n]]) return;
+    nearest_ = std::min(nearest_, gap);
+    candidates_[n] = kLeftOut;
+    has_left_out_ = true;
   }
 
  private:
   using Constants = CoupledConstants;
   static constexpr float kFarAway = 1e6F;  // [m]
+  static constexpr std::uint32_t kLeftOut = 0xFFFFFFFF;
   struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
@@ -167,6 +159,15 @@ class BroadPhase {
   [[nodiscard]] bool gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
   template <ToolShape Shape>
   void list_elements(const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
+  template <ToolShape Shape>
+  void measure(const Shape& shape, const Posed& X, double extent) noexcept;
+  void drop_left_out() noexcept {
+    is_new_ = false;
+    if (!has_left_out_) return;
+    has_left_out_ = false;
+    const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
+    candidate_count_ = static_cast<std::size_t>(std::remove(candidates_.begin(), end, kLeftOut) - candidates_.begin());
+  }
 
   // Bricks that hold bone, within a reach of X_bricks_.
   std::vector<NearBrick> bricks_;
@@ -187,10 +188,15 @@ class BroadPhase {
   double elements_arm_ = 0;    // largest distance of a listed element from T's origin there [m]
   double contact_offset_ = 0;  // [m]
 
-  // Distances of the elements from the tool.
+  // Distances of the elements' points from a tool at X_measured_.
+  std::vector<std::uint32_t> candidates_;  // elements near contact, of which the first candidate_count_ are set
+  std::size_t candidate_count_ = 0;
+  float nearest_ = 0;  // least distance of the others from contact [m]
   Posed X_measured_ = Posed::Identity();
+  double extent_ = 0;         // of the points over their element
   bool is_measured_ = false;  // since the elements were gathered
-  ToolMotion near_reach_;     // motion after which they are measured anew
+  bool is_new_ = false, has_left_out_ = false;
+  ToolMotion near_reach_;  // motion after which they are measured anew
 
   std::uint64_t increase_stamp_ = 0;   // of the grid, when elements were gathered
   std::uint64_t edit_count_ = 0;       // of the grid, when the list was last found current
@@ -321,6 +327,8 @@ void BroadPhase::list_elements(const Shape& shape, const Posed& X, const ToolMot
   const Vec3<float> u = to_float(z_axis(X));
   const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
   block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size());
+  // No point of the tool's head goes farther than twice the same way.
+  near_reach_.turn = near_reach_.shift / shape.bounds().radius;
   const auto [x, y, z] = spheres_.centres();
   float *const spread = spread_.data(), *const near_way = near_.data();
   const auto near_shift = static_cast<float>(near_reach_.shift), near_turn = static_cast<float>(near_reach_.turn);
@@ -355,6 +363,37 @@ void BroadPhase::list_elements(const Shape& shape, const Posed& X, const ToolMot
     x[n] = y[n] = z[n] = kFarAway;
     spread[n] = near_way[n] = 0;
   }
+}
+
+/// Measures the listed elements' distances from a tool at X, and finds those that may come into contact within
+/// near_reach_.
+template <ToolShape Shape>
+void BroadPhase::measure(const Shape& shape, const Posed& X, double extent) noexcept {
+  spheres_.measure(shape, to_float(z_axis(X)), to_float(X_gathered_.translation() - X.translation()), count_);
+  X_measured_ = X;
+  extent_ = extent;
+  is_measured_ = is_new_ = true;
+  has_left_out_ = false;
+  candidate_count_ = 0;
+  const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
+  // Least distances of an element's points beyond the offset [m].
+  ProfileLanes<float> gap, nearest;
+  nearest.fill(std::numeric_limits<float>::max());
+  for (std::size_t first = 0; first < count_; first += kProfileLanes) {
+    const float* const distance = spheres_.distances() + first;
+    const float* const spread = spread_.data() + first;
+    const float* const near = near_.data() + first;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      const float free_gap = gap[l] < near[l] ? std::numeric_limits<float>::max() : gap[l];
+      nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
+    }
+    std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near[l]; });
+    for (; is_near != 0; is_near &= is_near - 1)
+      candidates_[candidate_count_++] =
+          static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(std::countr_zero(is_near));
+  }
+  nearest_ = *std::min_element(nearest.begin(), nearest.end());
 }
 
 }  // namespace trephine

@@ -107,8 +107,6 @@ struct CoupledConstants {
   /// Motion of the tool after which the elements' distances are measured anew [spacings]. A longer one measures less
   /// often, and evaluates more elements.
   static constexpr double kNearReach = 1.0 / 64;
-  /// Likewise for rotations [rad].
-  static constexpr double kNearReachAngle = 0.003;
   /// Additional reach for bricks [spacings], so that a list of bricks serves many lists of elements.
   static constexpr double kBrickReach = 12;
   /// Likewise for rotations of the tool's axis [rad].
