@@ -190,7 +190,7 @@ class Bristles {
     std::size_t slot;          // index in table_
     std::size_t first, count;  // of its deflections
   };
-  /// Of a point in contact. An element's are in the order of its points.
+  /// A point in contact. Points of an element are in their order.
   struct Deflection {
     std::size_t sample;  // `FoundationPoint::sample`
     Vec3d displacement;  // of the tool against the bone, in G [m]

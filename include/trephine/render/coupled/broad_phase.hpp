@@ -64,7 +64,7 @@ class BroadPhase {
 
   /// Empties the lists, so that the next `update` gathers them anew.
   void invalidate() noexcept {
-    valid_ = false;
+    valid_ = is_measured_ = false;
     count_ = 0;
     brick_reach_ = {-1, 0};
   }
@@ -137,7 +137,6 @@ class BroadPhase {
     if (!is_new_ || gap < near_[candidates_[n]]) return;
     nearest_ = std::min(nearest_, gap);
     candidates_[n] = kLeftOut;
-    has_left_out_ = true;
   }
 
  private:
@@ -162,9 +161,8 @@ class BroadPhase {
   template <ToolShape Shape>
   void measure(const Shape& shape, const Posed& X, double extent) noexcept;
   void drop_left_out() noexcept {
+    if (!is_new_) return;
     is_new_ = false;
-    if (!has_left_out_) return;
-    has_left_out_ = false;
     const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
     candidate_count_ = static_cast<std::size_t>(std::remove(candidates_.begin(), end, kLeftOut) - candidates_.begin());
   }
@@ -195,8 +193,8 @@ class BroadPhase {
   Posed X_measured_ = Posed::Identity();
   double extent_ = 0;         // of the points over their element
   bool is_measured_ = false;  // since the elements were gathered
-  bool is_new_ = false, has_left_out_ = false;
-  ToolMotion near_reach_;  // motion after which they are measured anew
+  bool is_new_ = false;       // not reused yet: candidates may be left out
+  ToolMotion near_reach_;     // motion after which they are measured anew
 
   std::uint64_t increase_stamp_ = 0;   // of the grid, when elements were gathered
   std::uint64_t edit_count_ = 0;       // of the grid, when the list was last found current
@@ -373,7 +371,6 @@ void BroadPhase::measure(const Shape& shape, const Posed& X, double extent) noex
   X_measured_ = X;
   extent_ = extent;
   is_measured_ = is_new_ = true;
-  has_left_out_ = false;
   candidate_count_ = 0;
   const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
   // Least distances of an element's points beyond the offset [m].

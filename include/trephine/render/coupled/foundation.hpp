@@ -99,7 +99,7 @@ class Foundation {
     points_.clear();
     Sums sums;
     ElementBatch batch;
-    std::array<std::size_t, ElementBatch::kSize> candidate;  // number of the batch's elements in the broad phase
+    std::array<std::size_t, ElementBatch::kSize> number;  // of the batch's elements in the broad phase
     Candidates candidates;
     const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
     const Vec3<float> axis = to_float(u);
@@ -116,7 +116,7 @@ class Foundation {
         const float distance = batch.min_distance[n];
         if (!(distance < contact_distance)) {
           nearest = std::min(nearest, distance - contact_distance);
-          broad_phase.leave_out(candidate[n], distance - contact_distance);
+          broad_phase.leave_out(number[n], distance - contact_distance);
           continue;
         }
         const SurfaceElement element = block->element(i);
@@ -129,7 +129,7 @@ class Foundation {
       batch.count = 0;
     };
     const auto visit = [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift, std::size_t n) {
-      candidate[batch.count] = n;
+      number[batch.count] = n;
       batch.add(block, i, shift);
       if (batch.count == ElementBatch::kSize) filter_batch();
     };
