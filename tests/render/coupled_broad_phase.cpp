@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/all_elements.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/poses.hpp"
@@ -26,23 +27,6 @@ constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_lengt
 constexpr double kTouching = 1e-5;
 using Grid = VoxelGrid<std::uint8_t>;
 using Surface = BoneSurface<std::uint8_t>;
-
-/// Every element of a surface by its key.
-std::map<std::uint64_t, SurfaceElement> all_elements(const Grid& bone, double isovalue) {
-  Surface surface(bone, isovalue);
-  std::map<std::uint64_t, SurfaceElement> all;
-  for (std::size_t brick = 0; brick < bone.brick_count(); ++brick) {
-    surface.begin_tick();
-    surface.begin_use();
-    if (!surface.crosses(brick) || !surface.provide(brick)) continue;
-    const Vec3d corner = surface.corner(brick);
-    surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
-      const NearBlock near{&block, count, brick, corner};
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) all[near.key(i)] = near.element(i);
-    });
-  }
-  return all;
-}
 
 double distance(const BallAndShaft& shape, const Posed& X, const Vec3d& q) {
   const Vec3d in_T = X.inverse() * q;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/all_elements.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/poses.hpp"
@@ -12,6 +13,8 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -303,26 +306,18 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
   CHECK(over.worst() == 0);
 }
 
-/// Least distance of an element's points from contact [m], over all elements that are free.
-double least_free_distance(BoneSurface<std::int16_t>& surface, std::size_t bricks, const BallAndShaft& shape,
+/// Least distance of an element's points from contact [m], over the elements that are free.
+double least_free_distance(const std::map<std::uint64_t, SurfaceElement>& elements, const BallAndShaft& shape,
                            const Posed& X) {
   double least = 1;
-  for (std::size_t brick = 0; brick < bricks; ++brick) {
-    surface.begin_tick();
-    surface.begin_use();
-    if (!surface.crosses(brick) || !surface.provide(brick)) continue;
-    surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
-      for (std::size_t e = 0; e < static_cast<std::size_t>(count); ++e) {
-        const SurfaceElement element = block.element(e, surface.corner(brick));
-        double nearest = 1;
-        for (const double a : {-0.5, 0.5})
-          for (const double c : {-0.5, 0.5}) {
-            const Vec3d in_T = X.inverse() * (element.position + a * element.along + c * element.across);
-            nearest = std::min(nearest, profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance - kLaw.offset);
-          }
-        if (nearest > 0) least = std::min(least, nearest);
+  for (const auto& [key, element] : elements) {
+    double nearest = 1;
+    for (const double a : {-0.5, 0.5})
+      for (const double c : {-0.5, 0.5}) {
+        const Vec3d in_T = X.inverse() * (element.position + a * element.along + c * element.across);
+        nearest = std::min(nearest, profile_at(shape, in_T.head<2>().norm(), in_T.z()).distance - kLaw.offset);
       }
-    });
+    if (nearest > 0) least = std::min(least, nearest);
   }
   return least;
 }
@@ -330,7 +325,8 @@ double least_free_distance(BoneSurface<std::int16_t>& surface, std::size_t brick
 // Distances measured at another pose serve a path of small and large motions, against those measured in place.
 TEST_CASE("foundation: sums by distances from another pose are those by new ones, bit by bit, with a clearance below") {
   CAPTURE(kSeed);
-  Bench bench(kBone), anew(kBone), whole(kBone);
+  Bench bench(kBone), anew(kBone);
+  const auto elements = all_elements(bench.bone, kRoom.isovalue());
   Random random(kSeed + 5);
   int reused = 0, points = 0;
   Figures clearances;
@@ -353,7 +349,7 @@ TEST_CASE("foundation: sums by distances from another pose are those by new ones
       REQUIRE(a.points().size() == b.points().size());
       points += static_cast<int>(a.points().size());
       if (i % 20 != 0) continue;
-      const double least = least_free_distance(whole.surface, whole.bone.brick_count(), shape, X);
+      const double least = least_free_distance(elements, shape, X);
       constexpr double kRounding = 1e-8;
       CHECK(s.clearance.listed_distance <= least + kRounding);
       if (least < 1e-3) clearances.add(s.clearance.listed_distance / least);
@@ -381,9 +377,7 @@ TEST_CASE("foundation: sums by distances from another pose are those by new ones
     anew.gather(shape, Y);
     const FoundationSum s = a.sum(bench.near, shape, Y, kLaw), t = b.sum(anew.near, shape, Y, kLaw);
     CHECK(s.energy == t.energy);
-    if (is_free)
-      CHECK(s.clearance.listed_distance <=
-            least_free_distance(whole.surface, whole.bone.brick_count(), shape, Y) + 1e-8);
+    if (is_free) CHECK(s.clearance.listed_distance <= least_free_distance(elements, shape, Y) + 1e-8);
     REQUIRE(a.points().size() == b.points().size());
     entered += b.points().size() > before ? 1 : 0;
   }
