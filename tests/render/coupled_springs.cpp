@@ -140,6 +140,8 @@ TEST_CASE("compensated spring: energy is the sum of forces, tangent their slope,
     // Four times as stiff as k where the contact is too soft, and from δ_c on 1 / (1 / k − 1 / P').
     const CompensatedSpring spring = g.spring();
     const double saturated = g.most / g.k - g.yield + spring.offset();
+    CHECK(spring.max_extension() == doctest::Approx(saturated));
+    CHECK(spring.evaluate(std::nextafter(spring.max_extension(), 0)).magnitude == doctest::Approx(g.most));
     check_adds_up(spring, g.k, g.most, 4 * g.k, saturated);
   }
 }

@@ -41,7 +41,10 @@ struct CoupledConstants {
   static constexpr double kMinCompliance = 0.25;
   /// Bisections for δ_c at construction: 2⁻⁶⁰ of the yield is below the rounding of a double.
   static constexpr int kBisections = 60;
-  /// Newton steps for the depth of an extension, at most. They converge quadratically in a few.
+  /// Intervals of a table of depths, from which Newton's method for the depth of an extension starts. One or two steps
+  /// remain.
+  static constexpr std::size_t kSpringIntervals = 64;
+  /// Newton steps for that depth, at most. They converge quadratically in a few.
   static constexpr int kMaxSpringSteps = 20;
   /// A relative step below this ends them: its square, the remaining error, is the rounding of a double.
   static constexpr double kSpringRoot = 1e-8;

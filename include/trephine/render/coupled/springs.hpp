@@ -4,7 +4,9 @@
 #include <trephine/render/coupled/coupled_constants.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 /// Springs of the virtual coupling: bounded, and compensated for the contact's own yield.
 namespace trephine {
@@ -41,7 +43,7 @@ struct BallOnPlane {
   /// P [N] at a depth [m].
   [[nodiscard]] double force(double depth) const noexcept {
     const double d = depth, v = std::max(d - ramp, 0.0);
-    return gain * (radius - d) * (d * d * d - v * v * v) / (3 * ramp);
+    return gain / (3 * ramp) * ((radius - d) * (d * d * d - v * v * v));
   }
   /// dP / dδ [N/m].
   [[nodiscard]] double slope(double depth) const noexcept {
@@ -52,7 +54,7 @@ struct BallOnPlane {
   [[nodiscard]] double energy(double depth) const noexcept {
     const double d = depth, v = std::max(d - ramp, 0.0);
     const auto quartic = [](double r, double x) { return x * x * x * x * (r / 4 - x / 5); };
-    return gain * (quartic(radius, d) - quartic(radius - ramp, v)) / (3 * ramp);
+    return gain / (3 * ramp) * (quartic(radius, d) - quartic(radius - ramp, v));
   }
 };
 
@@ -77,7 +79,13 @@ class CompensatedSpring {
     }
     onset_depth_ = high;
     onset_force_ = contact.force(onset_depth_);
-    max_extension_ = compensated_extension(yield_);
+    onset_energy_ = contact.energy(onset_depth_) - (1 - kEpsilon) * onset_force_ * onset_force_ / (2 * stiffness_);
+    max_extension_ = (max_force_ - (1 - kEpsilon) * onset_force_) / stiffness_ - (yield_ - onset_depth_);
+    depths_[kIntervals] = yield_;
+    for (std::size_t i = kIntervals; i-- > 0;) {
+      const double root = static_cast<double>(i) / kIntervals;
+      depths_[i] = depth_at(std::max(root * root * max_extension_, onset_extension()), depths_[i + 1]);
+    }
   }
 
   /// k [N/m].
@@ -93,34 +101,38 @@ class CompensatedSpring {
   /// Response at an extension [m].
   [[nodiscard]] SpringResponse evaluate(double extension) const noexcept {
     const double x = extension;
-    if (!(x > kEpsilon * onset_force_ / stiffness_))
-      return BoundedSpring{stiffness_ / kEpsilon, max_force_}.evaluate(x);
+    if (!(x > onset_extension())) return BoundedSpring{stiffness_ / kEpsilon, max_force_}.evaluate(x);
     double d = yield_;
     if (x < max_extension_) {
-      // x(δ) is convex, so Newton steps from above stay above. They start at the root of a lower bound of x(δ):
-      // P is at most k (x + δ), and at least gain (R − yield) (δ − ramp / 2)².
-      const double min_gain = contact_.gain * (contact_.radius - yield_);
-      d = std::min(yield_, contact_.ramp / 2 + std::sqrt(stiffness_ * (x + yield_) / min_gain));
-      for (int i = 0; i < Constants::kMaxSpringSteps; ++i) {
-        const double step = (compensated_extension(d) - x) / (contact_.slope(d) / stiffness_ - 1);
-        d = std::max(d - step, onset_depth_);
-        if (!(std::abs(step) > Constants::kSpringRoot * d)) break;
-      }
+      const double at = kIntervals * std::sqrt(x / max_extension_);
+      const std::size_t i = std::min(static_cast<std::size_t>(at), kIntervals - 1);
+      d = depth_at(x, depths_[i] + (at - static_cast<double>(i)) * (depths_[i + 1] - depths_[i]));
     }
     const double P = x < max_extension_ ? contact_.force(d) : max_force_;
-    const double stored = (P * P - (1 - kEpsilon) * onset_force_ * onset_force_) / (2 * stiffness_) -
-                          (contact_.energy(d) - contact_.energy(onset_depth_));
-    return {P, x < max_extension_ ? 1 / (1 / stiffness_ - 1 / contact_.slope(d)) : 0,
-            stored + max_force_ * std::max(0.0, x - max_extension_)};
+    const double energy = P * P / (2 * stiffness_) - contact_.energy(d) + onset_energy_;
+    const double slope = contact_.slope(d);
+    return {P, x < max_extension_ ? slope * stiffness_ / (slope - stiffness_) : 0,
+            energy + max_force_ * std::max(0.0, x - max_extension_)};
   }
 
  private:
   using Constants = CoupledConstants;
   static constexpr double kEpsilon = Constants::kMinCompliance;
+  static constexpr std::size_t kIntervals = Constants::kSpringIntervals;
 
-  /// Extension [m] under the contact's force at a depth [m] from δ_c on.
-  [[nodiscard]] double compensated_extension(double depth) const noexcept {
-    return (contact_.force(depth) - (1 - kEpsilon) * onset_force_) / stiffness_ - (depth - onset_depth_);
+  /// Extension at δ_c [m].
+  [[nodiscard]] double onset_extension() const noexcept { return kEpsilon * onset_force_ / stiffness_; }
+
+  /// Depth δ [m] at an extension [m] from δ_c on, by Newton's method from a depth. x(δ) is convex there: a step from
+  /// below the root goes above it, and steps from above stay above.
+  [[nodiscard]] double depth_at(double extension, double depth) const noexcept {
+    const double pulled = stiffness_ * (extension - onset_depth_) + (1 - kEpsilon) * onset_force_;
+    for (int i = 0; i < Constants::kMaxSpringSteps; ++i) {
+      const double step = (contact_.force(depth) - stiffness_ * depth - pulled) / (contact_.slope(depth) - stiffness_);
+      depth = std::max(depth - step, onset_depth_);
+      if (!(std::abs(step) > Constants::kSpringRoot * depth)) break;
+    }
+    return depth;
   }
 
   double stiffness_ = 1;
@@ -129,7 +141,10 @@ class CompensatedSpring {
   double max_force_ = 0;      // [N]
   double onset_depth_ = 0;    // δ_c [m]
   double onset_force_ = 0;    // P_c [N]
+  double onset_energy_ = 0;   // that makes the energy continuous there [J]
   double max_extension_ = 0;  // at the largest force [m]
+  // Depths at evenly spaced roots of the extension, between which Newton's method starts [m].
+  std::array<double, kIntervals + 1> depths_{};
 };
 
 }  // namespace trephine
