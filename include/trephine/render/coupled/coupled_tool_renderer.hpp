@@ -313,18 +313,20 @@ class CoupledToolRenderer {
     const std::span<const FoundationPoint> points = foundation_.points();
     const double k = gains_.law.stiffness;
     contacts_.clear();
-    for (const FoundationPoint& evaluated : points) {
-      const FoundationPoint q = after_motion(evaluated, last_step);
-      const double load = k * q.weight * q.depth;
+    // The points' arms are from the tool's origin before the last step.
+    const Vec3d p = X_.translation() - linear_part(last_step), u = z_axis(X_);
+    const double head_top = bounds_.head_top + u.dot(linear_part(last_step));
+    for (const FoundationPoint& q : points) {
+      const double load = k * q.weight * depth_after_motion(q, last_step);
       if (!(load > 0)) continue;
-      const bool tip = q.arm.dot(z_axis(X_)) <= bounds_.head_top;
+      const bool tip = q.arm.dot(u) <= head_top;
       summary.tip = summary.tip || tip;
       summary.shaft = summary.shaft || !tip;
       contacts_.add(q, load);
     }
     bristles_.commit(points, last_step,
                      [&](std::size_t i, const Vec3d& f) { contacts_.add_force(points[i].element, f); });
-    contacts_.finish(X_.translation());
+    contacts_.finish(p);
     summary.count = static_cast<int>(contacts_.contacts().size());
   }
 

@@ -41,13 +41,10 @@ struct FoundationPoint {
   std::size_t sample;     ///< index among the element's points
 };
 
-/// Returns the point after a small motion (δp, δθ) of the tool, to first order. Its depth may have become 0.
-[[nodiscard]] inline FoundationPoint after_motion(FoundationPoint q, const Vec6d& motion) noexcept {
-  const Vec3d shift = linear_part(motion), turn = angular_part(motion);
-  const Vec3d moved = shift + turn.cross(q.arm);
-  q.depth = std::max(0.0, q.depth + q.depth_slope * q.normal.dot(moved));
-  q.arm -= shift;
-  return q;
+/// Returns a point's depth [m] after a small motion (δp, δθ) of the tool, to first order.
+[[nodiscard]] inline double depth_after_motion(const FoundationPoint& q, const Vec6d& motion) noexcept {
+  const Vec3d moved = linear_part(motion) + angular_part(motion).cross(q.arm);
+  return std::max(0.0, q.depth + q.depth_slope * q.normal.dot(moved));
 }
 
 /// Energy of the contact at a pose, and its derivatives by a small motion (δp, δθ) of the tool about T's origin, in G
