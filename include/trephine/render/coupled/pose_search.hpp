@@ -63,11 +63,17 @@ struct PoseHessian {
   return step;
 }
 
+/// Size of the step after one of size `size`, if steps shrink by the ratio of the last two at least. A `previous` step
+/// of 0 predicts nothing: the next step may be as large as this.
+[[nodiscard]] inline double next_step_size(double size, double previous) noexcept {
+  return size * std::min(1.0, size / previous);
+}
+
 /// Newton step with friction, which is not smooth in the motion: Newton's method on the linear model of contact and
 /// coupling, with `friction.linearise(motion)` at each iterate.
 ///
-/// It starts at `guess`, and ends when a step moves no point within `arm` [m] of T's origin farther than `tolerance`
-/// [m]. Returns the step without friction's model if the motion found is not downhill.
+/// It starts at `guess`, and ends when the next step would move no point within `arm` [m] of T's origin farther than
+/// `tolerance` [m]. Returns the step without friction's model if the motion found is not downhill.
 template <class FrictionModel>
 [[nodiscard]] Vec6d newton_step(const PoseEvaluation& at, const PoseHessian& hessian, const FrictionModel& friction,
                                 const Vec6d& guess, double arm, double tolerance) noexcept {
@@ -76,6 +82,8 @@ template <class FrictionModel>
     clear_angular(f);
     clear_angular(motion);
   }
+  const auto size_of = [arm](const Vec6d& v) { return linear_part(v).norm() + angular_part(v).norm() * arm; };
+  double previous_size = size_of(motion);
   for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
     const FrictionSum s = i == 0 && !(motion.squaredNorm() > 0) ? at.friction : friction.linearise(motion);
     const Vec6d elastic = hessian.full * motion;
@@ -88,7 +96,9 @@ template <class FrictionModel>
     Vec6d step = Vec6d::Zero();
     if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
     motion += step;
-    if (linear_part(step).norm() + angular_part(step).norm() * arm <= tolerance) break;
+    const double size = size_of(step);
+    if (next_step_size(size, previous_size) <= tolerance) break;
+    previous_size = size;
   }
   return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
 }
@@ -168,9 +178,8 @@ class PoseSearch {
       const Posed X_next = moved(result.X, step);
       const ToolMotion motion = motion_between(result.X, X_next);
       const double size = motion.at(bounds_.arm()) + angular_part(step).norm() * bounds_.radius;
-      // The next step, if steps shrink by the ratio of these two at least; if contact began in between, no prediction.
-      // A last step is no longer than the contact is deep.
-      const double next_size = size * std::min(1.0, size / previous_size);
+      // If contact began in between, no prediction. A last step is no longer than the contact is deep.
+      const double next_size = next_step_size(size, previous_size);
       previous_size = contact.has_contact() ? size : 0;
       if (size <= tolerance.smallest_step || (size <= contact.depth && next_size <= tolerance.motion_step)) {
         result.X = X_next;
