@@ -65,7 +65,7 @@ struct CoupledConstants {
   static constexpr double kSmallestStep = 1e-6;
   /// A search ends where its next step would be below this fraction of the device's motion in the tick. A larger
   /// fraction makes ticks shorter and leaves a larger lag of force.
-  static constexpr double kMotionFraction = 0.02;
+  static constexpr double kMotionFraction = 0.03;
   /// Device motion in a tick counts as at most this [spacings], so that fast motion does not loosen the tolerance.
   static constexpr double kMaxCountedMotion = 0.5;
   /// Largest uphill slope of the energy at the end of a line search, as a fraction of the slope at its start.
