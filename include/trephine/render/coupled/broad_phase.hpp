@@ -37,7 +37,7 @@ struct NearBlock {
 /// tool is cut. Each tool has a list of its own.
 class BroadPhase {
  public:
-  /// Allocates room for all elements of the bone's surface, 36 bytes each. Contact begins `contact_offset` [m] outside
+  /// Allocates room for all elements of the bone's surface, 38 bytes each. Contact begins `contact_offset` [m] outside
   /// the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
@@ -46,6 +46,7 @@ class BroadPhase {
     const double h = view.grid().spacing().minCoeff();
     near_reach_ = {Constants::kNearReach * h, 0};
     const std::size_t most = view.surface().block_count() * ElementBlock::kSize;
+    kept_blocks_.resize(view.surface().block_count() + 1);
     elements_.resize(most);
     candidates_.resize(most);
     spread_.resize(most + kProfileLanes);
@@ -147,6 +148,13 @@ class BroadPhase {
     std::size_t brick;
     std::uint32_t version;
   };
+  /// A block of which elements may be near, while the list is made.
+  struct KeptBlock {
+    std::uint32_t block;    // index in blocks_
+    std::uint32_t is_near;  // bit i: its element i
+    float arm;              // largest distance of its elements from the tool's origin [m]
+    Vec3<float> origin;     // the brick's corner less the tool's origin [m]
+  };
   struct NearElement {
     std::uint32_t block;  // index in blocks_
     std::uint32_t i;      // index in the block
@@ -175,7 +183,8 @@ class BroadPhase {
 
   // Their blocks, and the list of elements: within a reach of X_gathered_.
   std::vector<NearBlock> blocks_;
-  SphereLanes block_spheres_;          // about the tool's origin there
+  SphereLanes block_spheres_;  // about the tool's origin there
+  std::vector<KeptBlock> kept_blocks_;
   std::vector<NearElement> elements_;  // of which the first count_ are listed
   SphereLanes spheres_;                // of the elements, likewise
   std::vector<float> spread_;          // of each element's corners about its position [m]
@@ -294,8 +303,8 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   const Vec3d p = X.translation();
   const Vec3<float> moved = to_float(X_bricks_.translation() - p);
   const Vec3<float> u = to_float(z_axis(X));
-  brick_spheres_.measure(shape, u, moved, bricks_.size());
   const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
+  brick_spheres_.measure(shape, u, moved, bricks_.size(), turn);
   const auto brick_radius =
       static_cast<float>(0.5 * (BoneSurface<typename View::Density>::kBrick * grid.spacing()).norm() +
                          Constants::kElementReach * grid.spacing().maxCoeff());
@@ -303,8 +312,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   for (std::size_t i = 0; i < bricks_.size(); ++i) {
     const std::size_t brick = bricks_[i].brick;
     bricks_[i].version = grid.brick_version(brick);
-    if (!(brick_spheres_.distance(i) <= max_distance + turn * brick_spheres_.arm(i)) || !surface.crosses(brick))
-      continue;
+    if (!(brick_spheres_.distance(i) <= max_distance) || !surface.crosses(brick)) continue;
     if (!surface.provide(brick) || surface.overruns() != overruns) return false;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
@@ -324,35 +332,48 @@ void BroadPhase::list_elements(const Shape& shape, const Posed& X, const ToolMot
   const Vec3d p = X.translation();
   const Vec3<float> u = to_float(z_axis(X));
   const auto turn = static_cast<float>(reach.turn), shift = static_cast<float>(reach.shift + contact_offset_);
-  block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size());
+  block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size(), turn);
   // No point of the tool's head goes farther than twice the same way.
   near_reach_.turn = near_reach_.shift / shape.bounds().radius;
   const auto [x, y, z] = spheres_.centres();
   float *const spread = spread_.data(), *const near_way = near_.data();
   const auto near_shift = static_cast<float>(near_reach_.shift), near_turn = static_cast<float>(near_reach_.turn);
   NearElement* const element = elements_.data();
-  std::size_t n = 0;
+  // The first two loops have no branches, so that a processor works on several blocks at once.
+  std::size_t kept = 0;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const ElementBlock& block = *blocks_[b].elements;
+    const float radius = blocks_[b].elements->radius;
+    kept_blocks_[kept].block = static_cast<std::uint32_t>(b);
+    kept += block_spheres_.distance(b) - radius <= shift + turn * radius ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < kept; ++i) {
+    KeptBlock& k = kept_blocks_[i];
+    const NearBlock& near_block = blocks_[k.block];
+    const ElementBlock& block = *near_block.elements;
+    k.origin = to_float(near_block.corner - p);
     // No element is farther from the tool's origin than this; while the list serves, than this and `shift`.
-    const float arm = block_spheres_.arm(b) + block.radius, near = shift + turn * arm;
-    if (block_spheres_.distance(b) - block.radius > near) continue;
-    const Vec3<float> origin = to_float(blocks_[b].corner - p);
+    k.arm = block_spheres_.arm(k.block) + block.radius;
+    const float near = shift + turn * k.arm;
     ProfileLanes<float> distance;
-    compute_distances(shape, u, origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
+    compute_distances(shape, u, k.origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
                       distance.data());
     for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= block.spread[l];
-    std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; });
-    is_near &= (1U << blocks_[b].count) - 1;
-    if (is_near != 0) elements_arm_ = std::max(elements_arm_, static_cast<double>(arm));
-    for (; is_near != 0; is_near &= is_near - 1, ++n) {
+    k.is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; }) &
+                ((1U << near_block.count) - 1);
+  }
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < kept; ++i) {
+    const KeptBlock& k = kept_blocks_[i];
+    const ElementBlock& block = *blocks_[k.block].elements;
+    if (k.is_near != 0) elements_arm_ = std::max(elements_arm_, static_cast<double>(k.arm));
+    for (std::uint32_t is_near = k.is_near; is_near != 0; is_near &= is_near - 1, ++n) {
       const auto l = static_cast<std::size_t>(std::countr_zero(is_near));
-      x[n] = block.position[0][l] + origin.x();
-      y[n] = block.position[1][l] + origin.y();
-      z[n] = block.position[2][l] + origin.z();
+      x[n] = block.position[0][l] + k.origin.x();
+      y[n] = block.position[1][l] + k.origin.y();
+      z[n] = block.position[2][l] + k.origin.z();
       spread[n] = block.spread[l];
-      near_way[n] = near_shift + near_turn * (arm + shift);
-      element[n] = {static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(l)};
+      near_way[n] = near_shift + near_turn * (k.arm + shift);
+      element[n] = {k.block, static_cast<std::uint32_t>(l)};
     }
   }
   // Lanes beyond the last element are far away.

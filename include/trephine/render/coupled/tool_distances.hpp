@@ -50,17 +50,27 @@ class SphereLanes {
   }
   /// Distance of centre i from the lanes' origin [m].
   [[nodiscard]] float arm(std::size_t i) const noexcept { return Vec3<float>(x_[i], y_[i], z_[i]).norm(); }
-  /// Signed distance of centre i from the tool [m], as `measure` computed it last.
+  /// Distance of centre i from the tool [m], as `measure` computed it last.
   [[nodiscard]] float distance(std::size_t i) const noexcept { return distance_[i]; }
   [[nodiscard]] const float* distances() const noexcept { return distance_.data(); }
   /// Coordinates of the centres [m].
   [[nodiscard]] std::array<float*, 3> centres() noexcept { return {x_.data(), y_.data(), z_.data()}; }
-  /// Computes the distances of the first `count` centres from a tool with the axis `axis`. `shift` is the lanes' origin
-  /// less the tool's [m].
+  /// Computes the signed distances of the first `count` centres from a tool with the axis `axis`, less `turn` times
+  /// their arms: a rotation of the axis by `turn` [rad] brings them no nearer. `shift` is the lanes' origin less the
+  /// tool's [m].
   template <ToolShape Shape>
-  void measure(const Shape& shape, const Vec3<float>& axis, const Vec3<float>& shift, std::size_t count) noexcept {
-    for (std::size_t i = 0; i < count; i += kProfileLanes)
-      compute_distances(shape, axis, shift, x_.data() + i, y_.data() + i, z_.data() + i, distance_.data() + i);
+  void measure(const Shape& shape, const Vec3<float>& axis, const Vec3<float>& shift, std::size_t count,
+               float turn = 0) noexcept {
+    for (std::size_t i = 0; i < count; i += kProfileLanes) {
+      const float *const x = x_.data() + i, *const y = y_.data() + i, *const z = z_.data() + i;
+      float* const distance = distance_.data() + i;
+      compute_distances(shape, axis, shift, x, y, z, distance);
+      if (!(turn > 0)) continue;
+      ProfileLanes<float> arm;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+      square_roots(arm);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= turn * arm[l];
+    }
   }
 
  private:
