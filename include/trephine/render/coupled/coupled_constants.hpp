@@ -64,8 +64,9 @@ struct CoupledConstants {
   /// Step that ends a search at any device motion [spacings]: some 0.3 nm, 0.2 µN at 800 N/m.
   static constexpr double kSmallestStep = 1e-6;
   /// A search ends where its next step would be below this fraction of the device's motion in the tick. A larger
-  /// fraction makes ticks shorter and leaves a larger lag of force.
-  static constexpr double kMotionFraction = 0.03;
+  /// fraction makes ticks shorter and leaves a larger lag of force. With friction that step is less than predicted, in
+  /// the median .4 of it.
+  static constexpr double kMotionFraction = 0.04;
   /// Device motion in a tick counts as at most this [spacings], so that fast motion does not loosen the tolerance.
   static constexpr double kMaxCountedMotion = 0.5;
   /// Largest uphill slope of the energy at the end of a line search, as a fraction of the slope at its start.
