@@ -46,7 +46,7 @@ class BroadPhase {
     const double h = view.grid().spacing().minCoeff();
     near_reach_ = {Constants::kNearReach * h, 0};
     const std::size_t most = view.surface().block_count() * ElementBlock::kSize;
-    kept_blocks_.resize(view.surface().block_count() + 1);
+    kept_blocks_.resize(view.surface().block_count());
     elements_.resize(most);
     candidates_.resize(most);
     spread_.resize(most + kProfileLanes);

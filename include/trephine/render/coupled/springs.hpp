@@ -105,6 +105,7 @@ class CompensatedSpring {
     double d = yield_;
     if (x < max_extension_) {
       const double at = kIntervals * std::sqrt(x / max_extension_);
+      // Exact arithmetic and IEEE's keep `at` below kIntervals; that of -ffast-math may not.
       const std::size_t i = std::min(static_cast<std::size_t>(at), kIntervals - 1);
       d = depth_at(x, depths_[i] + (at - static_cast<double>(i)) * (depths_[i + 1] - depths_[i]));
     }

@@ -36,6 +36,15 @@ void compute_distances(const Shape& shape, const Vec3<float>& axis, const Vec3<f
   std::copy(d.begin(), d.end(), distance);
 }
 
+/// Takes `turn` times the arms of kProfileLanes points off their distances [m]: a rotation of the tool's axis by `turn`
+/// [rad] brings them no nearer. The points are from an origin that the rotation keeps.
+inline void subtract_turn(float turn, const float* x, const float* y, const float* z, float* distance) noexcept {
+  ProfileLanes<float> arm;
+  for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+  square_roots(arm);
+  for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= turn * arm[l];
+}
+
 /// Centres of bounding spheres in lanes, about an origin [m], and their signed distances from a tool [m].
 class SphereLanes {
  public:
@@ -55,9 +64,8 @@ class SphereLanes {
   [[nodiscard]] const float* distances() const noexcept { return distance_.data(); }
   /// Coordinates of the centres [m].
   [[nodiscard]] std::array<float*, 3> centres() noexcept { return {x_.data(), y_.data(), z_.data()}; }
-  /// Computes the signed distances of the first `count` centres from a tool with the axis `axis`, less `turn` times
-  /// their arms: a rotation of the axis by `turn` [rad] brings them no nearer. `shift` is the lanes' origin less the
-  /// tool's [m].
+  /// Computes the signed distances of the first `count` centres from a tool with the axis `axis`, less what a rotation
+  /// of the axis by `turn` [rad] may take off (`subtract_turn`). `shift` is the lanes' origin less the tool's [m].
   template <ToolShape Shape>
   void measure(const Shape& shape, const Vec3<float>& axis, const Vec3<float>& shift, std::size_t count,
                float turn = 0) noexcept {
@@ -65,11 +73,7 @@ class SphereLanes {
       const float *const x = x_.data() + i, *const y = y_.data() + i, *const z = z_.data() + i;
       float* const distance = distance_.data() + i;
       compute_distances(shape, axis, shift, x, y, z, distance);
-      if (!(turn > 0)) continue;
-      ProfileLanes<float> arm;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-      square_roots(arm);
-      for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= turn * arm[l];
+      if (turn > 0) subtract_turn(turn, x, y, z, distance);
     }
   }
 
@@ -94,12 +98,11 @@ class SphereBatch {
   /// centre's distance from the tool's origin. Empties the batch.
   template <ToolShape Shape, class Visit>
   void flush(const Shape& shape, const Vec3<float>& axis, float max_distance, float turn, Visit&& visit) noexcept {
-    ProfileLanes<float> distance, arm;
+    ProfileLanes<float> distance;
     compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance.data());
-    for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x_[l] * x_[l] + y_[l] * y_[l] + z_[l] * z_[l];
-    square_roots(arm);
-    std::uint32_t near = detail::lane_bits<float, kProfileLanes>(
-        [&](std::size_t l) { return distance[l] <= max_distance + turn * arm[l]; });
+    subtract_turn(turn, x_.data(), y_.data(), z_.data(), distance.data());
+    std::uint32_t near =
+        detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= max_distance; });
     for (near &= (1U << count_) - 1; near != 0; near &= near - 1) {
       const auto l = static_cast<std::size_t>(std::countr_zero(near));
       visit(key_[l], Vec3<float>(x_[l], y_[l], z_[l]));
