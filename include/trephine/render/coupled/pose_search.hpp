@@ -73,19 +73,21 @@ struct PoseHessian {
 /// coupling, with `friction.linearise(motion)` at each iterate.
 ///
 /// It starts at `guess`, and ends when the next step would move no point within `arm` [m] of T's origin farther than
-/// `tolerance` [m]. Returns the step without friction's model if the motion found is not downhill.
+/// `tolerance` [m]. Without a guess its first step is one of the search, whose last one had `last_size` [m]. Returns
+/// the step without friction's model if the motion found is not downhill.
 template <class FrictionModel>
 [[nodiscard]] Vec6d newton_step(const PoseEvaluation& at, const PoseHessian& hessian, const FrictionModel& friction,
-                                const Vec6d& guess, double arm, double tolerance) noexcept {
+                                const Vec6d& guess, double arm, double tolerance, double last_size) noexcept {
   Vec6d f = at.contact.wrench + VirtualCoupling::wrench(at.coupling), motion = guess;
   if (!at.solves_rotation) {
     clear_angular(f);
     clear_angular(motion);
   }
   const auto size_of = [arm](const Vec6d& v) { return linear_part(v).norm() + angular_part(v).norm() * arm; };
-  double previous_size = size_of(motion);
+  const bool is_guess = motion.squaredNorm() > 0;
+  double previous_size = is_guess ? size_of(motion) : last_size;
   for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
-    const FrictionSum s = i == 0 && !(motion.squaredNorm() > 0) ? at.friction : friction.linearise(motion);
+    const FrictionSum s = i > 0 || is_guess ? friction.linearise(motion) : at.friction;
     const Vec6d elastic = hessian.full * motion;
     Vec6d residual = f + s.wrench - elastic;
     Mat6d stiffness = s.stiffness;
@@ -172,7 +174,7 @@ class PoseSearch {
       const PoseHessian hessian(result.evaluation, coupling_);
       const Vec6d step = friction_.has_friction() && contact.has_contact()
                              ? newton_step(result.evaluation, hessian, friction_, guess, bounds_.arm(),
-                                           std::max(tolerance.smallest_step, tolerance.motion_step))
+                                           std::max(tolerance.smallest_step, tolerance.motion_step), previous_size)
                              : newton_step(result.evaluation, hessian);
       guess.setZero();
       const Posed X_next = moved(result.X, step);
