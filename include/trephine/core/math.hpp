@@ -65,19 +65,35 @@ template <RealScalar Scalar>
   return transposed<Scalar>(X.linear());
 }
 
+/// A b. Eigen's expression takes longer to compile.
+template <RealScalar Scalar>
+[[nodiscard]] Vec3<Scalar> product(const Mat3<Scalar>& A, const Vec3<Scalar>& b) noexcept {
+  const auto entry = [&](Eigen::Index i) { return A(i, 0) * b[0] + (A(i, 1) * b[1] + A(i, 2) * b[2]); };
+  return {entry(0), entry(1), entry(2)};
+}
+
+/// A B, likewise.
+template <RealScalar Scalar>
+[[nodiscard]] Mat3<Scalar> product(const Mat3<Scalar>& A, const Mat3<Scalar>& B) noexcept {
+  Mat3<Scalar> C;
+  for (Eigen::Index j = 0; j < 3; ++j)
+    for (Eigen::Index i = 0; i < 3; ++i) C(i, j) = A(i, 0) * B(0, j) + (A(i, 1) * B(1, j) + A(i, 2) * B(2, j));
+  return C;
+}
+
 /// X⁻¹. Eigen's expression takes longer to compile.
 template <RealScalar Scalar>
 [[nodiscard]] Pose<Scalar> inverse(const Pose<Scalar>& X) noexcept {
   const Mat3<Scalar> R = inverse_rotation(X);
   const Vec3<Scalar> p = X.translation();
-  return make_pose<Scalar>(R, R * -p);
+  return make_pose<Scalar>(R, -product(R, p));
 }
 
 /// Pose X_AC of C in A, of the poses of B in A and of C in B: their product. Eigen's takes longer to compile.
 [[nodiscard]] inline Posed compose(const Posed& X_AB, const Posed& X_BC) noexcept {
   const Mat3d R_AB = X_AB.linear(), R_BC = X_BC.linear();
   const Vec3d p_AB = X_AB.translation(), p_BC = X_BC.translation();
-  return make_pose<double>(R_AB * R_BC, p_AB + R_AB * p_BC);
+  return make_pose<double>(product(R_AB, R_BC), p_AB + product(R_AB, p_BC));
 }
 
 /// Direction of the z axis of the frame that X maps from. That of a tool points along its shaft, toward the handle.
@@ -99,11 +115,11 @@ template <RealScalar Scalar>
 
 /// Largest entry of |RᵀR − I|: 0 for a rotation and for a mirror, infinite if an entry of R is not finite.
 [[nodiscard]] inline double rotation_defect(const Mat3d& R) noexcept {
-  const Mat3d product = transposed(R) * R;
+  const Mat3d RtR = product(transposed(R), R);
   double worst = 0;
   for (Eigen::Index j = 0; j < 3; ++j)
     for (Eigen::Index i = 0; i < 3; ++i) {
-      const double off = std::abs(product(i, j) - (i == j ? 1 : 0));
+      const double off = std::abs(RtR(i, j) - (i == j ? 1 : 0));
       if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
       worst = std::max(worst, off);
     }

@@ -25,7 +25,7 @@ template <RealScalar Scalar>
 template <RealScalar Scalar>
 [[nodiscard]] Vec3<Scalar> turn_between(const Pose<Scalar>& a, const Pose<Scalar>& b) noexcept {
   const Mat3<Scalar> from = inverse_rotation(a), to = b.linear();
-  return rotation_vector<Scalar>(to * from);
+  return rotation_vector<Scalar>(product(to, from));
 }
 
 /// Exponential map: the rotation by |w| rad about w. Rodrigues' formula, c I + s [a]× + (1 − c) a aᵀ with a along w.

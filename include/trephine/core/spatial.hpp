@@ -64,7 +64,7 @@ inline void clear_angular(Mat6d& m) noexcept {
 [[nodiscard]] inline Posed moved(const Posed& X, const Vec6d& motion) noexcept {
   const Mat3d R = X.linear();
   const Vec3d p = X.translation();
-  return make_pose<double>(rotation_from_vector(angular_part(motion)) * R, p + linear_part(motion));
+  return make_pose<double>(product(rotation_from_vector(angular_part(motion)), R), p + linear_part(motion));
 }
 
 /// Small motion that takes pose a to pose b: the inverse of `moved`.

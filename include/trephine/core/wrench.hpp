@@ -24,7 +24,7 @@ struct Wrench {
   [[nodiscard]] Wrench about(const Vec3<Scalar>& r) const noexcept { return {force, torque - r.cross(force)}; }
 
   /// The same wrench with components in the axes that R maps to.
-  [[nodiscard]] Wrench rotated(const Mat3<Scalar>& R) const noexcept { return {R * force, R * torque}; }
+  [[nodiscard]] Wrench rotated(const Mat3<Scalar>& R) const noexcept { return {product(R, force), product(R, torque)}; }
 
   template <RealScalar Other>
   [[nodiscard]] Wrench<Other> cast() const noexcept {

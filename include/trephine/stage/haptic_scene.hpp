@@ -254,7 +254,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3d p = found[i].position.template cast<double>(), n = found[i].normal.template cast<double>(),
                   f = found[i].force.template cast<double>();
-      out[i] = {.position = R_WG * p + p_WG, .normal = R_WG * n, .force = R_WG * f};
+      out[i] = {.position = product(R_WG, p) + p_WG, .normal = product(R_WG, n), .force = product(R_WG, f)};
     }
     return count;
   }

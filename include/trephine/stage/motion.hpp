@@ -37,7 +37,7 @@ inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
 [[nodiscard]] inline Posed relative_pose(const Posed& X_WG, const Posed& X_WT) noexcept {
   const Mat3d R_GW = inverse_rotation(X_WG), R_WT = X_WT.linear();
   const Vec3d p_GT_W = X_WT.translation() - X_WG.translation();
-  return make_pose<double>(R_GW * R_WT, R_GW * p_GT_W);
+  return make_pose<double>(product(R_GW, R_WT), product(R_GW, p_GT_W));
 }
 
 /// Returns the twist of T [m/s, rad/s] as the backward difference of two poses dt > 0 [s] apart, in their frame's axes.

@@ -46,7 +46,7 @@ class PoseHistory {
       const Twist in_W = twist_between(X_WT_, X_WT, dt);
       if (is_plausible(in_W)) {
         step.twist = in_W;
-        step.twist_to_bone = {R_WG * in_G.linear, R_WG * in_G.angular};
+        step.twist_to_bone = {product(R_WG, in_G.linear), product(R_WG, in_G.angular)};
       }
     }
     if constexpr (kPath) {

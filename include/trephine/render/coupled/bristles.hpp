@@ -68,7 +68,7 @@ class Bristles {
     if (!has_friction_) return;
     // Displacement of the tool's material at a point since the start of the tick: moved − back · arm.
     const Mat3d from = inverse_rotation(X), to = X_start_.linear();
-    const Mat3d back = to * from - Mat3d::Identity();
+    const Mat3d back = product(to, from) - Mat3d::Identity();
     const Vec3d moved = X.translation() - X_start_.translation();
     count_ = std::min(points.size(), groups_.size() * kProfileLanes);
     // Deflections of the point's element that are not of earlier points.
@@ -80,7 +80,8 @@ class Bristles {
       const bool is_bent = !row.empty() && row.front().sample == q.sample;
       PointGroup& g = groups_[i / kProfileLanes];
       const std::size_t l = i % kProfileLanes;
-      const Vec3d deflection = moved - back * q.arm + (is_bent ? row.front().displacement : Vec3d(Vec3d::Zero()));
+      const Vec3d deflection =
+          moved - product(back, q.arm) + (is_bent ? row.front().displacement : Vec3d(Vec3d::Zero()));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto e = static_cast<Eigen::Index>(axis);
         g.arm[axis][l] = q.arm[e];
@@ -121,13 +122,13 @@ class Bristles {
           const double inverse = b.length[l] > 0 ? 1 / b.length[l] : 0.0;
           const double t[3] = {v[0] * inverse, v[1] * inverse, v[2] * inverse};
           // M = (C, −C [a]×): derivatives by translation and by rotation.
-          double M[3][6], f[3];
+          double M[3][6], f[3], turned[3];
+          for (int c = 0; c < 3; ++c) turned[c] = (c2[l] - c1[l]) * t[c] + c3[l] * n[c];
           for (int r = 0; r < 3; ++r) {
             f[r] = -c1[l] * v[r];
-            const double along = (c2[l] - c1[l]) * t[r];
+            const double across = c1[l] * n[r];
             double C[3];
-            for (int c = 0; c < 3; ++c)
-              C[c] = (r == c ? c1[l] : 0.0) - c1[l] * n[r] * n[c] + along * t[c] + c3[l] * t[r] * n[c];
+            for (int c = 0; c < 3; ++c) C[c] = (r == c ? c1[l] : 0.0) - across * n[c] + t[r] * turned[c];
             for (int c = 0; c < 3; ++c) M[r][c] = C[c];
             M[r][3] = a[1] * C[2] - a[2] * C[1];
             M[r][4] = a[2] * C[0] - a[0] * C[2];
