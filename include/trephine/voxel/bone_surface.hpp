@@ -13,8 +13,6 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <mutex>
-#include <thread>
 #include <vector>
 
 namespace trephine {
@@ -355,19 +353,12 @@ class BoneSurfaceView {
 template <VoxelDensity Density>
 [[nodiscard]] std::shared_ptr<BoneSurface<Density>> shared_bone_surface(const VoxelGrid<Density>& grid,
                                                                         double isovalue) {
-  struct Made {
-    std::weak_ptr<BoneSurface<Density>> surface;
-    std::thread::id thread;
-  };
-  static std::mutex mutex;
-  static std::vector<Made> all;
-  const std::scoped_lock lock(mutex);
-  std::erase_if(all, [](const Made& m) { return m.surface.expired(); });
-  const std::thread::id here = std::this_thread::get_id();
-  for (const Made& m : all)
-    if (auto s = m.surface.lock(); s && &s->grid() == &grid && s->isovalue() == isovalue && m.thread == here) return s;
+  thread_local std::vector<std::weak_ptr<BoneSurface<Density>>> made;
+  std::erase_if(made, [](const auto& surface) { return surface.expired(); });
+  for (const auto& surface : made)
+    if (auto s = surface.lock(); s && &s->grid() == &grid && s->isovalue() == isovalue) return s;
   auto s = std::make_shared<BoneSurface<Density>>(grid, isovalue);
-  all.push_back({s, here});
+  made.push_back(s);
   return s;
 }
 
