@@ -153,7 +153,7 @@ TEST_CASE("bristles: their stiffness is the derivative of their force") {
   const Posed X = plane.pressed(1e-4);
   do surface.begin_tick();
   while (!near.update(surface.view(), shape, X, {4 * kH, 0}));
-  static_cast<void>(foundation.sum(near, shape, X, kLaw));
+  static_cast<void>(foundation.sum(near.elements(), shape, X, kLaw));
   Random random(kSeed + 7);
   Figures stuck, slid;
   for (const bool slides : {false, true})
@@ -197,7 +197,7 @@ TEST_CASE("bristles: bends last when lists are gathered anew and when bone is cu
     while (!near.update(surface.view(), shape, from, {reach, 0}));
   };
   const auto attach = [&] {
-    static_cast<void>(foundation.sum(near, shape, X, kLaw));
+    static_cast<void>(foundation.sum(near.elements(), shape, X, kLaw));
     bristles.attach(foundation.points(), X, kLaw.stiffness);
   };
   const auto commit = [&] {

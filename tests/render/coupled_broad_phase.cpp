@@ -108,7 +108,7 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
       const std::size_t t = turns.go(shape, i);
       const Posed& X = turns.X[t];
       std::set<std::uint64_t> found;
-      const Clearance clear = turns.near[t].for_each_candidate(
+      const Clearance clear = turns.near[t].elements().for_each_candidate(
           shape, X, 0.5,
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) { found.insert(block.key(k)); });
       visits += static_cast<int>(found.size());
@@ -169,8 +169,8 @@ TEST_CASE("broad phase: distances from another pose leave out no element that a 
       return
           [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) { found.insert(block.key(k)); };
     };
-    static_cast<void>(near.for_each_candidate(shape, X, 0, visit(before)));
-    const Clearance clear = near.for_each_candidate(shape, Y, 0, visit(after));
+    static_cast<void>(near.elements().for_each_candidate(shape, X, 0, visit(before)));
+    const Clearance clear = near.elements().for_each_candidate(shape, Y, 0, visit(after));
     for (const auto& [key, element] : all) {
       const double d = distance(shape, Y, element.position) - kTouching;
       if (after.count(key) == 0) {
@@ -205,7 +205,7 @@ TEST_CASE("broad phase: blocks that a full store released are provided again") {
     const std::uint64_t changes = surface.changes();
     const std::size_t t = turns.go(shape, i);
     stale += surface.changes() != changes ? 1 : 0;
-    static_cast<void>(turns.near[t].for_each_candidate(
+    static_cast<void>(turns.near[t].elements().for_each_candidate(
         shape, turns.X[t], 0.5, [&](const NearBlock& block, std::size_t k, const Vec3<float>&, std::size_t) {
           ++visits;
           const auto here = all.find(block.key(k));

@@ -118,15 +118,15 @@ void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& ran
   constexpr double kStep = 1e-8;  // [m]: rounding of 1e-15 of a newton over it is 1e-7 N/m
   bench.gather(shape, X);
   Foundation foundation(2, 16384);
-  const FoundationSum at = foundation.sum(bench.near, shape, X, kLaw);
+  const FoundationSum at = foundation.sum(bench.near.elements(), shape, X, kLaw);
   const std::size_t count = foundation.points().size();
   slopes.touching += count > 12 ? 1 : 0;
   const Mat6d H = second_derivative(at);
   for (int i = 0; i < 12; ++i) {
     const Vec6d twist = random_twist(random);
-    const FoundationSum a = foundation.sum(bench.near, shape, moved(X, twist, -kStep), kLaw);
+    const FoundationSum a = foundation.sum(bench.near.elements(), shape, moved(X, twist, -kStep), kLaw);
     const std::size_t before = foundation.points().size();
-    const FoundationSum b = foundation.sum(bench.near, shape, moved(X, twist, kStep), kLaw);
+    const FoundationSum b = foundation.sum(bench.near.elements(), shape, moved(X, twist, kStep), kLaw);
     slopes.first.add(std::abs((b.energy - a.energy) / (2 * kStep) + at.wrench.dot(twist)) / size_of(at.wrench));
     if (before != count || foundation.points().size() != count) {
       ++slopes.entered;
@@ -181,7 +181,7 @@ TEST_CASE("foundation: derivatives with ball and shaft in contact") {
     const BallAndShaft shape(kDrill);
     differentiate(bench, shape, X, random, slopes);
     Foundation foundation(2, 16384);
-    static_cast<void>(foundation.sum(bench.near, shape, X, kLaw));
+    static_cast<void>(foundation.sum(bench.near.elements(), shape, X, kLaw));
     int central = 0;
     for (const FoundationPoint& p : foundation.points()) central += is_central(shape, X, p.arm) ? 1 : 0;
     both += central > 10 && static_cast<std::size_t>(central) + 10 < foundation.points().size() ? 1 : 0;
@@ -205,7 +205,8 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
     const General general(kBall);
     bench.gather(fast, X);
     Foundation a(2, 16384), b(2, 16384);
-    const FoundationSum f = a.sum(bench.near, fast, X, kLaw), g = b.sum(bench.near, general, X, kLaw);
+    const FoundationSum f = a.sum(bench.near.elements(), fast, X, kLaw),
+                        g = b.sum(bench.near.elements(), general, X, kLaw);
     REQUIRE(a.points().size() == b.points().size());
     REQUIRE(a.points().size() > 20);
     CHECK(f.wrench.tail<3>() == Vec3d::Zero());
@@ -231,7 +232,7 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
     bench.gather(shape, X);
     Foundation all(2, 16384), few(2, 100);
     FoundationSum s;
-    CHECK(heap_calls([&] { s = all.sum(bench.near, shape, X, kLaw); }) == 0);
+    CHECK(heap_calls([&] { s = all.sum(bench.near.elements(), shape, X, kLaw); }) == 0);
     double energy = 0, deepest = 0;
     Vec6d wrench = Vec6d::Zero();
     for (const FoundationPoint& p : all.points()) {
@@ -247,7 +248,7 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
     CHECK(size_of(Vec6d(s.wrench - wrench)) <= kRounding * size_of(wrench));
     CHECK(s.depth == doctest::Approx(deepest));
     REQUIRE(all.points().size() > 100);
-    CHECK(heap_calls([&] { s = few.sum(bench.near, shape, X, kLaw); }) == 0);
+    CHECK(heap_calls([&] { s = few.sum(bench.near.elements(), shape, X, kLaw); }) == 0);
     CHECK(few.points().size() == 100);
     all.clear();
     CHECK(all.points().empty());
@@ -278,7 +279,8 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
         gathered = X;
       anew.gather(shape, X);
       Foundation a(2, 16384), b(2, 16384);
-      const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
+      const FoundationSum s = a.sum(bench.near.elements(), shape, X, kLaw),
+                          t = b.sum(anew.near.elements(), shape, X, kLaw);
       CHECK(a.points().size() == b.points().size());
       if (t.energy > 0) off.add(size_of(Vec6d(s.wrench - t.wrench)) / size_of(t.wrench));
       // A motion by less than the clearance brings no more points, whichever way it goes.
@@ -290,7 +292,7 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
       while (s.clearance.max_step_fraction(motion_between(X, moved(X, step, share))) < 1) share *= 0.9;
       const Posed ahead = moved(X, step, share);
       anew.gather(shape, ahead);
-      over.add(b.sum(anew.near, shape, ahead, kLaw).energy);
+      over.add(b.sum(anew.near.elements(), shape, ahead, kLaw).energy);
       shares.add(share);
     }
   };
@@ -341,7 +343,8 @@ TEST_CASE("foundation: sums by distances from another pose are those by new ones
       REQUIRE(bench.near.update(bench.surface.view(), shape, X, {6 * kH, 0}));
       reused += motion_between(last, X).is_within(near) ? 1 : 0;
       anew.gather(shape, X);
-      const FoundationSum s = a.sum(bench.near, shape, X, kLaw), t = b.sum(anew.near, shape, X, kLaw);
+      const FoundationSum s = a.sum(bench.near.elements(), shape, X, kLaw),
+                          t = b.sum(anew.near.elements(), shape, X, kLaw);
       CHECK(s.energy == t.energy);
       CHECK(s.wrench == t.wrench);
       CHECK(s.stiffness == t.stiffness);
@@ -371,11 +374,12 @@ TEST_CASE("foundation: sums by distances from another pose are those by new ones
     Vec6d way;
     way << near.shift * in, near.turn * u.cross(in);
     const Posed Y = moved(X, way, 0.99);
-    static_cast<void>(a.sum(bench.near, shape, X, kLaw));
+    static_cast<void>(a.sum(bench.near.elements(), shape, X, kLaw));
     const std::size_t before = a.points().size();
     CHECK(motion_between(X, Y).is_within(near));
     anew.gather(shape, Y);
-    const FoundationSum s = a.sum(bench.near, shape, Y, kLaw), t = b.sum(anew.near, shape, Y, kLaw);
+    const FoundationSum s = a.sum(bench.near.elements(), shape, Y, kLaw),
+                        t = b.sum(anew.near.elements(), shape, Y, kLaw);
     CHECK(s.energy == t.energy);
     if (is_free) CHECK(s.clearance.listed_distance <= least_free_distance(elements, shape, Y) + 1e-8);
     REQUIRE(a.points().size() == b.points().size());

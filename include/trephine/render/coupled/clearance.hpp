@@ -9,7 +9,7 @@
 namespace trephine {
 
 /// Bound of the motion that a tool can make before it meets a free surface element, for conservative advancement. The
-/// broad phase lists elements near the tool; the bound holds for listed and unlisted ones.
+/// elements near the tool are listed (`ElementList`); the bound holds for listed and unlisted ones.
 struct Clearance {
   double listed_distance = 0;  ///< least distance of the listed elements that are free [m]
   double listed_arm = 0;       ///< no listed element is farther than this from T's origin [m]

@@ -99,7 +99,7 @@ struct CoupledConstants {
   /// Clearance spheres along the tool's axis, at most, before the test for air gives up.
   static constexpr int kMaxAirSpheres = 8;
 
-  // --- Broad phase (broad_phase.hpp).
+  // --- Broad phase (broad_phase.hpp, element_list.hpp).
 
   /// A list of elements reaches as far as the tool moves in so many ticks. A longer reach makes lists less often, and
   /// measures more elements.

@@ -245,7 +245,7 @@ class CoupledToolRenderer {
     if (!evaluated_ || X.matrix() != evaluated_->X.matrix()) {
       evaluated_.reset();
       if (!broad_phase_.update(view, shape_, X, device_motion)) return std::nullopt;
-      evaluated_ = EvaluatedContact{X, foundation_.sum(broad_phase_, shape_, X, gains_.law)};
+      evaluated_ = EvaluatedContact{X, foundation_.sum(broad_phase_.elements(), shape_, X, gains_.law)};
     }
     bristles_.attach(foundation_.points(), X, gains_.law.stiffness);
     return PoseEvaluation{evaluated_->contact, bristles_.linearise(Vec6d::Zero()),

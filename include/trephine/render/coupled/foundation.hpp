@@ -4,10 +4,10 @@
 #include <trephine/core/lane_sum.hpp>
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/square_roots.hpp>
-#include <trephine/render/coupled/broad_phase.hpp>
 #include <trephine/render/coupled/clearance.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/element_batch.hpp>
+#include <trephine/render/coupled/element_list.hpp>
 
 #include <Eigen/Core>
 
@@ -88,15 +88,15 @@ class Foundation {
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
   void clear() noexcept { points_.clear(); }
 
-  /// Narrow phase: returns the sum over the broad phase's points for a tool at X (G axes), and stores the points in
+  /// Narrow phase: returns the sum over the elements' points for a tool at X (G axes), and stores the points in
   /// contact.
   template <ToolShape Shape>
-  [[nodiscard]] FoundationSum sum(BroadPhase& broad_phase, const Shape& shape, const Posed& X,
+  [[nodiscard]] FoundationSum sum(ElementList& elements, const Shape& shape, const Posed& X,
                                   const FoundationLaw& law) noexcept {
     points_.clear();
     Sums sums;
     ElementBatch batch;
-    std::array<std::size_t, ElementBatch::kSize> number;  // of the batch's elements in the broad phase
+    std::array<std::size_t, ElementBatch::kSize> number;  // of the batch's elements in the list
     Candidates candidates;
     const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
     const Vec3<float> axis = to_float(u);
@@ -113,7 +113,7 @@ class Foundation {
         const float distance = batch.min_distance[n];
         if (!(distance < contact_distance)) {
           nearest = std::min(nearest, distance - contact_distance);
-          broad_phase.leave_out(number[n], distance - contact_distance);
+          elements.leave_out(number[n], distance - contact_distance);
           continue;
         }
         const SurfaceElement element = block->element(i);
@@ -130,7 +130,7 @@ class Foundation {
       batch.add(block, i, shift);
       if (batch.count == ElementBatch::kSize) filter_batch();
     };
-    const Clearance clearance = broad_phase.for_each_candidate(shape, X, lattice_.outermost, visit);
+    const Clearance clearance = elements.for_each_candidate(shape, X, lattice_.outermost, visit);
     if (batch.count > 0) filter_batch();
     if (candidates.count > 0) flush_candidates();
     FoundationSum s = sums.total();
