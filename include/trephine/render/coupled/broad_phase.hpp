@@ -25,7 +25,7 @@ class BroadPhase {
   /// the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
-    elements_.reserve(view.surface().block_count(), Constants::kNearReach * view.grid().spacing().minCoeff());
+    elements_.reserve(view.surface().block_count());
     bricks_.reserve(Constants::kMaxBricks);
     brick_spheres_.reserve(Constants::kMaxBricks);
     set_contact_offset(contact_offset);

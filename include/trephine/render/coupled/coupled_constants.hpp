@@ -108,9 +108,6 @@ struct CoupledConstants {
   static constexpr double kMinReach = 0.5, kMaxReach = 4;
   /// Likewise for rotations of the tool's axis [rad].
   static constexpr double kMinReachAngle = 0.02, kMaxReachAngle = 0.1;
-  /// Motion of the tool after which the elements' distances are measured anew [spacings]. A longer one measures less
-  /// often, and evaluates more elements.
-  static constexpr double kNearReach = 1.0 / 64;
   /// Additional reach for bricks [spacings], so that a list of bricks serves many lists of elements.
   static constexpr double kBrickReach = 12;
   /// Likewise for rotations of the tool's axis [rad].

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/render/coupled/clearance.hpp>
+#include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/tool_distances.hpp>
 #include <trephine/tool/tool_shape.hpp>
 #include <trephine/voxel/lane_bits.hpp>
@@ -32,18 +33,14 @@ struct NearBlock {
 /// finds the candidates: those that may be in contact there.
 class ElementList {
  public:
-  /// Allocates room for the elements of `blocks` blocks, 38 bytes each. Candidates are found anew where the tool has
-  /// moved by `near_shift` [m].
-  void reserve(std::size_t blocks, double near_shift) {
-    near_reach_ = {near_shift, 0};
+  /// Allocates room for the elements of `blocks` blocks, 30 bytes each.
+  void reserve(std::size_t blocks) {
     blocks_.reserve(blocks);
     block_spheres_.reserve(blocks);
     kept_blocks_.resize(blocks);
     const std::size_t most = blocks * ElementBlock::kSize;
     elements_.resize(most);
-    candidates_.resize(most);
     spread_.resize(most + kProfileLanes);
-    near_.resize(most + kProfileLanes);
     spheres_.reserve(most);
   }
 
@@ -62,7 +59,6 @@ class ElementList {
     blocks_.clear();
     count_ = 0;
     arm_ = 0;
-    is_measured_ = false;
   }
   /// Takes a block that may have elements within the reach.
   void add(const NearBlock& block) noexcept {
@@ -78,42 +74,42 @@ class ElementList {
   [[nodiscard]] const Posed& pose() const noexcept { return X_; }
   [[nodiscard]] const ToolMotion& reach() const noexcept { return reach_; }
 
-  /// Calls visit(block, i, shift, n) for each element that may have a point in contact with a tool at X, a pose that
-  /// the list holds. Returns the clearance of the others. Points lie no farther from their element's position than the
+  /// Calls visit(block, i, shift) for each element that may have a point in contact with a tool at X, a pose that the
+  /// list holds. Returns the clearance of the others. Points lie no farther from their element's position than the
   /// fraction `extent` of its corners. `shift` is the corner of the element's brick less T's origin, in G [m].
-  ///
-  /// The elements are found anew where the tool has moved by more than `near_shift` since: Newton's steps become
-  /// smaller within a tick. Until then those that `leave_out(n, …)` named are not visited again.
   template <ToolShape Shape, class Visit>
   Clearance for_each_candidate(const Shape& shape, const Posed& X, double extent, Visit&& visit) noexcept {
-    if (!is_measured_ || extent != extent_ || !motion_between(X_measured_, X).is_within(near_reach_))
-      measure(shape, X, extent);
-    else
-      drop_left_out();
-    for (std::size_t n = 0; n < candidate_count_; ++n) {
-      const NearElement& e = elements_[candidates_[n]];
-      const NearBlock& block = blocks_[e.block];
-      visit(block, std::size_t{e.i}, to_float(block.corner - X.translation()), n);
+    spheres_.measure(shape, to_float(z_axis(X)), to_float(X_.translation() - X.translation()), count_);
+    const auto offset = static_cast<float>(contact_offset_) + Constants::kSinglePrecision,
+               fraction = static_cast<float>(extent);
+    // Least distances of an element's points beyond the offset [m].
+    ProfileLanes<float> gap, nearest;
+    nearest.fill(std::numeric_limits<float>::max());
+    for (std::size_t first = 0; first < count_; first += kProfileLanes) {
+      const float* const distance = spheres_.distances() + first;
+      const float* const spread = spread_.data() + first;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        const float free_gap = gap[l] < 0 ? std::numeric_limits<float>::max() : gap[l];
+        nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
+      }
+      std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < 0; });
+      for (; is_near != 0; is_near &= is_near - 1) {
+        const NearElement& e = elements_[first + static_cast<std::size_t>(std::countr_zero(is_near))];
+        const NearBlock& block = blocks_[e.block];
+        visit(block, std::size_t{e.i}, to_float(block.corner - X.translation()));
+      }
     }
     const ToolMotion from = motion_between(X_, X);
-    const double arm = arm_ + from.shift;
-    return {static_cast<double>(nearest_) - motion_between(X_measured_, X).at(arm),
-            arm,
+    return {*std::min_element(nearest.begin(), nearest.end()),
+            arm_ + from.shift,
             {std::max(0.0, reach_.shift - from.shift), std::max(0.0, reach_.turn - from.turn)},
             shape.bounds().arm()};
   }
 
-  /// Leaves out element n of the last visits if a small motion cannot bring it into contact: its points begin contact
-  /// after `gap` [m] more. Only visits that found the elements anew tell distances that hold.
-  void leave_out(std::size_t n, float gap) noexcept {
-    if (!is_new_ || gap < near_[candidates_[n]]) return;
-    nearest_ = std::min(nearest_, gap);
-    candidates_[n] = kLeftOut;
-  }
-
  private:
+  using Constants = CoupledConstants;
   static constexpr float kFarAway = 1e6F;  // [m]
-  static constexpr std::uint32_t kLeftOut = 0xFFFFFFFF;
   /// A block of which elements may be near, while the list is made.
   struct KeptBlock {
     std::uint32_t block;    // index in blocks_
@@ -126,15 +122,6 @@ class ElementList {
     std::uint32_t i;      // index in the block
   };
 
-  template <ToolShape Shape>
-  void measure(const Shape& shape, const Posed& X, double extent) noexcept;
-  void drop_left_out() noexcept {
-    if (!is_new_) return;
-    is_new_ = false;
-    const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
-    candidate_count_ = static_cast<std::size_t>(std::remove(candidates_.begin(), end, kLeftOut) - candidates_.begin());
-  }
-
   Posed X_ = Posed::Identity();
   ToolMotion reach_;
   double contact_offset_ = 0;  // [m]
@@ -145,18 +132,7 @@ class ElementList {
   std::vector<NearElement> elements_;  // of which the first count_ are listed
   SphereLanes spheres_;                // of the elements, about T's origin at X_
   std::vector<float> spread_;          // of each element's corners about its position [m]
-  std::vector<float> near_;            // way of each element on a motion by near_reach_ [m]
   std::size_t count_ = 0;
-
-  // Distances of the elements' points from a tool at X_measured_.
-  std::vector<std::uint32_t> candidates_;  // elements near contact, of which the first candidate_count_ are set
-  std::size_t candidate_count_ = 0;
-  float nearest_ = 0;  // least distance of the others from contact [m]
-  Posed X_measured_ = Posed::Identity();
-  double extent_ = 0;         // of the points over their element
-  bool is_measured_ = false;  // since the list was made
-  bool is_new_ = false;       // not reused yet: candidates may be left out
-  ToolMotion near_reach_;     // motion after which they are measured anew
 };
 
 template <ToolShape Shape>
@@ -165,11 +141,8 @@ void ElementList::make(const Shape& shape) noexcept {
   const Vec3<float> u = to_float(z_axis(X_));
   const auto turn = static_cast<float>(reach_.turn), shift = static_cast<float>(reach_.shift + contact_offset_);
   block_spheres_.measure(shape, u, Vec3<float>::Zero(), blocks_.size(), turn);
-  // No point of the tool's head goes farther than twice the same way.
-  near_reach_.turn = near_reach_.shift / shape.bounds().radius;
   const auto [x, y, z] = spheres_.centres();
-  float *const spread = spread_.data(), *const near_way = near_.data();
-  const auto near_shift = static_cast<float>(near_reach_.shift), near_turn = static_cast<float>(near_reach_.turn);
+  float* const spread = spread_.data();
   NearElement* const element = elements_.data();
   // The first two loops have no branches, so that a processor works on several blocks at once.
   std::size_t kept = 0;
@@ -183,7 +156,7 @@ void ElementList::make(const Shape& shape) noexcept {
     const NearBlock& near_block = blocks_[k.block];
     const ElementBlock& block = *near_block.elements;
     k.origin = to_float(near_block.corner - p);
-    // No element is farther from the tool's origin than this; while the list serves, than this and `shift`.
+    // No element is farther from the tool's origin.
     k.arm = block_spheres_.arm(k.block) + block.radius;
     const float near = shift + turn * k.arm;
     ProfileLanes<float> distance;
@@ -204,7 +177,6 @@ void ElementList::make(const Shape& shape) noexcept {
       y[n] = block.position[1][l] + k.origin.y();
       z[n] = block.position[2][l] + k.origin.z();
       spread[n] = block.spread[l];
-      near_way[n] = near_shift + near_turn * (k.arm + shift);
       element[n] = {k.block, static_cast<std::uint32_t>(l)};
     }
   }
@@ -212,38 +184,8 @@ void ElementList::make(const Shape& shape) noexcept {
   count_ = n;
   for (; n % kProfileLanes != 0; ++n) {
     x[n] = y[n] = z[n] = kFarAway;
-    spread[n] = near_way[n] = 0;
+    spread[n] = 0;
   }
-}
-
-/// Measures the listed elements' distances from a tool at X, and finds those that may come into contact within
-/// near_reach_.
-template <ToolShape Shape>
-void ElementList::measure(const Shape& shape, const Posed& X, double extent) noexcept {
-  spheres_.measure(shape, to_float(z_axis(X)), to_float(X_.translation() - X.translation()), count_);
-  X_measured_ = X;
-  extent_ = extent;
-  is_measured_ = is_new_ = true;
-  candidate_count_ = 0;
-  const auto offset = static_cast<float>(contact_offset_), fraction = static_cast<float>(extent);
-  // Least distances of an element's points beyond the offset [m].
-  ProfileLanes<float> gap, nearest;
-  nearest.fill(std::numeric_limits<float>::max());
-  for (std::size_t first = 0; first < count_; first += kProfileLanes) {
-    const float* const distance = spheres_.distances() + first;
-    const float* const spread = spread_.data() + first;
-    const float* const near = near_.data() + first;
-    for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
-    for (std::size_t l = 0; l < kProfileLanes; ++l) {
-      const float free_gap = gap[l] < near[l] ? std::numeric_limits<float>::max() : gap[l];
-      nearest[l] = free_gap < nearest[l] ? free_gap : nearest[l];
-    }
-    std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return gap[l] < near[l]; });
-    for (; is_near != 0; is_near &= is_near - 1)
-      candidates_[candidate_count_++] =
-          static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(std::countr_zero(is_near));
-  }
-  nearest_ = *std::min_element(nearest.begin(), nearest.end());
 }
 
 }  // namespace trephine

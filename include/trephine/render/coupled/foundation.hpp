@@ -96,7 +96,6 @@ class Foundation {
     points_.clear();
     Sums sums;
     ElementBatch batch;
-    std::array<std::size_t, ElementBatch::kSize> number;  // of the batch's elements in the list
     Candidates candidates;
     const Vec3d p = X.translation(), u = z_axis(X), x = X.linear().col(0);
     const Vec3<float> axis = to_float(u);
@@ -113,7 +112,6 @@ class Foundation {
         const float distance = batch.min_distance[n];
         if (!(distance < contact_distance)) {
           nearest = std::min(nearest, distance - contact_distance);
-          elements.leave_out(number[n], distance - contact_distance);
           continue;
         }
         const SurfaceElement element = block->element(i);
@@ -125,8 +123,7 @@ class Foundation {
       }
       batch.count = 0;
     };
-    const auto visit = [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift, std::size_t n) {
-      number[batch.count] = n;
+    const auto visit = [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift) {
       batch.add(block, i, shift);
       if (batch.count == ElementBatch::kSize) filter_batch();
     };
