@@ -33,7 +33,7 @@ struct NearBlock {
 /// finds the candidates: those that may be in contact there.
 class ElementList {
  public:
-  /// Allocates room for the elements of `blocks` blocks, 30 bytes each.
+  /// Allocates room for the elements of `blocks` blocks, 28 bytes each.
   void reserve(std::size_t blocks) {
     blocks_.reserve(blocks);
     block_spheres_.reserve(blocks);
