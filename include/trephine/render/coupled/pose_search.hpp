@@ -69,42 +69,6 @@ struct PoseHessian {
   return size * std::min(1.0, size / previous);
 }
 
-/// Newton step with friction, which is not smooth in the motion: Newton's method on the linear model of contact and
-/// coupling, with `friction.linearise(motion)` at each iterate.
-///
-/// It starts at `guess`, and ends when the next step would move no point within `arm` [m] of T's origin farther than
-/// `tolerance` [m]. Without a guess its first step is one of the search, whose last one had `last_size` [m]. Returns
-/// the step without friction's model if the motion found is not downhill.
-template <class FrictionModel>
-[[nodiscard]] Vec6d newton_step(const PoseEvaluation& at, const PoseHessian& hessian, const FrictionModel& friction,
-                                const Vec6d& guess, double arm, double tolerance, double last_size) noexcept {
-  Vec6d f = at.contact.wrench + VirtualCoupling::wrench(at.coupling), motion = guess;
-  if (!at.solves_rotation) {
-    clear_angular(f);
-    clear_angular(motion);
-  }
-  const auto size_of = [arm](const Vec6d& v) { return linear_part(v).norm() + angular_part(v).norm() * arm; };
-  const bool is_guess = motion.squaredNorm() > 0;
-  double previous_size = is_guess ? size_of(motion) : last_size;
-  for (int i = 0; i < CoupledConstants::kMaxFrictionSteps; ++i) {
-    const FrictionSum s = i > 0 || is_guess ? friction.linearise(motion) : at.friction;
-    const Vec6d elastic = hessian.full * motion;
-    Vec6d residual = f + s.wrench - elastic;
-    Mat6d stiffness = s.stiffness;
-    if (!at.solves_rotation) {
-      clear_angular(residual);
-      clear_angular(stiffness);
-    }
-    Vec6d step = Vec6d::Zero();
-    if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
-    motion += step;
-    const double size = size_of(step);
-    if (next_step_size(size, previous_size) <= tolerance) break;
-    previous_size = size;
-  }
-  return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
-}
-
 /// Returns the way back along a step, in fractions of it, from a pose that went too far to where contact and coupling
 /// balance. The coupling pulls with `pull` along the step, and with `pull_growth` more a whole step farther back. Not
 /// finite if the contact's energy does not grow along the step.
@@ -173,8 +137,8 @@ class PoseSearch {
       }
       const PoseHessian hessian(result.evaluation, coupling_);
       const Vec6d step = friction_.has_friction() && contact.has_contact()
-                             ? newton_step(result.evaluation, hessian, friction_, guess, bounds_.arm(),
-                                           std::max(tolerance.smallest_step, tolerance.motion_step), previous_size)
+                             ? friction_step(result.evaluation, hessian, guess, previous_size,
+                                             std::max(tolerance.smallest_step, tolerance.motion_step))
                              : newton_step(result.evaluation, hessian);
       guess.setZero();
       const Posed X_next = moved(result.X, step);
@@ -204,6 +168,43 @@ class PoseSearch {
     result.evaluation = *evaluation;
     result.found_contact = result.found_contact || evaluation->contact.has_contact();
     return true;
+  }
+
+  /// Newton step with friction, which is not smooth in the motion: Newton's method on the linear model of contact and
+  /// coupling, with `friction_.linearise(motion)` at each iterate.
+  ///
+  /// It starts at `guess`, and ends when its next step would move no point of the tool farther than `tolerance` [m].
+  /// Without a guess its first step is one of the search, whose last one had `last_size` [m]. Returns the step without
+  /// friction's model if the motion found is not downhill.
+  [[nodiscard]] Vec6d friction_step(const PoseEvaluation& at, const PoseHessian& hessian, const Vec6d& guess,
+                                    double last_size, double tolerance) const noexcept {
+    Vec6d f = at.contact.wrench + VirtualCoupling::wrench(at.coupling), motion = guess;
+    if (!at.solves_rotation) {
+      clear_angular(f);
+      clear_angular(motion);
+    }
+    const auto size_of = [this](const Vec6d& v) {
+      return linear_part(v).norm() + angular_part(v).norm() * bounds_.arm();
+    };
+    const bool is_guess = motion.squaredNorm() > 0;
+    double previous_size = is_guess ? size_of(motion) : last_size;
+    for (int i = 0; i < Constants::kMaxFrictionSteps; ++i) {
+      const FrictionSum s = i > 0 || is_guess ? friction_.linearise(motion) : at.friction;
+      const Vec6d elastic = hessian.full * motion;
+      Vec6d residual = f + s.wrench - elastic;
+      Mat6d stiffness = s.stiffness;
+      if (!at.solves_rotation) {
+        clear_angular(residual);
+        clear_angular(stiffness);
+      }
+      Vec6d step = Vec6d::Zero();
+      if (!solve_linear<6>(hessian.full + stiffness, residual, step)) break;
+      motion += step;
+      const double size = size_of(step);
+      if (next_step_size(size, previous_size) <= tolerance) break;
+      previous_size = size;
+    }
+    return motion.dot(at.wrench()) > 0 ? motion : newton_step(at, hessian);
   }
 
   /// Line search: moves along the step, by which the tool moves by `motion`, until the energy is lower and its slope
