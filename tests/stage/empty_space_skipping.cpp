@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include "support/figures.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/core/rotation.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>
@@ -8,6 +11,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
 
 using namespace trephine;
@@ -105,6 +109,73 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
   }
   CHECK(touching > 400);
   CHECK(free > 5000);
+}
+
+// The air that a map proves serves some ticks of the coupled tool, whatever is cut or restored meanwhile.
+TEST_CASE("The coupled tool feels the same with a map of air and without") {
+  CAPTURE(kSeed);
+  Random random(kSeed + 1);
+  Grid looked = bone(), skipped = bone();
+  const double iso = RasterOptions{}.isovalue();
+  ClearanceMap<std::uint8_t> map(skipped, iso);
+  const CoupledToolRenderer tool{Burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0.01}};
+  HapticScene without{looked, iso, tool};
+  HapticScene with{skipped, iso, tool, EmptySpaceSkipping{map}};
+  // Either search ends within a fraction of the device's motion, which counts as half a voxel at most.
+  const double bound = 2 * CoupledOptions{}.stiffness * CoupledConstants::kMotionFraction *
+                       CoupledConstants::kMaxCountedMotion * RasterOptions{}.spacing.minCoeff();
+  const Vec3d far(0.03, 0.025, 0.02), middle = RasterOptions{.size = {90, 70, 60}}.middle();
+  Posed X = Posed::Identity();
+  bool touches = false;
+  int touching = 0, free = 0, differ = 0;
+  Figures off;
+  for (int tick = 0; tick < 12000; ++tick) {
+    // Jumps anywhere, and then moves toward the bone until it touches.
+    if (tick % 20 == 0 || touches) {
+      X = make_pose<double>(
+          random.rotation(),
+          Vec3d(random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2), random.uniform(-0.2, 1.2)).cwiseProduct(far));
+    } else {
+      X.translation() += random.uniform(0, 1e-3) * (middle - X.translation()).normalized() + 2e-4 * random.unit();
+      X.linear() = rotation_from_vector(Vec3d(0.05 * random.unit())) * Mat3d(X.linear());
+    }
+    if (tick % 60 == 0) {
+      const Vec3d at = middle + 3e-3 * random.unit();
+      for (Grid* const grid : {&looked, &skipped}) static_cast<void>(carve(*grid, iso, SphereCutter(at, at, 5e-4)));
+    }
+    const TickResult a = without.tick({.X_WT = X}, 1e-3), b = with.tick({.X_WT = X}, 1e-3);
+    if (std::max(without.renderer().steps(), with.renderer().steps()) <= CoupledConstants::kMaxSteps)
+      off.add((a.wrench.force - b.wrench.force).norm());
+    differ += a.status == b.status && (a.contact.count > 0) == (b.contact.count > 0) ? 0 : 1;
+    touches = a.contact.count > 0;
+    (touches ? touching : free) += 1;
+    if (tick % 500 == 0) map.refresh();
+    if (tick % 1777 == 1776) {
+      looked.restore();
+      skipped.restore();
+    }
+  }
+  MESSAGE("ticks in contact ", touching, ", free ", free, "; forces differ [N] by ", off);
+  CHECK(differ == 0);
+  CHECK(off.worst() <= bound);
+  CHECK(touching > 150);
+  CHECK(free > 4000);
+}
+
+TEST_CASE("The coupled tool feels bone that is restored where a map proved air") {
+  Grid grid = bone();
+  const double iso = RasterOptions{}.isovalue();
+  ClearanceMap<std::uint8_t> map(grid, iso);
+  HapticScene scene{grid, iso,
+                    CoupledToolRenderer{Burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0.01}},
+                    EmptySpaceSkipping{map}};
+  const Vec3d ball(2e-3, 3e-3, 14e-3);
+  static_cast<void>(carve(grid, iso, SphereCutter(ball, ball, 2.5e-3)));
+  map.refresh();
+  const Posed X = make_pose<double>(Mat3d::Identity(), ball + Vec3d(0, 0, 2.7e-3));
+  for (int tick = 0; tick < 3; ++tick) CHECK(scene.tick({.X_WT = X}, 1e-3).contact.count == 0);
+  grid.restore();
+  CHECK(scene.tick({.X_WT = X}, 1e-3).contact.count > 0);
 }
 
 TEST_CASE("A map of another grid or a higher isovalue is refused") {

@@ -51,7 +51,8 @@ class BroadPhase {
   [[nodiscard]] bool update(const View& view, const Shape& shape, const Posed& X, const ToolMotion& motion) noexcept {
     // Another tool may have had the surface make or release blocks: then the same list is gathered again.
     if (is_current(view) && motion_between(elements_.pose(), X).is_within(elements_.reach()))
-      return surface_changes_ == view.surface().changes() || gather(view, shape, elements_.pose(), elements_.reach());
+      return elements_.is_empty() || surface_changes_ == view.surface().changes() ||
+             gather(view, shape, elements_.pose(), elements_.reach());
     const double h = view.grid().spacing().minCoeff();
     const ToolMotion reach{
         std::clamp(Constants::kReachTicks * motion.shift, Constants::kMinReach * h, Constants::kMaxReach * h),
@@ -60,6 +61,17 @@ class BroadPhase {
         !(motion_between(X_bricks_, X) + reach).is_within(brick_reach_))
       find_bricks(view, shape, X, {reach.shift + Constants::kBrickReach * h, reach.turn + Constants::kBrickReachAngle});
     return gather(view, shape, X, reach);
+  }
+
+  /// Makes an empty list: no element is within `reach` of a tool at X.
+  template <class View>
+  void set_empty(const View& view, const Posed& X, const ToolMotion& reach) noexcept {
+    invalidate();
+    bricks_.clear();
+    elements_.begin(X, reach);
+    increase_stamp_ = view.grid().increase_stamp();
+    edit_count_ = view.grid().edit_count();
+    valid_ = true;
   }
 
   /// Returns true if no brick near the tool was cut since the blocks were gathered.

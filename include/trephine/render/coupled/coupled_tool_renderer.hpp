@@ -113,8 +113,7 @@ class CoupledToolRenderer {
     if (start.jumped) out.status = Status::kJump;
     const ToolMotion motion = motion_between(X_, X_device);
     Vec6d extension = Vec6d::Zero();
-    if (axis_in_bone_ || broad_phase_.is_empty_around(view, X_, motion) ||
-        is_known_in_air(view, bounds_, X_, motion.at(bounds_.arm()))) {
+    if (axis_in_bone_ || stays_in_air(view, motion)) {
       set_free(X_device);
       if (axis_in_bone_) out.status = worse(out.status, Status::kStartedInside);
     } else {
@@ -224,6 +223,18 @@ class CoupledToolRenderer {
     }
     started_ = true;
     return start;
+  }
+
+  /// Returns true if no bone is in the way of a motion of the virtual tool. What a map of air proves holds for some
+  /// way more, so that the next ticks need not ask it.
+  template <class View>
+  [[nodiscard]] bool stays_in_air(const View& view, const ToolMotion& motion) noexcept {
+    if (broad_phase_.is_empty_around(view, X_, motion)) return true;
+    const double arm = bounds_.arm(), way = Constants::kMaxReach * gains_.shortest_spacing;
+    const ToolMotion reach = motion + ToolMotion{way, way / arm};
+    if (!is_known_in_air(view, bounds_, X_, reach.at(arm))) return is_known_in_air(view, bounds_, X_, motion.at(arm));
+    broad_phase_.set_empty(view, X_, reach);
+    return true;
   }
 
   /// Places the virtual tool at X, without contact.
