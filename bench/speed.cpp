@@ -126,6 +126,18 @@ template <class Known>
   };
 }
 
+/// Likewise the coupled tool.
+template <class View>
+[[nodiscard]] std::function<void()> moving_coupled(const View& view, const Pose<float>& X) {
+  auto tool = coupled();
+  tool.prepare(view);
+  return [view, X = X.cast<double>(), tool = std::move(tool), away = false]() mutable {
+    Posed at = X;
+    if ((away = !away)) at.translation() += Vec3d(2e-5, 0, 0);
+    benchmark::DoNotOptimize(tool.render(view, at));
+  };
+}
+
 /// Rows of speed.csv: a time beside its reference's.
 class Report {
  public:
@@ -302,6 +314,12 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("line, " + std::string(name), moving_line(field, X));
     run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
   }
+  BoneSurface<std::uint8_t> bone(scene.tooth, kIsovalue);
+  const FieldWithClearance<BoneSurfaceView<std::uint8_t>, std::uint8_t> known_bone(bone.view(), air);
+  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)}) {
+    run.add("coupled, " + std::string(name), moving_coupled(bone.view(), X));
+    run.add("coupled, " + std::string(name) + ", map of air", moving_coupled(known_bone, X));
+  }
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
 
@@ -330,6 +348,8 @@ void measure_speed(const Options& options, const Scene& scene) {
   }
   for (const std::string where : {"line, near air", "line, far air"})
     report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
+  for (const std::string where : {"coupled, near air", "coupled, far air"})
+    report.row(where + ", moving: a map of air / none", where + mapped, where);
   report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
     report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);

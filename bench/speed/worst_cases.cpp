@@ -54,39 +54,80 @@ class Spread {
   Table table_;
 };
 
-/// The coupled tool pressed three voxels deep and led over a plane or round a ball.
+/// Leads the coupled tool along poses that begin in contact, from `out` [m] away.
+template <class Tool, class Path>
+void measure_slide(Spread& spread, const std::string& name, BoneSurface<std::uint8_t>& surface, Tool tool, int ticks,
+                   const Vec3d& out, Path&& pose) {
+  tool.prepare(surface.view());
+  for (int i = 0; i <= 50; ++i) {  // from outside: a tool that appears as deep is without force
+    Posed X = pose(0);
+    X.translation() += (1 - i / 50.0) * out;
+    static_cast<void>(tool.render(surface.view(), X));
+  }
+  spread.measure("Coupled, " + name, ticks, pose,
+                 [&](const Posed& X) { benchmark::DoNotOptimize(tool.render(surface.view(), X)); });
+}
+
+/// A tool that leans by .3 from a normal m toward u and turns about m at 13 rad/s, at tick i of a millisecond each.
+[[nodiscard]] Mat3d turned(const Vec3d& m, const Vec3d& u, int i) {
+  return rotation_from_vector(Vec3d(13e-3 * i * m)) *
+         rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
+}
+
+/// The coupled tool pressed 0.9 mm deep and led over a plane or round a ball, and wedged between two walls. It turns at
+/// 13 rad/s.
 void measure_coupled(Spread& spread, int ticks) {
-  constexpr double kVoxel = 3e-4, kRadius = 20 * kVoxel, kDeep = 3 * kVoxel;
-  const test::RasterOptions o{.size = {80, 80, 80}};
+  constexpr double kRadius = 6e-3, kDeep = 9e-4;
+  const double R = burr_of().tip_radius;
   const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), u = n.unitOrthogonal(), v = n.cross(u);
-  for (const bool ball : {false, true}) {
+  // To and fro over 6 mm along u and 2 mm along v, at `speed` [m/s].
+  const auto along = [](double speed, int i) { return 0.003 * std::sin(speed / 0.003 * 1e-3 * i); };
+  const auto across = [](double speed, int i) { return 0.001 * std::cos(speed / 0.003 * 7e-4 * i); };
+  for (const double voxel : {3e-4, 4e-4, 1e-4}) {
+    const int side = static_cast<int>(0.0168 / voxel);
+    const test::RasterOptions o{.size = {side, side, side}, .spacing = Vec3d::Constant(voxel)};
     const Vec3d top = o.middle();
-    const auto bone = ball ? test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o)
-                           : test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-    const auto surface = shared_bone_surface(bone, o.isovalue());
-    // To and fro over 6 mm, at `speed` [m/s].
-    const auto slide = [&](const std::string& name, auto tool, double speed) {
-      tool.prepare(surface->view());
-      const double above = tool.tool().burr().tip_radius - kDeep;
-      const auto pose = [&](int i) {
-        const double s = 0.003 * std::sin(speed / 0.003 * 1e-3 * i), t = 0.001 * std::cos(speed / 0.003 * 7e-4 * i);
-        const Vec3d m = ball ? Vec3d((n + (s * u + t * v) / kRadius).normalized()) : n;
-        const Vec3d p =
-            ball ? Vec3d(top - kRadius * n + (kRadius + above) * m) : Vec3d(top + s * u + t * v + above * n);
-        return make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized()), p);
-      };
-      for (int i = 0; i <= 50; ++i) {  // from above: a tool that appears as deep is without force
-        Pose<double> X = pose(0);
-        X.translation() += 2 * kDeep * (1 - i / 50.0) * n;
-        static_cast<void>(tool.render(surface->view(), X));
-      }
-      spread.measure(std::string("Coupled, slid over a ") + (ball ? "ball, " : "plane, ") + name, ticks, pose,
-                     [&](const Posed& X) { benchmark::DoNotOptimize(tool.render(surface->view(), X)); });
+    const std::string in = voxel == 3e-4 ? "" : voxel < 3e-4 ? ", voxels of 0.1 mm" : ", voxels of 0.4 mm";
+    const auto plane = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+    const auto on_plane = shared_bone_surface(plane, o.isovalue());
+    const auto over_plane = [&](const std::string& name, auto tool, double speed) {
+      measure_slide(spread, "slid over a plane, " + name + in, *on_plane, std::move(tool), ticks, 2 * kDeep * n,
+                    [&](int i) {
+                      return make_pose<double>(turned(n, u, i),
+                                               top + along(speed, i) * u + across(speed, i) * v + (R - kDeep) * n);
+                    });
     };
-    slide(".03 m/s", coupled(), 0.03);
-    slide(".1 m/s", coupled(), 0.1);
-    slide(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03);
-    slide(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1);
+    over_plane(".03 m/s", coupled(), 0.03);
+    over_plane(".1 m/s", coupled(), 0.1);
+    if (voxel != 3e-4) continue;
+    over_plane(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03);
+    over_plane(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1);
+
+    const auto ball = test::rasterise<std::uint8_t>(test::Ball{top - kRadius * n, kRadius}, o);
+    const auto on_ball = shared_bone_surface(ball, o.isovalue());
+    const auto over_ball = [&](const std::string& name, auto tool, double speed) {
+      measure_slide(spread, "slid over a ball, " + name, *on_ball, std::move(tool), ticks, 2 * kDeep * n, [&](int i) {
+        const Vec3d m = (n + (along(speed, i) * u + across(speed, i) * v) / kRadius).normalized();
+        return make_pose<double>(turned(m, u, i), top - kRadius * n + (kRadius + R - kDeep) * m);
+      });
+    };
+    over_ball(".03 m/s", coupled(), 0.03);
+    over_ball(".1 m/s", coupled(), 0.1);
+    over_ball(".03 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.03);
+    over_ball(".1 m/s, friction .3", coupled(Coulomb(0.3, 0.3)), 0.1);
+
+    // Two walls that press the burr with some of the largest force each, upright: they leave a shaft no room to lean.
+    const double gap = R - voxel / 3;
+    const auto walls = test::rasterise<std::uint8_t>(
+        test::Either{test::HalfSpace{top - gap * v, v}, test::HalfSpace{top + gap * v, Vec3d(-v)}}, o);
+    const auto between = shared_bone_surface(walls, o.isovalue());
+    for (const double speed : {0.03, 0.1})
+      measure_slide(spread, std::string("wedged in a slot, ") + (speed < 0.1 ? ".03 m/s" : ".1 m/s"), *between,
+                    coupled(), ticks, Vec3d::Zero(), [&](int i) {
+                      const Mat3d R_upright = rotation_between<double>(Vec3d::UnitZ(), n);
+                      return make_pose<double>(rotation_from_vector(Vec3d(13e-3 * i * n)) * R_upright,
+                                               top + along(speed, i) * u);
+                    });
   }
 }
 
@@ -159,6 +200,8 @@ void measure_carving(Spread& spread) {
     const auto voxels = static_cast<std::size_t>(side);
     Grid block({.size = {side, side, side}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
                std::vector<std::uint8_t>(voxels * voxels * voxels, 255));
+    BoneSurface<std::uint8_t> surface(block, 127.0);
+    std::vector<std::uint32_t> versions(block.brick_count());
     const auto at = [&](int i) {
       return Vec3d(kVoxel * (Vec3d::Constant(radius + 15) + 0.04 * i * Vec3d::Ones().normalized()));
     };
@@ -170,6 +213,24 @@ void measure_carving(Spread& spread) {
     if (how.empty())
       measure_told_volume(spread, "carving a burr of " + std::to_string(radius) + " voxels", block, at(600),
                           Vec3d::Ones().normalized());
+    // Afterwards the coupled tool makes the elements of the changed bricks anew.
+    for (std::size_t b = 0; b < versions.size(); ++b) versions[b] = block.brick_version(b);
+    if (how.empty())
+      spread.measure(
+          "carving a burr of " + std::to_string(radius) + " voxels; elements of the bricks that it changed", 600,
+          [&](int i) {
+            static_cast<void>(carve(block, 127.0, SphereCutter(at(600 + i), at(601 + i), radius * kVoxel, true), policy,
+                                    {.dt = kTick}));
+            std::vector<std::size_t> changed;
+            for (std::size_t b = 0; b < versions.size(); ++b)
+              if (std::exchange(versions[b], block.brick_version(b)) != block.brick_version(b) && surface.crosses(b))
+                changed.push_back(b);
+            return changed;
+          },
+          [&](const std::vector<std::size_t>& changed) {
+            surface.begin_tick();
+            for (const std::size_t b : changed) benchmark::DoNotOptimize(surface.provide(b));
+          });
   };
   for (const int radius : {5, 20}) {
     cut(radius, "", GeometricCut{});
