@@ -37,6 +37,7 @@ class ElementList {
   void reserve(std::size_t blocks) {
     blocks_.reserve(blocks);
     block_spheres_.reserve(blocks);
+    kept_blocks_.resize(blocks);
     const std::size_t most = blocks * ElementBlock::kSize;
     elements_.resize(most);
     spread_.resize(most + kProfileLanes);
@@ -109,6 +110,13 @@ class ElementList {
  private:
   using Constants = CoupledConstants;
   static constexpr float kFarAway = 1e6F;  // [m]
+  /// A block of which elements may be near, while the list is made.
+  struct KeptBlock {
+    std::uint32_t block;    // index in blocks_
+    std::uint32_t is_near;  // bit i: its element i
+    float arm;              // largest distance of its elements from the tool's origin [m]
+    Vec3<float> origin;     // the brick's corner less the tool's origin [m]
+  };
   struct NearElement {
     std::uint32_t block;  // index in blocks_
     std::uint32_t i;      // index in the block
@@ -119,7 +127,8 @@ class ElementList {
   double contact_offset_ = 0;  // [m]
   double arm_ = 0;             // largest distance of a listed element from T's origin at X_ [m]
   std::vector<NearBlock> blocks_;
-  SphereLanes block_spheres_;          // about T's origin at X_
+  SphereLanes block_spheres_;  // about T's origin at X_
+  std::vector<KeptBlock> kept_blocks_;
   std::vector<NearElement> elements_;  // of which the first count_ are listed
   SphereLanes spheres_;                // of the elements, about T's origin at X_
   std::vector<float> spread_;          // of each element's corners about its position [m]
@@ -135,29 +144,40 @@ void ElementList::make(const Shape& shape) noexcept {
   const auto [x, y, z] = spheres_.centres();
   float* const spread = spread_.data();
   NearElement* const element = elements_.data();
-  std::size_t n = 0;
-  ProfileLanes<float> distance;
+  // The first two loops have no branches, so that a processor works on several blocks at once.
+  std::size_t kept = 0;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    const NearBlock& near_block = blocks_[b];
+    const float radius = blocks_[b].elements->radius;
+    kept_blocks_[kept].block = static_cast<std::uint32_t>(b);
+    kept += block_spheres_.distance(b) - radius <= shift + turn * radius ? 1 : 0;
+  }
+  for (std::size_t i = 0; i < kept; ++i) {
+    KeptBlock& k = kept_blocks_[i];
+    const NearBlock& near_block = blocks_[k.block];
     const ElementBlock& block = *near_block.elements;
-    if (block_spheres_.distance(b) - block.radius > shift + turn * block.radius) continue;
-    const Vec3<float> origin = to_float(near_block.corner - p);
+    k.origin = to_float(near_block.corner - p);
     // No element is farther from the tool's origin.
-    const float arm = block_spheres_.arm(b) + block.radius;
-    const float near = shift + turn * arm;
-    compute_distances(shape, u, origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
+    k.arm = block_spheres_.arm(k.block) + block.radius;
+    const float near = shift + turn * k.arm;
+    ProfileLanes<float> distance;
+    compute_distances(shape, u, k.origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
                       distance.data());
     for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= block.spread[l];
-    std::uint32_t is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; });
-    is_near &= (1U << near_block.count) - 1;
-    if (is_near != 0) arm_ = std::max(arm_, static_cast<double>(arm));
-    for (; is_near != 0; is_near &= is_near - 1, ++n) {
+    k.is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; }) &
+                ((1U << near_block.count) - 1);
+  }
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < kept; ++i) {
+    const KeptBlock& k = kept_blocks_[i];
+    const ElementBlock& block = *blocks_[k.block].elements;
+    if (k.is_near != 0) arm_ = std::max(arm_, static_cast<double>(k.arm));
+    for (std::uint32_t is_near = k.is_near; is_near != 0; is_near &= is_near - 1, ++n) {
       const auto l = static_cast<std::size_t>(std::countr_zero(is_near));
-      x[n] = block.position[0][l] + origin.x();
-      y[n] = block.position[1][l] + origin.y();
-      z[n] = block.position[2][l] + origin.z();
+      x[n] = block.position[0][l] + k.origin.x();
+      y[n] = block.position[1][l] + k.origin.y();
+      z[n] = block.position[2][l] + k.origin.z();
       spread[n] = block.spread[l];
-      element[n] = {static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(l)};
+      element[n] = {k.block, static_cast<std::uint32_t>(l)};
     }
   }
   // Lanes beyond the last element are far away.
