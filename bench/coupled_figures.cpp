@@ -373,10 +373,10 @@ void walls(const Spot& spot, Gathered& out) {
           const Vec3d p = X.translation() + (lying ? 0.008 : 0.0) * X.linear().col(2);
           least = std::min(least, (p - at).dot(up) - radius - kThick / 2);
         }
-        // A tool passes the wall where it has sunk in by the wall's thickness. The image of a wall that just shows has
-        // its surface half as deep, and contact yields by a third of a voxel more.
-        out.add(std::string("sunk into a wall of 1.5 voxels, ") + (lying ? "shaft" : "ball"), kThick / kH, "voxel",
-                -least / kH);
+        // Half a voxel below the image's own surface, as on faces and edges. The image of a wall that just shows has
+        // its surface in the wall's middle.
+        out.add(std::string("sunk into a wall of 1.5 voxels, ") + (lying ? "shaft" : "ball"), kThick / 2 / kH + 0.5,
+                "voxel", -least / kH);
       }
 }
 void depths(const Spot& spot, Gathered& out) {
