@@ -66,11 +66,9 @@ class BroadPhase {
   /// Makes an empty list: no element is within `reach` of a tool at X.
   template <class View>
   void set_empty(const View& view, const Posed& X, const ToolMotion& reach) noexcept {
-    invalidate();
+    begin_list(view, X, reach);
     bricks_.clear();
-    elements_.begin(X, reach);
-    increase_stamp_ = view.grid().increase_stamp();
-    edit_count_ = view.grid().edit_count();
+    brick_reach_ = {-1, 0};
     valid_ = true;
   }
 
@@ -102,6 +100,14 @@ class BroadPhase {
     std::size_t brick;
     std::uint32_t version;
   };
+  /// Empties the list of elements, which is then for a tool at X and the grid as it is.
+  template <class View>
+  void begin_list(const View& view, const Posed& X, const ToolMotion& reach) noexcept {
+    valid_ = false;
+    elements_.begin(X, reach);
+    increase_stamp_ = view.grid().increase_stamp();
+    edit_count_ = view.grid().edit_count();
+  }
   template <class View, ToolShape Shape>
   void find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
   template <class View, ToolShape Shape>
@@ -197,10 +203,7 @@ template <class View, ToolShape Shape>
 bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept {
   const auto& grid = view.grid();
   auto& surface = view.surface();
-  valid_ = false;
-  elements_.begin(X, reach);
-  increase_stamp_ = grid.increase_stamp();
-  edit_count_ = grid.edit_count();
+  begin_list(view, X, reach);
   surface.begin_use();
   if (brick_reach_.shift < 0) return false;
   const std::uint64_t overruns = surface.overruns();

@@ -231,9 +231,9 @@ class CoupledToolRenderer {
   [[nodiscard]] bool stays_in_air(const View& view, const ToolMotion& motion) noexcept {
     if (broad_phase_.is_empty_around(view, X_, motion)) return true;
     const double arm = bounds_.arm(), way = Constants::kMaxReach * gains_.shortest_spacing;
+    if (!is_known_in_air(view, bounds_, X_, motion.at(arm))) return false;
     const ToolMotion reach = motion + ToolMotion{way, way / arm};
-    if (!is_known_in_air(view, bounds_, X_, reach.at(arm))) return is_known_in_air(view, bounds_, X_, motion.at(arm));
-    broad_phase_.set_empty(view, X_, reach);
+    if (is_known_in_air(view, bounds_, X_, reach.at(arm))) broad_phase_.set_empty(view, X_, reach);
     return true;
   }
 
