@@ -116,25 +116,13 @@ template <class Known, class Renderer>
 [[nodiscard]] std::function<void()> rendering(const Known& field, Renderer renderer, const Pose<float>& X) {
   return [field, X, r = std::move(renderer)]() mutable { benchmark::DoNotOptimize(r.render(field, X)); };
 }
-/// A Line that goes to and fro by .02 m/s: at rest it searches nothing.
-template <class Known>
-[[nodiscard]] std::function<void()> moving_line(const Known& field, const Pose<float>& X) {
-  return [field, X, l = line(), away = false]() mutable {
-    Pose<float> at = X;
-    if ((away = !away)) at.translation() += Vec3<float>(2e-5F, 0, 0);
-    benchmark::DoNotOptimize(l.render(field, at));
-  };
-}
-
-/// Likewise the coupled tool.
-template <class View>
-[[nodiscard]] std::function<void()> moving_coupled(const View& view, const Pose<float>& X) {
-  auto tool = coupled();
-  tool.prepare(view);
-  return [view, X = X.cast<double>(), tool = std::move(tool), away = false]() mutable {
-    Posed at = X;
-    if ((away = !away)) at.translation() += Vec3d(2e-5, 0, 0);
-    benchmark::DoNotOptimize(tool.render(view, at));
+/// A renderer that goes to and fro by .02 m/s: at rest Line searches nothing.
+template <class Known, class S, class Renderer>
+[[nodiscard]] std::function<void()> moving(const Known& field, const Pose<S>& X, Renderer renderer) {
+  return [field, X, r = std::move(renderer), away = false]() mutable {
+    Pose<S> at = X;
+    if ((away = !away)) at.translation() += Vec3<S>(S(2e-5), 0, 0);
+    benchmark::DoNotOptimize(r.render(field, at));
   };
 }
 
@@ -310,15 +298,17 @@ void measure_speed(const Options& options, const Scene& scene) {
   const test::CountingField<Field> plain(field);
   for (const auto& [name, X] :
        {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
-    run.add("line, " + std::string(name) + ", all sampled", moving_line(plain, X));
-    run.add("line, " + std::string(name), moving_line(field, X));
-    run.add("line, " + std::string(name) + ", map of air", moving_line(known, X));
+    run.add("line, " + std::string(name) + ", all sampled", moving(plain, X, line()));
+    run.add("line, " + std::string(name), moving(field, X, line()));
+    run.add("line, " + std::string(name) + ", map of air", moving(known, X, line()));
   }
   BoneSurface<std::uint8_t> bone(scene.tooth, kIsovalue);
   const FieldWithClearance<BoneSurfaceView<std::uint8_t>, std::uint8_t> known_bone(bone.view(), air);
+  auto tool = coupled();
+  tool.prepare(bone.view());
   for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)}) {
-    run.add("coupled, " + std::string(name), moving_coupled(bone.view(), X));
-    run.add("coupled, " + std::string(name) + ", map of air", moving_coupled(known_bone, X));
+    run.add("coupled, " + std::string(name), moving(bone.view(), Posed(X.cast<double>()), tool));
+    run.add("coupled, " + std::string(name) + ", map of air", moving(known_bone, Posed(X.cast<double>()), tool));
   }
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);

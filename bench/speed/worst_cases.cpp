@@ -68,7 +68,7 @@ void measure_slide(Spread& spread, const std::string& name, BoneSurface<std::uin
                  [&](const Posed& X) { benchmark::DoNotOptimize(tool.render(surface.view(), X)); });
 }
 
-/// A tool that leans by .3 from a normal m toward u and turns about m at 13 rad/s, at tick i of a millisecond each.
+/// A tool that leans by .3 u from a normal m and turns about m at 13 rad/s, at tick i of a millisecond each.
 [[nodiscard]] Mat3d turned(const Vec3d& m, const Vec3d& u, int i) {
   return rotation_from_vector(Vec3d(13e-3 * i * m)) *
          rotation_between<double>(Vec3d::UnitZ(), (m + 0.3 * u).normalized());
@@ -123,11 +123,8 @@ void measure_coupled(Spread& spread, int ticks) {
     const auto between = shared_bone_surface(walls, o.isovalue());
     for (const double speed : {0.03, 0.1})
       measure_slide(spread, std::string("wedged in a slot, ") + (speed < 0.1 ? ".03 m/s" : ".1 m/s"), *between,
-                    coupled(), ticks, Vec3d::Zero(), [&](int i) {
-                      const Mat3d R_upright = rotation_between<double>(Vec3d::UnitZ(), n);
-                      return make_pose<double>(rotation_from_vector(Vec3d(13e-3 * i * n)) * R_upright,
-                                               top + along(speed, i) * u);
-                    });
+                    coupled(), ticks, Vec3d::Zero(),
+                    [&](int i) { return make_pose<double>(turned(n, Vec3d::Zero(), i), top + along(speed, i) * u); });
   }
 }
 
