@@ -325,6 +325,26 @@ TEST_CASE("bone surface: areas add up to a plane's and a sphere's, whatever the 
   }
 }
 
+// In single precision the first isovalue is the density of some voxels, which are air.
+TEST_CASE_TEMPLATE("bone surface: voxels just below the isovalue are air", Density, std::uint8_t, std::int16_t, float) {
+  const RasterOptions o{.size = {24, 24, 24}, .contrast = 40};
+  const auto grid = rasterise<Density>(Ball{o.middle(), 2.3 * kH}, o);
+  int tried = 0;
+  for (const auto [i, j, k] : {std::array{11, 11, 14}, std::array{9, 11, 12}, std::array{10, 10, 10}}) {
+    const double density = static_cast<double>(grid.at(i, j, k));
+    if (!(density > 5 && density < 35)) continue;
+    ++tried;
+    const AllPatches just_above = all_anew(grid, std::nextafter(density, 100)), above = all_anew(grid, density + 1e-3);
+    CHECK(just_above.elements.size() == above.elements.size());
+    double apart = 0;
+    for (const auto& [key, p] : above.elements)
+      if (const auto it = just_above.elements.find(key); it != just_above.elements.end())
+        apart = std::max(apart, (it->second.position - p.position).norm());
+    CHECK(apart < 0.01 * kH);
+  }
+  CHECK(tried > 0);
+}
+
 TEST_CASE("bone surface: bone that the volume cuts off ends in a face") {
   for (const int n : {15, 16, 17}) {
     CAPTURE(n);

@@ -27,6 +27,8 @@ struct LeastBone {
     constexpr double kLowest = static_cast<double>(std::numeric_limits<Density>::lowest());
     if constexpr (std::is_floating_point_v<Density>) {
       density = static_cast<Density>(isovalue);
+      if (static_cast<double>(density) < isovalue)
+        density = std::nextafter(density, std::numeric_limits<Density>::infinity());
     } else {
       is_reached = isovalue <= kMost;
       const double least = std::ceil(isovalue > kLowest ? isovalue : kLowest);
