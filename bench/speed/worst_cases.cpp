@@ -7,12 +7,18 @@
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/bone_volume.hpp>
+#include <trephine/voxel/crossed_edges.hpp>
+#include <trephine/voxel/dual_element.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -188,6 +194,80 @@ void measure_told_volume(Spread& spread, const std::string& name, const Grid& bl
   });
 }
 
+/// Least time of the elements that a cut changes: the rows of voxels of each brick that it changed are compared with
+/// the isovalue, and the changed elements gathered and computed, as if it were known where they are.
+class ChangedElements {
+ public:
+  using Surface = BoneSurface<std::uint8_t>;
+  explicit ChangedElements(const Grid& block) : block_(block), compute_{to_float(block.spacing())} {}
+
+  /// Without `before` the brick had none.
+  void add(const Surface* before, const Surface& after, std::size_t brick) {
+    using Element = std::array<float, 4>;
+    std::map<std::uint32_t, Element> old;
+    const auto visit = [brick](const Surface& surface, auto&& each) {
+      surface.for_each_block(brick, [&](const ElementBlock& b, int count) {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+          each(b.edge[i], Element{b.position[0][i], b.position[1][i], b.position[2][i], b.area[i]});
+      });
+    };
+    if (before) visit(*before, [&](std::uint32_t edge, const Element& e) { old[edge] = e; });
+    std::size_t changed = 0;
+    visit(after, [&](std::uint32_t edge, const Element& e) {
+      ++total_;
+      const auto it = old.find(edge);
+      changed += it == old.end() || it->second != e ? 1 : 0;
+    });
+    changed_ += changed;
+    const auto [x, y, z] = block_.brick_coordinates(brick);
+    bricks_.push_back({std::make_unique<CrossedEdges<std::uint8_t>>(block_, brick, after.isovalue()), changed,
+                       block_.data() + block_.index(8 * x - 1, 8 * y - 1, 8 * z - 1)});
+  }
+
+  void measure(Spread& spread, const std::string& name) const {
+    spread.measure(name + "; the " + std::to_string(changed_) + " of " + std::to_string(total_) +
+                       " elements that it changed, at least",
+                   600, [&](int) {
+                     CrossingLanes around;
+                     DualElementLanes element;
+                     for (const auto& [edges, changed, first] : bricks_) {
+                       read_rows(first);
+                       for (std::size_t i = 0; i < changed; i += CrossingLanes::kLanes) {
+                         edges->surround(i, around);
+                         compute_.compute(around, edges->isovalue(), element);
+                         benchmark::DoNotOptimize(element);
+                       }
+                     }
+                   });
+  }
+
+ private:
+  static constexpr int kHaloed = Grid::kBrick + 2;
+  struct Brick {
+    std::unique_ptr<CrossedEdges<std::uint8_t>> edges;
+    std::size_t changed;
+    const std::uint8_t* first;  // voxel of the halo
+  };
+
+  /// Finds the bone among a brick's voxels and its halo's.
+  void read_rows(const std::uint8_t* first) const {
+    std::array<std::uint32_t, kHaloed * kHaloed> bone;
+    for (int k = 0; k < kHaloed; ++k)
+      for (int j = 0; j < kHaloed; ++j) {
+        std::array<std::uint8_t, 16> v;
+        std::memcpy(v.data(), first + j * block_.row_pitch() + k * block_.plane_pitch(), sizeof(v));
+        bone[static_cast<std::size_t>(k * kHaloed + j)] =
+            detail::lane_bits<std::uint8_t, 16>([&](std::size_t l) { return v[l] >= 127; });
+      }
+    benchmark::DoNotOptimize(bone);
+  }
+
+  const Grid& block_;
+  DualElements compute_;
+  std::vector<Brick> bricks_;
+  std::size_t changed_ = 0, total_ = 0;
+};
+
 /// A burr goes through a block of bone by .04 voxel a tick: at once, and at a rate that takes a voxel ten ticks.
 void measure_carving(Spread& spread) {
   constexpr double kVoxel = 3e-4;
@@ -212,22 +292,33 @@ void measure_carving(Spread& spread) {
                           Vec3d::Ones().normalized());
     // Afterwards the coupled tool makes the elements of the changed bricks anew.
     for (std::size_t b = 0; b < versions.size(); ++b) versions[b] = block.brick_version(b);
-    if (how.empty())
-      spread.measure(
-          "carving a burr of " + std::to_string(radius) + " voxels; elements of the bricks that it changed", 600,
-          [&](int i) {
-            static_cast<void>(carve(block, 127.0, SphereCutter(at(600 + i), at(601 + i), radius * kVoxel, true), policy,
-                                    {.dt = kTick}));
-            std::vector<std::size_t> changed;
-            for (std::size_t b = 0; b < versions.size(); ++b)
-              if (std::exchange(versions[b], block.brick_version(b)) != block.brick_version(b) && surface.crosses(b))
-                changed.push_back(b);
-            return changed;
-          },
-          [&](const std::vector<std::size_t>& changed) {
-            surface.begin_tick();
-            for (const std::size_t b : changed) benchmark::DoNotOptimize(surface.provide(b));
-          });
+    if (!how.empty()) return;
+    const auto cut_on = [&](int i) {
+      static_cast<void>(
+          carve(block, 127.0, SphereCutter(at(600 + i), at(601 + i), radius * kVoxel, true), policy, {.dt = kTick}));
+      std::vector<std::size_t> changed;
+      for (std::size_t b = 0; b < versions.size(); ++b)
+        if (std::exchange(versions[b], block.brick_version(b)) != block.brick_version(b) && surface.crosses(b))
+          changed.push_back(b);
+      return changed;
+    };
+    const auto provide = [&](const std::vector<std::size_t>& changed) {
+      surface.begin_tick();
+      for (const std::size_t b : changed) benchmark::DoNotOptimize(surface.provide(b));
+    };
+    const std::string name = "carving a burr of " + std::to_string(radius) + " voxels";
+    spread.measure(name + "; elements of the bricks that it changed", 600, cut_on, provide);
+    BoneSurface<std::uint8_t> before(block, 127.0);
+    std::set<std::size_t> had;
+    for (std::size_t b = 0; b < versions.size(); ++b) {
+      before.begin_tick();
+      if (before.crosses(b) && before.provide(b)) had.insert(b);
+    }
+    const std::vector<std::size_t> changed = cut_on(600);
+    provide(changed);
+    ChangedElements least(block);
+    for (const std::size_t b : changed) least.add(had.contains(b) ? &before : nullptr, surface, b);
+    least.measure(spread, name);
   };
   for (const int radius : {5, 20}) {
     cut(radius, "", GeometricCut{});
