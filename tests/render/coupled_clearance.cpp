@@ -56,7 +56,7 @@ TEST_CASE("tool distances: points and spheres in lanes have the tool's signed di
       z[k] = static_cast<float>(at[k].z());
     }
     spheres.measure(shape, axis, shift, kSpheres);
-    compute_distances(shape, axis, shift, x.data(), y.data(), z.data(), d.data());
+    compute_distances(shape, axis, shift, x.data(), y.data(), z.data(), d);
     for (std::size_t k = 0; k < kSpheres; ++k) {
       const double exact = distance(shape, X, origin + at[k]);
       off.add(std::abs(static_cast<double>(spheres.distance(k)) - exact));

@@ -38,8 +38,10 @@ class Coulomb {
   }
 
   [[nodiscard]] double slip(double tangential, double depth, bool sticking) const noexcept {
-    const double limit = (sticking ? static_ : kinetic_) * depth;
-    return tangential <= limit ? 0.0 : tangential - kinetic_ * depth;
+    // Copies and a weight instead of branches, so that loops over points are vectorised.
+    const double while_sticking = static_, while_sliding = kinetic_;
+    const double limit = (sticking ? while_sticking : while_sliding) * depth;
+    return (tangential <= limit ? 0.0 : 1.0) * (tangential - while_sliding * depth);
   }
 
  private:

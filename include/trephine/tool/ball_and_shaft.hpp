@@ -31,46 +31,65 @@ class BallAndShaft {
     return head;
   }
 
-  void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
+  void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& __restrict out) const noexcept {
+    using Lanes = ProfileLanes<double>;
     const auto [R, r, L] = measures<double>();
-    ProfileLanes<double> to_centre, to_rim;
+    Lanes to_centre, to_rim;
     split(rho, z, r, L, to_centre, to_rim);
+    // Choices and arithmetic in loops of their own, and weights of 0 and 1: arithmetic that follows a choice may trap,
+    // and g++ vectorises it for processors with masks alone.
+    Lanes s, e, up, inside, flat, centre, not_beyond, is_beyond, beyond_side, beyond_end, shaft, ball;
     for (std::size_t i = 0; i < kProfileLanes; ++i) {
       // Signed distances to the cylinder's side and to its nearer end; their positive parts; the larger of both.
-      const double side = rho[i] - r, above = z[i] - L, up = above > -z[i] ? 1.0 : -1.0;
+      const double side = rho[i] - r, above = z[i] - L;
       const double end = above > -z[i] ? above : -z[i];
-      const double s = side > 0 ? side : 0.0, e = end > 0 ? end : 0.0;
-      const double inside = side > end ? side : end;
-      const double shaft = to_rim[i] + (inside < 0 ? inside : 0.0), ball = to_centre[i] - R;
-      const bool is_ball = !(shaft < ball);
-      const bool is_rim = inside > 0;  // outside the shaft: the nearest point may be on the rim of its end
-      const double per_centre = 1 / (to_centre[i] > kCentre ? to_centre[i] : kCentre);
-      const double per_rim = 1 / (is_rim ? to_rim[i] : 1.0);
-      const double flat_rho = side >= end ? 1.0 : 0.0;
-      const double shaft_rho = is_rim ? s * per_rim : flat_rho;
-      const double shaft_z = is_rim ? up * e * per_rim : up * (1 - flat_rho);
-      const double rim_curvature = s > 0 && e > 0 ? per_rim : 0.0;
-      out.distance[i] = is_ball ? ball : shaft;
-      out.normal_rho[i] = is_ball ? rho[i] * per_centre : shaft_rho;
-      out.normal_z[i] = is_ball ? z[i] * per_centre : shaft_z;
-      out.curvature[i] = is_ball ? per_centre : rim_curvature;
-      out.central[i] = is_ball ? 1.0 : 0.0;
+      up[i] = above > -z[i] ? 1.0 : -1.0;
+      s[i] = side > 0 ? side : 0.0;
+      e[i] = end > 0 ? end : 0.0;
+      beyond_side[i] = side > 0 ? 1.0 : 0.0;
+      beyond_end[i] = end > 0 ? 1.0 : 0.0;
+      inside[i] = side > end ? side : end;
+      flat[i] = side >= end ? 1.0 : 0.0;
+    }
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      is_beyond[i] = inside[i] > 0 ? 1.0 : 0.0;
+      not_beyond[i] = inside[i] < 0 ? inside[i] : 0.0;
+      centre[i] = to_centre[i] > kCentre ? to_centre[i] : kCentre;
+    }
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      shaft[i] = to_rim[i] + not_beyond[i];
+      ball[i] = to_centre[i] - R;
+    }
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      const double nearer_shaft = shaft[i], nearer_ball = ball[i];
+      out.distance[i] = nearer_shaft < nearer_ball ? nearer_shaft : nearer_ball;
+      out.central[i] = nearer_shaft < nearer_ball ? 0.0 : 1.0;
+    }
+    for (std::size_t i = 0; i < kProfileLanes; ++i) {
+      // Outside the shaft the nearest point may be on the rim of its end.
+      const double per_centre = 1 / centre[i], per_rim = 1 / (is_beyond[i] * to_rim[i] + (1 - is_beyond[i]));
+      const double shaft_rho = is_beyond[i] * s[i] * per_rim + (1 - is_beyond[i]) * flat[i];
+      const double shaft_z = up[i] * (is_beyond[i] * e[i] * per_rim + (1 - is_beyond[i]) * (1 - flat[i]));
+      const double rim_curvature = beyond_side[i] * beyond_end[i] * per_rim;
+      const double of_ball = out.central[i], of_shaft = 1 - of_ball;
+      out.normal_rho[i] = of_ball * (rho[i] * per_centre) + of_shaft * shaft_rho;
+      out.normal_z[i] = of_ball * (z[i] * per_centre) + of_shaft * shaft_z;
+      out.curvature[i] = of_ball * per_centre + of_shaft * rim_curvature;
     }
   }
 
   void distances(const ProfileLanes<float>& rho, const ProfileLanes<float>& z,
-                 ProfileLanes<float>& out) const noexcept {
+                 ProfileLanes<float>& __restrict out) const noexcept {
     const auto [R, r, L] = measures<float>();
-    ProfileLanes<float> to_centre, to_rim, nearest;
+    ProfileLanes<float> to_centre, to_rim;
     split(rho, z, r, L, to_centre, to_rim);
     for (std::size_t i = 0; i < kProfileLanes; ++i) {
       const float side = rho[i] - r, above = z[i] - L;
       const float end = above > -z[i] ? above : -z[i];
       const float inside = side > end ? side : end;
       const float shaft = to_rim[i] + (inside < 0 ? inside : 0.0F), ball = to_centre[i] - R;
-      nearest[i] = shaft < ball ? shaft : ball;
+      out[i] = shaft < ball ? shaft : ball;
     }
-    out = nearest;
   }
 
  private:
@@ -92,18 +111,17 @@ class BallAndShaft {
 
   /// Distances from the ball's centre, and from the cylinder for points outside it (0 inside).
   template <class S>
-  static void split(const ProfileLanes<S>& rho, const ProfileLanes<S>& z, S r, S L, ProfileLanes<S>& to_centre,
-                    ProfileLanes<S>& to_rim) noexcept {
-    ProfileLanes<S> centre, rim;
-    for (std::size_t i = 0; i < kProfileLanes; ++i) centre[i] = rho[i] * rho[i] + z[i] * z[i];
+  static void split(const ProfileLanes<S>& rho, const ProfileLanes<S>& z, S r, S L,
+                    ProfileLanes<S>& __restrict to_centre, ProfileLanes<S>& __restrict to_rim) noexcept {
+    ProfileLanes<S> s, e;
+    for (std::size_t i = 0; i < kProfileLanes; ++i) to_centre[i] = rho[i] * rho[i] + z[i] * z[i];
     for (std::size_t i = 0; i < kProfileLanes; ++i) {
       const S side = rho[i] - r, above = z[i] - L;
       const S end = above > -z[i] ? above : -z[i];
-      const S s = side > 0 ? side : S(0), e = end > 0 ? end : S(0);
-      rim[i] = s * s + e * e;
+      s[i] = side > 0 ? side : S(0);
+      e[i] = end > 0 ? end : S(0);
     }
-    to_centre = centre;
-    to_rim = rim;
+    for (std::size_t i = 0; i < kProfileLanes; ++i) to_rim[i] = s[i] * s[i] + e[i] * e[i];
     square_roots(to_centre);
     square_roots(to_rim);
   }

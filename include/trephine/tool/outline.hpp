@@ -199,7 +199,7 @@ class ToolOutline {
   /// Signed distances of some points [m]. Any number of lanes, single or double precision.
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
-                 std::array<S, kLanes>& out) const noexcept {
+                 std::array<S, kLanes>& __restrict out) const noexcept {
     detail::NearestOnPiece<S, kLanes> near(rho, z);
     std::array<S, kLanes> best, inside;
     best.fill(std::numeric_limits<S>::max());
@@ -210,16 +210,14 @@ class ToolOutline {
       for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
     }
     square_roots(best);
-    for (std::size_t l = 0; l < kLanes; ++l) best[l] = inside[l] > S(0) ? -best[l] : best[l];
-    out = best;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
   }
 
   /// Distances with gradients and curvatures, see `Profile`.
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
     detail::NearestOnPiece<double, kProfileLanes> near(rho, z);
-    ProfileLanes<double> best, inside, x, y, bend, corner;
+    ProfileLanes<double> best, inside{}, x{}, y{}, bend{}, corner{};
     best.fill(std::numeric_limits<double>::max());
-    inside.fill(0);
     out.central.fill(0);
     for (const Piece& p : pieces()) {
       near.find(p);
@@ -241,26 +239,31 @@ class ToolOutline {
           central[l] = 0;
         }
       }
-      for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
-        const double square = near.square[l] * (1 + kAtEnd * near.at_end[l]);
-        const bool nearer = square < best[l];
-        best[l] = nearer ? square : best[l];
-        x[l] = nearer ? own_x[l] : x[l];
-        y[l] = nearer ? own_y[l] : y[l];
-        bend[l] = nearer ? own_bend[l] : bend[l];
-        corner[l] = nearer ? near.at_end[l] : corner[l];
-        out.central[l] = nearer ? central[l] : out.central[l];
-        inside[l] += near.inside[l];
-      }
+      // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
+      ProfileLanes<double> square, nearer;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) square[l] = near.square[l] * (1 + kAtEnd * near.at_end[l]);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) nearer[l] = square[l] < best[l] ? 1.0 : 0.0;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) best[l] = square[l] < best[l] ? square[l] : best[l];
+      const auto choose = [&](ProfileLanes<double>& chosen, const ProfileLanes<double>& own) {
+        for (std::size_t l = 0; l < kProfileLanes; ++l) chosen[l] = nearer[l] * own[l] + (1 - nearer[l]) * chosen[l];
+      };
+      choose(x, own_x);
+      choose(y, own_y);
+      choose(bend, own_bend);
+      choose(corner, near.at_end);
+      choose(out.central, central);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) inside[l] += near.inside[l];
     }
     square_roots(best);
+    ProfileLanes<double> sign, divisor;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) sign[l] = inside[l] > 0 ? -1.0 : 1.0;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) divisor[l] = best[l] > kCentre ? best[l] : kCentre;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
-      const double sign = inside[l] > 0 ? -1.0 : 1.0, per = sign / std::max(best[l], kCentre);
-      out.distance[l] = sign * best[l];
-      out.normal_rho[l] = corner[l] > 0 ? x[l] * per : x[l];
-      out.normal_z[l] = corner[l] > 0 ? y[l] * per : y[l];
-      out.curvature[l] = corner[l] > 0 ? per : bend[l];
+      const double per = sign[l] / divisor[l], length = corner[l] * per + (1 - corner[l]);
+      out.distance[l] = sign[l] * best[l];
+      out.normal_rho[l] = x[l] * length;
+      out.normal_z[l] = y[l] * length;
+      out.curvature[l] = corner[l] * per + (1 - corner[l]) * bend[l];
     }
   }
 

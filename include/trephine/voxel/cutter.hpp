@@ -146,8 +146,13 @@ class Rod {
     }
     const double x0 = start_.x();
     for (std::size_t l = 0; l < kCutRows; ++l) {
-      out.lo[l] = in[l] >= 0 ? out.lo[l] + x0 : 1.0;
-      out.hi[l] = in[l] >= 0 ? out.hi[l] + x0 : -1.0;
+      out.lo[l] += x0;
+      out.hi[l] += x0;
+    }
+    for (std::size_t l = 0; l < kCutRows; ++l) {
+      const double lo = out.lo[l], hi = out.hi[l];
+      out.lo[l] = in[l] >= 0 ? lo : 1.0;
+      out.hi[l] = in[l] >= 0 ? hi : -1.0;
     }
   }
 

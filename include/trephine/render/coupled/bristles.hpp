@@ -106,21 +106,24 @@ class Bristles {
       const PointGroup& g = groups_[group];
       const Trial b = trial(g, motion);
       // −∂f by the point's displacement: c1 (1 − n nᵀ) + (c2 − c1) t tᵀ + c3 t nᵀ, t along the deflection.
-      Lanes c1, c2, c3;
+      Lanes c1, c2, c3, divisor, is_pressed, per_length;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) divisor[l] = b.depth[l] > 0 ? b.depth[l] : 1.0;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) is_pressed[l] = b.depth[l] > 0 ? 1.0 : 0.0;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
-        const bool slips = b.slips_on[l] > 0;
         c1[l] = g.stiffness[l] * b.kept[l];
-        c2[l] = slips ? 0.0 : g.stiffness[l];
-        c3[l] = slips && b.depth[l] > 0 ? c1[l] * b.length[l] / b.depth[l] * g.depth_slope[l] : 0.0;
+        c2[l] = g.stiffness[l] * (1 - b.slips_on[l]);
+        c3[l] = b.slips_on[l] * is_pressed[l] * (c1[l] * b.length[l] / divisor[l] * g.depth_slope[l]);
       }
+      // A deflection of length 0 is 0, and any factor gives it no direction.
+      for (std::size_t l = 0; l < kProfileLanes; ++l) divisor[l] = b.length[l] > 0 ? b.length[l] : 1.0;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) per_length[l] = 1 / divisor[l];
       for (std::size_t first = 0; first < kProfileLanes; first += kSumLanes)
         for (std::size_t i = 0; i < kSumLanes; ++i) {
           const std::size_t l = first + i;
           const double n[3] = {g.normal[0][l], g.normal[1][l], g.normal[2][l]};
           const double a[3] = {g.arm[0][l], g.arm[1][l], g.arm[2][l]};
           const double v[3] = {b.tangential[0][l], b.tangential[1][l], b.tangential[2][l]};
-          const double inverse = b.length[l] > 0 ? 1 / b.length[l] : 0.0;
-          const double t[3] = {v[0] * inverse, v[1] * inverse, v[2] * inverse};
+          const double t[3] = {v[0] * per_length[l], v[1] * per_length[l], v[2] * per_length[l]};
           // M = (C, −C [a]×): derivatives by translation and by rotation.
           double M[3][6], f[3], turned[3];
           for (int c = 0; c < 3; ++c) turned[c] = (c2[l] - c1[l]) * t[c] + c3[l] * n[c];
@@ -253,14 +256,21 @@ class Bristles {
       b.length[l] = b.tangential[0][l] * b.tangential[0][l] + b.tangential[1][l] * b.tangential[1][l] +
                     b.tangential[2][l] * b.tangential[2][l];
     square_roots(b.length);
+    Lanes longer, slip, slip_on, divisor;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) longer[l] = b.length[l] * (1 + CoupledConstants::kSlipMargin);
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
-      const double length = b.length[l], depth = b.depth[l];
       const bool sticking = !(g.slipped[l] > 0);
-      const double slip = std::min(law_.slip(length, depth, sticking), length);
-      b.slips[l] = slip > 0 ? 1.0 : 0.0;
-      b.slips_on[l] = law_.slip(length * (1 + CoupledConstants::kSlipMargin), depth, sticking) > 0 ? 1.0 : 0.0;
-      b.kept[l] = length > 0 ? (length - std::max(slip, 0.0)) / length : 1.0;
+      slip[l] = law_.slip(b.length[l], b.depth[l], sticking);
+      slip_on[l] = law_.slip(longer[l], b.depth[l], sticking);
     }
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      const double length = b.length[l], bounded = slip[l] < length ? slip[l] : length;
+      b.slips[l] = bounded > 0 ? 1.0 : 0.0;
+      b.slips_on[l] = slip_on[l] > 0 ? 1.0 : 0.0;
+      slip[l] = bounded > 0 ? bounded : 0.0;
+      divisor[l] = length > 0 ? length : 1.0;
+    }
+    for (std::size_t l = 0; l < kProfileLanes; ++l) b.kept[l] = (divisor[l] - slip[l]) / divisor[l];
     return b;
   }
 

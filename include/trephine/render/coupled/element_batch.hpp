@@ -39,8 +39,8 @@ struct PointLattice {
 /// A batch of elements whose points' distances from the tool are computed together, in single precision. A point is
 /// r + i a + k c, with r the element's arm from T's origin and a, c its half sides.
 struct ElementBatch {
-  static constexpr std::size_t kSize = 2 * kProfileLanes;
-  using Floats = std::array<float, kSize>;
+  static constexpr std::size_t kSize = kProfileLanes;
+  using Floats = ProfileLanes<float>;
   std::size_t count = 0;
   std::array<Floats, 3> position, along, across;  ///< from T's origin, in G [m]
   /// Signed distances of the elements' points from the tool [m], by point and element.
@@ -61,17 +61,16 @@ struct ElementBatch {
   template <ToolShape Shape>
   void compute_distances(const Shape& shape, const PointLattice& lattice, const Vec3<float>& u) noexcept {
     min_distance.fill(std::numeric_limits<float>::max());
-    for (std::size_t first = 0; first < count; first += kProfileLanes)
-      for (std::size_t j = 0; j < lattice.points; ++j) {
-        const auto i = static_cast<float>(lattice.along[j]), k = static_cast<float>(lattice.across[j]);
-        std::array<ProfileLanes<float>, 3> p;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          for (std::size_t l = 0; l < kProfileLanes; ++l)
-            p[axis][l] = position[axis][first + l] + i * along[axis][first + l] + k * across[axis][first + l];
-        float *const d = distance[j].data() + first, *const least = min_distance.data() + first;
-        trephine::compute_distances(shape, u, Vec3<float>::Zero(), p[0].data(), p[1].data(), p[2].data(), d);
-        for (std::size_t l = 0; l < kProfileLanes; ++l) least[l] = d[l] < least[l] ? d[l] : least[l];
-      }
+    for (std::size_t j = 0; j < lattice.points; ++j) {
+      const auto i = static_cast<float>(lattice.along[j]), k = static_cast<float>(lattice.across[j]);
+      std::array<Floats, 3> p;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t l = 0; l < kSize; ++l)
+          p[axis][l] = position[axis][l] + i * along[axis][l] + k * across[axis][l];
+      Floats& d = distance[j];
+      trephine::compute_distances(shape, u, Vec3<float>::Zero(), p[0].data(), p[1].data(), p[2].data(), d);
+      for (std::size_t l = 0; l < kSize; ++l) min_distance[l] = d[l] < min_distance[l] ? d[l] : min_distance[l];
+    }
   }
 };
 

@@ -86,7 +86,7 @@ class ElementList {
     ProfileLanes<float> gap, nearest;
     nearest.fill(std::numeric_limits<float>::max());
     for (std::size_t first = 0; first < count_; first += kProfileLanes) {
-      const float* const distance = spheres_.distances() + first;
+      const ProfileLanes<float>& distance = spheres_.distances(first);
       const float* const spread = spread_.data() + first;
       for (std::size_t l = 0; l < kProfileLanes; ++l) gap[l] = distance[l] - fraction * spread[l] - offset;
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
@@ -161,7 +161,7 @@ void ElementList::make(const Shape& shape) noexcept {
     const float near = shift + turn * k.arm;
     ProfileLanes<float> distance;
     compute_distances(shape, u, k.origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
-                      distance.data());
+                      distance);
     for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= block.spread[l];
     k.is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; }) &
                 ((1U << near_block.count) - 1);

@@ -184,10 +184,8 @@ class Foundation {
       }
     }
     // Always inline: in large programs g++ would call it, which takes as long as the sum.
-    [[gnu::always_inline]] static void add_product(Lanes& sum, const Lanes& a, const Lanes& b) noexcept {
-      Lanes s = sum;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) s[l] += a[l] * b[l];
-      sum = s;
+    [[gnu::always_inline]] static void add_product(Lanes& __restrict sum, const Lanes& a, const Lanes& b) noexcept {
+      for (std::size_t l = 0; l < kProfileLanes; ++l) sum[l] += a[l] * b[l];
     }
 
     [[nodiscard]] FoundationSum total() const noexcept {
@@ -256,11 +254,14 @@ class Foundation {
 
     // A central point's normal lies along its arm, and a rotation of the ball changes nothing.
     const double k = law.stiffness, ramp = law.ramp, offset = law.offset;
-    Lanes potential, energy, depth, depth_slope, kw, f, geometric, gx, gy, gz;
+    Lanes all_u, all_v, potential, energy, depth, depth_slope, kw, f, geometric, gx, gy, gz;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double raw_u = offset - at.distance[l], raw_v = raw_u - ramp;
-      const double uu = raw_u > 0 ? raw_u : 0.0, v = raw_v > 0 ? raw_v : 0.0;
-      const double central = k * c.weight[l] * at.central[l];
+      all_u[l] = raw_u > 0 ? raw_u : 0.0;
+      all_v[l] = raw_v > 0 ? raw_v : 0.0;
+    }
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      const double central = k * c.weight[l] * at.central[l], uu = all_u[l], v = all_v[l];
       potential[l] = (uu * uu * uu - v * v * v) / (6 * ramp);
       energy[l] = central * potential[l];
       depth[l] = (uu * uu - v * v) / (2 * ramp);
@@ -279,9 +280,7 @@ class Foundation {
     add_products(Sums::kForce + 1, f, gy);
     add_products(Sums::kForce + 2, f, gz);
     add_products(Sums::kIsotropic, f, at.curvature);
-    Lanes total = sums.lanes[Sums::kEnergy];
-    for (std::size_t l = 0; l < kProfileLanes; ++l) total[l] += energy[l];
-    sums.lanes[Sums::kEnergy] = total;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) sums.lanes[Sums::kEnergy][l] += energy[l];
     const auto add_squares = [&](std::size_t term, const Lanes& weight) {
       Lanes wx, wy, wz;
       for (std::size_t l = 0; l < kProfileLanes; ++l) wx[l] = weight[l] * gx[l];
@@ -321,11 +320,11 @@ class Foundation {
     const std::array<const Lanes*, 3> arm{&c.x, &c.y, &c.z};
     // Directions: the normal, along the outline, about the axis. The last two are the principal ones.
     SpatialLanes normal, along, around;
-    Lanes per_rho, on_axis;
-    for (std::size_t l = 0; l < kProfileLanes; ++l) {
-      on_axis[l] = rho[l] > CoupledConstants::kOnAxis ? 0.0 : 1.0;
-      per_rho[l] = (1 - on_axis[l]) / std::max(rho[l], CoupledConstants::kOnAxis);
-    }
+    Lanes per_rho, on_axis, off_axis;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) on_axis[l] = rho[l] > CoupledConstants::kOnAxis ? 0.0 : 1.0;
+    for (std::size_t l = 0; l < kProfileLanes; ++l)
+      off_axis[l] = rho[l] > CoupledConstants::kOnAxis ? rho[l] : CoupledConstants::kOnAxis;
+    for (std::size_t l = 0; l < kProfileLanes; ++l) per_rho[l] = (1 - on_axis[l]) / off_axis[l];
     std::array<Lanes, 3> radial;
     for (std::size_t a = 0; a < 3; ++a) {
       const double ua = u[static_cast<Eigen::Index>(a)], xa = x[static_cast<Eigen::Index>(a)];
@@ -366,7 +365,7 @@ class Foundation {
       for (std::size_t l = 0; l < kProfileLanes; ++l) pressed[l] = f[l] * (*arm[a])[l];
       for (std::size_t b = 0; b < 3; ++b) Sums::add_product(sums.others[Sums::kMoment + 3 * a + b], normal[b], pressed);
       for (std::size_t l = 0; l < kProfileLanes; ++l)
-        (*normals[a])[l] = at.central[l] > 0 ? (*normals[a])[l] : normal[a][l];
+        (*normals[a])[l] = at.central[l] * (*normals[a])[l] + (1 - at.central[l]) * normal[a][l];
     }
   }
 

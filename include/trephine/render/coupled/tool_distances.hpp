@@ -19,7 +19,7 @@ namespace trephine {
 /// points' origin less the tool's [m].
 template <ToolShape Shape>
 void compute_distances(const Shape& shape, const Vec3<float>& axis, const Vec3<float>& shift, const float* x,
-                       const float* y, const float* z, float* distance) noexcept {
+                       const float* y, const float* z, ProfileLanes<float>& distance) noexcept {
   ProfileLanes<float> rho, along;
   const float ux = axis.x(), uy = axis.y(), uz = axis.z(), sx = shift.x(), sy = shift.y(), sz = shift.z();
   for (std::size_t i = 0; i < kProfileLanes; ++i) {
@@ -31,14 +31,13 @@ void compute_distances(const Shape& shape, const Vec3<float>& axis, const Vec3<f
     rho[i] = qx * qx + qy * qy + qz * qz;
   }
   square_roots(rho);
-  ProfileLanes<float> d;
-  shape.distances(rho, along, d);
-  std::copy(d.begin(), d.end(), distance);
+  shape.distances(rho, along, distance);
 }
 
 /// Takes `turn` times the arms of kProfileLanes points off their distances [m]: a rotation of the tool's axis by `turn`
 /// [rad] brings them no nearer. The points are from an origin that the rotation keeps.
-inline void subtract_turn(float turn, const float* x, const float* y, const float* z, float* distance) noexcept {
+inline void subtract_turn(float turn, const float* x, const float* y, const float* z,
+                          ProfileLanes<float>& distance) noexcept {
   ProfileLanes<float> arm;
   for (std::size_t l = 0; l < kProfileLanes; ++l) arm[l] = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
   square_roots(arm);
@@ -50,7 +49,8 @@ class SphereLanes {
  public:
   /// Allocates room for `spheres` centres.
   void reserve(std::size_t spheres) {
-    for (auto* v : {&x_, &y_, &z_, &distance_}) v->resize(spheres + kProfileLanes);
+    for (auto* v : {&x_, &y_, &z_}) v->resize(spheres + kProfileLanes);
+    distance_.resize(spheres / kProfileLanes + 1);
   }
   void set_centre(std::size_t i, const Vec3<float>& p) noexcept {
     x_[i] = p.x();
@@ -60,8 +60,11 @@ class SphereLanes {
   /// Distance of centre i from the lanes' origin [m].
   [[nodiscard]] float arm(std::size_t i) const noexcept { return Vec3<float>(x_[i], y_[i], z_[i]).norm(); }
   /// Distance of centre i from the tool [m], as `measure` computed it last.
-  [[nodiscard]] float distance(std::size_t i) const noexcept { return distance_[i]; }
-  [[nodiscard]] const float* distances() const noexcept { return distance_.data(); }
+  [[nodiscard]] float distance(std::size_t i) const noexcept { return distance_[i / kProfileLanes][i % kProfileLanes]; }
+  /// Distances of the centres from `first` on, a multiple of kProfileLanes.
+  [[nodiscard]] const ProfileLanes<float>& distances(std::size_t first) const noexcept {
+    return distance_[first / kProfileLanes];
+  }
   /// Coordinates of the centres [m].
   [[nodiscard]] std::array<float*, 3> centres() noexcept { return {x_.data(), y_.data(), z_.data()}; }
   /// Computes the signed distances of the first `count` centres from a tool with the axis `axis`, less what a rotation
@@ -71,14 +74,15 @@ class SphereLanes {
                float turn = 0) noexcept {
     for (std::size_t i = 0; i < count; i += kProfileLanes) {
       const float *const x = x_.data() + i, *const y = y_.data() + i, *const z = z_.data() + i;
-      float* const distance = distance_.data() + i;
+      ProfileLanes<float>& distance = distance_[i / kProfileLanes];
       compute_distances(shape, axis, shift, x, y, z, distance);
       if (turn > 0) subtract_turn(turn, x, y, z, distance);
     }
   }
 
  private:
-  std::vector<float> x_, y_, z_, distance_;
+  std::vector<float> x_, y_, z_;
+  std::vector<ProfileLanes<float>> distance_;
 };
 
 /// Bounding spheres of equal radius, tested for nearness to a tool kProfileLanes at a time.
@@ -99,8 +103,8 @@ class SphereBatch {
   template <ToolShape Shape, class Visit>
   void flush(const Shape& shape, const Vec3<float>& axis, float max_distance, float turn, Visit&& visit) noexcept {
     ProfileLanes<float> distance;
-    compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance.data());
-    subtract_turn(turn, x_.data(), y_.data(), z_.data(), distance.data());
+    compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance);
+    subtract_turn(turn, x_.data(), y_.data(), z_.data(), distance);
     std::uint32_t near =
         detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= max_distance; });
     for (near &= (1U << count_) - 1; near != 0; near &= near - 1) {
