@@ -19,7 +19,7 @@ namespace trephine {
 
 namespace detail {
 
-/// Smallest density that is bone, and whether the type has one.
+/// Smallest density that is bone, and whether the type has one: the isovalue, rounded up.
 template <VoxelDensity Density>
 struct LeastBone {
   explicit LeastBone(double isovalue) noexcept {

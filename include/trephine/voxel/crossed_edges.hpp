@@ -8,11 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <span>
 
 namespace trephine {
@@ -50,10 +48,7 @@ class CrossedEdges {
 
   /// Finds the crossings of the brick's own edges, and sums up the crossings of each cell, neighbours' edges included.
   CrossedEdges(const VoxelGrid<Density>& grid, std::size_t brick, double isovalue) noexcept
-      : isovalue_(static_cast<float>(isovalue)) {
-    // Rounded up, an isovalue just above a voxel's density stays above it.
-    if (static_cast<double>(isovalue_) < isovalue)
-      isovalue_ = std::nextafter(isovalue_, std::numeric_limits<float>::infinity());
+      : isovalue_(detail::LeastBone<float>(isovalue).density) {
     const auto [bx, by, bz] = grid.brick_coordinates(brick);
     const std::array<int, 3> base{bx * kBrick, by * kBrick, bz * kBrick};
     for (std::size_t a = 0; a < 3; ++a) {

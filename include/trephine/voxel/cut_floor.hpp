@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/voxel/bone_volume.hpp>
 #include <trephine/voxel/brick_layout.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cut_slope.hpp>
@@ -46,10 +47,7 @@ class CutFloor {
         voxel_mm3_(grid.spacing().prod() * 1e9),
         block_of_(grid.brick_count(), kNone) {
     if (!std::isfinite(isovalue)) refuse("CutFloor", "isovalue must be finite", isovalue);
-    if constexpr (std::is_floating_point_v<Density>)
-      threshold_ = static_cast<Density>(isovalue);
-    else
-      threshold_ = static_cast<Wide>(std::clamp(std::ceil(isovalue), double{kLowest}, double{kMost}));
+    threshold_ = static_cast<Wide>(detail::LeastBone<Density>(isovalue).density);
   }
 
   /// Distance from a body within which its voxels need floors [m]: the diagonal of a cell, and what rounding adds.
@@ -66,7 +64,7 @@ class CutFloor {
       const double c = distance(i, j, k);
       if (!(c < reach_)) return;
       if (is_frozen(layout_.brick_of(i, j, k))) return;
-      const Density floor = rounded_up(isovalue_ - per_metre_ * c);
+      const Density floor = detail::LeastBone<Density>(isovalue_ - per_metre_ * c).density;
       Block& block = block_at(i, j, k);
       const std::size_t v = BrickLayout::voxel_in_brick(i, j, k);
       if (block.owner[v] != 0 && !(block.floor[v] < floor)) return;
@@ -246,13 +244,6 @@ class CutFloor {
       blocks_.emplace_back();
     }
     return blocks_[static_cast<std::size_t>(b)];
-  }
-
-  [[nodiscard]] Density rounded_up(double density) const noexcept {
-    if constexpr (std::is_floating_point_v<Density>)
-      return static_cast<Density>(density);
-    else
-      return static_cast<Density>(std::clamp(std::ceil(density), double{kLowest}, double{kMost}));
   }
 
   template <class Visit>
