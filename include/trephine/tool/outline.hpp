@@ -240,6 +240,7 @@ class ToolOutline {
         }
       }
       // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
+      // Weights of 0 and 1 instead of choices, as in `BallAndShaft`.
       ProfileLanes<double> square, nearer;
       for (std::size_t l = 0; l < kProfileLanes; ++l) square[l] = near.square[l] * (1 + kAtEnd * near.at_end[l]);
       for (std::size_t l = 0; l < kProfileLanes; ++l) nearer[l] = square[l] < best[l] ? 1.0 : 0.0;

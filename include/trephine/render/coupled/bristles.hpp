@@ -107,8 +107,10 @@ class Bristles {
       const Trial b = trial(g, motion);
       // −∂f by the point's displacement: c1 (1 − n nᵀ) + (c2 − c1) t tᵀ + c3 t nᵀ, t along the deflection.
       Lanes c1, c2, c3, divisor, is_pressed, per_length;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) divisor[l] = b.depth[l] > 0 ? b.depth[l] : 1.0;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) is_pressed[l] = b.depth[l] > 0 ? 1.0 : 0.0;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        divisor[l] = b.depth[l] > 0 ? b.depth[l] : 1.0;
+        is_pressed[l] = b.depth[l] > 0 ? 1.0 : 0.0;
+      }
       for (std::size_t l = 0; l < kProfileLanes; ++l) {
         c1[l] = g.stiffness[l] * b.kept[l];
         c2[l] = g.stiffness[l] * (1 - b.slips_on[l]);
@@ -256,12 +258,11 @@ class Bristles {
       b.length[l] = b.tangential[0][l] * b.tangential[0][l] + b.tangential[1][l] * b.tangential[1][l] +
                     b.tangential[2][l] * b.tangential[2][l];
     square_roots(b.length);
-    Lanes longer, slip, slip_on, divisor;
-    for (std::size_t l = 0; l < kProfileLanes; ++l) longer[l] = b.length[l] * (1 + CoupledConstants::kSlipMargin);
+    Lanes slip, slip_on, divisor;
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const bool sticking = !(g.slipped[l] > 0);
       slip[l] = law_.slip(b.length[l], b.depth[l], sticking);
-      slip_on[l] = law_.slip(longer[l], b.depth[l], sticking);
+      slip_on[l] = law_.slip(b.length[l] * (1 + CoupledConstants::kSlipMargin), b.depth[l], sticking);
     }
     for (std::size_t l = 0; l < kProfileLanes; ++l) {
       const double length = b.length[l], bounded = slip[l] < length ? slip[l] : length;

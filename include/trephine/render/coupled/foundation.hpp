@@ -321,9 +321,10 @@ class Foundation {
     // Directions: the normal, along the outline, about the axis. The last two are the principal ones.
     SpatialLanes normal, along, around;
     Lanes per_rho, on_axis, off_axis;
-    for (std::size_t l = 0; l < kProfileLanes; ++l) on_axis[l] = rho[l] > CoupledConstants::kOnAxis ? 0.0 : 1.0;
-    for (std::size_t l = 0; l < kProfileLanes; ++l)
+    for (std::size_t l = 0; l < kProfileLanes; ++l) {
+      on_axis[l] = rho[l] > CoupledConstants::kOnAxis ? 0.0 : 1.0;
       off_axis[l] = rho[l] > CoupledConstants::kOnAxis ? rho[l] : CoupledConstants::kOnAxis;
+    }
     for (std::size_t l = 0; l < kProfileLanes; ++l) per_rho[l] = (1 - on_axis[l]) / off_axis[l];
     std::array<Lanes, 3> radial;
     for (std::size_t a = 0; a < 3; ++a) {
