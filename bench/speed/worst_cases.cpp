@@ -18,7 +18,6 @@
 #include <cstring>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -199,29 +198,28 @@ void measure_told_volume(Spread& spread, const std::string& name, const Grid& bl
 class ChangedElements {
  public:
   using Surface = BoneSurface<std::uint8_t>;
-  explicit ChangedElements(const Grid& block) : block_(block), compute_{to_float(block.spacing())} {}
+  /// Keeps the elements before the cut.
+  ChangedElements(const Grid& block, double isovalue) : block_(block), compute_{to_float(block.spacing())} {
+    Surface surface(block, isovalue);
+    for (std::size_t b = 0; b < block.brick_count(); ++b) {
+      surface.begin_tick();
+      if (surface.crosses(b) && surface.provide(b))
+        for_each_element(surface, b, [&](const Key& key, const Element& e) { before_[key] = e; });
+    }
+  }
 
-  /// Without `before` the brick had none.
-  void add(const Surface* before, const Surface& after, std::size_t brick) {
-    using Element = std::array<float, 4>;
-    std::map<std::uint32_t, Element> old;
-    const auto visit = [brick](const Surface& surface, auto&& each) {
-      surface.for_each_block(brick, [&](const ElementBlock& b, int count) {
-        for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-          each(b.edge[i], Element{b.position[0][i], b.position[1][i], b.position[2][i], b.area[i]});
-      });
-    };
-    if (before) visit(*before, [&](std::uint32_t edge, const Element& e) { old[edge] = e; });
+  /// Takes a brick that the cut changed, whose elements `after` has.
+  void add(const Surface& after, std::size_t brick) {
     std::size_t changed = 0;
-    visit(after, [&](std::uint32_t edge, const Element& e) {
+    for_each_element(after, brick, [&](const Key& key, const Element& e) {
+      const auto it = before_.find(key);
+      changed += it == before_.end() || it->second != e ? 1 : 0;
       ++total_;
-      const auto it = old.find(edge);
-      changed += it == old.end() || it->second != e ? 1 : 0;
     });
     changed_ += changed;
     const auto [x, y, z] = block_.brick_coordinates(brick);
     bricks_.push_back({std::make_unique<CrossedEdges<std::uint8_t>>(block_, brick, after.isovalue()), changed,
-                       block_.data() + block_.index(8 * x - 1, 8 * y - 1, 8 * z - 1)});
+                       block_.data() + block_.index(Grid::kBrick * x - 1, Grid::kBrick * y - 1, Grid::kBrick * z - 1)});
   }
 
   void measure(Spread& spread, const std::string& name) const {
@@ -243,11 +241,21 @@ class ChangedElements {
 
  private:
   static constexpr int kHaloed = Grid::kBrick + 2;
+  using Key = std::pair<std::size_t, std::uint32_t>;  // brick, edge
+  using Element = std::array<float, 4>;
   struct Brick {
     std::unique_ptr<CrossedEdges<std::uint8_t>> edges;
     std::size_t changed;
     const std::uint8_t* first;  // voxel of the halo
   };
+
+  template <class Visit>
+  static void for_each_element(const Surface& surface, std::size_t brick, Visit&& visit) {
+    surface.for_each_block(brick, [&](const ElementBlock& b, int count) {
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        visit(Key{brick, b.edge[i]}, Element{b.position[0][i], b.position[1][i], b.position[2][i], b.area[i]});
+    });
+  }
 
   /// Finds the bone among a brick's voxels and its halo's.
   void read_rows(const std::uint8_t* first) const {
@@ -264,6 +272,7 @@ class ChangedElements {
 
   const Grid& block_;
   DualElements compute_;
+  std::map<Key, Element> before_;
   std::vector<Brick> bricks_;
   std::size_t changed_ = 0, total_ = 0;
 };
@@ -308,16 +317,10 @@ void measure_carving(Spread& spread) {
     };
     const std::string name = "carving a burr of " + std::to_string(radius) + " voxels";
     spread.measure(name + "; elements of the bricks that it changed", 600, cut_on, provide);
-    BoneSurface<std::uint8_t> before(block, 127.0);
-    std::set<std::size_t> had;
-    for (std::size_t b = 0; b < versions.size(); ++b) {
-      before.begin_tick();
-      if (before.crosses(b) && before.provide(b)) had.insert(b);
-    }
+    ChangedElements least(block, 127.0);
     const std::vector<std::size_t> changed = cut_on(600);
     provide(changed);
-    ChangedElements least(block);
-    for (const std::size_t b : changed) least.add(had.contains(b) ? &before : nullptr, surface, b);
+    for (const std::size_t b : changed) least.add(surface, b);
     least.measure(spread, name);
   };
   for (const int radius : {5, 20}) {
