@@ -80,7 +80,10 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
     const Wrenchd w = found.wrench.template cast<double>();
     REQUIRE(w.force == r.wrench.force);
     REQUIRE(w.torque == r.wrench.torque);
-    REQUIRE(found.status == r.status);
+    // Bone may be new at the first tick and after `restore`: then a scene that feels it says so.
+    const bool is_new = tick == 0 || tick == 10001;
+    REQUIRE(r.status ==
+            (is_new && !(w == Wrenchd::zero()) ? worse(found.status, Status::kStartedInside) : found.status));
     REQUIRE(found.contact.count == r.contact.count);
     REQUIRE(found.contact.tip == r.contact.tip);
     REQUIRE(found.contact.shaft == r.contact.shaft);
