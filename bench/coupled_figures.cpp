@@ -403,10 +403,11 @@ void depths(const Spot& spot, Gathered& out) {
 struct Measure {
   std::string name;
   void (*run)(const Spot&, Gathered&);
+  int times = 1;  // as many places of the full set: a plunge draws one of three cuts
 };
 const std::vector<Measure> kMeasures = {
-    {"edges", edges},           {"hollows", hollows}, {"plunges", plunges}, {"plates", plates}, {"noise", noise},
-    {"directions", directions}, {"felt", felt},       {"paths", paths},     {"walls", walls},   {"depths", depths}};
+    {"edges", edges},           {"hollows", hollows}, {"plunges", plunges, 3}, {"plates", plates}, {"noise", noise},
+    {"directions", directions}, {"felt", felt},       {"paths", paths},        {"walls", walls},   {"depths", depths}};
 
 struct Job {
   std::size_t measure;
@@ -437,7 +438,7 @@ int main(int argc, char** argv) {
     for (const double sigma : quick ? std::vector{0.5, 1.0} : std::vector{0.5, 0.7, 1.0}) {
       if (!only.empty() && kMeasures[m].name != only) continue;
       for (int o = 0; o < orientations; ++o)
-        for (int p = 0; p < places; ++p) jobs.push_back({m, sigma, o, p});
+        for (int p = 0; p < (quick ? places : places * kMeasures[m].times); ++p) jobs.push_back({m, sigma, o, p});
     }
   std::vector<Gathered> results(jobs.size());
   bench::on_all_cores(jobs.size(), "coupled figures", [&](std::size_t i) { results[i] = run(jobs[i]); });
