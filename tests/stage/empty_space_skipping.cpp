@@ -19,7 +19,7 @@ using namespace trephine::test;
 
 namespace {
 
-constexpr unsigned kSeed = 31;
+constexpr unsigned kSeed = 35;  // its tool touches bone that is restored
 using Grid = VoxelGrid<std::uint8_t>;
 
 Grid bone() {
@@ -66,6 +66,7 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
   int free = 0;
   Vec3d p(0, 0, 0);
   const Vec3d far(0.03, 0.025, 0.02);
+  constexpr int kRestored = 10000;  // tick after which all bone is whole again
   for (int tick = 0; tick < 20000; ++tick) {
     // Jumps anywhere, and then some ticks of slow motion.
     if (tick % 8 == 0)
@@ -81,7 +82,7 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
     REQUIRE(w.force == r.wrench.force);
     REQUIRE(w.torque == r.wrench.torque);
     // Bone may be new at the first tick and after `restore`: then a scene that feels it says so.
-    const bool is_new = tick == 0 || tick == 10001;
+    const bool is_new = tick == 0 || tick == kRestored + 1;
     REQUIRE(r.status ==
             (is_new && !(w == Wrenchd::zero()) ? worse(found.status, Status::kStartedInside) : found.status));
     REQUIRE(found.contact.count == r.contact.count);
@@ -104,7 +105,7 @@ TEST_CASE_TEMPLATE("A scene that skips what is far finds what one that looks at 
     }
     edits = skipped.edit_count();
     if (tick % 500 == 0) map.refresh();
-    if (tick == 10000) {
+    if (tick == kRestored) {
       skipped.restore();
       looked.restore();
       edits = skipped.edit_count();
