@@ -44,7 +44,7 @@ struct CuttingReport {
 /// *Torque and pull.* Each removed volume V deposits the work u s V (s: the bone's strength). The spindle takes it out
 /// over the next `lag · speed` radians, as a torque about its axis and a pull against the teeth where they cut. So
 /// ∫ torque dθ = u s V + the edges' own work. Smoothing and lag are by angle, so that a slow spindle has no
-/// singularity.
+/// singularity. The pull is no more than the law lets the thrust's feed pull, so it ends where the thrust ends.
 ///
 /// *Spindle.* With a `stall_torque` its speed falls linearly with the torque; at stall the feed ends.
 ///
@@ -113,6 +113,7 @@ class CuttingForce {
               .hard_area = share * whole.hard_area,
               .facing_area = share * whole.facing_area,
               .pressed = share * whole.pressed,
+              .edge = share * whole.edge,
               .moment = {0, 0, share * whole.hard_area}};
     top_ = outline.z_high();
     radius_ = outline.largest_radius();
@@ -141,7 +142,7 @@ class CuttingForce {
   PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer, double dt,
                     bool spindle_on) noexcept {
     engagement_ = {};
-    feed_ = 0;
+    feed_ = advance_ = 0;
     spindle_ = spindle_on ? (spindle_ > 0 || is_stalled_ ? spindle_ : options_.speed) : 0;
     is_stalled_ = is_stalled_ && spindle_on;
     const Posed X_GT = renderer.proxy_pose().template cast<double>();
@@ -160,7 +161,8 @@ class CuttingForce {
     const Engagement& on = engagement_;
     // What has no strength does not hold the head.
     const bool holds = on.pressed > 0;
-    feed_ = holds ? options_.law.feed_under(thrust_, on, options_.edges, radius_) * spindle_ : kMaxSpeed;
+    advance_ = options_.law.feed_under(thrust_, on, options_.edges, radius_);
+    feed_ = holds ? advance_ * spindle_ : kMaxSpeed;
     feed_ = spindle_ > 0 ? std::min(feed_, kMaxSpeed) : 0;
     if constexpr (requires {
                     renderer.foundation_law();
@@ -208,6 +210,10 @@ class CuttingForce {
     Vec6d edges;
     edges << own * on.around, own * on.moment;
     Vec6d total = chips + edges;
+    // Chips of earlier turns pull where the edges are now by no more than the thrust lets these pull.
+    const double pull = linear_part(total).norm(), most = law.most_pull(advance_, on, options_.edges);
+    if (pull > most)
+      for (Eigen::Index i = 0; i < 5; ++i) total[i] *= most / pull;
     advance_spindle(total[5], dt);
     if (is_stalled_) total *= std::min(1.0, options_.stall_torque / total[5]);
 
@@ -270,6 +276,7 @@ class CuttingForce {
   Engagement engagement_;
   Mat3d R_GT_ = Mat3d::Identity();
   double thrust_ = 0, feed_ = 0;
+  double advance_ = 0;  // that the thrust allows [m a radian]
   CuttingReport report_;
 };
 

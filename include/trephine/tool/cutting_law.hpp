@@ -43,6 +43,7 @@ struct Engagement {
   double hard_area = 0;          ///< Σ s (d·n) A [m²]
   double facing_area = 0;        ///< Σ A [m²]
   double pressed = 0;            ///< Σ s (d·n)² A/ρ [m]
+  double edge = 0;               ///< Σ s (d·n) A/ρ [m]: `around` if all of it pointed one way
   double tip = 0;                ///< mean of s (d·n) over the foremost elements
   Vec3d around = Vec3d::Zero();  ///< Σ s (d·n) A/ρ t [m]
   Vec3d moment = Vec3d::Zero();  ///< Σ s (d·n) A/ρ r × t [m²]; its z is `hard_area`
@@ -57,7 +58,7 @@ struct Engagement {
   constexpr std::size_t kLanes = 8;
   static_assert(HeadElements::kCount % kLanes == 0);
   using Lanes = std::array<float, kLanes>;
-  Lanes area{}, hard_area{}, facing_area{}, pressed{}, around_x{}, around_y{}, moment_x{}, moment_y{}, tip{};
+  Lanes area{}, hard_area{}, facing_area{}, pressed{}, edge{}, around_x{}, around_y{}, moment_x{}, moment_y{}, tip{};
   for (std::size_t first = 0; first < HeadElements::kCount; first += kLanes)
     for (std::size_t l = 0; l < kLanes; ++l) {
       const std::size_t i = first + l;
@@ -69,6 +70,7 @@ struct Engagement {
       hard_area[l] += hard * head.area[i];
       facing_area[l] += e * head.area[i];
       pressed[l] += length * facing;
+      edge[l] += length;
       around_x[l] += tx;
       around_y[l] += ty;
       moment_x[l] -= head.z[i] * ty;
@@ -81,6 +83,7 @@ struct Engagement {
   sum.hard_area = total(hard_area);
   sum.facing_area = total(facing_area);
   sum.pressed = total(pressed);
+  sum.edge = total(edge);
   sum.tip = total(tip) / HeadElements::kAround;
   sum.around = {total(around_x), total(around_y), 0};
   // (r × t)_z = ρ, and A/ρ times ρ is A.
@@ -131,6 +134,10 @@ struct CuttingLaw {
   [[nodiscard]] double thrust(double x, const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
     const int z = edges.count();
     return thrust_ratio * energy * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, z));
+  }
+  /// Largest pull across the axis [N] at x metres a radian: of all edges in one direction.
+  [[nodiscard]] double most_pull(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
+    return (energy * x + edges_around(x, edges.count())) * on.edge;
   }
   /// Torque about the axis [N·m] at x metres a radian.
   [[nodiscard]] double torque(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
