@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,12 @@ inline constexpr double kH = 3e-4;  ///< spacing unless a test says otherwise [m
 inline constexpr double kK = 800;   ///< stiffness [N/m]
 inline constexpr double kForce = 3.3;
 inline constexpr double kDt = 1e-3;
-inline const CoupledOptions kGains{.stiffness = kK, .rotational_stiffness = 0.3, .force = kForce, .torque = 0.1};
+/// Without a bound on the wrench's change: contact alone is looked at. Tests of the bound set one.
+inline const CoupledOptions kGains{.stiffness = kK,
+                                   .rotational_stiffness = 0.3,
+                                   .force = kForce,
+                                   .torque = 0.1,
+                                   .release = std::numeric_limits<double>::infinity()};
 inline constexpr Burr kBall{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0};
 inline constexpr Burr kDrill{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.040};
 

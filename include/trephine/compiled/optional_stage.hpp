@@ -54,6 +54,8 @@ class OptionalStage {
   {
     if (stage_) stage_->reset();
   }
+  [[nodiscard]] bool bounds_wrench() const noexcept requires requires(const S& stage) { stage.bounds_wrench(); }
+  { return stage_.has_value(); }
 
  private:
   std::optional<S> stage_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/spatial.hpp>
+#include <trephine/core/wrench.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -9,64 +10,81 @@
 
 namespace trephine {
 
-/// Bound on how fast the coupling lets go where bone gives way, so that the hand feels no step: the tool that is felt
-/// follows the virtual tool at a limited speed.
+/// Bound on the change of a wrench from tick to tick, so that the hand feels no step, whatever the cause: a tool that
+/// slides off an edge, bone that gives way or appears, a jump, a new tool.
 ///
-/// The coupling's extension is the small motion from the tool to the device. Its size is |(δp, r δθ)|, with
-/// r² = k_θ / k the lever at which both springs hold the same energy. On firm bone the device's own motion makes it
-/// smaller by no more than the size of that motion, less the part that pushes farther in. What is lost beyond, the tool
-/// has gained on the device. It gains `speed` a second at most, and goes the rest of its way in the next ticks.
+/// The wrench W counts as that of a spring between the device and a felt tool. The spring has a stiffness k for
+/// translation and k_θ for rotation. A rigid tool on convex bone-free space moves no faster than the device, and less
+/// far than any point between both (a projection onto a convex set is firmly nonexpansive). So while the device makes a
+/// small motion d relative to the bone, the wrench changes by −K d/2 and no more than |K d|/2 besides. Whatever
+/// changes it farther may add `release` newtons a second:
 ///
-/// So the tool moves only where the coupling pulls it. The springs' energy goes into its motion and is lost, as in
-/// something viscous, and none goes to the hand. A force that rises rises at once.
+///     |ΔW + K d/2| <= |K d|/2 + release · dt,    and hence    |ΔW| <= |K d| + release · dt.
+///
+/// Norms are |(f, τ/r)| of a wrench and k |(δp, r δθ)| of a motion, with the lever r = √(k_θ/k).
+///
+/// A wrench within the bound passes unchanged, to the bit. Another one stops on its way from the wrench of a felt tool
+/// that stands still. So where the wanted wrench has less energy, the spring's energy is lost, as in something viscous,
+/// and none goes to the hand.
 class ReleaseBound {
  public:
   ReleaseBound() = default;
-  /// `speed` in [m/s]; `lever` r [m]. The springs' forces grow up to the extensions `max_shift` [m] and `max_turn`
-  /// [rad]; what lies beyond is let go at once, as it changes no force.
-  ReleaseBound(double speed, double lever, double max_shift, double max_turn) noexcept
-      : speed_(speed), lever_(lever), max_shift_(max_shift), max_turn_(max_turn) {}
+  /// k [N/m], `lever` r [m] > 0, `release` [N/s], which may be infinite. Without a spring for rotation the felt tool
+  /// turns with the device; the lever then only says how far the tool's points move as it turns.
+  ReleaseBound(double stiffness, double lever, double release, bool has_rotation = true) noexcept {
+    set(stiffness, lever, release, has_rotation);
+  }
+  /// Takes other numbers; the last wrench stays.
+  void set(double stiffness, double lever, double release, bool has_rotation = true) noexcept {
+    stiffness_ = stiffness;
+    last_ = spatial(linear_part(last_), lever_ / lever * angular_part(last_));
+    lever_ = lever;
+    release_ = release;
+    has_rotation_ = has_rotation;
+  }
 
-  /// Forgets the last extension.
+  /// Returns true if some change is too fast.
+  [[nodiscard]] bool is_bounded() const noexcept { return std::isfinite(release_); }
+
+  /// Returns true if the last wrench was not zero.
+  [[nodiscard]] bool acts() const noexcept { return last_.squaredNorm() > 0; }
+  /// Takes it that no wrench acts on the hand.
   void reset() noexcept { last_.setZero(); }
 
-  /// Changes the extension that bone asks for, at the end of a tick of `dt` [s], to the one that the bound allows. The
-  /// device went from `before` to `now`. Returns true if the tool is held back.
-  [[nodiscard]] bool apply(Vec6d& extension, const Posed& before, const Posed& now, double dt) noexcept {
-    const double before_motion = size(last_) - speed_ * dt, wanted = size(extension);
-    bool is_held_back = false;
-    if (wanted < before_motion) {
-      const Vec6d device = motion_to(before, now);
-      const double pushed = std::max(0.0, dot(device, last_)) / dot(last_, last_);
-      const double least = before_motion - size(device - pushed * last_);
-      is_held_back = wanted < least && std::isfinite(least);
-      if (is_held_back) {
-        // On the way from the extension of a tool that stands still to the wanted one: |held + f way| = least.
-        const Vec6d held = within_limits(last_ + device), way = extension - held;
-        const double along = dot(held, way), square = dot(way, way);
-        const double root = along * along - square * (dot(held, held) - least * least);
-        extension = held + std::clamp((-along - std::sqrt(std::max(0.0, root))) / square, 0.0, 1.0) * way;
-      }
+  /// Changes a wrench about T's origin to the one that the bound allows, after a tick of `dt` [s]. `motion` (δp, δθ) is
+  /// the tool's relative to the bone since the last tick, in the wrench's axes. Returns true if the wrench is held
+  /// back.
+  bool apply(Wrenchd& wrench, const Vec6d& motion, double dt) noexcept {
+    const Vec6d wanted = spatial(wrench.force, wrench.torque / lever_);
+    Vec6d push = spatial(-stiffness_ * linear_part(motion), -stiffness_ * lever_ * angular_part(motion));
+    const double half_motion = 0.5 * push.norm(), radius = half_motion + release_ * dt;
+    if (!has_rotation_) clear_angular(push);
+    const Vec6d middle = last_ + 0.5 * push;
+    if (!is_bounded() || !is_finite(wrench) || length(wanted - middle) <= radius) {
+      last_ = wanted;
+      return false;
     }
-    last_ = within_limits(extension);
-    return is_held_back;
+    // From the wrench of a felt tool that stands still toward the wanted one, to where the way leaves the ball.
+    const Vec6d way = wanted - (last_ + push);
+    const Vec6d direction = way / length(way);
+    const double along = 0.5 * push.dot(direction);
+    const double reach = std::sqrt(std::max(0.0, along * along + radius * radius - 0.25 * push.squaredNorm()));
+    last_ += push + (reach - along) * direction;
+    wrench = {linear_part(last_), lever_ * angular_part(last_)};
+    return true;
   }
 
  private:
-  [[nodiscard]] Vec6d within_limits(const Vec6d& v) const noexcept {
-    Vec3d shift = linear_part(v), turn = angular_part(v);
-    if (shift.norm() > max_shift_) shift *= max_shift_ / shift.norm();
-    if (turn.norm() > max_turn_) turn *= max_turn_ / turn.norm();
-    return spatial(shift, turn);
+  /// Euclidean length, without overflow of its squares.
+  [[nodiscard]] static double length(const Vec6d& v) noexcept {
+    const double largest = v.cwiseAbs().maxCoeff();
+    return largest > 0 ? largest * (v / largest).norm() : 0.0;
   }
-  [[nodiscard]] double dot(const Vec6d& a, const Vec6d& b) const noexcept {
-    return linear_part(a).dot(linear_part(b)) + lever_ * lever_ * angular_part(a).dot(angular_part(b));
-  }
-  [[nodiscard]] double size(const Vec6d& v) const noexcept { return std::sqrt(dot(v, v)); }
 
-  double speed_ = std::numeric_limits<double>::infinity();
-  double lever_ = 0, max_shift_ = 0, max_turn_ = 0;
-  Vec6d last_ = Vec6d::Zero();
+  double stiffness_ = 1, lever_ = 1;
+  double release_ = std::numeric_limits<double>::infinity();
+  bool has_rotation_ = true;
+  Vec6d last_ = Vec6d::Zero();  // the last wrench: (f, τ/r) [N]
 };
 
 }  // namespace trephine

@@ -9,8 +9,8 @@ namespace trephine {
 enum class Status : std::uint8_t {
   kOk = 0,
   kWorkBound = 1,      ///< the work limit ended a search early; the next tick continues it
-  kStartedInside = 2,  ///< tool and bone overlapped at a start or a restore: ramp the wrench
-  kJump = 3,           ///< the pose moved farther in a tick than a hand can; contact was reset
+  kStartedInside = 2,  ///< tool and bone overlapped at a start or a restore
+  kJump = 3,           ///< tool or bone moved farther in a tick than a hand moves it: nothing was cut
   kBadInput = 4,       ///< pose non-finite, out of range or no rotation: zero wrench, state kept
   kNonFinite = 5,      ///< a law overflowed: zero wrench, contact was reset
 };
@@ -37,7 +37,8 @@ enum class Status : std::uint8_t {
   return "unknown";
 }
 
-/// True if the servo loop must ramp the wrench up from zero instead of applying it at once.
+/// True if the servo loop must ramp the wrench up from zero instead of applying it at once, unless the scene bounds its
+/// wrench (`HapticScene::bounds_wrench`).
 [[nodiscard]] constexpr bool needs_ramp(Status s) noexcept { return s >= Status::kStartedInside; }
 
 }  // namespace trephine

@@ -31,8 +31,8 @@ namespace trephine {
 ///
 /// Protection of the hand:
 /// - The wrench rises over a ramp of `options.ramp` seconds after the start. It also does so after a status that
-///   requires it (`needs_ramp`), a safety trip of the device, a non-finite wrench, or a stall of the loop. The tick
-///   that starts a ramp sends zero.
+///   requires it (`needs_ramp`; none of a jump where the scene bounds its wrench), a safety trip of the device, a
+///   non-finite wrench, or a stall of the loop. The tick that starts a ramp sends zero.
 /// - While the device reports safety trips, the loop sends zero and the scene continues to tick.
 /// - A fault of the device ends the run. Every run ends with a read and a zero wrench, in a self-paced device's last
 ///   call. Exceptions of the observer, the condition or the simulated device end the run in the same way. The loop
@@ -298,7 +298,7 @@ class ServoLoop {
     if (stalled) ++run_.report.stalls;
     if (tripped) ++run_.report.safety_trips;
     if (limit_to(capabilities_, wrench)) ++run_.report.limited;
-    if (stalled || tripped || !finite || needs_ramp(record.result.status)) {
+    if (stalled || tripped || !finite || needs_ramp(std::as_const(scene_), record.result)) {
       if (ramp_.restart()) ++run_.report.ramps;
     } else if (record.index > 0) {
       ramp_.advance(record.dt);

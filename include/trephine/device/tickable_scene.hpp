@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/status.hpp>
 #include <trephine/core/tick.hpp>
 
 #include <concepts>
@@ -13,10 +14,22 @@ namespace trephine {
 /// - `static constexpr bool kHasTorque` is true if the scene computes torque.
 /// - `double stiffness() const` returns the largest contact stiffness [N/m].
 /// - `double tangent_stiffness(double force) const` returns it at a contact force [N], if it depends on the force.
+/// - `bool bounds_wrench() const noexcept` is true if the scene's wrench never steps but to zero, so no jump of the
+/// tool
+///   needs a ramp.
 template <class S>
 concept TickableScene = requires(S& scene, const TickInput& input, double dt) {
   { scene.tick(input, dt) }
   noexcept->std::same_as<TickResult>;
 };
+
+/// Returns true if the wrench on the hand must rise from zero after this tick. A scene that bounds its wrench needs
+/// that only where it sent none.
+template <TickableScene Scene>
+[[nodiscard]] bool needs_ramp(const Scene& scene, const TickResult& result) noexcept {
+  if constexpr (requires { scene.bounds_wrench(); })
+    if (scene.bounds_wrench()) return result.status >= Status::kBadInput;
+  return needs_ramp(result.status);
+}
 
 }  // namespace trephine

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/stage/cutting_poses.hpp>
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_parts.hpp>
@@ -64,8 +65,9 @@ class HapticScene {
 /// 2. check of the input;
 /// 3. contact (renderer), in the grid's frame;
 /// 4. carvers, in listed order: after contact, so the wrench belongs to the bone before the cut;
-/// 5. rotation of the wrench into W axes;
-/// 6. stages, in listed order;
+/// 5. rotation of the wrench into W axes, and cutting forces (`CuttingForce`);
+/// 6. the bound on the wrench's change, if the renderer has one (`ReleaseBound`); then the other stages, in listed
+/// order;
 /// 7. `add_to` of every part that reports structures or cutting;
 /// 8. check of the result;
 /// 9. `sent` of every part that has it.
@@ -76,8 +78,16 @@ class HapticScene {
 ///   from it.
 /// - `kNonFinite`: a law overflowed. The wrench is zero; renderer and stages are reset.
 /// - `kStartedInside`: the wrench is not zero, and the bone there may be new to the scene. This is the first tick, a
-///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). The wrench is the full
-///   contact wrench; the caller must ramp it, as a ServoLoop does.
+///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). Where the scene does not
+///   bound its wrench (`bounds_wrench`) it is the full contact wrench, and the caller must ramp it, as a ServoLoop
+///   does.
+/// - `kJump`: tool or bone moved farther in the tick than a hand moves them (`is_jump`). Nothing is cut. Only a scene
+///   that cuts, bounds its wrench or uses velocities compares poses; others have the renderer's status.
+///
+/// With a coupled tool or a `ReleaseLimit` the wrench never steps: from tick to tick it changes, as a vector, by at
+/// most the stiffness times the tool's motion relative to the bone, and `release` times dt. A jump counts as no motion.
+/// Only `kBadInput` and `kNonFinite` send zero at once. Stages after the bound add their own change.
+///
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
 /// twist. Ticks after a gap (see PoseHistory) also have zero twist, so velocities never spike.
 ///
@@ -121,6 +131,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       surface_ = shared_bone_surface(bone, isovalue);
       renderer_.prepare(surface_->view());
     }
+    if constexpr (kBoundsWrench) release_ = renderer_.release_bound();
     prepare_parts();
   }
 
@@ -140,6 +151,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     TickResult result;
     if (!is_usable_pose(input.X_WT)) {
       history_.invalidate();
+      if constexpr (kBoundsWrench) release_.reset();
       result.status = Status::kBadInput;
       return result;
     }
@@ -156,11 +168,14 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     const bool may_be_new_bone =
         std::exchange(last_increase_stamp_, bone_->increase_stamp()) != bone_->increase_stamp();
     if (may_be_new_bone && !(wrench_G == Wrenchd::zero())) result.status = worse(result.status, Status::kStartedInside);
+    if (history_.is_jump(X_GT, clamped_dt(dt))) result.status = worse(result.status, Status::kJump);
+    const bool restarts = result.status >= Status::kJump;
 
     TickContext context{input, X_WG};
     context.dt = clamped_dt(dt);
     context.contact = found.contact;
     context.status = result.status;
+    Vec6d motion = Vec6d::Zero();  // of the tool relative to the bone, in W
     if constexpr (kUsesHistory) {
       PressedCut pressed;
       for_each_part([&](auto& part) {
@@ -170,7 +185,6 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         if constexpr (kCarves && CuttingPart<Part, Grid, ContactRenderer>)
           pressed = part.engage(*bone_, isovalue_, renderer_, context.dt, input.spindle_on);
       });
-      const bool restarts = found.status >= Status::kJump;
       Posed X_GC = X_GT;
       if constexpr (kCarves) X_GC = cutting_poses_.next(renderer_, parts_, pressed.way, context.dt, restarts);
       if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
@@ -178,8 +192,11 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, cut_dt, restarts);
       context.twist = step.twist;
       context.twist_to_bone = step.twist_to_bone;
+      if constexpr (kBoundsWrench)
+        if (release_.acts() || !(wrench_G == Wrenchd::zero())) motion = motion_in_world(step.X_GT_before, X_GT);
       if constexpr (kCarves) {
-        const CarveContext cut{input.spindle_on, context.dt, magnitude(wrench_G.force), pressed.fraction};
+        // Where the tool was set elsewhere, it did not cut its way.
+        const CarveContext cut{input.spindle_on && !restarts, context.dt, magnitude(wrench_G.force), pressed.fraction};
         result.removed_mm3 = carve(step, X_GT, X_GC, cut);
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
           result.removed_mm3 = 0;
@@ -191,7 +208,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
     result.wrench = wrench_G.rotated(X_WG.linear());
     for_each_part([&](auto& part) {
-      if constexpr (Stage<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
+      if constexpr (kAddsCuttingForce<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
+    });
+    if constexpr (kBoundsWrench)
+      if (release_.acts() || !(result.wrench == Wrenchd::zero())) release_.apply(result.wrench, motion, context.dt);
+    for_each_part([&](auto& part) {
+      using Part = std::remove_cvref_t<decltype(part)>;
+      if constexpr (Stage<Part> && !kAddsCuttingForce<Part>) part.apply(context, result.wrench);
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
     if constexpr (kReportsStructures) report_structures(result.structures);
@@ -240,6 +263,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   }
   { return static_cast<double>(renderer_.tangent_stiffness(force)); }
 
+  /// Returns true if the scene keeps its wrench from stepping (`CoupledOptions::release`, `ReleaseLimit`). A servo loop
+  /// then need not ramp it after a jump or a start in bone.
+  [[nodiscard]] bool bounds_wrench() const noexcept {
+    bool bounds = false;
+    if constexpr (kBoundsWrench) bounds = release_.is_bounded();
+    const auto look_at = [&](const auto& part) {
+      if constexpr (requires { part.bounds_wrench(); }) bounds = bounds || part.bounds_wrench();
+    };
+    std::apply([&](const auto&... part) { (look_at(part), ...); }, parts_);
+    return bounds;
+  }
+
   /// Return the poses of the last good tick in W. They move with the grid if it moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
   [[nodiscard]] Posed visual_pose_W() const noexcept { return in_world(renderer_.visual_pose()); }
@@ -261,8 +296,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 
  private:
   static constexpr bool kUsesTwist = (kStageUsesTwist<Parts> || ...);
-  static constexpr bool kUsesHistory = kUsesTwist || kCarves;
-  using History = PoseHistory<kUsesTwist, kCarves>;
+  static constexpr bool kBoundsWrench = BoundsWrench<ContactRenderer>;
+  static constexpr bool kUsesHistory = kUsesTwist || kCarves || kBoundsWrench;
+  using History = PoseHistory<kUsesTwist, kCarves, kUsesHistory>;
+  struct NoBound {};
+  using Bound = std::conditional_t<kBoundsWrench, ReleaseBound, NoBound>;
+  template <class Part>
+  static constexpr bool kAddsCuttingForce = Stage<Part>&& DecidesCuts<Part>;
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
@@ -337,6 +377,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Resets the scene and returns a zero wrench with `kNonFinite`; contact, volumes and distance stay in the result.
   [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
+    if constexpr (kBoundsWrench) release_.reset();
     result.wrench = Wrenchd::zero();
     if constexpr (kReportsStructures) result.structures.push = Wrenchd::zero();
     if constexpr (kReportsCutting) result.cutting = {};
@@ -365,6 +406,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     return removed_mm3;
   }
 
+  /// Returns the small motion between two poses in G, in W axes.
+  [[nodiscard]] Vec6d motion_in_world(const Posed& before, const Posed& now) const noexcept {
+    const Mat3d R_WG = bone_->X_WG().linear();
+    const Vec6d motion = motion_to(before, now);
+    return spatial(product(R_WG, linear_part(motion)), product(R_WG, angular_part(motion)));
+  }
+
   template <class S>
   [[nodiscard]] Posed in_world(const Pose<S>& X_G) const noexcept {
     return compose(bone_->X_WG(), X_G.template cast<double>());
@@ -380,6 +428,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] Surface surface_;
   [[no_unique_address]] std::tuple<Parts...> parts_;
   [[no_unique_address]] History history_;
+  [[no_unique_address]] Bound release_;
   [[no_unique_address]] detail::CuttingPoses<ContactRenderer, Parts...> cutting_poses_;
   std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };

@@ -6,11 +6,20 @@
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
 
+#include <algorithm>
+
 /// Checks of a tick's poses and intervals, and velocities from consecutive poses.
 namespace trephine {
 
-/// Fastest motion of a hand-held tool. A faster step counts as a jump: the pose was set. A hand reaches 5 m/s at most,
-/// and a wrist some 30 rad/s.
+/// Fastest motion of a tool in a hand at work. A faster step counts as a jump: its wrench is ramped, and nothing is
+/// cut. Hands that drill reach a tenth of it.
+inline constexpr double kHandSpeed = 1;  // [m/s]
+inline constexpr double kHandTurn = 30;  // [rad/s]
+/// Shortest time over which such a speed is judged [s]. In shorter ticks an encoder's single step would be a jump.
+inline constexpr double kJumpTime = 1e-3;
+/// Relative rounding of a step at just that speed.
+inline constexpr double kJumpRounding = 1e-6;
+/// Fastest motion whose velocity stages may use. A hand that is flung through the air reaches 5 m/s, a wrist 30 rad/s.
 inline constexpr double kMaxSpeed = 20;          // [m/s]
 inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
 
@@ -47,7 +56,19 @@ inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
   return {step / dt, turn_between(before, now) / dt};
 }
 
-/// Returns true if a hand can move the tool that fast.
+/// Returns true if no hand moves a tool from one pose to the other in `dt` [s]: the tool, or the bone, was set
+/// elsewhere.
+[[nodiscard]] inline bool is_jump(const Posed& before, const Posed& now, double dt) noexcept {
+  const double time = (1 + kJumpRounding) * std::max(dt, kJumpTime);
+  const Vec3d shift = now.translation() - before.translation();
+  const Mat3d turn = now.linear() - before.linear();
+  // A rotation by φ changes its matrix by 8 sin²(φ/2), and so by 2 φ² at most.
+  const double most_turn = kHandTurn * time;
+  return !(shift.squaredNorm() <= kHandSpeed * time * (kHandSpeed * time) &&
+           turn.squaredNorm() <= 2 * most_turn * most_turn);
+}
+
+/// Returns true if velocities that fast make sense.
 [[nodiscard]] inline bool is_plausible(const Twist& v) noexcept {
   return v.linear.norm() <= kMaxSpeed && v.angular.norm() <= kMaxAngularSpeed;
 }

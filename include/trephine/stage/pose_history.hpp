@@ -11,18 +11,23 @@ namespace trephine {
 struct PoseStep {
   Twist twist{};          ///< velocity of the tool in the world, W axes [m/s, rad/s]
   Twist twist_to_bone{};  ///< velocity of the tool in the grid, W axes [m/s, rad/s]
-  Posed X_GT_before;      ///< probe at the last tick, in the grid of that tick
+  Posed X_GT_before;      ///< probe at the last tick, in the grid of that tick; this tick's after a gap
   Posed X_GC_before;      ///< cutting pose at the last tick
 };
 
-/// Stores the poses of the last tick, for twists (stages) and for the burr's path (carvers), each only if it is used.
-/// After a gap, twists are zero and the path has no length, so no velocity spikes and no tunnel is cut. Gaps are the
-/// first tick, a tick after `invalidate`, `restart`, an interval outside [kShortestDt, kLongestDt], and a step faster
-/// than kMaxSpeed or kMaxAngularSpeed.
-template <bool kTwist, bool kPath>
+/// Stores the poses of the last tick, for jumps and the wrench's bound, for twists (stages) and for the burr's path
+/// (carvers), the latter two only if they are used. After a gap, twists are zero and the path has no length, so no
+/// velocity spikes and no tunnel is cut. Gaps are the first tick, a tick after `invalidate`, `restart`, an interval
+/// outside [kShortestDt, kLongestDt], and a step faster than kMaxSpeed or kMaxAngularSpeed.
+template <bool kTwist, bool kPath, bool kStep = kTwist || kPath>
 class PoseHistory {
  public:
   void invalidate() noexcept { valid_ = false; }
+
+  /// Returns true if the tool at X_GT jumped since the last tick, dt [s] ago.
+  [[nodiscard]] bool is_jump(const Posed& X_GT, double dt) const noexcept {
+    return valid_ && trephine::is_jump(X_GT_, X_GT, dt);
+  }
 
   /// Stores this tick's poses and returns the motion since the last tick. X_WT and X_GT are the tool's poses in world
   /// and grid, X_GC the cutting pose in the grid, dt the measured interval [s]. `cut_dt`: that since X_GC changed last.
@@ -40,8 +45,13 @@ class PoseHistory {
  private:
   void compute_motion(const Posed& X_WT, const Posed& X_GT, const Posed& X_GC, const Mat3d& R_WG, double dt,
                       double cut_dt, PoseStep& step) const noexcept {
+    step.X_GT_before = X_GT_;
+    if constexpr (!kTwist && !kPath) return;
     const Twist in_G = twist_between(X_GT_, X_GT, dt);
-    if (!is_plausible(in_G)) return;
+    if (!is_plausible(in_G)) {
+      step.X_GT_before = X_GT;
+      return;
+    }
     if constexpr (kTwist) {
       const Twist in_W = twist_between(X_WT_, X_WT, dt);
       if (is_plausible(in_W)) {
@@ -49,10 +59,8 @@ class PoseHistory {
         step.twist_to_bone = {product(R_WG, in_G.linear), product(R_WG, in_G.angular)};
       }
     }
-    if constexpr (kPath) {
-      step.X_GT_before = X_GT_;
+    if constexpr (kPath)
       if (is_plausible(twist_between(X_GC_, X_GC, cut_dt))) step.X_GC_before = X_GC_;  // a proxy may jump on its own
-    }
   }
 
   template <int kMember>
@@ -65,9 +73,10 @@ class PoseHistory {
 
 /// No stage uses twists and no carver the path: no state, no work.
 template <>
-class PoseHistory<false, false> {
+class PoseHistory<false, false, false> {
  public:
   void invalidate() noexcept {}
+  [[nodiscard]] bool is_jump(const Posed&, double) const noexcept { return false; }
 };
 
 }  // namespace trephine

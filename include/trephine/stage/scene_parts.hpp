@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/core/misuse.hpp>
 #include <trephine/render/renderer.hpp>
 #include <trephine/stage/carver.hpp>
@@ -60,6 +61,13 @@ template <class P>
 concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
   { part.add_to(summary) }
   noexcept->std::same_as<void>;
+};
+
+/// A renderer whose wrench the scene keeps from stepping (`ReleaseBound`).
+template <class R>
+concept BoundsWrench = requires(const R& renderer) {
+  { renderer.release_bound() }
+  noexcept->std::same_as<ReleaseBound>;
 };
 
 /// Returns the field of the bone that a renderer reads: its own `field(grid, isovalue)`, or else a DensityField.

@@ -99,6 +99,10 @@ struct CoupledConstants {
   /// Clearance spheres along the tool's axis, at most, before the test for air gives up.
   static constexpr int kMaxAirSpheres = 8;
 
+  /// Speed at which the drawn tool catches up with the virtual one, besides the device's motion [m/s]. A tool that
+  /// snaps by a millimetre is there in 10 ms, within a picture.
+  static constexpr double kDrawnSpeed = 0.1;
+
   // --- Broad phase (broad_phase.hpp, element_list.hpp).
 
   /// A list of elements reaches as far as the tool moves in so many ticks. A longer reach makes lists less often, and

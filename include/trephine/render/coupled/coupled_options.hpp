@@ -17,11 +17,11 @@ struct CoupledOptions {
   double rotational_stiffness = 0.3;
   double force = 8.5;     ///< largest force of the coupling [N]: the device's maximum
   double torque = 0.188;  ///< likewise, the torque [N·m]
-  /// Fastest fall of the force where bone gives way [N/s]; infinity for none. The tool that is felt then catches up
-  /// with the device by `release` / `stiffness` a second, besides the device's own motion (`ReleaseBound`). So a film
-  /// that breaks lets the hand through in some ticks, and not in one.
+  /// Fastest change of the force besides `stiffness` times the device's motion [N/s], in a scene; infinity for no bound
+  /// (`ReleaseBound`). So a film that breaks lets the hand through in some ticks, and not in one, and a ball that snaps
+  /// past an edge turns the force in some.
   double release = 60;
-  /// A device that moved farther than this between two ticks [m], or whose axis turned by half a radian, jumped.
+  /// A device that moved farther than this between two ticks [m], or whose axis turned by half a radian, is elsewhere.
   /// The virtual tool then starts at the new pose if its axis is free of bone there. Otherwise it follows step by step.
   double jump = 0.005;
   /// A burr that only touches bone removes nothing, so the cutting pose lies ahead of the virtual tool, toward the

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/release_bound.hpp>
 #include <trephine/core/tick.hpp>
 #include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/broad_phase.hpp>
@@ -123,19 +124,17 @@ class CoupledToolRenderer {
         out.status = worse(out.status, Status::kStartedInside);
       extension = report(found, out.contact);
     }
-    if (start.is_new) release_.reset();
-    feel(extension, release_.apply(extension, start.X_device_before, X_device, dt), out);
+    feel(extension, out);
+    draw(start, dt);
     return out;
   }
 
-  /// Starts anew at the next tick.
+  /// Starts anew at the next tick. A tool whose axis is then in bone goes on from where the virtual tool was, if that
+  /// is known to be out of bone.
   void reset() noexcept {
     started_ = false;
-    axis_in_bone_ = false;
     broad_phase_.invalidate();
     set_free(X_);
-    release_.reset();
-    X_felt_ = X_;
   }
 
   [[nodiscard]] const CoupledOptions& options() const noexcept { return options_; }
@@ -156,9 +155,17 @@ class CoupledToolRenderer {
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
   /// Pose of the virtual tool in G, where it touches bone and cuts.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
-  /// Pose of the tool as the hand feels it, and as it is drawn: the virtual tool's, or on the way there while the force
-  /// falls (`CoupledOptions::release`).
-  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_felt_.template cast<Scalar>(); }
+  /// Bound on the wrench's change from tick to tick, which the scene applies (`CoupledOptions::release`).
+  [[nodiscard]] ReleaseBound release_bound() const noexcept {
+    const bool solves_rotation = this->solves_rotation();
+    // Without the spring's own lever, that at which the device's largest force and torque match.
+    const double lever = solves_rotation ? std::sqrt(options_.rotational_stiffness / options_.stiffness)
+                                         : options_.torque / options_.force;
+    return {options_.stiffness, lever, options_.release, solves_rotation};
+  }
+  /// Pose at which the tool is drawn: the virtual tool's, or on the way there where it snapped past an edge. It moves
+  /// by no more than the device does, and kDrawnSpeed.
+  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_drawn_.template cast<Scalar>(); }
   /// Pose of the virtual tool in G, moved toward the device by at most `CoupledOptions::bite`: for a cut in time.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return ahead(options_.bite * gains_.shortest_spacing); }
   /// The same for a cut at once, at the end of a tick of `dt` seconds.
@@ -178,12 +185,14 @@ class CoupledToolRenderer {
 
   /// Derives from the tool what depends on it.
   void fit_tool() noexcept {
-    const bool solves_rotation = Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
-    gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation, spacing_, longest_part_);
+    gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation(), spacing_, longest_part_);
     head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
-    release_ = gains_.release;
+  }
+
+  [[nodiscard]] bool solves_rotation() const noexcept {
+    return Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
   }
 
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
@@ -196,7 +205,6 @@ class CoupledToolRenderer {
 
   /// State at the start of a tick.
   struct TickStart {
-    Posed X_device_before;
     ToolMotion device_motion;  // since the last tick
     bool jumped;
     bool is_new;  // the contacts of the last tick do not hold any more
@@ -207,8 +215,7 @@ class CoupledToolRenderer {
     const ToolMotion motion = motion_between(X_device_, X_device);
     const bool jumped = started_ && !motion.is_within({options_.jump, Constants::kJumpAngle});
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
-    const TickStart start{.X_device_before = X_device_,
-                          .device_motion = started_ ? motion : ToolMotion{},
+    const TickStart start{.device_motion = started_ ? motion : ToolMotion{},
                           .jumped = jumped,
                           .is_new = !started_ || jumped || densities_rose || axis_in_bone_};
     increase_stamp_ = view.grid().increase_stamp();
@@ -217,9 +224,11 @@ class CoupledToolRenderer {
       bristles_.reset();
       evaluated_.reset();
       last_motion_.setZero();
-      // After a jump into bone the virtual tool follows from its last pose.
-      if (!started_ || axis_in_bone_ || (jumped && !is_core_in_bone(view, bounds_, X_device))) X_ = X_device;
+      // A start or a jump with the axis in bone: the virtual tool follows from its last pose, if that is free.
+      if (axis_in_bone_ || !has_pose_ || ((!started_ || jumped) && !is_core_in_bone(view, bounds_, X_device)))
+        X_ = X_device;
       axis_in_bone_ = is_core_in_bone(view, bounds_, X_);
+      has_pose_ = true;
     }
     started_ = true;
     return start;
@@ -311,13 +320,24 @@ class CoupledToolRenderer {
   }
 
   /// Sets the wrench on the hand, which the coupling gives at an extension.
-  void feel(const Vec6d& extension, bool is_held_back, Rendered<Scalar>& out) noexcept {
-    X_felt_ = is_held_back ? moved(X_device_, -extension) : X_;
+  void feel(const Vec6d& extension, Rendered<Scalar>& out) const noexcept {
     if (!(extension.squaredNorm() > 0)) return;
     const Vec6d on_tool =
         VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
     const Vec3d force = -linear_part(on_tool), torque = -angular_part(on_tool);
     out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
+  }
+
+  /// Moves the drawn tool to the virtual one: at once where contact starts anew, else no faster than the device and
+  /// kDrawnSpeed.
+  void draw(const TickStart& start, double dt) noexcept {
+    const ToolMotion way = motion_between(X_drawn_, X_);
+    const double arm = bounds_.arm();
+    const double most = start.device_motion.at(arm) + Constants::kDrawnSpeed * dt;
+    if (start.is_new || !(way.at(arm) > most))
+      X_drawn_ = X_;
+    else
+      X_drawn_ = moved(X_drawn_, (most / way.at(arm)) * motion_to(X_drawn_, X_));
   }
 
   void report_contacts(const Vec6d& last_step, ContactSummary& summary) noexcept {
@@ -363,17 +383,17 @@ class CoupledToolRenderer {
   // State from tick to tick.
   Posed X_ = Posed::Identity();
   Posed X_device_ = Posed::Identity();
-  ReleaseBound release_;
   Vec6d last_motion_ = Vec6d::Zero();  // of the virtual tool, in the last tick
   std::optional<EvaluatedContact> evaluated_;
   std::uint64_t increase_stamp_ = 0;  // of the grid: changes when densities rise
   bool started_ = false;
   bool axis_in_bone_ = false;
+  bool has_pose_ = false;  // X_ is of an earlier tick
 
   // Results of the last tick.
-  Posed X_felt_ = Posed::Identity();  // of the tool that the hand feels: X_, or on the way there
-  Vec3d to_device_ = Vec3d::Zero();   // from the virtual tool to the device [m]
-  double depth_ = 0;                  // of the deepest point [m]
+  Posed X_drawn_ = Posed::Identity();
+  Vec3d to_device_ = Vec3d::Zero();  // from the virtual tool to the device [m]
+  double depth_ = 0;                 // of the deepest point [m]
   int steps_ = 0;
 };
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/release_bound.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/coupled/foundation.hpp>
@@ -28,7 +27,6 @@ struct CoupledGains {
   double shortest_spacing = 0;  ///< [m]
   FoundationLaw law{.stiffness = 1, .ramp = 1};
   VirtualCoupling coupling;
-  ReleaseBound release;
   std::size_t points_per_side = 1;  ///< of a surface element
   double cut_allowance = 0;         ///< by which the cutting head is larger than the tool's [m]
 
@@ -48,12 +46,9 @@ struct CoupledGains {
     const double footprint = std::sqrt(2 * R * yield), skew = spacing.maxCoeff() < C::kSkewed * h ? 1 : C::kSkewed;
     const double side = C::kPointsPerRadius * skew * longest_part / footprint;
     const BoundedSpring rotation_spring{options.rotational_stiffness, options.torque};
-    const double lever = solves_rotation ? std::sqrt(options.rotational_stiffness / options.stiffness) : 0;
     CoupledGains gains{h,
                        {gain / std::numbers::pi, ramp, spring.offset()},
                        {spring, rotation_spring, solves_rotation},
-                       {options.release / options.stiffness, lever, spring.max_extension(),
-                        rotation_spring.limit / rotation_spring.stiffness},
                        static_cast<std::size_t>(side < Foundation::kMaxSide ? std::ceil(side - C::kSideRounding)
                                                                             : double{Foundation::kMaxSide})};
     // The tool fits the hole of a head that is larger by the contact's offset and by the sag of chords. A chord of a
