@@ -162,8 +162,9 @@ TREPHINE_C_API void trephine_scene_destroy(trephine_scene* scene) TREPHINE_C_NOE
 enum {
   TREPHINE_STATUS_OK = 0,
   TREPHINE_STATUS_WORK_BOUND = 1,     /* a search was cut short and goes on at the next tick */
-  TREPHINE_STATUS_STARTED_INSIDE = 2, /* the tool appeared in bone: bring the force back by a ramp, from here on down */
-  TREPHINE_STATUS_JUMP = 3,           /* the pose moved too far in a tick; contact started anew */
+  TREPHINE_STATUS_STARTED_INSIDE = 2, /* the tool appeared in bone. Surface's force comes at once, here and at a jump:
+                                         bring it back by a ramp of your own. The others' rises by a slope */
+  TREPHINE_STATUS_JUMP = 3,           /* tool or bone moved farther in a tick than a hand can; nothing was milled */
   TREPHINE_STATUS_BAD_INPUT = 4,      /* pose not finite, no rotation or absurdly far: zero wrench, nothing milled */
   TREPHINE_STATUS_NON_FINITE = 5      /* a law overflowed: zero wrench, contact starts anew */
 };

@@ -29,7 +29,7 @@ const char* in_words(trephine::Status s) {
     case Status::kStartedInside:
       return "drill starts in bone: force fades in";
     case Status::kJump:
-      return "the hand jumped: contact starts anew";
+      return "the hand jumped: nothing is cut, force fades in";
     case Status::kBadInput:
       return "the device's pose is no pose: no force";
     case Status::kNonFinite:
