@@ -21,6 +21,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -103,25 +104,29 @@ constexpr double kRounding = 1 + 1e-6;
 TEST_CASE("wrench steps: a tool slid off an edge and back changes its wrench by the law, and is drawn so") {
   Random random(1201);
   Figures beyond, drawn, work;
-  for (int n = 0; n < cases(24); ++n) {
-    const RasterOptions o = image_of(n);
+  for (int n = 0; n < cases(32); ++n) {
+    RasterOptions o = image_of(n);
+    const double spacing = std::array{3e-4, 5e-5, 1e-4, 1e-3}[static_cast<std::size_t>(n / 2 % 4)];
+    o.spacing.setConstant(spacing);
+    const double R = random.uniform(2, 7) * spacing;
+    const Burr burr{.tip_radius = R, .shaft_radius = 0.55 * R, .shaft_length = 40e-3};
     const Vec3d p = near_middle(random, o), up = random.unit(), out = up.unitOrthogonal();
     auto bone = rasterise<std::int16_t>(Both{HalfSpace{p, up}, HalfSpace{p, out}}, o);
-    const double depth = random.uniform(1, 2) * kRadius, speed = std::pow(10, random.uniform(-2, -0.5));
+    const double depth = random.uniform(1, 2) * R, speed = std::pow(10, random.uniform(-2, -0.5)) * R / kRadius;
     const double dt = n % 4 == 0 ? 2.5e-4 : n % 4 == 1 ? 4e-3 : 1e-3;
     Watch watch;
     const auto slide = [&](auto& scene) {
-      const auto at = [&](double along, double deep) { return tool_at(p + along * out + (kRadius - deep) * up, up); };
-      for (double deep = -3e-4; deep < depth; deep += speed * dt) watch.tick(scene, at(-3e-3, deep), dt);
-      for (double along = -3e-3; along < 5e-3; along += speed * dt) watch.tick(scene, at(along, depth), dt);
-      for (double along = 5e-3; along > -3e-3; along -= speed * dt) watch.tick(scene, at(along, depth), dt);
-      for (double deep = depth; deep > -3e-4; deep -= speed * dt) watch.tick(scene, at(-3e-3, deep), dt);
+      const auto at = [&](double along, double deep) { return tool_at(p + along * out + (R - deep) * up, up); };
+      for (double deep = -R / 5; deep < depth; deep += speed * dt) watch.tick(scene, at(-2 * R, deep), dt);
+      for (double along = -2 * R; along < 3 * R; along += speed * dt) watch.tick(scene, at(along, depth), dt);
+      for (double along = 3 * R; along > -2 * R; along -= speed * dt) watch.tick(scene, at(along, depth), dt);
+      for (double deep = depth; deep > -R / 5; deep -= speed * dt) watch.tick(scene, at(-2 * R, deep), dt);
     };
     if (n % 2 == 0) {
-      HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{kDrill, kGains}};
+      HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{burr, kGains}};
       slide(scene);
     } else {
-      HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{kDrill, kGains, Coulomb{0.3, 0.25}}};
+      HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{burr, kGains, Coulomb{0.3, 0.25}}};
       slide(scene);
     }
     CAPTURE(n);
