@@ -55,6 +55,7 @@ Wrenchd tick(S& stage, double dt) {
   context.dt = dt;
   Wrenchd wrench;
   stage.apply(context, wrench);
+  stage.vibrate(context, wrench);
   return wrench;
 }
 

@@ -71,7 +71,7 @@ TEST_CASE("filter: a constant passes unchanged, a ramp comes 1/(2 pi f) late") {
   for (int k = 0; k < 1000; ++k) out = pass(filter, in, kTick);
   CHECK((out.force - in.force).norm() < 1e-13);
 
-  filter.reset();
+  filter.begin_tick();  // the last tick sent nothing: the output is zero again
   constexpr double kFine = 1e-5;
   double t = 0;
   for (int k = 0; k < 20000; ++k) {
@@ -82,14 +82,24 @@ TEST_CASE("filter: a constant passes unchanged, a ramp comes 1/(2 pi f) late") {
   CHECK(filter.options().delay() == doctest::Approx(3.183e-3).epsilon(1e-3));
 }
 
-TEST_CASE("filter: fades to zero itself, not to denormal numbers, and reset forgets") {
+TEST_CASE("filter: fades to zero itself, not to denormal numbers") {
   FirstOrderFilter filter{{.cutoff = 50}};
   (void)pass(filter, {Vec3d(1, -1, 1), Vec3d(1, 1, 1)}, 0.1);
   for (int k = 0; k < 100; ++k) (void)pass(filter, {}, kTick);
   CHECK(pass(filter, {}, kTick) == Wrenchd{});
-  (void)pass(filter, {Vec3d(1, 1, 1), Vec3d(1, 1, 1)}, kTick);
-  filter.reset();
-  CHECK(pass(filter, {}, kTick) == Wrenchd{});
+}
+
+TEST_CASE("filter: a reset leaves the output, and a tick that sent zero has the next from zero") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 300, Floor<>{}, FirstOrderFilter({.cutoff = 20})};
+  const auto press = [&] { return scene.tick({.X_WT = at(0, 0, -1e-3)}, kTick).wrench.force.z(); };
+  const double first = press();
+  for (int k = 0; k < 50; ++k) (void)press();
+  const double before = press();
+  scene.reset();
+  CHECK(press() > before);
+  CHECK(scene.tick({.X_WT = at(kNaN, 0, 0)}, kTick).wrench == Wrenchd::zero());
+  CHECK(press() == first);
 }
 
 TEST_CASE("filter: a cut-off far beyond the tick rate passes every bit") {

@@ -74,8 +74,9 @@ class CuttingVibration : public Cutting {
     factor_ = 1;
   }
 
-  void apply(const TickContext& context, Wrenchd& wrench) noexcept {
-    Cutting::apply(context, wrench);
+  /// Adds the ripple to the edges' wrench, which `apply` added. The scene calls it in the part's place in the list,
+  /// after its bound on the wrench's change: a vibration is meant to change fast.
+  void vibrate(const TickContext& context, Wrenchd& wrench) noexcept {
     if (lines_.teeth() != ToothLines::teeth_of(this->options().edges)) update_lines();
     const CuttingReport& mean = this->report();
     const double advance = mean.spindle * context.dt;

@@ -18,7 +18,8 @@ namespace trephine {
 /// one tick divides the stable stiffness by about three. Filter lightly, or not at all. After contact ends, the wrench
 /// decays over a few 1/(2π f).
 ///
-/// State: the last output, zero at the start and after `reset`. Haptic thread.
+/// State: the last output. It is zero at the start and after a tick that sent zero, and stays at a reset of the scene,
+/// so that no step comes of that. Haptic thread.
 class FirstOrderFilter {
  public:
   static constexpr bool kUsesTwist = false;
@@ -42,7 +43,11 @@ class FirstOrderFilter {
   /// Replaces the options, which `validate` must accept, without a step in the output; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
-  void reset() noexcept { state_ = Wrenchd::zero(); }
+  void begin_tick() noexcept {
+    if (!was_sent_) state_ = Wrenchd::zero();
+    was_sent_ = false;
+  }
+  void sent(const Wrenchd&) noexcept { was_sent_ = true; }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     const double decay = std::exp(-2 * std::numbers::pi * options_.cutoff * context.dt);  // 1 − α
@@ -64,6 +69,7 @@ class FirstOrderFilter {
 
   Options options_;
   Wrenchd state_;
+  bool was_sent_ = false;  // the last tick's wrench
 };
 
 }  // namespace trephine

@@ -215,6 +215,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     for_each_part([&](auto& part) {
       using Part = std::remove_cvref_t<decltype(part)>;
       if constexpr (Stage<Part> && !kAddsCuttingForce<Part>) part.apply(context, result.wrench);
+      if constexpr (requires { part.vibrate(context, result.wrench); }) part.vibrate(context, result.wrench);
     });
     if constexpr (!kHasTorque) result.wrench.torque.setZero();
     if constexpr (kReportsStructures) report_structures(result.structures);

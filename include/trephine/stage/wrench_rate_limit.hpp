@@ -20,8 +20,9 @@ namespace trephine {
 /// tool seldom needs it.
 ///
 /// The change is relative to the wrench that left the scene a tick ago, after all limits, so clipped force needs no
-/// unwinding. After a tick that sent zero the wrench rises from zero. List this stage last before DeviceLimits, whose
-/// projection onto a ball makes no change larger. State: the last wrench sent. Haptic thread.
+/// unwinding. After a tick that sent zero the wrench rises from zero; a reset of the scene changes nothing. List this
+/// stage last before DeviceLimits, whose projection onto a ball makes no change larger. State: the last wrench sent.
+/// Haptic thread.
 class WrenchRateLimit {
  public:
   static constexpr bool kUsesTwist = false;
@@ -44,8 +45,6 @@ class WrenchRateLimit {
   [[nodiscard]] const Options& options() const noexcept { return options_; }
   /// Replaces the options, which `validate` must accept; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
-
-  void reset() noexcept { previous_ = next_ = Wrenchd::zero(); }
 
   void begin_tick() noexcept {
     previous_ = next_;  // a tick that ends early sends zero
