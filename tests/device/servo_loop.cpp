@@ -309,7 +309,12 @@ TEST_CASE("servo loop: says where scene and device do not fit") {
   ScriptedDevice device(kStill);
   FloorScene scene;
   CHECK(simulated(device, scene).warnings().empty());
+  struct WarningScene : FloorScene {
+    std::vector<std::string> warnings() const { return {"the bone is a cheese"}; }
+  } warning;
+  CHECK(warned(simulated(device, warning), "cheese"));
   device.can.output_dof = 3;
+  CHECK(warned(simulated(device, warning), "cheese"));
   CHECK(warned(simulated(device, scene), "torque is dropped"));
   device.can.output_dof = 0;
   CHECK(warned(simulated(device, scene), "gives no force"));

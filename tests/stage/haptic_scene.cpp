@@ -486,6 +486,22 @@ TEST_CASE("construction refuses what cannot work, and says what to do") {
   CHECK(refusal([&] { HapticScene(stored, 300, Floor<double, StoredGradient>{}); }).empty());
 }
 
+TEST_CASE("warnings: a scene that cuts says that voxels are too long for its tool's radius") {
+  VoxelGrid<float> bone({.size = {16, 16, 16}, .spacing = {5e-4, 5e-4, 1e-3}}, std::vector<float>(4096, 0.0F));
+  const auto warned = [&](double radius, auto... parts) {
+    const Burr burr{.tip_radius = radius, .shaft_radius = radius / 2};
+    const auto warnings = HapticScene{bone, 0.5, Floor<>{.burr = burr}, parts...}.warnings();
+    for (const std::string& w : warnings) {
+      CHECK(w.find("trephine::HapticScene: ") == 0);
+      CHECK(w.find("`resampled`") != std::string::npos);
+    }
+    return warnings.size();
+  };
+  CHECK(warned(1.9e-3, Witness{}) == 1);
+  CHECK(warned(2.1e-3, Witness{}) == 0);
+  CHECK(warned(1.9e-3) == 0);  // cuts nothing
+}
+
 TEST_CASE("a tick takes no memory, good, bad or overflowing") {
   auto bone = small_grid();
   auto scene = full_scene(bone);

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 namespace trephine {
 class RevolvedTool;
@@ -94,6 +96,7 @@ class AnyScene : public Interface {
   [[nodiscard]] virtual Posed visual_pose_W() const noexcept = 0;
   [[nodiscard]] virtual Posed cutting_pose_W() const noexcept = 0;
   virtual std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept = 0;
+  [[nodiscard]] virtual std::vector<std::string> warnings() const = 0;
 };
 
 class AnyReader : public Interface {

@@ -21,6 +21,7 @@
 #include <concepts>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -216,6 +217,7 @@ class SceneOf final : public AnyScene {
   Posed visual_pose_W() const noexcept override { return scene_.visual_pose_W(); }
   Posed cutting_pose_W() const noexcept override { return scene_.cutting_pose_W(); }
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept override { return scene_.contacts_W(out); }
+  std::vector<std::string> warnings() const override { return scene_.warnings(); }
 
  private:
   template <class Part>

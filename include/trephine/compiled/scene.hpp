@@ -162,6 +162,8 @@ class Scene {
   [[nodiscard]] Posed cutting_pose_W() const noexcept { return scene_->cutting_pose_W(); }
   /// Writes the last good tick's contact points as far as `out` has room; returns how many were written.
   std::size_t contacts_W(std::span<ContactPoint<double>> out) const noexcept { return scene_->contacts_W(out); }
+  /// One sentence for each reason why results may be off; see `HapticScene::warnings`.
+  [[nodiscard]] std::vector<std::string> warnings() const { return scene_->warnings(); }
   [[nodiscard]] const Bone& bone() const noexcept { return bone_; }
   [[nodiscard]] Bone& bone() noexcept { return bone_; }
 

@@ -14,11 +14,16 @@
 /// Compares a scene with a device: warnings before a run, and limits of the wrench at each tick.
 namespace trephine {
 
-/// Returns one sentence for each mismatch between a scene and the device that will render it at `rate` [Hz].
+/// Returns one sentence for each mismatch between a scene and the device that will render it at `rate` [Hz], after the
+/// scene's own warnings.
 template <TickableScene Scene>
 [[nodiscard]] std::vector<std::string> match_device(const Scene& scene, const DeviceCapabilities& device,
                                                     const Registration& registration, double rate) {
   std::vector<std::string> warnings;
+  if constexpr (requires {
+                  { scene.warnings() } -> std::convertible_to<std::vector<std::string>>;
+                })
+    warnings = scene.warnings();
   const auto warn = [&](const auto&... parts) {
     std::ostringstream s;
     s << "trephine::ServoLoop: ";

@@ -97,7 +97,7 @@ class ServoLoop {
   /// wait-free.
   void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
 
-  /// Returns one sentence for each mismatch between scene and device, found at construction.
+  /// Returns the scene's warnings and one sentence for each mismatch between scene and device, found at construction.
   [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
   [[nodiscard]] const Registration& registration() const noexcept { return registration_; }

@@ -14,9 +14,9 @@ namespace trephine {
 /// - `static constexpr bool kHasTorque` is true if the scene computes torque.
 /// - `double stiffness() const` returns the largest contact stiffness [N/m].
 /// - `double tangent_stiffness(double force) const` returns it at a contact force [N], if it depends on the force.
-/// - `bool bounds_wrench() const noexcept` is true if the scene's wrench never steps but to zero, so no jump of the
-/// tool
-///   needs a ramp.
+/// - `bool bounds_wrench() const noexcept` is true if the scene's wrench never steps but to zero, so that a jump needs
+///   no ramp.
+/// - `std::vector<std::string> warnings() const` returns sentences that the loop's own warnings begin with.
 template <class S>
 concept TickableScene = requires(S& scene, const TickInput& input, double dt) {
   { scene.tick(input, dt) }

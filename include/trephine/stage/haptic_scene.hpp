@@ -15,9 +15,11 @@
 #include <memory>
 #include <span>
 #include <sstream>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace trephine {
 
@@ -275,6 +277,18 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     std::apply([&](const auto&... part) { (look_at(part), ...); }, parts_);
     return bounds;
   }
+  /// Returns one sentence for each reason why the scene's results may be off: voxels too long for the tool.
+  [[nodiscard]] std::vector<std::string> warnings() const {
+    std::vector<std::string> warnings;
+    const double voxel = bone_->spacing().maxCoeff(), radius = renderer_.shape().tip_radius;
+    if (kCarves && radius < kFewestVoxels * voxel) {
+      std::ostringstream s;
+      s << "trephine::HapticScene: the tool's radius is " << radius / voxel << " of the longest voxels: below "
+        << kFewestVoxels << " a hole's section is off by 4 to 20 %; `resampled` makes finer voxels";
+      warnings.push_back(s.str());
+    }
+    return warnings;
+  }
 
   /// Return the poses of the last good tick in W. They move with the grid if it moved since.
   [[nodiscard]] Posed proxy_pose_W() const noexcept { return in_world(renderer_.proxy_pose()); }
@@ -304,6 +318,9 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   using Bound = std::conditional_t<kBoundsWrench, ReleaseBound, NoBound>;
   template <class Part>
   static constexpr bool kAddsCuttingForce = Stage<Part>&& DecidesCuts<Part>;
+  /// Tip radius that voxels hold [longest spacings]. A deep hole's section is then off by 4.4 % at most. At a radius of
+  /// one it is too large by 11 % (coupled tool), or too small by 20 %.
+  static constexpr double kFewestVoxels = 2;
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;
