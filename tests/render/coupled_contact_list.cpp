@@ -92,6 +92,7 @@ TEST_CASE("contact list: a position is the centre of pressure; elements beyond i
   list.add_force(8, Vec3d(0, 5, 0));
   list.finish(Vec3d(0, 0, 0.5));
   REQUIRE(list.contacts().size() == 3);
+  CHECK_FALSE(list.is_complete());
   for (const auto& c : list.contacts()) {
     CHECK((c.position - Vec3<float>(5e-4F, 0, 0.5F)).norm() <= 1e-7F);
     CHECK(c.force.z() == -4);
@@ -102,6 +103,7 @@ TEST_CASE("contact list: a position is the centre of pressure; elements beyond i
   CHECK(list.contacts()[2].force.y() == 0);
   list.clear();
   CHECK(list.contacts().empty());
+  CHECK(list.is_complete());
 }
 
 }  // namespace

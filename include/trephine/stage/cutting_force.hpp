@@ -240,6 +240,8 @@ class CuttingForce {
     const double top = top_ + axis.dot(X_GT.translation());
     for (const auto& c : renderer.contacts())
       if (axis.dot(c.position.template cast<double>()) <= top) sum += c.force.template cast<double>();
+    // A large head, pressed all over, has more contacts than a list: its shaft then has few.
+    if constexpr (requires { renderer.unlisted_force(); }) sum += renderer.unlisted_force();
     return sum;
   }
 

@@ -16,18 +16,24 @@ namespace trephine {
 template <RealScalar Scalar>
 class ContactList {
  public:
-  /// Allocates room for `contacts` contacts. Further ones are left out.
+  /// Allocates room for `contacts` contacts. Further ones are left out (`is_complete`).
   void reserve(std::size_t contacts) {
     contacts_.resize(contacts);
     sums_.resize(contacts);
   }
-  void clear() noexcept { count_ = cursor_ = 0; }
+  void clear() noexcept {
+    count_ = cursor_ = 0;
+    is_complete_ = true;
+  }
 
   /// Adds a point with the normal force `load` > 0 [N] to its element's contact. Call it for all points of an element
   /// in a row.
   void add(const FoundationPoint& q, double load) noexcept {
     if (count_ == 0 || sums_[count_ - 1].element != q.element) {
-      if (count_ == contacts_.size()) return;
+      if (count_ == contacts_.size()) {
+        is_complete_ = false;
+        return;
+      }
       sums_[count_] = {.element = q.element};
       contacts_[count_++] = {};
     }
@@ -56,6 +62,8 @@ class ContactList {
   }
 
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return {contacts_.data(), count_}; }
+  /// Returns false if contacts were left out since `clear`.
+  [[nodiscard]] bool is_complete() const noexcept { return is_complete_; }
 
  private:
   struct ElementSum {
@@ -67,6 +75,7 @@ class ContactList {
   std::vector<ElementSum> sums_;
   std::size_t count_ = 0;
   std::size_t cursor_ = 0;  // contact that `add_force` found last
+  bool is_complete_ = true;
 };
 
 }  // namespace trephine

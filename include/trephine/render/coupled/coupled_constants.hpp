@@ -129,8 +129,8 @@ struct CoupledConstants {
   static constexpr double kOnAxis = 1e-9;
   /// A slipping bristle within this fraction of its limit still slips: rounding puts it on either side.
   static constexpr double kSlipMargin = 1e-6;
-  /// Room for contact points, and for elements in contact. Points beyond it have no friction, and off the tip's ball no
-  /// force. Elements beyond it have no friction and are not in `contacts()`.
+  /// Room for contact points, and for elements in contact. Those beyond it press, but have no friction and are not in
+  /// `contacts()` (`CoupledToolRenderer::unlisted_force`).
   static constexpr std::size_t kMaxPoints = 16384, kMaxContacts = 2048;
 };
 

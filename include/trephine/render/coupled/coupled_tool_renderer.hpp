@@ -153,6 +153,8 @@ class CoupledToolRenderer {
   [[nodiscard]] const auto& cutting_head() const noexcept { return head_; }
   /// One contact per surface element in contact, friction included: G axes [m, N].
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
+  /// Force on the tool of contacts for which `contacts()` has no room, G axes [N].
+  [[nodiscard]] const Vec3d& unlisted_force() const noexcept { return unlisted_force_; }
   /// Pose of the virtual tool in G, where it touches bone and cuts.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
   /// Bound on the wrench's change from tick to tick, which the scene applies (`CoupledOptions::release`).
@@ -256,6 +258,7 @@ class CoupledToolRenderer {
     evaluated_.reset();
     bristles_.reset();
     contacts_.clear();
+    unlisted_force_.setZero();
   }
 
   /// Evaluates contact, friction and coupling at X. Returns nothing while the bone's surface there is not available.
@@ -313,17 +316,27 @@ class CoupledToolRenderer {
     to_device_ = linear_part(extension);
     depth_ = found.evaluation.contact.depth;
     report_contacts(found.last_step, summary);
+    unlisted_force_.setZero();
+    if (!contacts_.is_complete() || !foundation_.has_all_points()) {
+      // All contacts together balance the coupling.
+      unlisted_force_ = -linear_part(coupling_wrench(extension));
+      for (const auto& c : contacts_.contacts()) unlisted_force_ -= c.force.template cast<double>();
+    }
     // A search that reached its bound in the air, behind the device, gives no force.
     if (!found.found_contact) return Vec6d::Zero();
     if (summary.count > 0) summary.depth = to_device_.norm() + depth_;
     return extension;
   }
 
+  /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
+  [[nodiscard]] Vec6d coupling_wrench(const Vec6d& extension) const noexcept {
+    return VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
+  }
+
   /// Sets the wrench on the hand, which the coupling gives at an extension.
   void feel(const Vec6d& extension, Rendered<Scalar>& out) const noexcept {
     if (!(extension.squaredNorm() > 0)) return;
-    const Vec6d on_tool =
-        VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
+    const Vec6d on_tool = coupling_wrench(extension);
     const Vec3d force = -linear_part(on_tool), torque = -angular_part(on_tool);
     out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
   }
@@ -393,6 +406,7 @@ class CoupledToolRenderer {
   // Results of the last tick.
   Posed X_drawn_ = Posed::Identity();
   Vec3d to_device_ = Vec3d::Zero();  // from the virtual tool to the device [m]
+  Vec3d unlisted_force_ = Vec3d::Zero();  // [N]
   double depth_ = 0;                 // of the deepest point [m]
   int steps_ = 0;
 };

@@ -86,6 +86,8 @@ class Foundation {
 
   /// Points in contact at the last `sum`, as many as there is room for.
   [[nodiscard]] const std::vector<FoundationPoint>& points() const noexcept { return points_; }
+  /// Returns false if there was no room for more points. The sum has them all.
+  [[nodiscard]] bool has_all_points() const noexcept { return points_.size() < points_.capacity(); }
   void clear() noexcept { points_.clear(); }
 
   /// Narrow phase: returns the sum over the elements' points for a tool at X (G axes), and stores the points in
@@ -301,8 +303,9 @@ class Foundation {
     if (others > 0) add_others(c, at, rho, height, k, potential, depth, depth_slope, u, x, {&gx, &gy, &gz}, sums);
 
     for (std::size_t l = 0; l < c.count; ++l) {
-      if (!(depth[l] > 0) || points_.size() == points_.capacity()) continue;
+      if (!(depth[l] > 0)) continue;
       sums.depth = std::max(sums.depth, -at.distance[l]);
+      if (points_.size() == points_.capacity()) continue;
       points_.push_back({{c.x[l], c.y[l], c.z[l]},
                          {gx[l], gy[l], gz[l]},
                          depth[l],
