@@ -39,6 +39,7 @@ struct Floor {
   S torque_overflow = S(0);  // added to the torque
   S cut_aside = S(0);        // moves the cutting pose along x
   double depth_error = 0;
+  bool evaluated = true;
 
   template <class Field>
   Rendered<S> render(const Field&, const Pose<S>& X) noexcept {
@@ -47,6 +48,7 @@ struct Floor {
     X_GP = X;
     Rendered<S> out;
     out.status = status;
+    out.evaluated = evaluated;
     const S depth = -X.translation().z();
     points = 0;
     if (depth > S(0)) {

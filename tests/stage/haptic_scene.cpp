@@ -357,6 +357,16 @@ TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their s
   CHECK((witness.now.translation() - Vec3d(2e-3, 0, 2 * kDeep)).norm() < 1e-12);
 }
 
+TEST_CASE("carvers wait while contact could not be evaluated") {
+  auto bone = small_grid();
+  auto scene = HapticScene{bone, 0.5, Floor<>{}, Witness{.answer_mm3 = 0.25}};
+  for (const bool evaluated : {true, false, true}) {
+    scene.renderer().evaluated = evaluated;
+    (void)scene.tick({.X_WT = at(0, 0, kDeep), .spindle_on = true}, kTick);
+    CHECK(scene.part<Witness>().context.spindle_on == evaluated);
+  }
+}
+
 TEST_CASE("carvers never see a cutting pose, a depth or a force that is not finite, nor a leap of the proxy as a way") {
   auto bone = small_grid();
   auto scene = HapticScene{bone, 300, Floor<>{}, ForceOnly{}, Witness{}};

@@ -468,6 +468,14 @@ TEST_CASE("bone surface: a tick makes so many bricks and no more, and none takes
     if (blocks == kMany) CHECK(surface.provide(1));
     surface.begin_tick();
     CHECK(surface.provide(grid.brick_count() - 1));
+    surface.begin_tick(2);
+    CHECK(surface.provide(2));
+    provided = 0;
+    if (blocks == kFewest)
+      for (std::size_t b = 3; b < 9; ++b) provided += surface.provide(b) ? 1 : 0;
+    CHECK(provided <= 2);
+    surface.begin_tick(static_cast<int>(grid.brick_count()));
+    for (std::size_t b = 0; b < grid.brick_count(); ++b) CHECK(surface.provide(b));
   }
 }
 

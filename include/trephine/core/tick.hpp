@@ -60,6 +60,9 @@ struct Rendered {
   Wrench<Scalar> wrench;
   ContactSummary contact;
   Status status = Status::kOk;
+  /// False if this tick could not evaluate contact in the bone as it is. The scene then cuts nothing: a cut that the
+  /// renderer does not feel would put it off again, at each tick.
+  bool evaluated = true;
 };
 
 /// One contact of tool and bone, in G: position [m], unit normal out of the bone, force on the tool [N].

@@ -197,8 +197,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if constexpr (kBoundsWrench)
         if (release_.acts() || !(wrench_G == Wrenchd::zero())) motion = motion_in_world(step.X_GT_before, X_GT);
       if constexpr (kCarves) {
-        // Where the tool was set elsewhere, it did not cut its way.
-        const CarveContext cut{input.spindle_on && !restarts, context.dt, magnitude(wrench_G.force), pressed.fraction};
+        // Where the tool was set elsewhere, it did not cut its way. And cuts wait for contact, never the other way:
+        // else each cut could put off the next evaluation.
+        const bool cuts = input.spindle_on && !restarts && found.evaluated;
+        const CarveContext cut{cuts, context.dt, magnitude(wrench_G.force), pressed.fraction};
         result.removed_mm3 = carve(step, X_GT, X_GC, cut);
         if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
           result.removed_mm3 = 0;

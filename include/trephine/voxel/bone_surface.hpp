@@ -39,7 +39,7 @@ class BoneSurface {
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
   static constexpr int kMaxParts = 8;                   ///< parts of an element along an axis
   static constexpr int kBox = 4;                        ///< bricks along the edge of a box (`for_each_brick_of_bone`)
-  /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded.
+  /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded, unless a renderer asks for more.
   static constexpr int kBricksPerTick = 128;
 
   /// Throws std::invalid_argument for an isovalue that is not finite.
@@ -82,8 +82,8 @@ class BoneSurface {
   /// Returns the view that renderers get.
   [[nodiscard]] BoneSurfaceView<Density> view() noexcept { return BoneSurfaceView<Density>(*this); }
 
-  /// Starts a tick, which may compute kBricksPerTick bricks.
-  void begin_tick() noexcept { budget_ = kBricksPerTick; }
+  /// Starts a tick, which may compute so many bricks.
+  void begin_tick(int bricks = kBricksPerTick) noexcept { budget_ = bricks; }
   /// Starts a use: bricks requested from now on are evicted after those requested before.
   void begin_use() noexcept { ++use_; }
 

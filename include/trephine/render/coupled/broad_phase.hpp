@@ -9,11 +9,27 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 namespace trephine {
+
+/// Upper bound on the bricks of bone's surface about a tool's head: a cut, or motion into new bone, leaves no more to
+/// compute anew. They meet a layer about the head's bounding cylinder, as thick as the reach of a list and a brick with
+/// its halo.
+[[nodiscard]] inline int bricks_about_head(const ToolBounds& tool, const Vec3d& spacing) noexcept {
+  constexpr int kBrick = VoxelGrid<std::uint8_t>::kBrick;
+  const double layer = (0.5 * kBrick + 1) * spacing.norm() + CoupledConstants::kMaxReach * spacing.minCoeff();
+  const auto volume = [&](double more) {
+    const double radius = std::max(0.0, tool.radius + more), height = tool.head_top - tool.z_low + 2 * more;
+    return std::numbers::pi * radius * radius * std::max(0.0, height);
+  };
+  const double bricks = (volume(layer) - volume(-layer)) / (std::pow(kBrick, 3) * spacing.prod());
+  return static_cast<int>(std::min(std::ceil(bricks), 1e9));
+}
 
 /// Broad phase: finds the bricks of bone near a tool, then their blocks, and has these blocks' elements listed.
 ///
@@ -21,13 +37,13 @@ namespace trephine {
 /// tool is cut. Each tool has a list of its own.
 class BroadPhase {
  public:
-  /// Allocates room for all elements of the bone's surface. Contact begins `contact_offset` [m] outside
-  /// the tool.
+  /// Allocates room for all bricks of the bone and all elements of its surface. Contact begins `contact_offset` [m]
+  /// outside the tool.
   template <class View>
   void reserve(const View& view, double contact_offset) {
     elements_.reserve(view.surface().block_count());
-    bricks_.reserve(Constants::kMaxBricks);
-    brick_spheres_.reserve(Constants::kMaxBricks);
+    bricks_.reserve(view.grid().brick_count());
+    brick_spheres_.reserve(view.grid().brick_count());
     set_contact_offset(contact_offset);
   }
 
@@ -158,11 +174,7 @@ void BroadPhase::find_bricks(const View& view, const Shape& shape, const Posed& 
     bricks.flush(shape, axis, max_distance(brick_size), turn, [&](const Index& at, const Vec3<float>& middle) {
       const std::size_t brick = grid.brick_index(at[0], at[1], at[2]);
       // A brick of air stays air until densities rise, and then bricks are found anew.
-      if (brick_reach_.shift < 0 || !surface.has_bone(brick)) return;
-      if (bricks_.size() == Constants::kMaxBricks) {
-        brick_reach_.shift = -1;
-        return;
-      }
+      if (!surface.has_bone(brick)) return;
       brick_spheres_.set_centre(bricks_.size(), middle);
       bricks_.push_back({brick, 0});
     });
@@ -205,7 +217,6 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   auto& surface = view.surface();
   begin_list(view, X, reach);
   surface.begin_use();
-  if (brick_reach_.shift < 0) return false;
   const std::uint64_t overruns = surface.overruns();
   const Vec3d p = X.translation();
   const Vec3<float> moved = to_float(X_bricks_.translation() - p);

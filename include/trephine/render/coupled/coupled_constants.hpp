@@ -118,8 +118,6 @@ struct CoupledConstants {
   static constexpr double kBrickReachAngle = 0.2;
   /// Elements reach beyond the brick of their edges by less than this many longest spacings.
   static constexpr int kElementReach = 2;
-  /// Room for bricks near the tool. With more, no list can be made (`Status::kWorkBound`).
-  static constexpr std::size_t kMaxBricks = 16384;
 
   // --- Narrow phase and contacts (foundation.hpp, bristles.hpp).
 

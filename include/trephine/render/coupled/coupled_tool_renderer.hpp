@@ -16,6 +16,7 @@
 #include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/gradient.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <optional>
@@ -37,8 +38,10 @@ namespace trephine {
 ///
 /// *Work a tick*: Newton steps with an active set (`PoseSearch`), at most kMaxSteps. No step moves any part of the tool
 /// past its known clearance by more than half of its core's radius. So no surface passes the tool's axis, from which
-/// points are pushed away. After a cut the search starts ahead, by at most half a voxel. Steps that remain, or bricks
-/// to make, are carried on at the next tick (`kWorkBound`).
+/// points are pushed away. After a cut the search starts ahead, by at most half a voxel. Steps that remain are carried
+/// on at the next tick (`kWorkBound`). So are bricks to make: contact is then not evaluated, the virtual tool stays,
+/// and the scene cuts nothing. A tick may make as many bricks as a cut of the tool's head changes
+/// (`bricks_about_head`).
 ///
 /// *Statuses*: `kJump` as `CoupledOptions::jump` says. `kStartedInside` if the tool appears in contact, or bone appears
 /// around it. While the tool's axis is in bone the status stays, there is no force, and the virtual tool is the
@@ -109,7 +112,7 @@ class CoupledToolRenderer {
   Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT, double dt = 1e-3) noexcept {
     Rendered<Scalar> out;
     const Posed X_device = X_GT.template cast<double>();
-    view.surface().begin_tick();
+    view.surface().begin_tick(std::max(bricks_per_tick_, view.surface().kBricksPerTick));
     const TickStart start = begin_tick(view, X_device);
     if (start.jumped) out.status = Status::kJump;
     const ToolMotion motion = motion_between(X_, X_device);
@@ -122,8 +125,15 @@ class CoupledToolRenderer {
       if (!found.converged) out.status = worse(out.status, Status::kWorkBound);
       if (start.is_new && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
         out.status = worse(out.status, Status::kStartedInside);
-      extension = report(found, out.contact);
+      out.evaluated = found.evaluation_count > 0;
+      extension = out.evaluated ? report(found, out.contact) : hold(start.is_new);
     }
+    awaits_start_ = start.is_new && !out.evaluated;
+    is_felt_ = extension.squaredNorm() > 0;
+    if (out.evaluated)
+      summary_ = out.contact;
+    else if (is_felt_)
+      out.contact = summary_;
     feel(extension, out);
     draw(start, dt);
     return out;
@@ -133,6 +143,7 @@ class CoupledToolRenderer {
   /// is known to be out of bone.
   void reset() noexcept {
     started_ = false;
+    is_felt_ = false;
     broad_phase_.invalidate();
     set_free(X_);
   }
@@ -191,6 +202,7 @@ class CoupledToolRenderer {
     head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
+    bricks_per_tick_ = bricks_about_head(bounds_, spacing_);
   }
 
   [[nodiscard]] bool solves_rotation() const noexcept {
@@ -219,7 +231,7 @@ class CoupledToolRenderer {
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
     const TickStart start{.device_motion = started_ ? motion : ToolMotion{},
                           .jumped = jumped,
-                          .is_new = !started_ || jumped || densities_rose || axis_in_bone_};
+                          .is_new = !started_ || jumped || densities_rose || axis_in_bone_ || awaits_start_};
     increase_stamp_ = view.grid().increase_stamp();
     X_device_ = X_device;
     if (start.is_new) {
@@ -328,6 +340,19 @@ class CoupledToolRenderer {
     return extension;
   }
 
+  /// Keeps the virtual tool where contact was evaluated last, since it would sink into bone unseen. Returns the
+  /// coupling's extension, if that was felt.
+  [[nodiscard]] Vec6d hold(bool is_new) noexcept {
+    if (is_new || !is_felt_) {
+      set_free(X_);
+      return Vec6d::Zero();
+    }
+    Vec6d extension = motion_to(X_, X_device_);
+    if (!gains_.coupling.solves_rotation) clear_angular(extension);
+    to_device_ = linear_part(extension);
+    return extension;
+  }
+
   /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
   [[nodiscard]] Vec6d coupling_wrench(const Vec6d& extension) const noexcept {
     return VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
@@ -391,6 +416,7 @@ class CoupledToolRenderer {
   ContactList<Scalar> contacts_;
   Vec3d spacing_ = Vec3d::Ones();  // of the grid [m]
   double longest_part_ = 1;        // of a surface element [m]
+  int bricks_per_tick_ = 0;        // of the bone's surface, at most
   bool tool_changed_ = false;      // since the scene asked
 
   // State from tick to tick.
@@ -401,13 +427,16 @@ class CoupledToolRenderer {
   std::uint64_t increase_stamp_ = 0;  // of the grid: changes when densities rise
   bool started_ = false;
   bool axis_in_bone_ = false;
-  bool has_pose_ = false;  // X_ is of an earlier tick
+  bool awaits_start_ = false;  // contact has not been evaluated since the start
+  bool is_felt_ = false;       // the coupling gave a wrench at the last tick
+  ContactSummary summary_;     // of the last evaluation
+  bool has_pose_ = false;      // X_ is of an earlier tick
 
   // Results of the last tick.
   Posed X_drawn_ = Posed::Identity();
-  Vec3d to_device_ = Vec3d::Zero();  // from the virtual tool to the device [m]
+  Vec3d to_device_ = Vec3d::Zero();       // from the virtual tool to the device [m]
   Vec3d unlisted_force_ = Vec3d::Zero();  // [N]
-  double depth_ = 0;                 // of the deepest point [m]
+  double depth_ = 0;                      // of the deepest point [m]
   int steps_ = 0;
 };
 

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// The coupled tool in fine voxels, where a cut changes more of the bone's surface than a small tool's: it fits its own
+// hole, and cuts wait for contact.
+#include "render/coupled_helpers.hpp"
+#include "support/cases.hpp"
+
+#include <trephine/stage/cutting_force.hpp>
+#include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/pressure_cut.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+using namespace trephine;
+using namespace trephine::test;
+using namespace trephine::test::coupled;
+
+constexpr double kHalfVoxel = 0.5;
+
+/// Volume of a ball that plunged `depth` into a half space [mm³].
+double swept_mm3(double R, double depth) {
+  return 1e9 * kPi * (depth < R ? depth * depth * (3 * R - depth) / 3 : R * R * (depth - R / 3));
+}
+
+/// Bone whose top is a plane across z, for a plunge of a tool of radius R.
+struct Block {
+  double R, depth, h;
+  ImageOptions options{.size = {across(), across(), static_cast<int>(depth / h) + 20}, .spacing = Vec3d::Constant(h)};
+  Bone bone = image(HalfSpace{at(0), Vec3d::UnitZ()}, options);
+
+  [[nodiscard]] int across() const { return 2 * static_cast<int>(R / h) + 20; }
+  /// Foremost point of a tool so deep in the bone.
+  [[nodiscard]] Vec3d at(double deep) const {
+    const Vec3d m = options.middle();
+    return {m.x(), m.y(), (options.size[2] - 8.5) * h - deep};
+  }
+  [[nodiscard]] Posed pose(double deep) const { return tool_at(at(deep) + R * Vec3d::UnitZ(), Vec3d::UnitZ()); }
+};
+
+struct Plunged {
+  double removed = 0, past = 0, step = 0;  // [mm³, voxels, N]
+  int other_statuses = 0;
+};
+
+template <class Scene>
+Plunged plunge(Scene& scene, const Block& block, double speed) {
+  Plunged out;
+  double force = 0;
+  const int ticks = static_cast<int>(block.depth / (speed * kDt));
+  for (int i = -20; i < ticks + 300; ++i) {
+    const Posed X_WT = block.pose(std::min(block.depth, i * speed * kDt));
+    const TickResult r = scene.tick({.X_WT = X_WT, .spindle_on = true}, kDt);
+    out.removed += r.removed_mm3;
+    out.other_statuses += r.status == Status::kOk ? 0 : 1;
+    const double past = X_WT.translation().z() - scene.proxy_pose_W().translation().z();
+    out.past = std::max(out.past, (past - r.wrench.force.norm() / kK) / block.h);
+    out.step = std::max(out.step, std::abs(r.wrench.force.norm() - force));
+    force = r.wrench.force.norm();
+  }
+  return out;
+}
+
+TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it, and says nothing else") {
+  constexpr double kRemoved = 0.02, kSpeed = 20e-3;  // asked for
+  const auto check = [&](const std::string& name, double voxels, double h, double radii, const auto&... parts) {
+    const double R = voxels * h;
+    Block block{R, radii * R, h};
+    const Burr burr{.tip_radius = R, .shaft_radius = R / 2, .shaft_length = 0.040};
+    auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains, parts...);
+    const Plunged p = plunge(scene, block, kSpeed);
+    const double off = p.removed / swept_mm3(R, block.depth) - 1;
+    MESSAGE(name, ", ", voxels, " voxels: removed off by ", off, ", past the device [voxels] ", p.past,
+            ", other statuses ", p.other_statuses, ", largest step [N] ", p.step);
+    CHECK(std::abs(off) <= kRemoved);
+    CHECK(p.past <= kHalfVoxel);
+    CHECK(p.other_statuses == 0);
+  };
+  const CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000), .felt = 1.0 / 60});
+  check("geometric", 30, 1e-4, 1.2, Milling{});
+  check("under pressure", 30, 1e-4, 0.8, cutting, Milling{PressureCut{}});
+  if (kSanitized) return;
+  check("rate 1e6", 30, 1e-4, 1.0, Milling{{.rate = 1e6}});
+  check("advancing", 30, 1e-4, 0.8, Milling{AdvancingCut{.speed = 50e-3}});
+  check("geometric", 60, 5e-5, 0.8, Milling{});
+}
+
+TEST_CASE("coupled fine: all contacts of a large head press on the cutting law") {
+  // Pressed by half its radius it has more contacts than the list holds. The law's thrust is their whole force.
+  Block block{2.5e-3, 1.5e-3, 1e-4};
+  const Burr burr{.tip_radius = block.R, .shaft_radius = 1e-3, .shaft_length = 0.040};
+  REQUIRE(carve(block.bone, kIso,
+                SphereCutter(block.pose(0).translation(), block.pose(block.depth).translation(), block.R)) > 0);
+  auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains, CuttingForce(CuttingForce::Options{}),
+                             Milling{PressureCut{}});
+  const TickResult r = lead(scene, block.pose(-1e-4), block.pose(block.depth + 3e-3), 200);  // the spindle is off
+  REQUIRE(scene.renderer().contacts().size() == CoupledConstants::kMaxContacts);
+  CHECK(scene.part<CuttingForce>().report().thrust == doctest::Approx(r.wrench.force.norm()).epsilon(1e-3));
+}
+
+/// A surface that makes fewer bricks a tick than a renderer asks for.
+struct Starved : BoneSurface<std::int16_t> {
+  using BoneSurface::BoneSurface;
+  int bricks = 0;
+  void begin_tick(int) noexcept { BoneSurface::begin_tick(bricks); }
+};
+struct StarvedView {
+  using Scalar = double;
+  using Density = std::int16_t;
+  Starved* starved;
+  [[nodiscard]] Starved& surface() const noexcept { return *starved; }
+  [[nodiscard]] const Bone& grid() const noexcept { return starved->grid(); }
+  [[nodiscard]] bool is_beyond(const Vec3d& p_G, double radius) const noexcept {
+    return BoneSurfaceView<Density>(*starved).is_beyond(p_G, radius);
+  }
+};
+
+TEST_CASE("coupled fine: where a tick can make few bricks, cuts wait, and the tool neither sinks in nor stays behind") {
+  Block block{1.2e-3, 2e-3, 1e-4};
+  Starved surface(block.bone, kIso);
+  surface.bricks = 20;  // each cut changes more
+  const StarvedView view{&surface};
+  CoupledToolRenderer<> tool{Burr{.tip_radius = block.R, .shaft_radius = 8e-4, .shaft_length = 0.040}, kGains};
+  tool.prepare(view);
+  double removed = 0, past = 0, longest_step = 0, force = 0;
+  int waited = 0, longest = 0, waits = 0;
+  const int ticks = 1000, rest = 500;
+  Posed X_cut = block.pose(-1e-4);
+  for (int i = 0; i < ticks + rest; ++i) {
+    const Posed X_GT = block.pose(std::min(1.0, static_cast<double>(i) / ticks) * (block.depth + 1e-4) - 1e-4);
+    const auto r = tool.render(view, X_GT, kDt);
+    past = std::max(past, X_GT.translation().z() - tool.proxy_pose().translation().z());
+    longest_step = std::max(longest_step, std::abs(r.wrench.force.norm() - force));
+    force = r.wrench.force.norm();
+    waited = r.evaluated ? 0 : waited + 1;
+    waits += r.evaluated ? 0 : 1;
+    longest = std::max(longest, waited);
+    CHECK((r.evaluated || r.status == Status::kWorkBound));
+    if (!r.evaluated) continue;
+    const Posed X = tool.cutting_pose(kDt);
+    removed +=
+        carve(block.bone, kIso, SphereCutter(X_cut.translation(), X.translation(), tool.cutting_head().tip_radius));
+    X_cut = X;
+  }
+  MESSAGE("waited in ", waits, " ticks, at most ", longest, " in a row; past the device [voxels] ", past / block.h,
+          ", largest step [N] ", longest_step);
+  CHECK(waits > 10);
+  CHECK(longest < 40);
+  CHECK(past <= kHalfVoxel * block.h);
+  CHECK(longest_step <= kK * 4 * block.h);
+  CHECK(std::abs(removed / swept_mm3(block.R, block.depth) - 1) <= 0.02);
+}
+
+}  // namespace
