@@ -3,6 +3,8 @@
 
 #include <trephine/core/refuse.hpp>
 
+#include <optional>
+
 namespace trephine {
 
 /// Rule that starts and ends a proxy's contact.
@@ -21,6 +23,9 @@ struct ProxyOptions {
   /// is reset, because a proxy left behind would pull the hand across the gap.
   double jump = 0.005;
   Trigger trigger = Trigger::kSwept;
+  /// Longest way of the proxy along the surface over the probe's way. A bound makes a proxy drop off an edge gradually;
+  /// it then lags behind, and energy is lost. Without it the proxy slides on at once.
+  std::optional<double> slide{};
 
   /// Throws std::invalid_argument for a number outside its range.
   void validate() const {
@@ -29,6 +34,7 @@ struct ProxyOptions {
     if (!(path_steps >= 8 && path_steps <= 100000))
       refuse("ProxyOptions", "path_steps must be 8 to 100000", path_steps);
     if (!(jump > 0)) refuse("ProxyOptions", "jump must be > 0 m", jump);
+    if (slide && !(*slide >= 1)) refuse("ProxyOptions", "slide must be >= 1", *slide);
   }
 };
 

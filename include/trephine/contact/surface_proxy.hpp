@@ -7,6 +7,9 @@
 #include <trephine/core/status.hpp>
 #include <trephine/voxel/clearance_field.hpp>
 
+#include <algorithm>
+#include <limits>
+
 namespace trephine {
 
 /// A point that follows a probe but stays outside bone: thesis sections 2.1.3 and 3.1.4 (after Ruspini 1997, Salisbury
@@ -90,6 +93,7 @@ class SurfaceProxy {
     const Scalar step = static_cast<Scalar>(options_.step) * field.voxel();
     const bool jumped =
         state_ != State::kNone && has_probe_ && !((p - probe_).norm() <= static_cast<Scalar>(options_.jump));
+    allow_slide(field, p);
     probe_ = p;
     has_probe_ = true;
     if (jumped) {
@@ -110,11 +114,21 @@ class SurfaceProxy {
   enum class State { kNone, kFree, kContact, kInside };
   enum class Projection { kOnSurface, kTooHigh, kFree };
 
+  // Sets how far the proxy may slide in this tick. A rest below the search tolerance is carried over, so that slow
+  // probes move it too.
+  template <PointField Field>
+  void allow_slide(const Field& field, const Vec3<Scalar>& p) noexcept {
+    may_slide_ = options_.slide ? std::min(may_slide_, static_cast<Scalar>(kSurfaceTolerance) * field.voxel())
+                                : std::numeric_limits<Scalar>::max();
+    if (options_.slide && has_probe_) may_slide_ += static_cast<Scalar>(*options_.slide) * (p - probe_).norm();
+  }
+
   // Starts without history: free if the probe is free, else projected out of bone.
   template <PointField Field>
   void start(const Field& field, const Vec3<Scalar>& p) noexcept {
     q_ = p;
     sticking_ = false;
+    may_slide_ = std::numeric_limits<Scalar>::max();
     state_ = field.value(p) < Scalar(0) ? State::kFree : (project_out(field, q_) ? State::kContact : State::kInside);
   }
 
@@ -230,7 +244,8 @@ class SurfaceProxy {
       before_previous = previous;
       previous = q_;
       const Scalar distance = d.norm();
-      Scalar length = std::min(slip, step);
+      if (!(may_slide_ > tolerance)) return Status::kOk;
+      Scalar length = std::min({slip, step, may_slide_});
       bool moved = false;
       for (int trial = 0; trial < kMaxTrials && !moved; ++trial) {
         Vec3<Scalar> q = q_ + (length / tangential) * t;
@@ -253,6 +268,7 @@ class SurfaceProxy {
         length *= shortening;
       }
       if (!moved) return Status::kOk;
+      may_slide_ -= (q_ - previous).norm();
     }
     // The work limit ended the slide. The proxy lags behind if its last two moves add up; in a corner they cancel.
     return (q_ - before_previous).norm() > step ? Status::kWorkBound : Status::kOk;
@@ -358,6 +374,7 @@ class SurfaceProxy {
   State state_ = State::kNone;
   bool sticking_ = false;
   bool has_probe_ = false;
+  Scalar may_slide_ = Scalar(0);  // way along the surface that `ProxyOptions::slide` leaves [m]
   Vec3<Scalar> probe_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> q_ = Vec3<Scalar>::Zero();  // the proxy
   Vec3<Scalar> n_ = Vec3<Scalar>::Zero();  // outward unit normal at the proxy

@@ -104,6 +104,9 @@ struct Patch {
   // Smallest cosine between normal and inward direction at which a patch is in contact: 84°. Exit distances grow as its
   // reciprocal, and a patch that faces away from bone exits through other bone.
   static constexpr auto kMinCosine = Scalar(0.1);
+  // Cosine from which on a spring has its full length: 78°. The length grows from zero between the two, so that a
+  // surface that turns away lets go of a patch gradually.
+  static constexpr auto kFullCosine = Scalar(0.2);
 
   template <RealScalar Other>
   [[nodiscard]] Patch<Other> cast() const noexcept {
@@ -166,7 +169,8 @@ struct Patch {
     const Scalar per_mean = Scalar(1) / mean;
     const Vec3<Scalar> direction = inward - (per_mean / radius) * centroid;
     const Scalar per_cosine = Scalar(1) / n.dot(direction);
-    return {mean * per_cosine, (Scalar(1) / std::sqrt(direction.squaredNorm())) * direction, along * per_mean,
+    const Scalar share = std::min((cosine - kMinCosine) / (kFullCosine - kMinCosine), Scalar(1));
+    return {share * mean * per_cosine, (Scalar(1) / std::sqrt(direction.squaredNorm())) * direction, along * per_mean,
             square * per_mean * per_cosine};
   }
 };

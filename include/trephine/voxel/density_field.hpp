@@ -47,6 +47,12 @@ class DensityField {
         min_rise_(static_cast<Scalar>(kFlatShare * (static_cast<double>(grid.original_range().max) -
                                                     static_cast<double>(grid.original_range().min)))) {}
 
+  /// Returns the same density with smooth normals.
+  [[nodiscard]] auto smooth() const noexcept {
+    return DensityField<Density, Scalar, std::conditional_t<kSmoothNormals, GradientChoice, SplineGradient>>(
+        *grid_, static_cast<double>(isovalue_));
+  }
+
   /// Returns the shortest spacing [m], the unit of step lengths.
   [[nodiscard]] Scalar voxel() const noexcept { return voxel_; }
   [[nodiscard]] const VoxelGrid<Density>& grid() const noexcept { return *grid_; }

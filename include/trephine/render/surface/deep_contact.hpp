@@ -5,6 +5,7 @@
 #include <trephine/contact/surface_proxy.hpp>
 
 #include <algorithm>
+#include <concepts>
 
 /// Deep contact of the Surface approximation: the force of a group of vertices whose centre is in bone. There the sum
 /// of the group's springs would cancel or reverse. Each group has its own state.
@@ -36,82 +37,69 @@ class HeldForceState {
   bool has_force_ = false;
 };
 
-/// State of `ExtendAlongSurface` (ours): a frictionless SurfaceProxy follows the group's centre on the bone's surface,
-/// and a spring extends the law beyond the centre. Its force is F = edge_force (1 + depth / R), toward the proxy. It
-/// rotates with the surface, grows with depth, and works for a session that starts in bone.
+/// State of `ExtendAlongSurface` (ours): a frictionless SurfaceProxy q follows the group's centre c on the bone's
+/// surface, and springs toward it extend the law beyond the centre. On a plane F = edge_force (1 + depth / R). The
+/// force rotates with the surface, grows with depth, and works for a session that starts in bone.
 ///
-/// Continuity at entry: the vertices' force equals edge_force only on a plane. Between walls the vertices' forces
-/// oppose each other and give about half of it. A step by the other half would act as an infinitely stiff spring, on
-/// which no device is stable. The state therefore subtracts the deficit at entry. It fades to zero over a depth of R/4,
-/// or while the proxy moves on by R.
+/// Continuity: between walls and over edges the vertices' force is not edge_force along the normal. Up to a depth of
+/// R/4 the state therefore blends from the vertices' law, evaluated with the group moved out to q, to the springs.
+/// Where the centre enters or leaves bone q is at c, and the vertices' law goes on.
 template <RealScalar Scalar>
 class ExtensionState {
-  // The deficit at entry vanishes at a depth of R over this.
-  static constexpr auto kDeficitDepths = Scalar(4);
-  // Largest gap between centre and surface at the tick before entry, as a fraction of R, from which the force at the
-  // surface is extrapolated. From farther off the vertices' force does not predict it.
-  static constexpr auto kMaxGap = Scalar(0.5);
-  // Depth in voxels from which on the direction to the proxy replaces the surface normal, its limit at depth 0.
-  static constexpr auto kMinDepth = Scalar(0.5);
+  // The vertices' law fades to zero over a depth of R over this.
+  static constexpr auto kBlendDepths = Scalar(4);
+  // Distance in voxels at which a group's centre is moved beyond the surface: rays that end at the centre end outside
+  // bone in spite of rounding.
+  static constexpr auto kMargin = static_cast<Scalar>(2 * kSurfaceTolerance);
   // Tangential moves of the proxy per tick. The centre moves little in a tick, and a late proxy catches up later.
   static constexpr int kProxyIterations = 8;
+  // Longest way of the proxy over the centre's: it drops off an edge so gradually. On a ball of bone of radius B it
+  // follows up to a depth of B/2.
+  static constexpr double kProxySlide = 2;
 
  public:
-  /// Stores the group's centre c [m] and force [N] of a tick with the centre outside bone.
-  void update_outside(const Vec3<Scalar>& c, const Vec3<Scalar>& force) noexcept {
-    proxy_.place_free(c);
-    outside_centre_ = c;
-    outside_force_ = force;
-    was_outside_ = true;
-    was_inside_ = false;
-  }
+  /// Stores the group's centre c [m] of a tick with the centre outside bone.
+  void update_outside(const Vec3<Scalar>& c, const Vec3<Scalar>&) noexcept { proxy_.place_free(c); }
 
-  /// Computes the force [N] of a tick with the group's centre c [m] in bone. `edge_force` [N] is the law's force on a
-  /// plane with the centre on the surface; `radius` is the group's [m].
+  /// Moves the proxy for the group's centre c [m] in bone. Returns in `shift` [m] how far the group is moved out for
+  /// the vertices' law, or zero if that has faded.
   template <PointField Field>
-  Status compute_inside(const Field& field, const Vec3<Scalar>& c, Scalar radius, Scalar edge_force,
-                        Vec3<Scalar>& force) noexcept {
-    const Status status = proxy_.follow(field, c);
-    force.setZero();
-    if (!proxy_.in_contact()) {
-      was_outside_ = was_inside_ = false;
-      return status;
-    }
-    const Vec3<Scalar>& q = proxy_.position();
-    if (was_inside_)
-      deficit_ *= std::max(Scalar(0), Scalar(1) - (q - previous_proxy_).norm() / radius);
-    else
-      deficit_ = was_outside_ ? deficit_on_entry(radius, edge_force) : Scalar(0);
-    was_inside_ = true;
-    previous_proxy_ = q;
-    const Vec3<Scalar> e = q - c;
-    const Scalar depth = e.norm();
-    const Vec3<Scalar> direction = depth > kMinDepth * field.voxel() ? Vec3<Scalar>(e / depth) : proxy_.normal();
-    const Scalar deficit = deficit_ * std::max(Scalar(0), Scalar(1) - kDeficitDepths * depth / radius);
-    force = (edge_force * (Scalar(1) + depth / radius) - deficit) * direction;
+  Status move_out(const Field& field, const Vec3<Scalar>& c, Scalar radius, Vec3<Scalar>& shift) noexcept {
+    // Normals of single cells turn from cell to cell, and the proxy would snap between their ripples.
+    const Status status = [&] {
+      if constexpr (requires { field.smooth(); })
+        return proxy_.follow(field.smooth(), c);
+      else
+        return proxy_.follow(field, c);
+    }();
+    to_proxy_.setZero();
+    shift.setZero();
+    if (!proxy_.in_contact()) return status;
+    to_proxy_ = proxy_.position() - c;
+    if (vertex_share(radius) > Scalar(0)) shift = to_proxy_ + kMargin * field.voxel() * proxy_.normal();
     return status;
   }
-  void reset() noexcept {
-    proxy_.reset();
-    was_outside_ = was_inside_ = false;
+
+  /// Computes the force [N] of a tick with the group's centre in bone, after `move_out`. `force` is the force of its
+  /// vertices there. `edge_force` [N] is the law's force on a plane with the centre on the surface; `radius` is the
+  /// group's [m].
+  template <PointField Field>
+  Status compute_inside(const Field&, const Vec3<Scalar>&, Scalar radius, Scalar edge_force,
+                        Vec3<Scalar>& force) noexcept {
+    const Scalar blended = std::max(to_proxy_.norm(), radius / kBlendDepths);
+    force = vertex_share(radius) * force + edge_force * (Scalar(1) / blended + Scalar(1) / radius) * to_proxy_;
+    return Status::kOk;
   }
+  /// Share of the vertices' force in this tick, 0 to 1.
+  [[nodiscard]] Scalar vertex_share(Scalar radius) const noexcept {
+    return std::max(Scalar(0), Scalar(1) - kBlendDepths * to_proxy_.norm() / radius);
+  }
+  void reset() noexcept { proxy_.reset(); }
 
  private:
-  // Deficit of the vertices' force against edge_force at the surface [N]. The force of the tick before entry is
-  // extrapolated over the remaining gap by the law on a plane, which goes with the square of the depth.
-  [[nodiscard]] Scalar deficit_on_entry(Scalar radius, Scalar edge_force) const noexcept {
-    const Scalar gap = std::max(Scalar(0), (outside_centre_ - proxy_.position()).dot(proxy_.normal()));
-    if (!(gap < radius * kMaxGap)) return Scalar(0);
-    return edge_force - outside_force_.norm() * (Scalar(1) + Scalar(2) * gap / radius);
-  }
-
-  SurfaceProxy<Scalar> proxy_{ProxyOptions{.iterations = kProxyIterations, .trigger = Trigger::kThesis}};
-  bool was_outside_ = false;                            // the last contact began from outside bone
-  bool was_inside_ = false;                             // the centre was in bone in the previous tick
-  Vec3<Scalar> outside_centre_ = Vec3<Scalar>::Zero();  // last centre outside bone
-  Vec3<Scalar> outside_force_ = Vec3<Scalar>::Zero();   // the vertices' force then [N]
-  Vec3<Scalar> previous_proxy_ = Vec3<Scalar>::Zero();  // the proxy in the previous tick
-  Scalar deficit_ = Scalar(0);                          // of the force at the surface [N]
+  SurfaceProxy<Scalar> proxy_{
+      ProxyOptions{.iterations = kProxyIterations, .trigger = Trigger::kThesis, .slide = kProxySlide}};
+  Vec3<Scalar> to_proxy_ = Vec3<Scalar>::Zero();  // from the centre [m]
 };
 
 /// Deep contact of the thesis: holds the last force from outside bone.
@@ -126,7 +114,7 @@ struct ExtendAlongSurface {
 };
 
 /// A policy for deep contact. `State<Scalar>` is default-constructed for each group; see `ExtensionState` for the
-/// meaning of its functions' arguments.
+/// meaning of its functions' arguments. `move_out` is optional: without it `force` comes as zero.
 // clang-format off
 template <class D>
 concept DeepContact = requires(typename D::template State<float> state, const detail::FieldArchetype<float>& field,
@@ -137,5 +125,14 @@ concept DeepContact = requires(typename D::template State<float> state, const de
   { state.reset() } noexcept;
 };
 // clang-format on
+
+/// A policy that evaluates the vertices' law with the group moved out of bone.
+template <class D>
+inline constexpr bool kMovesOut = requires(typename D::template State<float> state,
+                                           const detail::FieldArchetype<float>& field, const Vec3<float>& c, float x,
+                                           Vec3<float>& shift) {
+  { state.move_out(field, c, x, shift) }
+  noexcept->std::same_as<Status>;
+};
 
 }  // namespace trephine

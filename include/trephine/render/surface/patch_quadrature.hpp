@@ -36,6 +36,10 @@ class PatchQuadrature {
   // The isosurface of a trilinear image lies inside the bone by h²/12 times the sum of the principal curvatures, on the
   // mean: h²/6R on a ball.
   static constexpr auto kImageShiftDivisor = Scalar(12);
+  // Bone behind a vertex, in radii, from which on its spring has its full length. A vertex that enters bone from the
+  // far side of a wall or ridge has a whole wall in front of it at once; its spring grows with the bone behind it
+  // instead.
+  static constexpr auto kFullCover = Scalar(0.25);
 
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
@@ -51,15 +55,17 @@ class PatchQuadrature {
   }
 
   /// Computes the patches' springs.
+  /// - `vertices`: their positions in T: the tool's points, where no group is moved;
   /// - `values`: the field at all vertices;
   /// - `exit_distance`: for each vertex of the periphery, in: exit distance of the vertex [m], out: length of its
   /// spring;
-  /// - `hits`: the vertices in bone;
+  /// - `hits`: the vertices in bone, and `covers`: the bone behind each, as `RayExits` measures it [m];
   /// - `group_hit`: for each group, in: 1 if a vertex is in bone, out: 1 if a patch has a spring.
   template <ContactField Field>
-  void integrate(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, std::span<const Scalar> values,
-                 std::span<const int> hits, std::span<Scalar> exit_distance,
-                 std::span<std::uint8_t> group_hit) noexcept {
+  void integrate(const Field& field, const Tool& tool, const PointArrays<Scalar>& vertices, const Pose<Scalar>& X_GT,
+                 std::span<const Scalar> values, std::span<const int> hits, std::span<const Scalar> covers,
+                 std::span<Scalar> exit_distance, std::span<std::uint8_t> group_hit) noexcept {
+    vertices_ = &vertices;
     std::fill(sample_of_.begin(), sample_of_.end(), kNoSample);
     std::fill(surfaces_.begin(), surfaces_.end(), GroupSurface{});
     points_.clear();
@@ -83,14 +89,18 @@ class PatchQuadrature {
       const Sample& sample = samples_[static_cast<std::size_t>(j)];
       const GroupSurface& surface = surfaces_[sample.group];
       Plane plane = sample.plane;
-      if (!(surface.steepest > Scalar(0)) || (!sample.in_bone && !refine_plane(tool, i, surface, sample, plane)))
-        continue;
+      if (!(surface.steepest > Scalar(0)) || (!sample.in_bone && !refine_plane(i, surface, sample, plane))) continue;
       plane.depth += surface.image_shift;
       PatchSpring<Scalar>& spring = springs_[static_cast<std::size_t>(i)];
       Scalar& distance = exit_distance[static_cast<std::size_t>(i)];
       spring = spring_of(tool, i, plane, surface.curvature);
       distance = spring.length = std::min(spring.length, distance + patch(i).reach());
       if (distance > Scalar(0)) group_hit[sample.group] = 1;
+    }
+    for (std::size_t j = 0; j < hits.size(); ++j) {
+      const auto i = static_cast<std::size_t>(hits[j]);
+      const Scalar full = kFullCover * patch(hits[j]).radius;
+      if (covers[j] < full) springs_[i].length = exit_distance[i] *= covers[j] / full;
     }
   }
 
@@ -150,7 +160,7 @@ class PatchQuadrature {
   void request(const Tool& tool, std::span<const Scalar> exit_distance, int i) noexcept {
     if (sample_of_[static_cast<std::size_t>(i)] != kNoSample) return;
     sample_of_[static_cast<std::size_t>(i)] = points_.count();
-    const Vec3<Scalar> p = tool.points()[i] + exit_distance[static_cast<std::size_t>(i)] * tool.inward()[i];
+    const Vec3<Scalar> p = (*vertices_)[i] + exit_distance[static_cast<std::size_t>(i)] * tool.inward()[i];
     points_.add(p, i);
   }
   void request_neighbours(const Tool& tool, std::span<const Scalar> exit_distance, int i) noexcept {
@@ -166,7 +176,7 @@ class PatchQuadrature {
       const Sample& sample = samples_[static_cast<std::size_t>(j)];
       const auto is_bone = [&](const Vec3<Scalar>& p_T) { return field.value(X_GT * p_T) >= Scalar(0); };
       const bool reaches = sample.has_surface && spring_of(tool, i, sample.plane, {}).length > Scalar(0) &&
-                           is_bone(tool.points()[i] - patch(i).reach() * sample.plane.normal);
+                           is_bone((*vertices_)[i] - patch(i).reach() * sample.plane.normal);
       sample_of_[static_cast<std::size_t>(i)] = reaches ? kept : kNoSample;
       if (!reaches) continue;
       points_.move(j, kept);
@@ -198,7 +208,7 @@ class PatchQuadrature {
       plane.normal = to_T * ((Scalar(1) / sample.steepness) * slope);
       const Scalar distance = exit_distance[static_cast<std::size_t>(i)];
       plane.depth = sample.in_bone ? distance * plane.normal.dot(tool.inward()[i]) : sample.value / sample.steepness;
-      sample.foot = tool.points()[i];
+      sample.foot = (*vertices_)[i];
       sample.foot +=
           sample.in_bone ? Vec3<Scalar>(distance * tool.inward()[i]) : Vec3<Scalar>(plane.depth * plane.normal);
     }
@@ -264,7 +274,7 @@ class PatchQuadrature {
 
   // Refines the plane of a vertex outside bone: corrects its depth for the blurred edge, and blends it with the planes
   // of its neighbours by confidence. Returns false if no surface is near.
-  [[nodiscard]] bool refine_plane(const Tool& tool, int i, const GroupSurface& surface, const Sample& sample,
+  [[nodiscard]] bool refine_plane(int i, const GroupSurface& surface, const Sample& sample,
                                   Plane& plane) const noexcept {
     const Scalar steepest = surface.steepest;
     const Scalar own = confidence(sample, steepest);
@@ -279,7 +289,7 @@ class PatchQuadrature {
       if (!(weight > Scalar(0))) continue;
       // The neighbour's plane, bent by the curvature, at this vertex.
       const Scalar curvature = other->group == sample.group ? surface.curvature.arc : surface.curvature.length;
-      const Vec3<Scalar> offset = tool.points()[i] - other->foot;
+      const Vec3<Scalar> offset = (*vertices_)[i] - other->foot;
       const Vec3<Scalar>& n = other->plane.normal;
       const Scalar height = offset.dot(n);
       const Vec3<Scalar> tangential = offset - height * n;
@@ -297,11 +307,12 @@ class PatchQuadrature {
 
   PatchNeighbours neighbours_;
   PatchPoints<Scalar> points_;
-  std::vector<Sample> samples_;               // of each point
-  std::vector<int> sample_of_;                // of each vertex: index of its sample, or kNoSample, kInDeepGroup
-  std::vector<GroupSurface> surfaces_;        // of each group
-  std::vector<Patch<Scalar>> patches_;        // of each vertex
-  std::vector<PatchSpring<Scalar>> springs_;  // of each vertex
+  const PointArrays<Scalar>* vertices_ = nullptr;  // during `integrate`
+  std::vector<Sample> samples_;                    // of each point
+  std::vector<int> sample_of_;                     // of each vertex: index of its sample, or kNoSample, kInDeepGroup
+  std::vector<GroupSurface> surfaces_;             // of each group
+  std::vector<Patch<Scalar>> patches_;             // of each vertex
+  std::vector<PatchSpring<Scalar>> springs_;       // of each vertex
 };
 
 }  // namespace trephine

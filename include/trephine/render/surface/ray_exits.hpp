@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace trephine {
@@ -26,13 +28,19 @@ class RayExits {
   /// Room for `max_rays` rays.
   explicit RayExits(int max_rays) {
     const auto n = static_cast<std::size_t>(max_rays + kRays - 1) / kRays * kRays;  // batches are copied whole
-    for (auto* v : {&x_, &y_, &z_, &dx_, &dy_, &dz_, &length_, &value_, &distance_}) v->resize(n);
+    for (auto* v : {&x_, &y_, &z_, &dx_, &dy_, &dz_, &length_, &value_, &distance_, &cover_}) v->resize(n);
   }
 
   void clear() noexcept { count_ = 0; }
   [[nodiscard]] int count() const noexcept { return count_; }
   /// Exit distance of the i-th ray added [m], valid after `search`.
   [[nodiscard]] Scalar operator[](int i) const noexcept { return distance_[static_cast<std::size_t>(i)]; }
+
+  /// Of each ray, the distance [m] from its start back to the surface behind it, by linear extrapolation of the field
+  /// along the ray's first step; the largest number if the field does not rise there. Valid after `search`.
+  [[nodiscard]] std::span<const Scalar> covers() const noexcept {
+    return {cover_.data(), static_cast<std::size_t>(count_)};
+  }
 
   /// Adds a ray from `start` [m] along the unit `direction`, at most `length` [m] long. `value` >= 0 is the field at
   /// `start`. At most `max_rays` rays fit.
@@ -56,6 +64,7 @@ class RayExits {
       march(field, X, step, b);
       shrink_brackets(field, X, b);
       std::copy_n(b.distance.begin(), kRays, distance_.begin() + first);
+      std::copy_n(b.cover.begin(), kRays, cover_.begin() + first);
     }
   }
 
@@ -72,7 +81,7 @@ class RayExits {
     int count;
     Rays x, y, z, dx, dy, dz, length;
     // Bracket [lo, hi] of the exit distance and the field's values at its ends; hi is valid once `outside` is 1.
-    Rays lo{}, hi{}, at_lo, at_hi{}, distance;
+    Rays lo{}, hi{}, at_lo, at_hi{}, distance, cover;
     std::array<int, kRays> outside;
 
     Batch(const RayExits& all, std::size_t first) noexcept
@@ -145,6 +154,7 @@ class RayExits {
         for (std::size_t r = 0; r < m; ++r) place(b, r, std::min(steps * spacing[r], b.length[r]), p, j * n + r);
       }
       p.sample(field, X, kSteps * b.count);
+      if (done == 0) measure_cover(spacing, p, b);
       // Counts, vectorised, the steps that each ray takes in bone; then stores each ray's bracket at their end.
       std::array<int, kRays> in_bone, inside{};
       for (std::size_t r = 0; r < m; ++r) in_bone[r] = 1 - b.outside[r];
@@ -171,6 +181,14 @@ class RayExits {
       int unfinished = 0;
       for (std::size_t r = 0; r < m; ++r) unfinished += 1 - b.outside[r];
       if (unfinished == 0) return;
+    }
+  }
+
+  // Computes the rays' covers from the values at their starts and first steps.
+  static void measure_cover(const Rays& spacing, const Points& p, Batch& b) noexcept {
+    for (std::size_t r = 0; r < b.padded(); ++r) {
+      const Scalar rise = p.value[r] - b.at_lo[r];
+      b.cover[r] = rise > Scalar(0) ? b.at_lo[r] * spacing[r] / rise : std::numeric_limits<Scalar>::max();
     }
   }
 
@@ -217,7 +235,7 @@ class RayExits {
   }
 
   int count_ = 0;
-  std::vector<Scalar> x_, y_, z_, dx_, dy_, dz_, length_, value_, distance_;
+  std::vector<Scalar> x_, y_, z_, dx_, dy_, dz_, length_, value_, distance_, cover_;
 };
 
 }  // namespace trephine

@@ -48,12 +48,15 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   explicit SurfaceApproxRenderer(Tool tool, const SurfaceOptions& options = {})
       : tool_(std::move(tool)),
         options_(options),
+        vertices_(tool_.points()),
         samples_(tool_),
         exits_(tool_.periphery()),
         hits_(static_cast<std::size_t>(tool_.periphery())),
         spring_length_(static_cast<std::size_t>(tool_.periphery())),
         patches_(tool_),
         group_hit_(tool_.groups().size()),
+        is_deep_(tool_.groups().size()),
+        is_moved_(tool_.groups().size()),
         deep_(tool_.groups().size()),
         reports_(tool_.groups().size()) {
     options.validate();
@@ -77,7 +80,12 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   Rendered<Scalar> render(const Field& field, const Pose<Scalar>& X_GT) noexcept {
     Rendered<Scalar> result;
     result.status = begin_tick(X_GT);
-    if (!samples_.update(field, tool_, X_GT_) || !find_springs(field)) {
+    bool touches = samples_.update(field, tool_, X_GT_);
+    if (touches) {
+      result.status = worse(result.status, place_groups(field));
+      touches = find_springs(field);
+    }
+    if (!touches) {
       if (!is_idle_) {
         is_idle_ = true;
         clear_reports();
@@ -184,22 +192,38 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   template <ContactField Field>
   Status evaluate_group(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
-    const bool was_touching = r.contacts > 0 || r.deep;
     r = {.deep = is_deep(g), .lever_m = group.height};
     if (!r.deep && group_hit_[g] == 0) return Status::kOk;
-    const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
-    if (r.deep) {
-      // A group out of contact does not update its deep state every tick: it catches up with the previous tick here.
-      if (!was_touching && has_previous_)
-        deep_[g].update_outside(previous_X_GT_ * tool_.points()[group.centre], Vec3<Scalar>::Zero());
-      const Status status = deep_[g].compute_inside(field, c, group.radius, edge_forces_[g], r.force);
-      summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
-      contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
-      return status;
-    }
-    WeightedSum<Weights, Scalar> sum;
-    Vec3<Scalar> moment = Vec3<Scalar>::Zero();  // Σ of the sum's terms times their offsets along the shaft
     const std::size_t first_contact = contact_count_;
+    // Sum of the vertices' forces times their offsets along the shaft.
+    Vec3<Scalar> moment = group_hit_[g] != 0 ? sum_springs(g, r, summary) : Vec3<Scalar>::Zero();
+    const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
+    Status status = Status::kOk;
+    if (r.deep) {
+      status = deep_[g].compute_inside(field, c, group.radius, edge_forces_[g], r.force);
+      if constexpr (kMovesOut<Deep>) moment *= deep_[g].vertex_share(group.radius);
+      summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
+      r.contacts = 0;
+      contact_count_ = first_contact;
+      contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
+    } else {
+      scale_contacts(first_contact, r.force);
+      deep_[g].update_outside(c, r.force);
+    }
+    if constexpr (kUsesPatches<Weights>) {
+      const Vec3<Scalar> direction = safe_direction(r.force);
+      if (const Scalar whole = direction.dot(r.force); whole > Scalar(0)) r.lever_m += direction.dot(moment) / whole;
+    }
+    return status;
+  }
+
+  // Sums the springs of group g's vertices: their force and number go to `r`, and their terms of the sum to contacts,
+  // which scale_contacts turns into forces. Returns the forces' moment along the shaft.
+  Vec3<Scalar> sum_springs(std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
+    const auto& group = tool_.groups()[g];
+    const Vec3<Scalar> c = X_GT_ * vertices_[group.centre];
+    WeightedSum<Weights, Scalar> sum;
+    Vec3<Scalar> moment = Vec3<Scalar>::Zero();
     for (int i = group.first; i < group.first + group.count; ++i) {
       const Scalar a = spring_length_[static_cast<std::size_t>(i)];
       if (!(a > Scalar(0))) continue;
@@ -207,7 +231,6 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       const Scalar area = tool_.areas()[static_cast<std::size_t>(i)], radius = tool_.radius(i);
       sum.add(d, a, area, radius);
       summary.depth = std::max(summary.depth, static_cast<double>(a));
-      // The vertex's term of the sum; scale_contacts turns it into a force once the divisor is known.
       const Vec3<Scalar> term = (Weights::weight(area, a, radius) * a) * d;
       Vec3<Scalar> position = c - (radius - a) * d;
       if constexpr (kUsesPatches<Weights>) {
@@ -223,15 +246,48 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       contacts_[contact_count_++] = {position, d, term};
       ++r.contacts;
     }
-    const Vec3<Scalar> total = sum.result(group.count);
-    r.force = static_cast<Scalar>(k_) * total;  // Eq. 17
-    if constexpr (kUsesPatches<Weights>) {
-      const Vec3<Scalar> direction = safe_direction(r.force);
-      if (const Scalar whole = direction.dot(total); whole > Scalar(0)) r.lever_m += direction.dot(moment) / whole;
+    r.force = static_cast<Scalar>(k_) * sum.result(group.count);  // Eq. 17
+    return static_cast<Scalar>(k_) * moment;
+  }
+
+  // Finds the groups whose centre is in bone, and moves them out if `Deep` asks for it.
+  template <ContactField Field>
+  Status place_groups(const Field& field) noexcept {
+    Status status = Status::kOk;
+    bool moved = false;
+    for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
+      const int centre = tool_.groups()[g].centre;
+      is_deep_[g] = samples_[centre] >= Scalar(0) ? 1 : 0;
+      Vec3<Scalar> shift = Vec3<Scalar>::Zero();
+      if (is_deep_[g] != 0) {
+        // A group out of contact does not update its deep state every tick: it catches up with the previous tick here.
+        if (reports_[g].contacts == 0 && !reports_[g].deep && has_previous_)
+          deep_[g].update_outside(previous_X_GT_ * tool_.points()[centre], Vec3<Scalar>::Zero());
+        if constexpr (kMovesOut<Deep>)
+          status =
+              worse(status, deep_[g].move_out(field, X_GT_ * tool_.points()[centre], tool_.groups()[g].radius, shift));
+      }
+      const bool moves = !shift.isZero(Scalar(0));
+      if (moves || is_moved_[g] != 0) place_group(g, X_GT_.linear().transpose() * shift);
+      is_moved_[g] = moves ? 1 : 0;
+      moved = moved || moves;
     }
-    scale_contacts(first_contact, r.force);
-    deep_[g].update_outside(c, r.force);
-    return Status::kOk;
+    if (moved) samples_.resample(field, tool_, vertices_, X_GT_, is_moved_);
+    return status;
+  }
+
+  // Places group g's vertices `shift` [m] off the tool's, in T.
+  void place_group(std::size_t g, const Vec3<Scalar>& shift) noexcept {
+    const auto& group = tool_.groups()[g];
+    const PointArrays<Scalar>& p = tool_.points();
+    const auto place = [&](int i) {
+      const auto n = static_cast<std::size_t>(i);
+      vertices_.x[n] = p.x[n] + shift.x();
+      vertices_.y[n] = p.y[n] + shift.y();
+      vertices_.z[n] = p.z[n] + shift.z();
+    };
+    for (int i = group.first; i < group.first + group.count; ++i) place(i);
+    place(group.centre);
   }
 
   // Unit direction of vertex i's spring, in T.
@@ -259,7 +315,8 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       spring_length_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = exits_[j];
     if constexpr (kUsesPatches<Weights>) {
       const std::span<const int> hits(hits_.data(), static_cast<std::size_t>(exits_.count()));
-      patches_.integrate(field, tool_, X_GT_, samples_.values(), hits, spring_length_, group_hit_);
+      patches_.integrate(field, tool_, vertices_, X_GT_, samples_.values(), hits, exits_.covers(), spring_length_,
+                         group_hit_);
     }
     return deep || std::find(group_hit_.begin(), group_hit_.end(), std::uint8_t{1}) != group_hit_.end();
   }
@@ -280,15 +337,16 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
         const int i = first + static_cast<int>(k);
         if (in_bone[k] == 0 || i >= tool_.periphery()) continue;
         const std::size_t g = tool_.group_of(i);
-        if (is_deep(g)) continue;
+        if (samples_[tool_.groups()[g].centre] >= Scalar(0)) continue;
         hits_[static_cast<std::size_t>(exits_.count())] = i;
-        exits_.add(tool_.points()[i], tool_.inward()[i], tool_.radius(i), values[from + k]);
+        exits_.add(vertices_[i], tool_.inward()[i], tool_.radius(i), values[from + k]);
         group_hit_[g] = 1;
       }
     }
   }
 
-  [[nodiscard]] bool is_deep(std::size_t g) const noexcept { return samples_[tool_.groups()[g].centre] >= Scalar(0); }
+  // True if the group's centre is in bone.
+  [[nodiscard]] bool is_deep(std::size_t g) const noexcept { return is_deep_[g] != 0; }
 
   // Turns the terms of a group's contacts into forces that sum to the group's force along its direction.
   void scale_contacts(std::size_t first, const Vec3<Scalar>& force) noexcept {
@@ -310,12 +368,15 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   double k_per_stiffness_ = 1;       // k over the secant stiffness at kReferenceDepth
   std::vector<Scalar> edge_forces_;  // of each group pressed into a plane up to its centre [N]
   std::optional<SharedGroups<Weights, Scalar>> shared_;
+  PointArrays<Scalar> vertices_;  // the tool's points, of groups moved out of bone where they are then
   VertexSamples<Scalar, kUsesPatches<Weights>> samples_;
   RayExits<Scalar> exits_;
   std::vector<int> hits_;              // vertex of each ray
   std::vector<Scalar> spring_length_;  // of each vertex of the periphery [m]; 0: no contact
   [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchQuadrature<Scalar>, NoPatches> patches_;
   std::vector<std::uint8_t> group_hit_;  // of each group: 1 if one of its vertices or patches is in bone
+  std::vector<std::uint8_t> is_deep_;    // of each group: 1 if its centre is in bone
+  std::vector<std::uint8_t> is_moved_;   // of each group: 1 if its vertices are off the tool's points
   std::vector<typename Deep::template State<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;

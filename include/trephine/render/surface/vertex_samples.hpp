@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <vector>
@@ -40,7 +41,7 @@ class VertexSamples {
     if constexpr (BoundedField<Field>)
       if (field.is_beyond(Vec3<Scalar>(X_GT * on_axis(bounds_height_)), bounds_radius_)) return false;
     if constexpr (!ClearanceField<Field>) {
-      sample(field, tool, X_GT, 0, tool.padded());
+      sample(field, tool.points(), X_GT, 0, tool.padded());
     } else {
       // Groups [first, last) may touch. A clearance about a group's centre also covers the next groups within its
       // radius. The search starts at the handle, where bone is farthest.
@@ -69,10 +70,26 @@ class VertexSamples {
         last = std::min(last + 1, groups.size());
       }
       std::fill(values_.begin(), values_.end(), std::numeric_limits<Scalar>::lowest());
-      sample(field, tool, X_GT, groups[first].first, groups[last - 1].first + groups[last - 1].count);
-      sample(field, tool, X_GT, groups[first].centre, groups[last - 1].centre + 1);
+      sample(field, tool.points(), X_GT, groups[first].first, groups[last - 1].first + groups[last - 1].count);
+      sample(field, tool.points(), X_GT, groups[first].centre, groups[last - 1].centre + 1);
     }
     return may_touch();
+  }
+
+  /// Samples the field anew at the peripheries of groups that are moved out of bone; their centres count as outside.
+  /// `vertices` are all vertices' positions in T, `is_moved` is 1 for each such group.
+  template <ContactField Field>
+  void resample(const Field& field, const Tool& tool, const PointArrays<Scalar>& vertices, const Pose<Scalar>& X_GT,
+                std::span<const std::uint8_t> is_moved) noexcept {
+    const auto& groups = tool.groups();
+    for (std::size_t first = 0, last = 0; first < groups.size(); first = last + 1) {
+      for (last = first; last < groups.size() && is_moved[last] != 0;) ++last;
+      if (last == first) continue;
+      sample(field, vertices, X_GT, groups[first].first, groups[last - 1].first + groups[last - 1].count);
+    }
+    // After all samples: a padded lane may reach the centres.
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      if (is_moved[g] != 0) values_[static_cast<std::size_t>(groups[g].centre)] = std::numeric_limits<Scalar>::lowest();
   }
 
   /// The field at all vertices, padding included; the lowest number at vertices without a sample.
@@ -92,10 +109,10 @@ class VertexSamples {
 
   // Samples vertices [first, last), and further vertices that fill up a lane.
   template <ContactField Field>
-  void sample(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT, int first, int last) noexcept {
-    const auto& p = tool.points();
+  void sample(const Field& field, const PointArrays<Scalar>& p, const Pose<Scalar>& X_GT, int first,
+              int last) noexcept {
     const int count = padded_to_lane(last - first);
-    const int from = std::min(first, tool.padded() - count);
+    const int from = std::min(first, p.size() - count);
     field.values(X_GT, p.x.data() + from, p.y.data() + from, p.z.data() + from, values_.data() + from, count);
   }
 
