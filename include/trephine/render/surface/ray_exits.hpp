@@ -199,12 +199,14 @@ class RayExits {
   }
 
   // Shrinks all brackets by the Illinois method: false position that halves the value of an end kept twice, so that
-  // both ends converge. The result is the last chord's root.
+  // both ends converge. The result is the last chord's root. Bone whose density is flat up to its edge, at the isovalue
+  // or close above it, has its chords' roots on the plateau: such a ray's bracket is halved instead, and its result is
+  // the outer end, where the density has a slope.
   template <ContactField Field>
   static void shrink_brackets(const Field& field, const Pose<Scalar>& X, Batch& b) noexcept {
     const std::size_t m = b.padded();
     const Scalar tolerance = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
-    std::array<int, kRays> kept{};
+    std::array<int, kRays> kept{}, flat{};
     Points p;
     for (std::size_t r = 0; r < m; ++r) {
       const Scalar chord = root(b, r);
@@ -220,18 +222,20 @@ class RayExits {
         const bool is_outside = v < Scalar(0);
         const Scalar reduced_lo = kept[r] == 1 ? b.at_lo[r] / Scalar(2) : b.at_lo[r];
         const Scalar reduced_hi = kept[r] == 2 ? b.at_hi[r] / Scalar(2) : b.at_hi[r];
+        flat[r] = !is_outside && v >= b.at_lo[r] / Scalar(2) ? 1 : flat[r];
         b.hi[r] = is_outside ? s : b.hi[r];
         b.lo[r] = is_outside ? b.lo[r] : s;
         b.at_hi[r] = is_outside ? v : reduced_hi;
         b.at_lo[r] = is_outside ? reduced_lo : v;
         kept[r] = is_outside ? 1 : 2;
-        const Scalar chord = root(b, r);
+        const Scalar chord = flat[r] != 0 ? (b.lo[r] + b.hi[r]) / Scalar(2) : root(b, r);
         const bool has_bracket = b.outside[r] != 0 && static_cast<int>(r) < b.count;
         b.distance[r] = has_bracket ? chord : s;
         moving += has_bracket && std::abs(chord - s) > tolerance ? 1 : 0;
       }
-      if (moving == 0) return;
+      if (moving == 0) break;
     }
+    for (std::size_t r = 0; r < m; ++r) b.distance[r] = flat[r] != 0 && b.outside[r] != 0 ? b.hi[r] : b.distance[r];
   }
 
   int count_ = 0;
