@@ -101,12 +101,12 @@ struct Patch {
   Scalar half_arc = 0;     ///< of the rectangle [m]
   Scalar half_length = 0;  ///< of the rectangle, along the shaft [m]
 
-  // Smallest cosine between normal and inward direction at which a patch is in contact: 84°. Exit distances grow as its
+  // Smallest cosine between normal and inward direction at which a patch is in contact: 87°. Exit distances grow as its
   // reciprocal, and a patch that faces away from bone exits through other bone.
-  static constexpr auto kMinCosine = Scalar(0.1);
-  // Cosine from which on a spring has its full length: 78°. The length grows from zero between the two, so that a
+  static constexpr auto kMinCosine = Scalar(0.05);
+  // Cosine from which on a spring has its full length: 81°. The length grows from zero between the two, so that a
   // surface that turns away lets go of a patch gradually.
-  static constexpr auto kFullCosine = Scalar(0.2);
+  static constexpr auto kFullCosine = Scalar(0.15);
 
   template <RealScalar Other>
   [[nodiscard]] Patch<Other> cast() const noexcept {
