@@ -18,9 +18,9 @@ namespace trephine {
 ///
 /// A ray of length L is sampled every L / (16 lanes). `lanes` is the smallest number that makes this at most the given
 /// step, limited to 64. False position then shrinks the bracket until no ray's distance changes by more than
-/// `kSurfaceTolerance` voxels. A ray that never is_outside bone gets L.
+/// `kSurfaceTolerance` voxels. A ray that never leaves bone gets L.
 ///
-/// Work per ray: at most 16 · lanes + 8 samples, and less than a lane of padding for each batch of 32 rays and step.
+/// Work per ray: at most 16 · lanes + 12 samples, and less than a lane of padding for each batch of 32 rays and step.
 /// Capacity is fixed at construction; nothing allocates after that.
 template <RealScalar Scalar>
 class RayExits {
@@ -69,10 +69,12 @@ class RayExits {
   }
 
  private:
-  static constexpr int kRays = 32;          // rays per batch, the size of its local arrays
-  static constexpr int kSteps = 8;          // steps sampled at once; more would sample farther past the surface
-  static constexpr int kMaxLanes = 64;      // lanes of 16 steps per ray; bounds the work, longer rays get longer steps
-  static constexpr int kMaxIterations = 8;  // of false position; bounds the work
+  static constexpr int kRays = 32;           // rays per batch, the size of its local arrays
+  static constexpr int kSteps = 8;           // steps sampled at once; more would sample farther past the surface
+  static constexpr int kMaxLanes = 64;       // lanes of 16 steps per ray; bounds the work, longer rays get longer steps
+  static constexpr int kMaxIterations = 12;  // of false position; bounds the work
+  // Bone is flat if a chord's root, deeper in the bracket, has at least this share of the value before it.
+  static constexpr auto kFlat = Scalar(0.9);
   using Rays = std::array<Scalar, kRays>;
 
   // Copy of one batch of rays. Loops over it run to a multiple of kLane over local arrays, the only loops that g++ -O2
@@ -207,6 +209,7 @@ class RayExits {
     const std::size_t m = b.padded();
     const Scalar tolerance = static_cast<Scalar>(kSurfaceTolerance) * field.voxel();
     std::array<int, kRays> kept{}, flat{};
+    Rays value_lo = b.at_lo;  // not halved
     Points p;
     for (std::size_t r = 0; r < m; ++r) {
       const Scalar chord = root(b, r);
@@ -222,7 +225,8 @@ class RayExits {
         const bool is_outside = v < Scalar(0);
         const Scalar reduced_lo = kept[r] == 1 ? b.at_lo[r] / Scalar(2) : b.at_lo[r];
         const Scalar reduced_hi = kept[r] == 2 ? b.at_hi[r] / Scalar(2) : b.at_hi[r];
-        flat[r] = !is_outside && v >= b.at_lo[r] / Scalar(2) ? 1 : flat[r];
+        flat[r] = !is_outside && v >= kFlat * value_lo[r] ? 1 : flat[r];
+        value_lo[r] = is_outside ? value_lo[r] : v;
         b.hi[r] = is_outside ? s : b.hi[r];
         b.lo[r] = is_outside ? b.lo[r] : s;
         b.at_hi[r] = is_outside ? v : reduced_hi;
