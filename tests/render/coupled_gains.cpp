@@ -115,11 +115,16 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
   CHECK(bounded.least() >= 2.8);
 }
 
-// A ball's surface in voxels h is a polyhedron whose faces sag below it by h² / 24R on average.
+// A ball's surface in voxels of diagonal h is a polyhedron whose faces sag below it by h² / 24R on average. Along a
+// long voxel of length h a chord sags by h² / 12R on average, which counts by as much as the voxel is longer.
 TEST_CASE("gains: the cutting burr is larger by the contact's offset and the chords' sag, and by nothing else") {
   for (const Setup& s : kSetups) {
     const CoupledGains g = s.gains();
-    const double sag = s.spacing.squaredNorm() / (24 * s.tip_radius);
+    double sag = 0;
+    for (const double h : s.spacing) {
+      const double longer = 1 - s.spacing.minCoeff() / h;
+      sag += h * h * (longer / 12 + (1 - longer) / 24) / s.tip_radius;
+    }
     CHECK(g.cut_allowance == doctest::Approx(g.law.offset + sag));
   }
 }

@@ -158,7 +158,7 @@ class Milling {
     double R = ball.tip_radius;
     if constexpr (kCutsUnderPressure) {
       R -= ball.allowance;
-      R += pressed_allowance(ball.allowance, R, spacing.squaredNorm());
+      R += pressed_allowance(ball.allowance, R, spacing);
     }
     return {from.translation(), to.translation(), R, start_is_cut};
   }
@@ -166,27 +166,27 @@ class Milling {
   /// is needs thicker rims, in which voxels leave bone.
   [[nodiscard]] static RevolvedCutter cutter_of(const CuttingHead& head, const Posed& from, const Posed& to,
                                                 bool start_is_cut, const Vec3d& spacing) noexcept {
-    const double step = spacing.minCoeff() / 2, square = spacing.squaredNorm();
+    const double step = spacing.minCoeff() / 2;
     if constexpr (kCutsUnderPressure)
-      return {pressed(head, square), from, to, step, 0, true};
+      return {pressed(head, spacing), from, to, step, 0, true};
     else
-      return {head, from, to, step, square / 24, start_is_cut || !kCutsAtOnce};
+      return {head, from, to, step, sag_square(spacing, 1.0 / 24), start_is_cut || !kCutsAtOnce};
   }
-  /// The head that cuts by pressure in voxels of this squared diagonal [m²]. Such a cut goes ahead until the tool is
-  /// free, so rims are sharper and the hole keeps its width. Where a drill's edge makes the wall, flutes finish it: an
-  /// edge cuts voxels of the wall as deep as a long side would only with some side behind it.
-  [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, double square) noexcept {
-    const ToolOutline outline = head.with_guide(kGuide * std::sqrt(square));
-    return {with_sharper_rims(outline, std::sqrt(square / 3)),
-            pressed_allowance(head.allowance, outline.largest_radius(), square)};
+  /// The head that cuts by pressure in voxels of this spacing [m]. Such a cut goes ahead until the tool is free, so
+  /// rims are sharper and the hole keeps its width. Where a drill's edge makes the wall, flutes finish it: an edge cuts
+  /// voxels of the wall as deep as a long side would only with some side behind it.
+  [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, const Vec3d& spacing) noexcept {
+    const ToolOutline outline = head.with_guide(kGuide * spacing.norm());
+    return {with_sharper_rims(outline, std::sqrt(spacing.squaredNorm() / 3)),
+            pressed_allowance(head.allowance, outline.largest_radius(), spacing)};
   }
-  /// By how much a head of radius R [m] is larger as it cuts by pressure in voxels of this squared diagonal [m²].
+  /// By how much a head of radius R [m] is larger as it cuts by pressure in voxels of this spacing [m].
   ///
-  /// The wall that it leaves sags by square/36R, as it curves one way. The rest of the allowance is room for contact's
-  /// offset. The law does not charge it, and in a wide hole a head wanders and cuts yet more. In a narrow one walls on
-  /// all sides guide it.
-  [[nodiscard]] static double pressed_allowance(double allowance, double R, double square) noexcept {
-    return std::min(allowance, kMaxRoom * R + square / (36 * R));
+  /// The wall that it leaves sags by a 36th of a squared diagonal over R, as it curves one way. The rest of the
+  /// allowance is room for contact's offset. The law does not charge it, and in a wide hole a head wanders and cuts yet
+  /// more. In a narrow one walls on all sides guide it.
+  [[nodiscard]] static double pressed_allowance(double allowance, double R, const Vec3d& spacing) noexcept {
+    return std::min(allowance, kMaxRoom * R + sag_square(spacing, 1.0 / 36) / R);
   }
   // [cell's diagonals]. Voxels that make the wall lie within half a diagonal of it. Of a longer guide a side under load
   // reams the hole, of a shorter one bone in it holds the edge.

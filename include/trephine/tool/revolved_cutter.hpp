@@ -13,7 +13,7 @@ namespace trephine {
 /// apart anywhere on the head; paths beyond 16 voxels have 33 poses, farther apart. A surface along the path has
 /// scallops of (half voxel)²/(8 radius). A sharp rim that moves askew is exact within a quarter voxel.
 ///
-/// The trilinear surface of a cut lies inside a bulge of radius r by chord/r on the mean, chord = |spacing|² / 24. With
+/// The trilinear surface of a cut lies inside a bulge of radius r by chord/r, chord = `sag_square`(spacing, 1/24). With
 /// a `chord` [m²] the cutter makes the head's rims thicker by what they lack more than the head's largest radius.
 class RevolvedCutter {
  public:

@@ -186,10 +186,10 @@ class CoupledToolRenderer {
     return ahead(options_.bite * gains_.shortest_spacing * (dt / CoupledOptions::kBiteTime));
   }
 
-  /// The same for a cut by pressure whose law allows `way` [m]. It goes a little ahead in any case: places where the
-  /// voxels hold the tool's shape worst are cut too.
+  /// The same for a cut by pressure whose law allows `way` [m], with `CoupledOptions::bite` in longest spacings. It
+  /// goes a little ahead in any case: places where the voxels hold the tool's shape worst are cut too.
   [[nodiscard]] Pose<Scalar> pressure_cutting_pose(double way = 0) const noexcept {
-    const double bite = options_.bite * gains_.shortest_spacing;
+    const double bite = options_.bite * spacing_.maxCoeff();
     return ahead(std::clamp(way, CoupledOptions::kPressureBite * bite, bite));
   }
 

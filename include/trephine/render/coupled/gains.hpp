@@ -6,6 +6,7 @@
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/springs.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
+#include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <algorithm>
@@ -53,7 +54,7 @@ struct CoupledGains {
                                                                             : double{Foundation::kMaxSide})};
     // The tool fits the hole of a head that is larger by the contact's offset and by the sag of chords. A chord of a
     // ball's surface sags by h² / 8R in the middle of a voxel's diagonal h, and by a third of that on average.
-    gains.cut_allowance = spring.offset() + spacing.squaredNorm() / (24 * R);
+    gains.cut_allowance = spring.offset() + sag_square(spacing, 1.0 / 24) / R;
     return gains;
   }
 };
