@@ -36,6 +36,7 @@
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/clearance_map.hpp>
+#include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>

@@ -148,6 +148,11 @@ class OptionalMilling {
     floor_ = other.floor_;
   }
 
+  /// Throws std::invalid_argument for densities that cannot hold a cut's surface, as those of a mask of 0 and 1.
+  void validate_for(const VoxelGrid<Density>& bone, double isovalue) const {
+    if (options_) check_slope(bone, isovalue, options_->slope);
+  }
+
   [[nodiscard]] bool follow_probe() const noexcept { return options_ && options_->follow_probe; }
 
   [[nodiscard]] bool cuts_at_once() const noexcept {

@@ -69,12 +69,13 @@ class Milling {
       refuse("Milling", "slope must be >= 0 densities per voxel", options_.slope);
   }
 
-  /// Throws std::invalid_argument for a policy that is not for this bone and isovalue.
+  /// Throws std::invalid_argument for a policy that is not for this bone and isovalue, and for densities that cannot
+  /// hold a cut's surface (`check_slope`), as those of a mask of 0 and 1.
   template <class Grid>
-  void validate_for(const Grid& bone, double isovalue) const requires requires(const Policy& p) {
-    p.validate_for(bone, isovalue);
+  void validate_for(const Grid& bone, double isovalue) const {
+    check_slope(bone, isovalue, options_.slope);
+    if constexpr (requires { policy_.validate_for(bone, isovalue); }) policy_.validate_for(bone, isovalue);
   }
-  { policy_.validate_for(bone, isovalue); }
 
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
   /// Replaces the policy's options between ticks (haptic thread) by valid ones.
