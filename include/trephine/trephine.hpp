@@ -38,6 +38,7 @@
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/isovalue_warning.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/resample.hpp>
