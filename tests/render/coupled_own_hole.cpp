@@ -78,8 +78,8 @@ Rest plunge(VoxelGrid<Density>& bone, double isovalue, const Vec3d& top, const V
   return out;
 }
 
-template <VoxelDensity Density>
-void check_mask(double low, double high, double isovalue) {
+template <VoxelDensity Density, class Cut = Milling<>>
+void check_mask(double low, double high, double isovalue, const Cut& milling = {}) {
   CAPTURE(kSeed);
   CAPTURE(isovalue);
   Random random(kSeed);
@@ -88,7 +88,7 @@ void check_mask(double low, double high, double isovalue) {
     const Vec3d up = n == 0 ? Vec3d(Vec3d::UnitX()) : random.unit();
     Vec3d top;
     auto bone = block<Density>({.image = Image::kBinary, .contrast = high - low, .air = low}, up, 1.5e-3, random, top);
-    const Rest rest = plunge(bone, isovalue, top, up, 1.5e-3, Milling{});
+    const Rest rest = plunge(bone, isovalue, top, up, 1.5e-3, milling);
     force.add(rest.force);
     wide.add(rest.wide);
   }
@@ -127,6 +127,9 @@ TEST_CASE("coupled own hole: masks with room for the cut's ramp, isovalues near 
   check_mask<float>(0, 1, 0.5);
   check_mask<float>(0, 1, 0.001);
   check_mask<float>(0, 1, 0.999);
+  const Milling advancing{AdvancingCut{.speed = 20e-3}};
+  check_mask<float>(0, 1, 0.001, advancing);
+  check_mask<std::uint8_t>(0, 255, 10, advancing);
 }
 
 TEST_CASE("coupled own hole: densities that cannot hold a cut are refused, with the way out; others are not") {
@@ -183,5 +186,6 @@ TEST_CASE("coupled own hole: slices of two and a half and five times the voxels'
   check("by pressure", {4e-4, 4e-4, 1e-3}, 0.1, law, Milling{PressureCut{}});
   check("by pressure", {2e-3, 4e-4, 4e-4}, 0.3, law, Milling{PressureCut{}});
   check("by pressure", {4e-4, 2e-3, 2e-3}, 0.3, law, Milling{PressureCut{}});
+  check("advancing", {4e-4, 2e-3, 4e-4}, 0.3, Milling{AdvancingCut{.speed = 20e-3}});
   check("rate", {4e-4, 2e-3, 4e-4}, 0.3, Milling{{.rate = 2e5}});
 }

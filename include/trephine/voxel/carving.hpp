@@ -253,14 +253,20 @@ class Cut {
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
 
+  /// Air counts as this deep below the isovalue, at least [of the cut's ramp]. Voxels would else fall ever more slowly
+  /// to an isovalue just above the density of air. With 1, fronts in sharp images recede by a quarter too fast.
+  static constexpr float kDeepAir = 0.5F;
+
   /// Returns the slope of the density toward lower neighbours [densities per metre]; 0 without a lower neighbour.
   template <std::size_t kLanes>
   void fall_toward_lower(std::size_t voxel, std::array<float, kLanes>& steepness) const noexcept {
     const Density* const here = grid_.data() + voxel;
     const std::array<std::ptrdiff_t, 3> pitch{1, grid_.row_pitch(), grid_.plane_pitch()};
     steepness.fill(0);
+    const float isovalue = isovalue_;
     for (std::size_t a = 0; a < 3; ++a) {
       const auto per_metre = static_cast<float>(1 / grid_.spacing()[static_cast<Eigen::Index>(a)]);
+      const float air = isovalue - kDeepAir * per_metre_ / per_metre;
       // All lanes: beyond the last row there is one of border, and 64 spare bytes.
       std::array<Density, kLanes> own, before, after;
       std::memcpy(own.data(), here, sizeof(own));
@@ -269,7 +275,9 @@ class Cut {
       for (std::size_t l = 0; l < kLanes; ++l) before[l] = after[l] < before[l] ? after[l] : before[l];
       for (std::size_t l = 0; l < kLanes; ++l) before[l] = before[l] < own[l] ? before[l] : own[l];
       for (std::size_t l = 0; l < kLanes; ++l) {
-        const float fall = (static_cast<float>(own[l]) - static_cast<float>(before[l])) * per_metre;
+        const auto low = static_cast<float>(before[l]);
+        const float deep = low < air ? low : air, from = low < isovalue ? deep : low;
+        const float fall = (static_cast<float>(own[l]) - from) * per_metre;
         steepness[l] += fall * fall;
       }
     }
