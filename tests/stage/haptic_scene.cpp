@@ -496,6 +496,16 @@ TEST_CASE("construction refuses what cannot work, and says what to do") {
   CHECK(refusal([&] { HapticScene(stored, 300, Floor<double, StoredGradient>{}); }).empty());
 }
 
+TEST_CASE("warnings: a scene says that its isovalue finds no surface") {
+  auto bone = small_grid();
+  const auto [min, max] = bone.original_range();
+  const auto said = [&](double isovalue) { return HapticScene{bone, isovalue, Floor<>{}}.warnings(); };
+  CHECK(said(static_cast<double>(max)).size() == 0);
+  const auto above = said(static_cast<double>(max) + 1);
+  REQUIRE(above.size() == 1);
+  CHECK(above[0].find("trephine::HapticScene: the isovalue") == 0);
+}
+
 TEST_CASE("warnings: a scene that cuts says that voxels are too long for its tool's radius") {
   VoxelGrid<float> bone({.size = {16, 16, 16}, .spacing = {5e-4, 5e-4, 1e-3}}, std::vector<float>(4096, 0.0F));
   const auto warned = [&](double radius, auto... parts) {

@@ -5,6 +5,7 @@
 #include <trephine/stage/cutting_poses.hpp>
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_parts.hpp>
+#include <trephine/voxel/isovalue_warning.hpp>
 
 #include <algorithm>
 #include <array>
@@ -279,7 +280,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     std::apply([&](const auto&... part) { (look_at(part), ...); }, parts_);
     return bounds;
   }
-  /// Returns one sentence for each reason why the scene's results may be off: voxels too long for the tool.
+  /// Returns one sentence for each reason why the scene's results may be off: voxels too long for the tool, an isovalue
+  /// that finds no surface.
   [[nodiscard]] std::vector<std::string> warnings() const {
     std::vector<std::string> warnings;
     const double voxel = bone_->spacing().maxCoeff(), radius = renderer_.shape().tip_radius;
@@ -289,6 +291,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         << kFewestVoxels << " a hole's section is off by 4 to 20 %; `resampled` makes finer voxels";
       warnings.push_back(s.str());
     }
+    if (const std::string isovalue = isovalue_warning(*bone_, isovalue_); !isovalue.empty())
+      warnings.push_back("trephine::HapticScene: " + isovalue);
     return warnings;
   }
 
