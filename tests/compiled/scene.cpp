@@ -336,6 +336,7 @@ TEST_CASE("wrong arguments are refused at construction") {
   refuse_scene("AdvancingCut", {}, {.milling = compiled::Milling{.cut = compiled::Cut::kAdvancing, .speed = nan}});
   refuse_scene("cut must", {}, {.milling = compiled::Milling{.cut = static_cast<compiled::Cut>(7)}});
   refuse_scene("slope", {}, {.milling = compiled::Milling{.slope = -1}});
+  refuse_scene("converted<", {}, {.milling = compiled::Milling{.slope = 2}});
   refuse_scene("HuntCrossley", {}, {.hunt_crossley = compiled::HuntCrossley{.max_factor = 0}});
   refuse_scene("MillingVibration", {}, {.vibration = compiled::MillingVibration{.frequency = 1000}});
   refuse_scene("Damping", {}, {.damping = compiled::Damping{.linear = -1}});

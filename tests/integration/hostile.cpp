@@ -94,7 +94,7 @@ void survive_all() {
   survive(make_surface<S>(), "surface");
   survive(make_thesis_surface<S>(), "thesis surface");
   for (const auto& size : {std::array{1, 1, 1}, std::array{2, 2, 2}, std::array{9, 9, 1}, std::array{20, 20, 20}})
-    for (const auto density : std::initializer_list<std::uint8_t>{0, 127, 128, 255}) {
+    for (const auto density : std::initializer_list<std::uint8_t>{0, 127, 138, 255}) {
       survive_grid(size, density, make_line<S>());
       survive_grid(size, density, make_thesis_line<S>());
       survive_grid(size, density, make_surface<S>());

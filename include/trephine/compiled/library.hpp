@@ -163,7 +163,9 @@ class SceneOf final : public AnyScene {
     const SceneParts p(stages);
     check_cut(p);
     auto& milling = part<OptionalMilling<Density>>();
-    milling.adopt(OptionalMilling<Density>(p.milling, milling.floor()));
+    const OptionalMilling<Density> next(p.milling, milling.floor());
+    next.validate_for(scene_.bone(), scene_.isovalue());
+    milling.adopt(next);
     part<OptionalStage<trephine::ReleaseLimit>>().adopt(p.release_limit);
     part<OptionalStage<trephine::HuntCrossley>>().adopt(p.hunt_crossley);
     part<OptionalCutting>().adopt(p.cutting);
