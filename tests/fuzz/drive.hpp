@@ -209,7 +209,8 @@ inline long drive(std::span<const std::uint8_t> bytes) {
   try {
     const Bone bone = any_bone(in);
     const Burr burr = any_burr(in);
-    static constexpr double kIsovalues[] = {127.5, 100, 0, -1, 255, 256, 1, kNaN, kInf};
+    // Cuts refuse bytes with fewer than ten densities on either side of the isovalue.
+    static constexpr double kIsovalues[] = {127.5, 100, 10, 12.5, 245, 256, 1, 30, kNaN, kInf};
     const double isovalue = in.one_of(kIsovalues);
     const double stiffness = any_stiffness(in);
     std::optional<StiffnessBudget> budget;
