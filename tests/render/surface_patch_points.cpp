@@ -40,7 +40,7 @@ TEST_CASE("patch points: batches give the gradients of single points, from any p
     const auto calls = heap_calls([&] { points.compute_gradients(field, X, from); });
     CHECK(calls == 0);
     for (int j = from; j < points.count(); ++j) {
-      Vec3d n;
+      Vec3d n = Vec3d::Zero();
       REQUIRE(field.normal(X * expected[static_cast<std::size_t>(j)], n));
       // Densities fall outward: the gradient is opposite to the normal.
       CHECK((points.gradient(j).normalized() + n).norm() < 1e-9);

@@ -41,7 +41,8 @@ struct DualElementLanes {
 struct DualElements {
   /// Smaller elements are left out [faces of a voxel]: a ten-thousandth of the area in the worst direction.
   static constexpr float kMinArea = 1e-4F;
-  /// Radius below which convex bone counts as an edge [shortest spacings]: by degrees, fully so at half of it.
+  /// Radius below which convex bone counts as an edge [shortest spacings]: by degrees, fully so at half of it. The sag
+  /// of chords of the shortest spacings decides. By that of long ones the rim of a hole would bulge into it.
   static constexpr float kRound = 12;
 
   Vec3<float> spacing;  ///< of the grid [m]
@@ -69,14 +70,11 @@ struct DualElements {
       for (std::size_t l = 0; l < kLanes; ++l) normal[i][l] = a1[l] * c2[l] - a2[l] * c1[l];
     }
     const Lanes size = lengths_of(normal);
-    Lanes round;
-    const float per_round = 1 / (8 * kRound * spacing.minCoeff());
+    const float round = 2 * spacing.minCoeff() / (8 * kRound);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float area = 4 * size[l], bc = length[1][l] * length[2][l];
       out.area[l] = area > kMinArea * bc ? area : 0.0F;
     }
-    for (std::size_t l = 0; l < kLanes; ++l)
-      round[l] = (length[1][l] * length[1][l] + length[2][l] * length[2][l]) * per_round;
 
     // Outward is away from the edge's end in bone.
     Lanes out_of_bone;
@@ -113,11 +111,11 @@ struct DualElements {
       rise[l] = (on_faces[0][l] - middle[0][l]) * normal[0][l] + (on_faces[1][l] - middle[1][l]) * normal[1][l] +
                 (on_faces[2][l] - middle[2][l]) * normal[2][l];
     for (std::size_t l = 0; l < kLanes; ++l) {
-      const float most = 2 * round[l] - rise[l], bounded = most > 0 ? most : 0.0F;
+      const float most = 2 * round - rise[l], bounded = most > 0 ? most : 0.0F;
       moved[l] = rise[l] + (rise[l] < bounded ? rise[l] : bounded);
     }
     for (std::size_t l = 0; l < kLanes; ++l) {
-      const float over = rise[l] / round[l] - 1, some = over > 0 ? over : 0.0F;
+      const float over = rise[l] / round - 1, some = over > 0 ? over : 0.0F;
       sharpness[l] = some < 1 ? some : 1.0F;
     }
     const auto blend = [&](const Lanes& from, const Lanes& to, Lanes& result) {
