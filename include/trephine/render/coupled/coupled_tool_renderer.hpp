@@ -144,6 +144,7 @@ class CoupledToolRenderer {
   void reset() noexcept {
     started_ = false;
     is_felt_ = false;
+    has_pose_ = has_pose_ && X_.matrix().allFinite();
     broad_phase_.invalidate();
     set_free(X_);
   }
