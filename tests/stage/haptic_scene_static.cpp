@@ -77,7 +77,7 @@ static_assert(sizeof(PoseHistory<true, false>) == 2 * sizeof(Posed) + alignof(Po
 static_assert(sizeof(PoseHistory<true, true>) == 3 * sizeof(Posed) + alignof(Posed));
 static_assert(std::is_empty_v<PoseHistory<false, false>>);
 static_assert(sizeof(Damping) == 24 && sizeof(HuntCrossley) == 24 && sizeof(DeviceLimits) == 16 &&
-              sizeof(FirstOrderFilter) == 64 && sizeof(MillingVibration) == 64);
+              sizeof(FirstOrderFilter) == 56 && sizeof(MillingVibration) == 64);
 
 static_assert(noexcept(std::declval<Scene<DeviceLimits>&>().tick(std::declval<const TickInput&>(), 0.0)));
 static_assert(noexcept(std::declval<Scene<>&>().reset()) && noexcept(std::declval<Scene<>&>().proxy_pose_W()));

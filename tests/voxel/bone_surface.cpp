@@ -148,13 +148,12 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
           q.of_face = q.area / (h.prod() / h[static_cast<Eigen::Index>(a)]);
           if (!(q.area > 0)) continue;
           // Moved out, and at edges of bone onto the faces' means.
-          const double h_b = h[static_cast<Eigen::Index>(b)], h_c = h[static_cast<Eigen::Index>(c)];
           const double tilt = n[static_cast<Eigen::Index>(a)] / n.norm();
           const Vec3d out = n.normalized() * ((tilt > 0) == is_bone(v) ? 1 : -1);
           const Vec3d b0 = next(v, a, b, -1), b1 = next(v, a, b, 1), c0 = next(v, a, c, -1), c1 = next(v, a, c, 1);
           const Vec3d on_faces = ((*at + b0) / 2 + (*at + b1) / 2 + (*at + c0) / 2 + (*at + c1) / 2) / 4;
           const double rise = (on_faces - q.middle).dot(out);
-          const double round = (h_b * h_b + h_c * h_c) / (8 * 12 * h.minCoeff());
+          const double round = 2 * h.minCoeff() / (8 * 12);
           const double thin = q.along.norm() * q.across.norm() / n.norm();
           q.unsettled = 1 + thin * (1 + (rise > 0 ? h.maxCoeff() / round : 0));
           q.flat = std::abs(tilt) < 1e-4 * (1 + thin);

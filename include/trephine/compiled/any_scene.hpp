@@ -79,6 +79,8 @@ class AnyScene : public Interface {
  public:
   [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
   virtual void reset() noexcept = 0;
+  virtual void forget_wrench() noexcept = 0;
+  [[nodiscard]] virtual bool bounds_wrench() const noexcept = 0;
   virtual void set_stages(const StageOptions& stages) = 0;
   virtual void set_tool(const Burr& burr) = 0;
   virtual void set_tool(const RevolvedTool& tool) = 0;

@@ -159,6 +159,8 @@ class SceneOf final : public AnyScene {
 
   TickResult tick(const TickInput& input, double dt) noexcept override { return scene_.tick(input, dt); }
   void reset() noexcept override { scene_.reset(); }
+  void forget_wrench() noexcept override { scene_.forget_wrench(); }
+  bool bounds_wrench() const noexcept override { return scene_.bounds_wrench(); }
   void set_stages(const StageOptions& stages) override {
     const SceneParts p(stages);
     check_cut(p);

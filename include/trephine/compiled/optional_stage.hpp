@@ -54,6 +54,10 @@ class OptionalStage {
   {
     if (stage_) stage_->reset();
   }
+  void forget_wrench() noexcept requires requires(S& stage) { stage.forget_wrench(); }
+  {
+    if (stage_) stage_->forget_wrench();
+  }
   [[nodiscard]] bool bounds_wrench() const noexcept requires requires(const S& stage) { stage.bounds_wrench(); }
   { return stage_.has_value(); }
 

@@ -118,6 +118,10 @@ class Scene {
   [[nodiscard]] TickResult tick(const TickInput& input, double dt) noexcept { return scene_->tick(input, dt); }
   /// Forgets contact, velocity and the state of stages; the bone and all options stay.
   void reset() noexcept { scene_->reset(); }
+  /// Takes it that no wrench acts on the hand: see `HapticScene::forget_wrench`.
+  void forget_wrench() noexcept { scene_->forget_wrench(); }
+  /// True if the wrench never steps: see `HapticScene::bounds_wrench`.
+  [[nodiscard]] bool bounds_wrench() const noexcept { return scene_->bounds_wrench(); }
 
   [[nodiscard]] const StageOptions& stages() const noexcept { return stages_; }
   /// Takes other stages between ticks, on the haptic thread, without memory from the heap. A stage that stays keeps its

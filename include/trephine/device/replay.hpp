@@ -49,12 +49,13 @@ struct ReplayReport {
 
 /// Ticks `scene` with the recorded inputs and compares every output bit by bit. The scene must have its state from the
 /// start of the recording: the same volume (restored), tool, parameters and contact state, floors with their counts
-/// reset (`CutFloor::reset_counts`), in the same binary. A recording from a file of version 1 has no structures, and
-/// one before version 3 no forces of cutting: it differs from a scene that reports them. Afterwards the scene has its
-/// state from the end of the recording.
+/// reset (`CutFloor::reset_counts`), in the same binary. No wrench acts at the start. A recording from a file of
+/// version 1 has no structures, and one before version 3 no forces of cutting: it differs from a scene that reports
+/// them. Afterwards the scene has its state from the end of the recording.
 template <TickableScene Scene>
 [[nodiscard]] ReplayReport replay(std::span<const RecordedTick> recording, Scene& scene) {
   ReplayReport report;
+  if constexpr (requires { scene.forget_wrench(); }) scene.forget_wrench();
   for (const RecordedTick& tick : recording) {
     const TickResult result = scene.tick(tick.input, tick.dt);
     if (!same_bits(result, tick.result)) {

@@ -43,11 +43,7 @@ class FirstOrderFilter {
   /// Replaces the options, which `validate` must accept, without a step in the output; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
-  void begin_tick() noexcept {
-    if (!was_sent_) state_ = Wrenchd::zero();
-    was_sent_ = false;
-  }
-  void sent(const Wrenchd&) noexcept { was_sent_ = true; }
+  void forget_wrench() noexcept { state_ = Wrenchd::zero(); }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     const double decay = std::exp(-2 * std::numbers::pi * options_.cutoff * context.dt);  // 1 − α
@@ -69,7 +65,6 @@ class FirstOrderFilter {
 
   Options options_;
   Wrenchd state_;
-  bool was_sent_ = false;  // the last tick's wrench
 };
 
 }  // namespace trephine

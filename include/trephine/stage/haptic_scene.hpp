@@ -154,7 +154,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     TickResult result;
     if (!is_usable_pose(input.X_WT)) {
       history_.invalidate();
-      if constexpr (kBoundsWrench) release_.reset();
+      forget_wrench();
       result.status = Status::kBadInput;
       return result;
     }
@@ -232,7 +232,15 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     return result;
   }
 
-  /// Clears contact, stage state and velocity; the bone and all options stay.
+  /// Takes it that no wrench acts on the hand, as before the first tick: the next one rises from zero. A tick that
+  /// sends zero does so itself; a host does if it set the device's force to zero, a `replay` before its first tick.
+  void forget_wrench() noexcept {
+    if constexpr (kBoundsWrench) release_.reset();
+    for_each_part([](auto& part) {
+      if constexpr (requires { part.forget_wrench(); }) part.forget_wrench();
+    });
+  }
+  /// Clears contact, stage state and velocity; the bone, all options and the wrench that acts stay.
   void reset() noexcept {
     renderer_.reset();
     history_.invalidate();
@@ -401,7 +409,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Resets the scene and returns a zero wrench with `kNonFinite`; contact, volumes and distance stay in the result.
   [[nodiscard]] TickResult fail_non_finite(TickResult result) noexcept {
     reset();
-    if constexpr (kBoundsWrench) release_.reset();
+    forget_wrench();
     result.wrench = Wrenchd::zero();
     if constexpr (kReportsStructures) result.structures.push = Wrenchd::zero();
     if constexpr (kReportsCutting) result.cutting = {};

@@ -53,24 +53,18 @@ class ReleaseLimit {
   }
   [[nodiscard]] bool bounds_wrench() const noexcept { return true; }
 
-  void begin_tick() noexcept {
-    if (!was_sent_) bound_.reset();  // a tick that ends early sends zero
-    was_sent_ = false;
-  }
+  void forget_wrench() noexcept { bound_.reset(); }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     const Twist& v = context.twist_to_bone;
     bound_.apply(wrench, spatial(context.dt * v.linear, context.dt * v.angular), context.dt);
   }
 
-  void sent(const Wrenchd&) noexcept { was_sent_ = true; }
-
  private:
   [[nodiscard]] static Options default_options() noexcept { return {}; }
 
   Options options_;
   ReleaseBound bound_;
-  bool was_sent_ = false;  // the last tick's wrench
 };
 
 }  // namespace trephine

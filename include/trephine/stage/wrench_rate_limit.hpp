@@ -46,19 +46,15 @@ class WrenchRateLimit {
   /// Replaces the options, which `validate` must accept; between ticks, haptic thread.
   void adopt(const Options& options) noexcept { options_ = options; }
 
-  void begin_tick() noexcept {
-    previous_ = next_;  // a tick that ends early sends zero
-    next_ = Wrenchd::zero();
-  }
+  void forget_wrench() noexcept { previous_ = Wrenchd::zero(); }
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     limit(wrench.force, previous_.force, options_.force * context.dt);
     limit(wrench.torque, previous_.torque, options_.torque * context.dt);
-    next_ = wrench;
   }
 
   /// Stores the wrench that leaves the scene.
-  void sent(const Wrenchd& wrench) noexcept { next_ = wrench; }
+  void sent(const Wrenchd& wrench) noexcept { previous_ = wrench; }
 
  private:
   /// Limits the change from `from` to `to`. Scales by the largest component first, so that squares of 1e200 do not
@@ -74,7 +70,7 @@ class WrenchRateLimit {
   }
 
   Options options_;
-  Wrenchd previous_, next_;  // sent a tick ago; about to be sent
+  Wrenchd previous_;  // sent a tick ago
 };
 
 }  // namespace trephine
