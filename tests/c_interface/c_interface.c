@@ -156,8 +156,12 @@ static void drill(int algorithm) {
   CHECK(fabs(r.force[2] - pressed) < 1e-6);
   CHECK(trephine_scene_reset(scene) == TREPHINE_OK);
   const trephine_pose away = tool_at(18e-3);
-  CHECK(trephine_scene_tick(scene, &away, 0, 1e-3, &r) == TREPHINE_OK);
-  CHECK(r.status == TREPHINE_STATUS_OK && r.contacts == 0 && r.force[2] == 0);
+  /* The force falls along a slope, 0.6 N in 10 ms; Surface's is gone at once. */
+  for (int i = 0; i < 12; ++i) {
+    CHECK(trephine_scene_tick(scene, &away, 0, 1e-3, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_OK && r.contacts == 0);
+  }
+  CHECK(r.force[2] == 0);
   CHECK(r.X_WV.position[2] > 17.99e-3 && r.X_WV.rotation[3] > 0.999);
   trephine_scene_destroy(scene);
   trephine_reader_destroy(reader);
@@ -279,6 +283,9 @@ static void refuse_scenes(void) {
     CHECK(trephine_scene_tick(scene, &X_WT, 1, 1e-3, &r) == TREPHINE_OK);
     CHECK(r.status == TREPHINE_STATUS_BAD_INPUT && r.force[2] == 0);
     CHECK(trephine_scene_tick(scene, &pressed, 0, NAN, &r) == TREPHINE_OK);
+    CHECK(r.status == TREPHINE_STATUS_OK);
+    /* From the zero that was sent the force rises along a slope. */
+    for (int n = 0; n < 100; ++n) CHECK(trephine_scene_tick(scene, &pressed, 0, 1e-3, &r) == TREPHINE_OK);
     CHECK(r.status == TREPHINE_STATUS_OK && fabs(r.force[2] - force) < 0.01 * force);
   }
   CHECK_REFUSED(trephine_scene_tick(NULL, &pressed, 0, 1e-3, &r), TREPHINE_NULL_ARGUMENT, "null");
