@@ -208,7 +208,8 @@ TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const 
  * TREPHINE_STATUS_STARTED_INSIDE. Haptic thread, between ticks; takes no memory, unless it fails. Refused while
  * structures are guarded: take them out before, and set them again after. */
 TREPHINE_C_API trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name) TREPHINE_C_NOEXCEPT;
-/* Forgets contact and velocity; the bone and the removed volume stay. */
+/* Forgets contact and velocity; the bone and the removed volume stay. So does the force that acts, with the coupled tool
+ * and Line: the next ticks go on from it by a slope. */
 TREPHINE_C_API trephine_result trephine_scene_reset(trephine_scene* scene) TREPHINE_C_NOEXCEPT;
 
 /* ---- Structures that must not be cut ------------------------------------------------------------------------------
