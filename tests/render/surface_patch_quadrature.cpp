@@ -50,7 +50,9 @@ struct Springs {
     exits.search(field, X, 0.5 * field.voxel());
     for (int j = 0; j < exits.count(); ++j)
       lengths[static_cast<std::size_t>(hits[static_cast<std::size_t>(j)])] = exits[j];
-    calls = heap_calls([&] { quadrature.integrate(field, *tool, tool->points(), X, values, hits, exits.covers(), lengths, group_hit); });
+    calls = heap_calls([&] {
+      quadrature.integrate(field, *tool, tool->points(), X, values, hits, exits.covers(), lengths, group_hit);
+    });
   }
   [[nodiscard]] bool in_bone(int i) const { return values[static_cast<std::size_t>(i)] >= 0; }
   [[nodiscard]] double length(int i) const { return lengths[static_cast<std::size_t>(i)]; }
