@@ -100,6 +100,22 @@ constexpr double kRounding = 1 + 1e-6;
   return o.middle() + o.spacing.x() * Vec3d(random.uniform(), random.uniform(), random.uniform());
 }
 
+/// The drill over a plane of bone, at a place and with a normal of chance.
+struct OverPlane {
+  RasterOptions image;
+  Vec3d p, up;
+  VoxelGrid<std::int16_t> bone;
+
+  OverPlane(int n, Random& random)
+      : image(image_of(n)),
+        p(near_middle(random, image)),
+        up(random.unit()),
+        bone(rasterise<std::int16_t>(HalfSpace{p, up}, image)) {}
+  [[nodiscard]] auto scene() { return HapticScene{bone, image.isovalue(), CoupledToolRenderer{kDrill, kGains}}; }
+  /// Pose with the ball so deep below the plane.
+  [[nodiscard]] Posed at(double deep) const { return tool_at(p + (kRadius - deep) * up, up); }
+};
+
 // A ball pressed deep that slides off an edge of 90 degrees and back on it has to snap, and does so by millimetres.
 TEST_CASE("wrench steps: a tool slid off an edge and back changes its wrench by the law, and is drawn so") {
   Random random(1201);
@@ -145,14 +161,13 @@ TEST_CASE("wrench steps: a tool slid off an edge and back changes its wrench by 
 TEST_CASE("wrench steps: the bone moves, appears and goes, and the wrench follows by the law") {
   Random random(1202);
   for (int n = 0; n < cases(12); ++n) {
-    const RasterOptions o = image_of(n);
-    const Vec3d p = near_middle(random, o), up = random.unit();
-    auto bone = rasterise<std::int16_t>(HalfSpace{p, up}, o);
-    HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{kDrill, kGains}};
+    OverPlane plane(n, random);
+    auto scene = plane.scene();
     Watch watch;
-    const auto at = [&](double deep) { return tool_at(p + (kRadius - deep) * up, up); };
-    for (double deep = -3e-4; deep < 3.5e-4; deep += 1e-5) watch.tick(scene, at(deep));
-    const Posed X = at(3.5e-4);
+    for (double deep = -3e-4; deep < 3.5e-4; deep += 1e-5) watch.tick(scene, plane.at(deep));
+    const Posed X = plane.at(3.5e-4);
+    auto& bone = plane.bone;
+    const Vec3d& up = plane.up;
     const auto rest = [&](int ticks) {
       TickResult r;
       for (int i = 0; i < ticks; ++i) r = watch.tick(scene, X);
@@ -175,7 +190,7 @@ TEST_CASE("wrench steps: the bone moves, appears and goes, and the wrench follow
     }
     // Bone under the tool goes, and comes back.
     const Vec3d c = relative_pose(bone.X_WG(), X).translation();
-    REQUIRE(carve(bone, o.isovalue(), SphereCutter(c, c, 6e-3)) > 0);
+    REQUIRE(carve(bone, plane.image.isovalue(), SphereCutter(c, c, 6e-3)) > 0);
     CHECK(rest(200) == 0);
     bone.restore();
     rest(200);
@@ -187,16 +202,13 @@ TEST_CASE("wrench steps: the bone moves, appears and goes, and the wrench follow
 TEST_CASE("wrench steps: a reset, another tool and bad input leave contact where it was") {
   Random random(1203);
   for (int n = 0; n < cases(12); ++n) {
-    const RasterOptions o = image_of(n);
-    const Vec3d p = near_middle(random, o), up = random.unit();
-    auto bone = rasterise<std::int16_t>(HalfSpace{p, up}, o);
-    HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{kDrill, kGains}};
+    OverPlane plane(n, random);
+    auto scene = plane.scene();
     Watch watch;
     // Deeper than the tool's axis is in bone at the device's pose.
     const double depth = random.uniform(1.6e-3, 3e-3);
-    const auto at = [&](double deep) { return tool_at(p + (kRadius - deep) * up, up); };
-    for (double deep = -3e-4; deep < depth; deep += 1e-5) watch.tick(scene, at(deep));
-    const Posed X = at(depth);
+    for (double deep = -3e-4; deep < depth; deep += 1e-5) watch.tick(scene, plane.at(deep));
+    const Posed X = plane.at(depth);
     const double before = watch.tick(scene, X).wrench.force.norm();
     REQUIRE(before > 1);
     const auto settled = [&] {

@@ -324,9 +324,7 @@ class CoupledToolRenderer {
     X_ = found.X;
     steps_ = found.step_count;
     if (!evaluated_) foundation_.clear();
-    Vec6d extension = motion_to(X_, X_device_);
-    if (!gains_.coupling.solves_rotation) clear_angular(extension);
-    to_device_ = linear_part(extension);
+    const Vec6d extension = extend();
     depth_ = found.evaluation.contact.depth;
     report_contacts(found.last_step, summary);
     unlisted_force_.setZero();
@@ -348,13 +346,18 @@ class CoupledToolRenderer {
       set_free(X_);
       return Vec6d::Zero();
     }
+    return extend();
+  }
+
+  /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
+  /// Returns the coupling's extension, and stores its translation.
+  [[nodiscard]] Vec6d extend() noexcept {
     Vec6d extension = motion_to(X_, X_device_);
     if (!gains_.coupling.solves_rotation) clear_angular(extension);
     to_device_ = linear_part(extension);
     return extension;
   }
 
-  /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
   [[nodiscard]] Vec6d coupling_wrench(const Vec6d& extension) const noexcept {
     return VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
   }

@@ -36,8 +36,8 @@ class RayExits {
   /// Exit distance of the i-th ray added [m], valid after `search`.
   [[nodiscard]] Scalar operator[](int i) const noexcept { return distance_[static_cast<std::size_t>(i)]; }
 
-  /// Of each ray, the distance [m] from its start back to the surface behind it, by linear extrapolation of the field
-  /// along the ray's first step; the largest number if the field does not rise there. Valid after `search`.
+  /// Distance [m] from each ray's start back to the surface behind it, by linear extrapolation of the field along the
+  /// ray's first step; the largest number if the field does not rise there. Valid after `search`.
   [[nodiscard]] std::span<const Scalar> covers() const noexcept {
     return {cover_.data(), static_cast<std::size_t>(count_)};
   }
