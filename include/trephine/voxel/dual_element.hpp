@@ -36,15 +36,18 @@ struct DualElementLanes {
 /// along edges. So an element moves out by twice the distance from its quadrilateral to the faces' mean.
 ///
 /// *Edges of bone*: where bone is more convex than a ball of radius kRound, an element moves less, widens to the faces'
-/// crossings, and ends as the parallelogram about the deeper of the two chords between faces that face one another. A
-/// chord across an edge cuts it off, so that no point stands out beside it: a tool fits into the rim of the hole that
-/// it cut. About the mean of both chords it would stand out by a tenth of a voxel, which in long voxels held a drill.
+/// crossings, and ends as the parallelogram about their mean. Its chords cut an edge off. So that a tool fits into the
+/// rim of the hole that it cut, no end may stand out beside the edge by more than kStandsOut: the parallelogram then
+/// lies nearer to the deeper of the two chords between faces that face one another, about which no end stands out.
 struct DualElements {
   /// Smaller elements are left out [faces of a voxel]: a ten-thousandth of the area in the worst direction.
   static constexpr float kMinArea = 1e-4F;
   /// Radius below which convex bone counts as an edge [shortest spacings]: by degrees, fully so at half of it. The sag
   /// of chords of the shortest spacings decides. By that of long ones the rim of a hole would bulge into it.
   static constexpr float kRound = 12;
+  /// How far the end of an edge's element may stand out beside it [shortest spacings], over an area of their square;
+  /// less far over more area, so that it holds a tool as little. At a right edge in cubic voxels none stands out more.
+  static constexpr float kStandsOut = 0.125F;
 
   Vec3<float> spacing;  ///< of the grid [m]
 
@@ -71,7 +74,7 @@ struct DualElements {
       for (std::size_t l = 0; l < kLanes; ++l) normal[i][l] = a1[l] * c2[l] - a2[l] * c1[l];
     }
     const Lanes size = lengths_of(normal);
-    const float round = 2 * spacing.minCoeff() / (8 * kRound);
+    const float h = spacing.minCoeff(), round = 2 * h / (8 * kRound);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float area = 4 * size[l], bc = length[1][l] * length[2][l];
       out.area[l] = area > kMinArea * bc ? area : 0.0F;
@@ -106,7 +109,7 @@ struct DualElements {
     }
     wide_along[2].fill(0);
     wide_across[1].fill(0);
-    // From the mean of all four to that of the two which lie deeper.
+    // From the mean of all four to that of two that face one another, and the way from there to the deeper two.
     Vectors deeper;
     for (std::size_t l = 0; l < kLanes; ++l) {
       deeper[0][l] = 0.125F * (next[0][0][l] + next[1][0][l] - next[2][0][l] - next[3][0][l]) * length[0][l];
@@ -116,7 +119,9 @@ struct DualElements {
     Lanes inward;
     for (std::size_t l = 0; l < kLanes; ++l) {
       const float height = deeper[0][l] * normal[0][l] + deeper[1][l] * normal[1][l] + deeper[2][l] * normal[2][l];
-      inward[l] = height > 0 ? -1.0F : 1.0F;
+      const float out_by = height > 0 ? height : -height;
+      const float over = out_by - kStandsOut * h * h * h / (length[1][l] * length[2][l]);
+      inward[l] = (height > 0 ? -1.0F : 1.0F) * (over > 0 ? over / out_by : 0.0F);
     }
 
     Lanes rise, moved, sharpness;
