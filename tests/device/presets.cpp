@@ -3,7 +3,9 @@
 
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
+#include <trephine/tool/named_tools.hpp>
 
 #include "stage/fakes.hpp"
 
@@ -54,6 +56,50 @@ TEST_CASE("presets: every device's figures are those published, its options vali
   CHECK(premium.capabilities.max_force == 8.5);
   CHECK(premium.capabilities.max_torque == 0.188);
   CHECK(premium.budget.angular == 0.3);
+}
+
+TEST_CASE(
+    "presets: the coupled tool takes each as it is, and a named tool with it, whether the device gives torque or not") {
+  // Bone below z = 10 mm, and a ledge above the burr. The burr is pressed 1 mm into bone, the shaft against the ledge.
+  std::vector<std::int16_t> voxels;
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) voxels.push_back(k < 20 || (i < 16 && k > 28 && k < 36) ? 1000 : -1000);
+  const GridGeometry geometry{.size = {40, 40, 40}, .spacing = Vec3d::Constant(5e-4)};
+  const auto press = [&](const auto& renderer, const DevicePreset& p) {
+    VoxelGrid<std::int16_t> bone(geometry, voxels);
+    HapticScene scene{bone, 0, renderer, p.limits};
+    TickResult r;
+    for (int i = 0; i <= 400; ++i) {
+      const double deep = 1e-3 * std::min(1.0, i / 200.0);
+      const Vec3d tip(9.2e-3 - deep, 1e-2, 11.5e-3 - deep);
+      r = scene.tick({.X_WT = make_pose<double>(Mat3d::Identity(), tip)}, kTick);
+    }
+    CHECK(r.status == Status::kOk);
+    CHECK(r.wrench.force.z() == doctest::Approx(p.stiffness * 1e-3).epsilon(0.3));
+    CHECK(r.wrench.force.norm() <= p.capabilities.max_force);
+    CHECK((r.wrench.torque.norm() > 1e-5) == (p.capabilities.output_dof == 6));
+    CHECK(r.wrench.torque.norm() <= p.capabilities.max_torque);
+  };
+  const Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 4e-2};
+  for (const std::string_view name : device_preset_names()) {
+    CAPTURE(name);
+    const DevicePreset p = device_preset(name);
+    press(CoupledToolRenderer{burr, p}, p);
+    press(CoupledToolRenderer{burr, p, Coulomb{0.1, 0.1}}, p);
+    press(CoupledToolRenderer{tool_by_name("round-3"), p}, p);
+  }
+}
+
+TEST_CASE("presets: a scene says that a stiffness is likely in N/mm") {
+  auto bone = small_grid();
+  const auto is_told = [&](double stiffness) {
+    const auto warnings = HapticScene{bone, 300, Floor<>{stiffness}}.warnings();
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& w) { return w.find("N/mm") != std::string::npos; });
+  };
+  CHECK(is_told(0.8));
+  CHECK_FALSE(is_told(400));
 }
 
 TEST_CASE("presets: an unknown device is refused with the names there are") {

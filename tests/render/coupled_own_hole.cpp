@@ -136,7 +136,7 @@ TEST_CASE("coupled own hole: densities that cannot hold a cut are refused, with 
   CHECK(is_refused<std::uint8_t>(0, 1, 0.5, Milling{}));
   CHECK(is_refused<std::uint8_t>(0, 2, 1, Milling{RateLimitedCut<>{}}));
   CHECK(is_refused<std::int8_t>(0, 1, 0.5, Milling{AdvancingCut{}}));
-  CHECK(is_refused<std::int16_t>(0, 1, 0.5, Milling{PressureCut{}}));
+  CHECK(is_refused<std::int16_t>(0, 1, 0.5, CuttingForce(CuttingForce::Options{}), Milling{PressureCut{}}));
   CHECK(is_refused<std::uint8_t>(0, 255, 1, Milling{}));
   CHECK(is_refused<std::uint8_t>(0, 255, 9.5, Milling{}));
   CHECK(is_refused<std::uint8_t>(0, 255, 254.5, Milling{}));

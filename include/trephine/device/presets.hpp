@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/device/device.hpp>
+#include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
@@ -15,17 +16,22 @@
 namespace trephine {
 
 /// Options of a scene for a device, by the device's name: a starting point for tuning, and no guarantee for an
-/// individual device. CHAI3D publishes the capabilities. The stack of stages is the best of `bench/run`
-/// (stability.csv). A stiffness budget limits the renderer. Impact damping triples the stable stiffness at little force
-/// error. A passivity controller dissipates the remaining energy, and a rate limit turns steps into slopes. \code const
-/// DevicePreset device = device_preset("Premium 1.5 6DOF"); HapticScene scene{bone, 300, SurfaceApproxRenderer{tool,
-/// SurfaceOptions{.stiffness = device.stiffness,
-///                                                                       .budget = device.budget}},
-///                   HuntCrossley{device.hunt_crossley}, PassivityController{device.passivity},
-///                   WrenchRateLimit{device.rate}, device.limits};
+/// individual device. CHAI3D publishes the capabilities.
+/// \code
+/// const DevicePreset device = device_preset("Touch");
+/// HapticScene scene{bone, 300, CoupledToolRenderer{burr, device}, Milling{}, device.limits};
 /// \endcode
-/// For a device whose `capabilities.output_dof` is 3, list `ForceOnly{}` too. All numbers are at the device: with a
-/// Registration that scales, divide stiffness by the scale and multiply angular stiffness by it.
+/// A device without torque, as this one, needs no thought: the coupled tool then has its rotation. Surface needs the
+/// stages that are the best of `bench/run` for it (stability.csv). A stiffness budget limits the renderer. Impact
+/// damping triples the stable stiffness at little force error. A passivity controller dissipates the remaining energy,
+/// and a rate limit turns steps into slopes.
+/// \code
+/// const SurfaceOptions options{.stiffness = device.stiffness, .budget = device.budget};
+/// HapticScene scene{bone, 300, SurfaceApproxRenderer{tool, options}, HuntCrossley{device.hunt_crossley},
+///                   PassivityController{device.passivity}, WrenchRateLimit{device.rate}, device.limits};
+/// \endcode
+/// All numbers are at the device: with a Registration that scales, divide stiffness by the scale and multiply angular
+/// stiffness by it.
 struct DevicePreset {
   DeviceCapabilities capabilities;
   double stiffness = 0;  ///< option of the renderer [N/m]
@@ -34,6 +40,14 @@ struct DevicePreset {
   PassivityController::Options passivity;
   WrenchRateLimit::Options rate;
   DeviceLimits limits;
+
+  /// The coupled tool's: stiffness, and the device's largest force and torque.
+  operator CoupledOptions() const noexcept {  // NOLINT(google-explicit-constructor): so a renderer takes the preset
+    return {.stiffness = stiffness,
+            .rotational_stiffness = budget.angular,
+            .force = capabilities.max_force,
+            .torque = capabilities.max_torque};
+  }
 };
 
 namespace preset_detail {

@@ -49,6 +49,9 @@ class HapticScene {
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
   static_assert(kMistake != Mistake::kTwoForceOnly, "trephine::HapticScene: more than one ForceOnly");
+  static_assert(kMistake != Mistake::kNoPressure,
+                "trephine::HapticScene: a PressureCut needs a CuttingForce, which says how much the thrust cuts: list "
+                "one, or take another cut");
 
  public:
   template <class... Arguments>
@@ -289,7 +292,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     return bounds;
   }
   /// Returns one sentence for each reason why the scene's results may be off: voxels too long for the tool, an isovalue
-  /// that finds no surface.
+  /// that finds no surface, a stiffness that is likely in other units.
   [[nodiscard]] std::vector<std::string> warnings() const {
     std::vector<std::string> warnings;
     const double voxel = bone_->spacing().maxCoeff(), radius = renderer_.shape().tip_radius;
@@ -301,6 +304,13 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     }
     if (const std::string isovalue = isovalue_warning(*bone_, isovalue_); !isovalue.empty())
       warnings.push_back("trephine::HapticScene: " + isovalue);
+    if constexpr (requires { renderer_.stiffness(); })
+      if (static_cast<double>(renderer_.stiffness()) < kSoftest) {
+        std::ostringstream s;
+        s << "trephine::HapticScene: a stiffness of " << static_cast<double>(renderer_.stiffness())
+          << " N/m is not felt; is it in N/mm?";
+        warnings.push_back(s.str());
+      }
     return warnings;
   }
 
@@ -335,6 +345,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// Tip radius that voxels hold [longest spacings]. A deep hole's section is then off by 4.4 % at most. At a radius of
   /// one it is too large by 11 % (coupled tool), or too small by 20 %.
   static constexpr double kFewestVoxels = 2;
+  static constexpr double kSoftest = 10;  // [N/m]: a hand that presses this by 3 cm feels 0.3 N
   static constexpr bool kUsesSurface = UsesBoneSurface<ContactRenderer>;
   struct NoSurface {};
   using Surface = std::conditional_t<kUsesSurface, std::shared_ptr<BoneSurface<Density>>, NoSurface>;

@@ -143,7 +143,8 @@ enum class SceneMistake {
   kOtherHead,
   kTwoLimits,
   kLimitsNotLast,
-  kTwoForceOnly
+  kTwoForceOnly,
+  kNoPressure
 };
 
 template <class Density, class ContactRenderer, class... Parts>
@@ -156,6 +157,7 @@ struct SceneCheck {
     if (kPartCount < DeviceLimits, Parts... >> 1) return SceneMistake::kTwoLimits;
     if (!limits_are_last<Parts...>()) return SceneMistake::kLimitsNotLast;
     if (kPartCount < ForceOnly, Parts... >> 1) return SceneMistake::kTwoForceOnly;
+    if ((kCutsUnderPressure<Parts> || ...) && !(DecidesCuts<Parts> || ...)) return SceneMistake::kNoPressure;
     return SceneMistake::kNone;
   }
   /// Whether a part, if it is a carver, takes the head of the renderer's tool.

@@ -25,6 +25,9 @@ namespace trephine {
 struct NamedTool {
   RevolvedTool tool;
   CuttingEdges edges;
+
+  /// So that a renderer takes it.
+  operator const RevolvedTool&() const noexcept { return tool; }  // NOLINT(google-explicit-constructor)
 };
 
 /// A family of tools: the name and the range of diameters [mm].

@@ -6,8 +6,8 @@
 namespace trephine {
 
 /// Cuts in proportion to the pressure: bone in the head recedes by the same fraction of its depth everywhere. A
-/// `CuttingForce` in the scene gives each tick's fraction, by the force that presses the head. Without one the cut is
-/// geometric.
+/// `CuttingForce` in the scene gives each tick's fraction, by the force that presses the head. A scene without one does
+/// not compile.
 ///
 /// A voxel falls by this fraction of what a geometric cut would take. The ramp before the head is linear, so the
 /// isosurface moves by the fraction of its depth in the head, and keeps the head's shape.

@@ -16,7 +16,8 @@ struct CoupledOptions {
   /// k_θ [N·m/rad]. With infinity the tool has the device's rotation and the torque is zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;
   double force = 8.5;     ///< largest force of the coupling [N]: the device's maximum
-  double torque = 0.188;  ///< likewise, the torque [N·m]
+  /// Likewise, the torque [N·m]. 0: the device gives none; the tool then has its rotation, as with `TranslationOnly`.
+  double torque = 0.188;
   /// Fastest change of the force besides `stiffness` times the device's motion [N/s], in a scene; infinity for no bound
   /// (`ReleaseBound`). So a film that breaks lets the hand through in some ticks, and not in one, and a ball that snaps
   /// past an edge turns the force in some.
@@ -35,6 +36,9 @@ struct CoupledOptions {
   /// Upper bound of each gain in its unit: squares of values derived from it are finite in single precision.
   static constexpr double kMaxGain = 1e12;
 
+  /// True if the coupling has a spring for rotation, and so a torque.
+  [[nodiscard]] bool has_torque() const noexcept { return torque > 0 && std::isfinite(rotational_stiffness); }
+
   /// Throws std::invalid_argument for a value out of its range.
   void validate() const {
     const auto positive = [](double v) { return v > 0 && v <= kMaxGain; };
@@ -43,7 +47,7 @@ struct CoupledOptions {
       refuse("CoupledOptions", "rotational_stiffness must be > 0 and at most 1e12 N·m/rad, or infinite",
              rotational_stiffness);
     if (!positive(force)) refuse("CoupledOptions", "force must be > 0 and at most 1e12 N", force);
-    if (!positive(torque)) refuse("CoupledOptions", "torque must be > 0 and at most 1e12 N·m", torque);
+    if (!(torque >= 0 && torque <= kMaxGain)) refuse("CoupledOptions", "torque must be 0 to 1e12 N·m", torque);
     if (!(release > 0)) refuse("CoupledOptions", "release must be > 0 N/s", release);
     if (!(jump > 0)) refuse("CoupledOptions", "jump must be > 0 m", jump);
     if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);

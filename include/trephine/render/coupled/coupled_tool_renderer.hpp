@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/release_bound.hpp>
+#include <trephine/core/misuse.hpp>
 #include <trephine/core/tick.hpp>
 #include <trephine/render/coupled/bristles.hpp>
 #include <trephine/render/coupled/broad_phase.hpp>
@@ -24,6 +25,18 @@
 #include <utility>
 
 namespace trephine {
+
+/// Reports template arguments that fit no coupled tool in one readable error message.
+template <class S = double, class Shape = BallAndShaft, class FrictionLaw = Frictionless, class Motion = SixDof>
+class CoupledToolRenderer : public detail::UnusableRenderer {
+  static_assert(detail::kFits<S>,
+                "trephine::CoupledToolRenderer: write CoupledToolRenderer{burr, CoupledOptions{}, Coulomb{0.2, 0.15}}; "
+                "the last two may be left out. As a type: CoupledToolRenderer<double, tool, friction, motion>");
+
+ public:
+  template <class... Arguments>
+  explicit CoupledToolRenderer(const Arguments&...) noexcept {}
+};
 
 /// Coupled tool: the whole drill is a proxy that rests on the bone, and a virtual coupling ties it to the device.
 ///
@@ -50,9 +63,8 @@ namespace trephine {
 /// *Friction*: `Coulomb` at every point (`Bristles`); `Frictionless` costs nothing.
 ///
 /// Numbers that decide are in `CoupledConstants`. Haptic thread. `render` is noexcept, and allocates nothing.
-template <RealScalar S = double, ToolShape Shape = BallAndShaft, Friction FrictionLaw = Frictionless,
-          CoupledMotion Motion = SixDof>
-class CoupledToolRenderer {
+template <RealScalar S, ToolShape Shape, Friction FrictionLaw, CoupledMotion Motion>
+class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
  public:
   using Scalar = S;
   using Gradient = AnalyticGradient;
@@ -172,9 +184,8 @@ class CoupledToolRenderer {
   /// Bound on the wrench's change from tick to tick, which the scene applies (`CoupledOptions::release`).
   [[nodiscard]] ReleaseBound release_bound() const noexcept {
     const bool solves_rotation = this->solves_rotation();
-    // Without the spring's own lever, that at which the device's largest force and torque match.
-    const double lever = solves_rotation ? std::sqrt(options_.rotational_stiffness / options_.stiffness)
-                                         : options_.torque / options_.force;
+    const double lever =
+        solves_rotation ? std::sqrt(options_.rotational_stiffness / options_.stiffness) : Constants::kHandLever;
     return {options_.stiffness, lever, options_.release, solves_rotation};
   }
   /// Pose at which the tool is drawn: the virtual tool's, or on the way there where it snapped past an edge. It moves
@@ -206,9 +217,7 @@ class CoupledToolRenderer {
     bricks_per_tick_ = bricks_about_head(bounds_, spacing_);
   }
 
-  [[nodiscard]] bool solves_rotation() const noexcept {
-    return Motion::kDof == 6 && std::isfinite(options_.rotational_stiffness);
-  }
+  [[nodiscard]] bool solves_rotation() const noexcept { return Motion::kDof == 6 && options_.has_torque(); }
 
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
   [[nodiscard]] Pose<Scalar> ahead(double max_distance) const noexcept {
@@ -444,14 +453,20 @@ class CoupledToolRenderer {
   int steps_ = 0;
 };
 
-template <std::convertible_to<RevolvedTool> Measures>
-CoupledToolRenderer(Measures, CoupledOptions = {}) -> CoupledToolRenderer<double, RevolvedTool, Frictionless, SixDof>;
-template <std::convertible_to<RevolvedTool> Measures, Friction FrictionLaw>
-CoupledToolRenderer(Measures, CoupledOptions, FrictionLaw)
-    -> CoupledToolRenderer<double, RevolvedTool, FrictionLaw, SixDof>;
-CoupledToolRenderer(Burr, CoupledOptions = {})->CoupledToolRenderer<double, BallAndShaft, Frictionless, SixDof>;
-template <Friction FrictionLaw>
-CoupledToolRenderer(Burr, CoupledOptions, FrictionLaw)
+// A tool; the measures of one or a NamedTool; a burr; something else.
+template <ToolShape Shape, std::convertible_to<CoupledOptions> Options = CoupledOptions,
+          Friction FrictionLaw = Frictionless>
+CoupledToolRenderer(Shape, Options = {}, FrictionLaw = FrictionLaw{})
+    -> CoupledToolRenderer<double, Shape, FrictionLaw, SixDof>;
+template <class Measures, std::convertible_to<CoupledOptions> Options = CoupledOptions,
+          Friction FrictionLaw = Frictionless>
+requires(std::convertible_to<Measures, RevolvedTool> && !ToolShape<Measures>)
+    CoupledToolRenderer(Measures, Options = {}, FrictionLaw = FrictionLaw{})
+->CoupledToolRenderer<double, RevolvedTool, FrictionLaw, SixDof>;
+template <std::convertible_to<CoupledOptions> Options = CoupledOptions, Friction FrictionLaw = Frictionless>
+CoupledToolRenderer(Burr, Options = {}, FrictionLaw = FrictionLaw{})
     -> CoupledToolRenderer<double, BallAndShaft, FrictionLaw, SixDof>;
+template <class... Arguments>
+CoupledToolRenderer(const Arguments&...) -> CoupledToolRenderer<detail::Misused<Arguments...>>;
 
 }  // namespace trephine
