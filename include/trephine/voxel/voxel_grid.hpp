@@ -44,8 +44,14 @@ struct DensityRange {
 /// Threads: only the haptic thread writes, and only it may call the members below. Other threads read through
 /// `GridReader` (grid_reader.hpp). Each brick of 8³ voxels has a version and a density range, over the brick and its
 /// one-voxel halo. So an edit also marks neighbouring bricks whose mesh cells reach the edited voxel.
-template <VoxelDensity Density>
+template <class Density>
 class VoxelGrid {
+  // Through a variable, so that compilers do not explain the concept in twenty lines.
+  static constexpr bool kIsDensity = VoxelDensity<Density>;
+  static_assert(kIsDensity,
+                "trephine::VoxelGrid: a voxel is a std::uint8_t, std::int8_t, std::uint16_t, std::int16_t or float; "
+                "convert your densities to one of them");
+
  public:
   static constexpr int kBrick = 8;  ///< voxels along a brick's edge
   /// Type of a stored central difference, wide enough to hold ρ(i+1) − ρ(i−1) exactly.

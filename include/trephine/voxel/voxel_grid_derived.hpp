@@ -15,7 +15,7 @@
 namespace trephine {
 
 /// Returns the box of the brick and its halo, clipped to the grid and its border.
-template <VoxelDensity Density>
+template <class Density>
 VoxelBox VoxelGrid<Density>::haloed_box(std::size_t b) const noexcept {
   const auto at_brick = brick_coordinates(b);
   VoxelBox box;
@@ -56,7 +56,7 @@ struct LaneRange {
 
 /// Returns the range of the densities in a box. With `stop_at`, the scan ends after the first plane whose maximum
 /// reaches that density.
-template <VoxelDensity Density>
+template <class Density>
 DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Density* stop_at) const noexcept {
   const int n = box.hi[0] - box.lo[0] + 1;
   const auto over_planes = [&](auto lanes) {
@@ -70,13 +70,13 @@ DensityRange<Density> VoxelGrid<Density>::scan(const VoxelBox& box, const Densit
   return over_planes(detail::LaneRange<Density, 1>());
 }
 
-template <VoxelDensity Density>
+template <class Density>
 DensityRange<Density> VoxelGrid<Density>::scan_range(std::size_t b) const noexcept {
   return scan(haloed_box(b), nullptr);
 }
 
 /// Returns true if a corner voxel of the box has at least this density. It often does, which saves a scan.
-template <VoxelDensity Density>
+template <class Density>
 bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density density) const noexcept {
   for (const int k : {box.lo[2], box.hi[2]})
     for (const int j : {box.lo[1], box.hi[1]})
@@ -85,7 +85,7 @@ bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density density) co
   return false;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
   auto& range = ranges_[b];
   if (risen_) {
@@ -111,7 +111,7 @@ void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
 
 /// Updates the differences of a brick's voxels, border included, next to edited voxels. All changed differences lie in
 /// marked bricks or the border, and work by brick stays bounded if edits lie far apart.
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
   const auto at_brick = brick_coordinates(b);
   VoxelBox box;
@@ -124,7 +124,7 @@ void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
   update_differences(box);
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::update_differences(const VoxelBox& box) noexcept {
   // One-sided at the border, where the array ends: half as long.
   const auto difference = [this](std::size_t centre, int i, int last, std::ptrdiff_t step) {

@@ -17,7 +17,7 @@
 /// Member functions of VoxelGrid that lower densities, restore them, and keep the bricks' marks and versions.
 namespace trephine {
 
-template <VoxelDensity Density>
+template <class Density>
 template <class DensityOf>
 int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& density_of) noexcept {
   const BrickRows bricks = brick_rows(j, k);
@@ -43,7 +43,7 @@ int VoxelGrid<Density>::lower_row(int j, int k, int x0, int x1, DensityOf&& dens
   return changed;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 template <class Edit, class Note>
 bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit, Note&& note) noexcept {
   // A block may read past x1: a row of border follows, and 64 spare bytes follow the last row.
@@ -61,7 +61,7 @@ bool VoxelGrid<Density>::lower_lanes(int j, int k, int x0, int x1, Edit&& edit, 
   return true;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 auto VoxelGrid<Density>::brick_rows(int j, int k) const noexcept -> BrickRows {
   const int y0 = std::max(j - 1, 0) / kBrick, y1 = std::min((j + 1) / kBrick, bricks_[1] - 1);
   const int z0 = std::max(k - 1, 0) / kBrick, z1 = std::min((k + 1) / kBrick, bricks_[2] - 1);
@@ -74,7 +74,7 @@ auto VoxelGrid<Density>::brick_rows(int j, int k) const noexcept -> BrickRows {
 }
 
 /// Lowers the first `count` lanes of the block at voxel x, and extends [first, last] by the changed lanes.
-template <VoxelDensity Density>
+template <class Density>
 template <std::size_t kLanes, class Edit, class Note>
 void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const BrickRows& bricks, int& first, int& last,
                                      Edit& edit, Note& note) noexcept {
@@ -112,7 +112,7 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
 }
 
 /// Calls visit(word, bits) for the words of a row of bits that hold bits first … last.
-template <VoxelDensity Density>
+template <class Density>
 template <class Visit>
 inline void VoxelGrid<Density>::for_each_word(int first, int last, Visit&& visit) noexcept {
   if (last < kWord) return visit(std::size_t{0}, word_bits(first, last));
@@ -121,13 +121,13 @@ inline void VoxelGrid<Density>::for_each_word(int first, int last, Visit&& visit
           word_bits(std::max(first - w * kWord, 0), std::min(last - w * kWord, kWord - 1)));
 }
 
-template <VoxelDensity Density>
+template <class Density>
 std::size_t VoxelGrid<Density>::brick_of_bit(std::size_t word, int bit) const noexcept {
   return word / words_ * static_cast<std::size_t>(bricks_[0]) + word % words_ * kWord + static_cast<std::size_t>(bit);
 }
 
 /// Bricks bx0 to bx1 of a row of bricks.
-template <VoxelDensity Density>
+template <class Density>
 inline void VoxelGrid<Density>::touch_row(std::size_t row, int bx0, int bx1) noexcept {
   for_each_word(bx0, bx1, [&](std::size_t w, std::uint64_t bits) {
     auto& word = touched_[row * words_ + w];
@@ -136,7 +136,7 @@ inline void VoxelGrid<Density>::touch_row(std::size_t row, int bx0, int bx1) noe
   });
 }
 
-template <VoxelDensity Density>
+template <class Density>
 inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRows& bricks) noexcept {
   grow_edit_box({x0, j, k}, {x1, j, k});
   const std::size_t own_row = brick_row(j / kBrick, k / kBrick), last_row = bricks.row[bricks.count - 1];
@@ -159,7 +159,7 @@ inline void VoxelGrid<Density>::mark(int j, int k, int x0, int x1, const BrickRo
   marked_ = {own_row, bricks.row[0], last_row, first, last};
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept {
   auto& box = edit_box_;
   // Written out: compilers make slower code of loops over three elements.
@@ -171,7 +171,7 @@ void VoxelGrid<Density>::grow_edit_box(const std::array<int, 3>& lo, const std::
   if (hi[2] > box.hi[2]) box.hi[2] = hi[2];
 }
 
-template <VoxelDensity Density>
+template <class Density>
 template <class Visit>
 void VoxelGrid<Density>::for_each_touched(Visit&& visit) noexcept {
   for (const std::size_t at : touched_words_)
@@ -179,7 +179,7 @@ void VoxelGrid<Density>::for_each_touched(Visit&& visit) noexcept {
       visit(brick_of_bit(at, std::countr_zero(bits)));
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::commit() noexcept {
   if (touched_words_.empty()) return;
   for_each_touched([&](std::size_t b) {
@@ -192,7 +192,7 @@ void VoxelGrid<Density>::commit() noexcept {
   clear_edit();
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::clear_edit() noexcept {
   for_each_touched([&](std::size_t b) {
     const auto [bx, by, bz] = brick_coordinates(b);
@@ -207,7 +207,7 @@ void VoxelGrid<Density>::clear_edit() noexcept {
   edit_box_ = kNothing;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
   const auto [bx, by, bz] = brick_coordinates(b);
   const std::array lo{bx * kBrick, by * kBrick, bz * kBrick};
@@ -227,7 +227,7 @@ void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
   increase_stamp_ = next_increase_stamp();
 }
 
-template <VoxelDensity Density>
+template <class Density>
 std::size_t VoxelGrid<Density>::restore(std::size_t max_bricks) {
   if (original_.empty()) refuse("VoxelGrid", "restore() needs GridOptions::keep_original", "none");
   std::size_t left = 0;

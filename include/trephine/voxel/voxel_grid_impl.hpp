@@ -8,7 +8,7 @@ namespace trephine {
 // Decides which input is refused.
 inline constexpr double kMaxDensityMagnitude = 1e30;  // differences of densities stay finite in single precision
 
-template <VoxelDensity Density>
+template <class Density>
 VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options)
     : size_(geometry.size), spacing_(geometry.spacing), X_WG_(geometry.X_WG) {
   detail::check_grid("VoxelGrid", "X_WG", geometry, voxels.size());
@@ -55,12 +55,12 @@ namespace detail {
 inline std::atomic<std::uint64_t> increase_count{0};
 }  // namespace detail
 
-template <VoxelDensity Density>
+template <class Density>
 std::uint64_t VoxelGrid<Density>::next_increase_stamp() noexcept {
   return detail::increase_count.fetch_add(1, std::memory_order_relaxed) + 1;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::lay_out() {
   // A pitch divisible by a high power of two maps a column of voxels onto few cache sets, so such a pitch is
   // lengthened.
@@ -86,7 +86,7 @@ void VoxelGrid<Density>::lay_out() {
   old_max_.assign(rows * profile_, std::numeric_limits<Density>::lowest());
 }
 
-template <VoxelDensity Density>
+template <class Density>
 void VoxelGrid<Density>::copy_voxels(std::span<Density> out) const {
   const std::size_t count =
       static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
@@ -100,7 +100,7 @@ void VoxelGrid<Density>::copy_voxels(std::span<Density> out) const {
     }
 }
 
-template <VoxelDensity Density>
+template <class Density>
 VoxelBox VoxelGrid<Density>::occupied_box(double isovalue) const noexcept {
   VoxelBox box{{size_[0], size_[1], size_[2]}, {-1, -1, -1}};
   for (int k = 0; k < size_[2]; ++k)
@@ -115,7 +115,7 @@ VoxelBox VoxelGrid<Density>::occupied_box(double isovalue) const noexcept {
   return box;
 }
 
-template <VoxelDensity Density>
+template <class Density>
 VoxelGrid<Density> VoxelGrid<Density>::cropped(double isovalue, int margin) const {
   if (margin < 0) refuse("VoxelGrid", "crop margin must be >= 0 voxels", margin);
   VoxelBox box = occupied_box(isovalue);
@@ -131,7 +131,7 @@ VoxelGrid<Density> VoxelGrid<Density>::cropped(double isovalue, int margin) cons
   return cropped(box);
 }
 
-template <VoxelDensity Density>
+template <class Density>
 VoxelGrid<Density> VoxelGrid<Density>::cropped(VoxelBox box) const {
   GridGeometry g{.size = {}, .spacing = spacing_, .X_WG = X_WG_, .outside = static_cast<double>(outside_)};
   for (std::size_t a = 0; a < 3; ++a) {
