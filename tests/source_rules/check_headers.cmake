@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 # What the headers promise beyond what a compiler checks: includes point only up the list of layers, no vendor header
-# outside adapter/, no macro, no `using namespace` (a function's own aside), licence first, `#pragma once`.
+# outside adapter/, no macro, no `using namespace` (a function's own aside), licence first, `#pragma once`, and nothing is
+# read before core/host.hpp, which the first include brings.
 #   cmake -D include=DIR [-D expect=FILE;FILE] -P check_headers.cmake
 # With `expect`, exactly these files must break a rule: how the check itself is tested.
 cmake_policy(VERSION 3.24)
@@ -44,6 +45,12 @@ foreach(header IN LISTS headers)
   endif()
 
   file(STRINGS ${include}/trephine/${header} lines REGEX "^[ \t]*#[ \t]*include")
+  if(lines AND NOT header STREQUAL "core/host.hpp")
+    list(GET lines 0 line)
+    if(NOT line MATCHES "<trephine/")
+      list(APPEND faults "the first include is not a header of trephine's, such as <trephine/core/host.hpp>")
+    endif()
+  endif()
   foreach(line IN LISTS lines)
     if(NOT line MATCHES "<([^>]+)>")
       list(APPEND faults "includes without <>: ${line}")

@@ -84,17 +84,17 @@ struct SceneParts {
                    .memory = s->memory};
     if (const auto& s = o.rate_limit) rate_limit = {.force = s->force, .torque = s->torque};
     if (const auto& s = o.limits) limits = {.force = s->force, .torque = s->torque};
-    const auto check = [](const auto& options) {
+    const auto validate_given = [](const auto& options) {
       if (options) options->validate();
     };
-    check(release_limit);
-    check(hunt_crossley);
-    check(cutting);
-    check(vibration);
-    check(damping);
-    check(filter);
-    check(passivity);
-    check(rate_limit);
+    validate_given(release_limit);
+    validate_given(hunt_crossley);
+    validate_given(cutting);
+    validate_given(vibration);
+    validate_given(damping);
+    validate_given(filter);
+    validate_given(passivity);
+    validate_given(rate_limit);
     limits.validate();
   }
 };

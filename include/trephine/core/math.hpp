@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#if __cplusplus <= 201703L && (!defined(_MSVC_LANG) || _MSVC_LANG <= 201703L)
-#error trephine needs C++20: compile with -std=c++20 (MSVC: /std:c++20; CMake: link trephine::trephine)
-#include <Cpp20>  // does not exist: stops the compiler here, before hundreds of follow-up errors
-#endif
+#include <trephine/core/host.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

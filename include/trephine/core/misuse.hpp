@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 /// Compile-time diagnostics: a wrong template argument list ends in one readable static_assert message.
 namespace trephine::detail {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 #include <sstream>
 #include <stdexcept>
 #include <string_view>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 /// Tolerances and limits that several components share, each with its unit and its reason. Constants of one component
 /// are at the top of its class.
 namespace trephine {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 #include <numbers>
 
 /// Literals for lengths, in metres: `1.5_mm` is 0.0015. Speeds in turns a minute: `rpm(1000)` is 104.7 rad/s.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 namespace trephine {
 
 /// A linear gain that raises a wrench from zero: 0 at the tick of a restart, then elapsed / duration, then 1. With a

@@ -156,22 +156,22 @@ class SimulatedDevice {
 
  private:
   static SimulatedDeviceOptions validated(const SimulatedDeviceOptions& options) {
-    const auto check = [](double value, bool positive, const char* rule) {
+    const auto check_value = [](double value, bool positive, const char* rule) {
       if (!(positive ? value > 0 : value >= 0) || !std::isfinite(value)) refuse("SimulatedDevice", rule, value);
     };
     for (const DeviceAxes& axes : {options.linear, options.angular}) {
-      check(axes.inertia, true, "inertia must be > 0 and finite");
-      check(axes.damping, false, "damping must be >= 0 and finite");
-      check(axes.friction, false, "friction must be >= 0 and finite");
-      check(axes.quantum, false, "quantum must be >= 0 and finite");
-      check(axes.limit, false, "limit must be >= 0 and finite (0: none)");
+      check_value(axes.inertia, true, "inertia must be > 0 and finite");
+      check_value(axes.damping, false, "damping must be >= 0 and finite");
+      check_value(axes.friction, false, "friction must be >= 0 and finite");
+      check_value(axes.quantum, false, "quantum must be >= 0 and finite");
+      check_value(axes.limit, false, "limit must be >= 0 and finite (0: none)");
     }
     for (const HandAxes& hand : {options.hand_linear, options.hand_angular}) {
-      check(hand.inertia, false, "the hand's inertia must be >= 0 and finite");
-      check(hand.damping, false, "the hand's damping must be >= 0 and finite");
-      check(hand.stiffness, false, "the hand's stiffness must be >= 0 and finite");
+      check_value(hand.inertia, false, "the hand's inertia must be >= 0 and finite");
+      check_value(hand.damping, false, "the hand's damping must be >= 0 and finite");
+      check_value(hand.stiffness, false, "the hand's stiffness must be >= 0 and finite");
     }
-    check(options.rate, true, "rate must be > 0 Hz and finite");
+    check_value(options.rate, true, "rate must be > 0 Hz and finite");
     const int dof = options.output_dof;
     if (dof != 0 && dof != 3 && dof != 6) refuse("SimulatedDevice", "output_dof must be 0, 3 or 6", dof);
     if (options.delay_ticks < 0 || options.delay_ticks > kMaxDelayTicks)

@@ -122,13 +122,13 @@ class Milling {
     const CutAllowance allowance{context.dt, context.force_N, tick_++, context.fraction};
     const double h = grid.spacing().minCoeff();
     const auto& cuts = head_to_cut(head);
-    const bool near = way(cuts, X_GT_previous, X_GT) <= kLongestSweep * h;
-    Posed from = near ? X_GT_previous : X_GT;
+    const bool is_close = way(cuts, X_GT_previous, X_GT) <= kLongestSweep * h;
+    Posed from = is_close ? X_GT_previous : X_GT;
     bool start_is_cut = false;
     if constexpr (kCutsAtOnce) {
       // Bone that was cut last need not be cut again, unless it was restored.
       LastCut cut{grid.increase_stamp(), X_GT, X_GT, size_of(cuts), isovalue};
-      start_is_cut = near && last_.is_same_but_at(cut, X_GT_previous);
+      start_is_cut = is_close && last_.is_same_but_at(cut, X_GT_previous);
       if (start_is_cut) from = last_.X_GC;
       const bool waits = start_is_cut && way(cuts, from, X_GT) < kMinAdvance * h;
       if (waits) cut.X_GC = from;

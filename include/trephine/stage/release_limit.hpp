@@ -30,12 +30,12 @@ class ReleaseLimit {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      const auto check = [](const char* rule, double v) {
+      const auto check_gain = [](const char* rule, double v) {
         if (!(v > 0) || !std::isfinite(v)) refuse("ReleaseLimit", rule, v);
       };
-      check("stiffness must be finite and > 0 N/m", stiffness);
-      check("rotational_stiffness must be finite and > 0 N·m/rad", rotational_stiffness);
-      check("release must be finite and > 0 N/s", release);
+      check_gain("stiffness must be finite and > 0 N/m", stiffness);
+      check_gain("rotational_stiffness must be finite and > 0 N·m/rad", rotational_stiffness);
+      check_gain("release must be finite and > 0 N/s", release);
     }
   };
 

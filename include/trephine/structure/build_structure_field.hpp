@@ -215,14 +215,14 @@ class StructureFieldBuilder {
   void find_band(const Cell& cell, SurfelSearch& search, BandPart& out) {
     const auto label = static_cast<std::uint8_t>(cell.structure + 1);
     const auto reach = static_cast<float>(options_.reach);
-    bool near = false;
+    bool is_close = false;
     search.run(
         cell.first, region(cell.structure),
         [&](const LatticeBox& box, int, float distance) {
-          near = distance < reach;
-          return near || labels_.has(box, label);
+          is_close = distance < reach;
+          return is_close || labels_.has(box, label);
         },
-        [&](int i, int j, int k) { return near || volume_.at(i, j, k) == label; },
+        [&](int i, int j, int k) { return is_close || volume_.at(i, j, k) == label; },
         [&](const LatticeBox& box, const std::array<int, 3>& first, const SurfelSearch::Brick& brick) {
           std::array<std::int16_t, kSamples> samples{};
           bool in_band = false, any_inside = false;
@@ -230,7 +230,7 @@ class StructureFieldBuilder {
             for (int j = box.lo[1]; j <= box.hi[1]; ++j)
               for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
                 const bool inside = volume_.at(i, j, k) == label;
-                if (!near && !inside) continue;
+                if (!is_close && !inside) continue;
                 const std::size_t n = SurfelSearch::brick_offset(i, j, k);
                 samples[n] = stored(brick[n].distance, inside);
                 in_band = in_band || brick[n].distance < reach;
@@ -278,13 +278,13 @@ class StructureFieldBuilder {
   [[nodiscard]] bool take_from_bands(const LatticeBox& box) noexcept {
     const auto reach = static_cast<std::int16_t>(std::ceil(options_.reach / quantum_));
     bool all = true;
-    std::array<std::pair<const std::int16_t*, std::uint8_t>, kMostStructures> near;
+    std::array<std::pair<const std::int16_t*, std::uint8_t>, kMostStructures> bands;
     std::size_t count = 0;
     for (std::size_t s = 0; s < parts_.bands.size(); ++s) {
       const DistanceBand& band = parts_.bands[s];
       const std::int32_t n = band.brick(box.lo[0] >> kShift, box.lo[1] >> kShift, box.lo[2] >> kShift);
       if (n >= 0)
-        near[count++] = {band.samples.data() + static_cast<std::size_t>(n) * kSamples, static_cast<std::uint8_t>(s)};
+        bands[count++] = {band.samples.data() + static_cast<std::size_t>(n) * kSamples, static_cast<std::uint8_t>(s)};
     }
     for (int k = box.lo[2]; k <= box.hi[2]; ++k)
       for (int j = box.lo[1]; j <= box.hi[1]; ++j)
@@ -293,10 +293,10 @@ class StructureFieldBuilder {
           if (parts_.distance[to] != 0) continue;
           std::int16_t least = reach;
           for (std::size_t b = 0; b < count; ++b) {
-            const std::int16_t d = near[b].first[SurfelSearch::brick_offset(i, j, k)];
+            const std::int16_t d = bands[b].first[SurfelSearch::brick_offset(i, j, k)];
             if (d >= least) continue;
             least = d;
-            parts_.structure[to] = near[b].second;
+            parts_.structure[to] = bands[b].second;
           }
           if (least < reach)
             parts_.distance[to] = least;

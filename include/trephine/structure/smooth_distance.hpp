@@ -166,16 +166,16 @@ class SmoothDistance {
     const double half = H_ * (kBlock + 2) / 2 * std::sqrt(3.0);
     if (std::min(field.distance(structure, middle), field.reach()) > zone + half && zone + half < field.reach()) return;
     Block block;
-    bool near = false;
+    bool is_close = false;
     std::size_t n = 0;
     for (int k = -1; k <= kBlock; ++k)
       for (int j = -1; j <= kBlock; ++j)
         for (int i = -1; i <= kBlock; ++i, ++n) {
           const double d = field.distance(structure, lo + H_ * Vec3d(i, j, k));
           block.d[n] = static_cast<float>(d);
-          near = near || d < zone + H_;
+          is_close = is_close || d < zone + H_;
         }
-    if (!near) return;
+    if (!is_close) return;
     block_of_[table_index(at)] = static_cast<std::int32_t>(blocks_.size());
     blocks_.push_back(block);
     note_places(block, lo, zone);

@@ -116,12 +116,12 @@ template <VoxelDensity Density>
     using enum StructureVeto::Mode;
     if (veto.mode == kFree) continue;
     const double margin = veto.mode == kWatch ? 0 : veto.margin;
-    const double near = veto.mode == kWatch ? 0 : margin + floor->reach();
-    if (field.reach() < near)
-      refuse(
-          "make_cut_floor",
-          "the field's bands must reach the margin and a voxel's diagonal more, " + std::to_string(1e3 * near) + " mm",
-          1e3 * field.reach());
+    const double needed = veto.mode == kWatch ? 0 : margin + floor->reach();
+    if (field.reach() < needed)
+      refuse("make_cut_floor",
+             "the field's bands must reach the margin and a voxel's diagonal more, " + std::to_string(1e3 * needed) +
+                 " mm",
+             1e3 * field.reach());
     if (veto.mode == kKeepIn) {
       cavities.push_back(s);
       continue;
@@ -136,7 +136,7 @@ template <VoxelDensity Density>
           constexpr double kMiddle = 0.5 * (kBlock - 1);
           const Vec3d middle = place(i + kMiddle, j + kMiddle, k + kMiddle);
           const double d = field.distance(s, middle);
-          if (d < field.reach() ? d - half > near : field.nearest(middle).distance - half > near) continue;
+          if (d < field.reach() ? d - half > needed : field.nearest(middle).distance - half > needed) continue;
           const VoxelBox box{{i, j, k}, {i + kBlock - 1, j + kBlock - 1, k + kBlock - 1}};
           const auto distance = [&](int x, int y, int z) { return field.distance(s, place(x, y, z)) - margin; };
           if (veto.mode == kProtect)

@@ -135,10 +135,10 @@ class SurfaceFit {
       const float square = d.squaredNorm();
       const float facing = o.normal[0] * nf[0] + o.normal[1] * nf[1] + o.normal[2] * nf[2];
       if (!(square < kSquare && facing > kFacing)) continue;
-      const float near = 1 - square / kSquare;
+      const float closeness = 1 - square / kSquare;
       // Facing to the third power: a quadric leaves the round side of a thin tube as the normals turn away. Surfels
       // that count in full there make tubes of 1.4 to 4 voxels err by a tenth more.
-      const float weight = near * near * facing * facing * facing * std::abs(o.normal[o.side / 2U]);
+      const float weight = closeness * closeness * facing * facing * facing * std::abs(o.normal[o.side / 2U]);
       window.add(d.dot(uf), d.dot(vf), d.dot(nf), weight);
     }
     while (window.p.size() % kLanes != 0) window.add(0, 0, 0, 0);

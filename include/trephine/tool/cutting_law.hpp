@@ -109,16 +109,16 @@ struct CuttingLaw {
 
   /// Throws std::invalid_argument.
   void validate() const {
-    const auto check = [](bool good, const char* rule, double got) {
+    const auto refuse_unless = [](bool good, const char* rule, double got) {
       if (!good || !std::isfinite(got)) refuse("CuttingLaw", rule, got);
     };
-    check(energy > 0, "energy must be > 0 J/m3", energy);
-    check(thrust_ratio >= 0, "thrust_ratio must be >= 0", thrust_ratio);
-    check(edge_force >= 0, "edge_force must be >= 0 N/m", edge_force);
-    check(edge_thrust >= 0, "edge_thrust must be >= 0 N/m", edge_thrust);
-    check(thrust_ratio > 0 || edge_thrust > 0, "thrust_ratio or edge_thrust must be > 0", thrust_ratio);
-    check(edge_radius > 0, "edge_radius must be > 0 m", edge_radius);
-    check(chisel >= 0, "chisel must be >= 0 N/m", chisel);
+    refuse_unless(energy > 0, "energy must be > 0 J/m3", energy);
+    refuse_unless(thrust_ratio >= 0, "thrust_ratio must be >= 0", thrust_ratio);
+    refuse_unless(edge_force >= 0, "edge_force must be >= 0 N/m", edge_force);
+    refuse_unless(edge_thrust >= 0, "edge_thrust must be >= 0 N/m", edge_thrust);
+    refuse_unless(thrust_ratio > 0 || edge_thrust > 0, "thrust_ratio or edge_thrust must be > 0", thrust_ratio);
+    refuse_unless(edge_radius > 0, "edge_radius must be > 0 m", edge_radius);
+    refuse_unless(chisel >= 0, "chisel must be >= 0 N/m", chisel);
   }
 
   /// Share of an edge's own force at a chip [m].

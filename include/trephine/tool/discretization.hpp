@@ -175,7 +175,7 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   /// has a shaft, slices 1 to 10000 and per_slice 3 to 1000.
   ToolDiscretization(const Burr& burr, const SurfaceCounts& counts) : burr_(burr) {
     burr.validate();
-    check(counts, burr.has_shaft());
+    check_counts(counts, burr.has_shaft());
     const double R = burr.tip_radius;
     const SphereLayout ball = spread_over_sphere(counts.sphere);
     const double ball_area = 4 * std::numbers::pi * R * R;
@@ -247,7 +247,7 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   struct Empty {};
   ToolDiscretization(Empty, const Burr& burr) : burr_(burr), has_ball_(false) {}
 
-  static void check(const SurfaceCounts& counts, bool has_slices) {
+  static void check_counts(const SurfaceCounts& counts, bool has_slices) {
     if (!(counts.sphere >= 4 && counts.sphere <= kMaxVertices))
       refuse("ToolDiscretization", "sphere vertices must be 4 to 100000", counts.sphere);
     if (!has_slices) return;

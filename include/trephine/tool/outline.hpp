@@ -34,14 +34,14 @@ class ToolOutline {
 
   /// Starts at height z [m]. If ρ > 0 the body begins with a flat end.
   ToolOutline(double rho, double z) : low_(z), rho_(0), z_(z) {
-    check(rho, z);
+    check_point(rho, z);
     if (rho > 0) line_to(rho, z);
   }
 
   /// Adds a straight piece. A piece shorter than 1 nm is left out. With a `rounding` [m] an arc of this radius replaces
   /// the corner between the last piece, a straight one, and this one; the corner must bulge outward.
   ToolOutline& line_to(double rho, double z, double rounding = 0) {
-    check(rho, z);
+    check_point(rho, z);
     if (rounding != 0) round_corner(rho, z, rounding);
     const double length = std::hypot(rho - rho_, z - z_);
     if (length > kShortest) add(Piece::line(rho_, z_, rho, z));
@@ -52,7 +52,7 @@ class ToolOutline {
   /// Adds an arc about the centre (ρ, z), which must lie equally far from both ends. The arc bulges outward if the
   /// centre's ρ is not larger than those of the ends, and inward if it is not smaller; else the arc is refused.
   ToolOutline& arc_to(double rho, double z, double centre_rho, double centre_z) {
-    check(rho, z);
+    check_point(rho, z);
     const double radius = std::hypot(rho - centre_rho, z - centre_z);
     if (!(std::abs(std::hypot(rho_ - centre_rho, z_ - centre_z) - radius) <= kSameRadius * radius) ||
         !(radius > kShortest))
@@ -200,14 +200,14 @@ class ToolOutline {
   template <RealScalar S, std::size_t kLanes>
   void distances(const std::array<S, kLanes>& rho, const std::array<S, kLanes>& z,
                  std::array<S, kLanes>& __restrict out) const noexcept {
-    detail::NearestOnPiece<S, kLanes> near(rho, z);
+    detail::NearestOnPiece<S, kLanes> nearest(rho, z);
     std::array<S, kLanes> best, inside;
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
     for (const Piece& p : pieces()) {
-      near.find(p);
-      for (std::size_t l = 0; l < kLanes; ++l) best[l] = near.square[l] < best[l] ? near.square[l] : best[l];
-      for (std::size_t l = 0; l < kLanes; ++l) inside[l] += near.inside[l];
+      nearest.find(p);
+      for (std::size_t l = 0; l < kLanes; ++l) best[l] = nearest.square[l] < best[l] ? nearest.square[l] : best[l];
+      for (std::size_t l = 0; l < kLanes; ++l) inside[l] += nearest.inside[l];
     }
     square_roots(best);
     for (std::size_t l = 0; l < kLanes; ++l) out[l] = inside[l] > S(0) ? -best[l] : best[l];
@@ -215,26 +215,26 @@ class ToolOutline {
 
   /// Distances with gradients and curvatures, see `Profile`.
   void profile(const ProfileLanes<double>& rho, const ProfileLanes<double>& z, Profile& out) const noexcept {
-    detail::NearestOnPiece<double, kProfileLanes> near(rho, z);
+    detail::NearestOnPiece<double, kProfileLanes> nearest(rho, z);
     ProfileLanes<double> best, inside{}, x{}, y{}, bend{}, corner{};
     best.fill(std::numeric_limits<double>::max());
     out.central.fill(0);
     for (const Piece& p : pieces()) {
-      near.find(p);
+      nearest.find(p);
       const double is_central = p.centre_rho == 0 && p.centre_z == 0 && p.side > 0 ? 1.0 : 0.0;
       ProfileLanes<double> own_x, own_y, own_bend, central;
       if (p.side != 0) {
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          const double per = p.side / std::max(near.to_centre[l], kCentre);
-          own_x[l] = near.at_end[l] > 0 ? near.rho[l] : (rho[l] - p.centre_rho) * per;
-          own_y[l] = near.at_end[l] > 0 ? near.z[l] : (z[l] - p.centre_z) * per;
+          const double per = p.side / std::max(nearest.to_centre[l], kCentre);
+          own_x[l] = nearest.at_end[l] > 0 ? nearest.rho[l] : (rho[l] - p.centre_rho) * per;
+          own_y[l] = nearest.at_end[l] > 0 ? nearest.z[l] : (z[l] - p.centre_z) * per;
           own_bend[l] = per;
-          central[l] = near.at_end[l] > 0 ? 0.0 : is_central;
+          central[l] = nearest.at_end[l] > 0 ? 0.0 : is_central;
         }
       } else {
         for (std::size_t l = 0; l < kProfileLanes; ++l) {
-          own_x[l] = near.at_end[l] > 0 ? near.rho[l] : p.along_z;
-          own_y[l] = near.at_end[l] > 0 ? near.z[l] : -p.along_rho;
+          own_x[l] = nearest.at_end[l] > 0 ? nearest.rho[l] : p.along_z;
+          own_y[l] = nearest.at_end[l] > 0 ? nearest.z[l] : -p.along_rho;
           own_bend[l] = 0;
           central[l] = 0;
         }
@@ -242,7 +242,7 @@ class ToolOutline {
       // Where two pieces meet smoothly, the inner part of one counts, not the end of the other.
       // Weights of 0 and 1 instead of choices, as in `BallAndShaft`.
       ProfileLanes<double> square, nearer;
-      for (std::size_t l = 0; l < kProfileLanes; ++l) square[l] = near.square[l] * (1 + kAtEnd * near.at_end[l]);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) square[l] = nearest.square[l] * (1 + kAtEnd * nearest.at_end[l]);
       for (std::size_t l = 0; l < kProfileLanes; ++l) nearer[l] = square[l] < best[l] ? 1.0 : 0.0;
       for (std::size_t l = 0; l < kProfileLanes; ++l) best[l] = square[l] < best[l] ? square[l] : best[l];
       const auto choose = [&](ProfileLanes<double>& chosen, const ProfileLanes<double>& own) {
@@ -251,9 +251,9 @@ class ToolOutline {
       choose(x, own_x);
       choose(y, own_y);
       choose(bend, own_bend);
-      choose(corner, near.at_end);
+      choose(corner, nearest.at_end);
       choose(out.central, central);
-      for (std::size_t l = 0; l < kProfileLanes; ++l) inside[l] += near.inside[l];
+      for (std::size_t l = 0; l < kProfileLanes; ++l) inside[l] += nearest.inside[l];
     }
     square_roots(best);
     ProfileLanes<double> sign, divisor;
@@ -293,7 +293,7 @@ class ToolOutline {
     return p.side == 0 && p.z == p.end_z && p.end_rho == 0 && p.end_z == z_;
   }
 
-  void check(double rho, double z) const {
+  void check_point(double rho, double z) const {
     if (closed_) refuse("ToolOutline", "a closed outline has no further piece, got z", z);
     if (!(rho >= 0) || !std::isfinite(rho)) refuse("ToolOutline", "rho must be >= 0 m", rho);
     refuse_beyond("ToolOutline", "rho", kLargestRadius, rho);

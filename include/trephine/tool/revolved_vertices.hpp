@@ -123,7 +123,7 @@ class ToolDiscretization<Counts, S, RevolvedTool> : public ToolDiscretization<Co
 
   ToolDiscretization(const RevolvedTool& tool, const SurfaceCounts& counts) requires std::same_as<Counts, SurfaceCounts>
       : Base(typename Base::Empty{}, tool.burr()), head_(tool.cutting_head(0)) {
-    Base::check(counts, true);
+    Base::check_counts(counts, true);
     const detail::VertexPlaces places(tool);
     add_tip(places, spread_over_sphere(counts.sphere), tool.burr().tip_radius);
     for (const detail::SideRing& ring : places.side(counts.slices)) add_slice(ring, counts.per_slice);

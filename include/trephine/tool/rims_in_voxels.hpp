@@ -58,14 +58,14 @@ void enlarged_distances(const ToolOutline& outline, const std::array<S, kLanes>&
                         double chord, std::array<S, kLanes>& out) noexcept {
   outline.distances(rho, z, out);
   if (!(chord > 0)) return;
-  detail::NearestOnPiece<S, kLanes> near(rho, z);
+  detail::NearestOnPiece<S, kLanes> nearest(rho, z);
   for (const OutlinePiece& p : outline.pieces()) {
     const auto more = static_cast<S>(detail::thickening(p, outline.largest_radius(), chord));
     if (!(more > S(0))) continue;
-    near.find(p);
-    square_roots(near.square);
-    for (std::size_t l = 0; l < kLanes; ++l) near.square[l] -= more;
-    for (std::size_t l = 0; l < kLanes; ++l) out[l] = near.square[l] < out[l] ? near.square[l] : out[l];
+    nearest.find(p);
+    square_roots(nearest.square);
+    for (std::size_t l = 0; l < kLanes; ++l) nearest.square[l] -= more;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = nearest.square[l] < out[l] ? nearest.square[l] : out[l];
   }
 }
 

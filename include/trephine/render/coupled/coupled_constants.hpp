@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 #include <cstddef>
 
 namespace trephine {

@@ -158,12 +158,12 @@ void ElementList::make(const Shape& shape) noexcept {
     k.origin = to_float(near_block.corner - p);
     // No element is farther from the tool's origin.
     k.arm = block_spheres_.arm(k.block) + block.radius;
-    const float near = shift + turn * k.arm;
+    const float range = shift + turn * k.arm;
     ProfileLanes<float> distance;
     compute_distances(shape, u, k.origin, block.position[0].data(), block.position[1].data(), block.position[2].data(),
                       distance);
     for (std::size_t l = 0; l < kProfileLanes; ++l) distance[l] -= block.spread[l];
-    k.is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= near; }) &
+    k.is_near = detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= range; }) &
                 ((1U << near_block.count) - 1);
   }
   std::size_t n = 0;

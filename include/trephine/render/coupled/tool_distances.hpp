@@ -105,10 +105,10 @@ class SphereBatch {
     ProfileLanes<float> distance;
     compute_distances(shape, axis, Vec3<float>::Zero(), x_.data(), y_.data(), z_.data(), distance);
     subtract_turn(turn, x_.data(), y_.data(), z_.data(), distance);
-    std::uint32_t near =
+    std::uint32_t is_close =
         detail::lane_bits<float, kProfileLanes>([&](std::size_t l) { return distance[l] <= max_distance; });
-    for (near &= (1U << count_) - 1; near != 0; near &= near - 1) {
-      const auto l = static_cast<std::size_t>(std::countr_zero(near));
+    for (is_close &= (1U << count_) - 1; is_close != 0; is_close &= is_close - 1) {
+      const auto l = static_cast<std::size_t>(std::countr_zero(is_close));
       visit(key_[l], Vec3<float>(x_[l], y_[l], z_[l]));
     }
     count_ = 0;

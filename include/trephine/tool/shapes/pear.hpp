@@ -19,8 +19,8 @@ struct PearBurr {
     if (!(top_radius > 0) || !(top_radius < radius))
       refuse("PearBurr", "top_radius must be in (0, radius) m", top_radius);
     // The cone touches the ball where the ball's normal leans from the horizontal as much as the cone's.
-    const double top = length - radius, far = std::hypot(top_radius, top);
-    const double lean = std::atan2(top, top_radius) - std::acos(radius / far);
+    const double top = length - radius, to_rim = std::hypot(top_radius, top);
+    const double lean = std::atan2(top, top_radius) - std::acos(radius / to_rim);
     ToolOutline outline(0, -radius);
     outline.arc_to(radius * std::cos(lean), radius * std::sin(lean), 0, 0).line_to(top_radius, top);
     const double head_top = shank.append_to(outline);

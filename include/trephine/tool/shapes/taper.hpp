@@ -19,8 +19,8 @@ struct TaperBurr {
       refuse("TaperBurr", "end_radius must be in (0, radius) m", end_radius);
     if (!(length > 2 * radius)) refuse("TaperBurr", "length must exceed two radii", length);
     // The ball of the round end, and the height of the rim above its centre.
-    const double centre = end_radius - radius, rise = length - end_radius, far = std::hypot(radius, rise);
-    const double lean = std::acos(end_radius / far) - std::atan2(rise, radius);  // of the cone's normal, downward
+    const double centre = end_radius - radius, rise = length - end_radius, to_rim = std::hypot(radius, rise);
+    const double lean = std::acos(end_radius / to_rim) - std::atan2(rise, radius);  // of the cone's normal, downward
     ToolOutline outline(0, -radius);
     outline.arc_to(end_radius * std::cos(lean), centre - end_radius * std::sin(lean), 0, centre)
         .line_to(radius, centre + rise);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-#include <Eigen/Core>
 #include <trephine/core/good.hpp>
+
+#include <Eigen/Core>
 #include <vector>

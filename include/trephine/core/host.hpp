@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Every other header includes this one before all else: it refuses in one sentence a host whose macros or flags would
+/// end in hundreds of errors, or in wrong forces. After a refusal it includes a file that does not exist, which stops
+/// the compiler there.
+
+#if __cplusplus <= 201703L && (!defined(_MSVC_LANG) || _MSVC_LANG <= 201703L)
+#error "trephine needs C++20: compile with -std=c++20 (MSVC: /std:c++20; CMake: link trephine::trephine)"
+#include <trephine_stops_here>
+#endif
+
+#if defined(min) || defined(max)
+#error "trephine: windows.h defined min and max as macros: define NOMINMAX before it (MSVC: /DNOMINMAX)"
+#include <trephine_stops_here>
+#endif
+
+// Xlib.h defines Status, and X.h Success, which stops Eigen.
+#if defined(Status) || (defined(Success) && !defined(EIGEN_WORLD_VERSION))
+#error "trephine: X11 defined Status and Success as macros: include trephine before X11, or #undef both after it"
+#include <trephine_stops_here>
+#endif

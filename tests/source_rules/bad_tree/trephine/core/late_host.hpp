@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+#include <vector>
+
+#include <trephine/core/good.hpp>
