@@ -3,21 +3,21 @@
 
 #include "pick_text.hpp"
 
+#include <trephine/core/number.hpp>
+
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 namespace pick {
 namespace {
 
 double number(const std::string& given, double least, double most, const char* unit) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), v);
-  if (error != std::errc{} || end != given.data() + given.size() || !std::isfinite(v))
-    throw UsageError("'" + given + "' is not a number");
-  if (v < least || v > most) throw UsageError("'" + given + text("' must be from %g to %g%s", least, most, unit));
-  return v;
+  const std::optional<double> v = trephine::parse_number(given);
+  if (!v) throw UsageError("'" + given + "' is not a number");
+  if (*v < least || *v > most) throw UsageError("'" + given + text("' must be from %g to %g%s", least, most, unit));
+  return *v;
 }
 
 double metres(const std::string& given) { return 1e-3 * number(given, 0.01, 1000, " mm"); }

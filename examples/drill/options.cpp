@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "options.hpp"
 
+#include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -18,16 +18,14 @@ namespace {
 using Values = std::span<const std::string>;
 
 double number(const std::string& text, double least, double most, const char* unit) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(v))
-    throw UsageError("'" + text + "' is not a number");
-  if (v < least || v > most) {
+  const std::optional<double> v = trephine::parse_number(text);
+  if (!v) throw UsageError("'" + text + "' is not a number");
+  if (*v < least || *v > most) {
     std::array<char, 96> range{};
     std::snprintf(range.data(), range.size(), "must be from %g to %g%s", least, most, unit);
     throw UsageError("'" + text + "' " + range.data());
   }
-  return v;
+  return *v;
 }
 
 int whole(const std::string& text, int least, int most) {

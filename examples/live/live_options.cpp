@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "live_options.hpp"
 
+#include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +10,7 @@
 #include <charconv>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -35,11 +37,9 @@ void read_size(const std::string& text, LiveOptions& o) {
 
 /// A burr's radius [mm] or a tool's name; throws CLI::ValidationError.
 void read_tool(const std::string& text, bool coupled, LiveOptions& o) {
-  double mm = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mm);
-  if (error == std::errc{} && end == text.data() + text.size()) {
-    if (!(mm >= 0.01 && mm <= 1000)) throw CLI::ValidationError("--tool", "a burr's radius is 0.01 to 1000 mm");
-    o.bone.tip_radius = 1e-3 * mm;
+  if (const std::optional<double> mm = trephine::parse_number(text)) {
+    if (!(*mm >= 0.01 && *mm <= 1000)) throw CLI::ValidationError("--tool", "a burr's radius is 0.01 to 1000 mm");
+    o.bone.tip_radius = 1e-3 * *mm;
     return;
   }
   try {

@@ -1,27 +1,25 @@
 // SPDX-License-Identifier: MIT
 #include "arguments.hpp"
 
+#include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <system_error>
 
 namespace openhaptics {
 namespace {
 
 double number(const std::string& name, const std::string& text, double least, double most) {
-  double v = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), v);
-  if (error != std::errc{} || end != text.data() + text.size() || !(v >= least && v <= most)) {
+  const std::optional<double> v = trephine::parse_number(text);
+  if (!v || !(*v >= least && *v <= most)) {
     std::ostringstream s;
     s << name << ": '" << text << "' is not a number from " << least << " to " << most;
     throw UsageError(s.str());
   }
-  return v;
+  return *v;
 }
 
 Algorithm algorithm(const std::string& text) {

@@ -5,13 +5,13 @@
 #include "spacemouse_device.hpp"
 #include "spnav_source.hpp"
 
+#include <trephine/core/number.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/milling.hpp>
 
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
   }
   if (argc > 1) {
     const char* text = argc == 3 && std::strcmp(argv[1], "--seconds") == 0 ? argv[2] : "";
-    const auto [end, error] = std::from_chars(text, text + std::strlen(text), seconds);
-    if (error != std::errc{} || *end != '\0' || !(seconds > 0) || !(seconds <= 86400)) {
+    seconds = trephine::parse_number(text).value_or(0);
+    if (!(seconds > 0) || !(seconds <= 86400)) {
       std::fprintf(stderr, "spacemouse_drill: expected --help or --seconds S with S from 0 to 86400\n");
       return 2;
     }

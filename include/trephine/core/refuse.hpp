@@ -3,6 +3,7 @@
 
 #include <trephine/core/host.hpp>
 
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -13,6 +14,7 @@ namespace trephine {
 template <class Value>
 [[noreturn]] void refuse(std::string_view type, std::string_view rule, const Value& got) {
   std::ostringstream s;
+  s.imbue(std::locale::classic());
   s << "trephine::" << type << ": " << rule << ", got " << got;
   throw std::invalid_argument(s.str());
 }
@@ -21,6 +23,7 @@ template <class Value>
 inline void refuse_beyond(std::string_view type, std::string_view name, double max, double got) {
   if (got <= max) return;
   std::ostringstream rule;
+  rule.imbue(std::locale::classic());
   rule << name << " must be at most " << max << " m (did you mean " << got << "_mm?)";
   refuse(type, rule.str(), got);
 }

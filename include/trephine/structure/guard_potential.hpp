@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/number.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/near_splines.hpp>
@@ -121,10 +122,10 @@ class GuardPotential {
     place_samples(tool);
     const double reach = required_reach(largest_radius(), widest_margin_, H_);
     if (field_->reach() < reach)
-      refuse("GuardPotential",
-             "the field's bands must reach margin + tool's radius + 2.6 smoothing = " + std::to_string(1e3 * reach) +
-                 " mm",
-             1e3 * field_->reach());
+      refuse(
+          "GuardPotential",
+          "the field's bands must reach margin + tool's radius + 2.6 smoothing = " + number_text(1e3 * reach) + " mm",
+          1e3 * field_->reach());
     smooth_.reserve(structures_.size());
     for (int s = 0; s < field_->structures(); ++s) {
       const GuardedStructure& g = structures_[static_cast<std::size_t>(s)];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/number.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/status.hpp>
 #include <trephine/core/tolerances.hpp>
@@ -18,7 +19,6 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <string>
 #include <utility>
 
 namespace trephine {
@@ -203,7 +203,7 @@ class KeepIn {
     if (reach_ < reach)
       refuse(Options::kType,
              "the field's bands must reach the capture, or radius + margin, and 2.6 smoothing = " +
-                 std::to_string(1e3 * reach) + " mm",
+                 number_text(1e3 * reach) + " mm",
              1e3 * reach_);
   }
 

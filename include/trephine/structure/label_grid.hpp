@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/number.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
@@ -161,7 +162,7 @@ class LabelGrid {
       if (s->label > std::numeric_limits<Label>::max())
         refuse(kType, "labels must fit the voxels' type", std::to_string(s->label) + " for " + own);
       for (const float c : s->colour)
-        if (!(c >= 0 && c <= 1)) refuse(kType, "colours must lie in 0 to 1", std::to_string(c) + " for " + own);
+        if (!(c >= 0 && c <= 1)) refuse(kType, "colours must lie in 0 to 1", number_text(c) + " for " + own);
       for (auto other = structures_.begin(); other != s; ++other) {
         if (other->label == s->label)
           refuse(kType, "each label must be listed once",

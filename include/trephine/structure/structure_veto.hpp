@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/number.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/voxel/cut_floor.hpp>
@@ -12,7 +13,6 @@
 #include <limits>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace trephine {
@@ -118,10 +118,10 @@ template <VoxelDensity Density>
     const double margin = veto.mode == kWatch ? 0 : veto.margin;
     const double needed = veto.mode == kWatch ? 0 : margin + floor->reach();
     if (field.reach() < needed)
-      refuse("make_cut_floor",
-             "the field's bands must reach the margin and a voxel's diagonal more, " + std::to_string(1e3 * needed) +
-                 " mm",
-             1e3 * field.reach());
+      refuse(
+          "make_cut_floor",
+          "the field's bands must reach the margin and a voxel's diagonal more, " + number_text(1e3 * needed) + " mm",
+          1e3 * field.reach());
     if (veto.mode == kKeepIn) {
       cavities.push_back(s);
       continue;

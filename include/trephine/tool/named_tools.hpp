@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/number.hpp>
 #include <trephine/tool/cutting_edges.hpp>
 #include <trephine/tool/shapes/barrel.hpp>
 #include <trephine/tool/shapes/cylinder.hpp>
@@ -13,10 +14,9 @@
 #include <trephine/tool/shapes/twist_drill.hpp>
 
 #include <array>
-#include <charconv>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 /// Tools by the names and diameters that catalogues use.
 namespace trephine {
@@ -92,24 +92,16 @@ namespace detail {
     if (!name.starts_with(family.name) || name.size() < family.name.size() + 2 || name[family.name.size()] != '-')
       continue;
     const std::string_view number = name.substr(family.name.size() + 1);
-    double diameter = 0;
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), diameter);
-    if (error != std::errc{} || end != number.data() + number.size()) continue;
-    if (!(diameter >= family.least) || !(diameter <= family.most)) continue;
-    return {detail::tool_of(family.name, diameter / 2000),
+    const std::optional<double> diameter = parse_number(number);
+    if (!diameter || !(*diameter >= family.least && *diameter <= family.most)) continue;
+    return {detail::tool_of(family.name, *diameter / 2000),
             {family.flutes > 0 ? CuttingEdges::Kind::kFluted : CuttingEdges::Kind::kDiamond, family.flutes,
              family.name == "twist"}};
   }
   std::string rule = "the name must be a family and a diameter in mm, as round-3:";
   for (const ToolFamily& family : kToolFamilies) {
-    const auto text = [](double v) {
-      std::string s = std::to_string(v);
-      while (s.back() == '0') s.pop_back();
-      if (s.back() == '.') s.pop_back();
-      return s;
-    };
-    rule += (&family == kToolFamilies.data() ? " " : ", ") + std::string(family.name) + "-" + text(family.least) +
-            " to " + text(family.most);
+    rule += (&family == kToolFamilies.data() ? " " : ", ") + std::string(family.name) + "-" +
+            number_text(family.least) + " to " + number_text(family.most);
   }
   refuse("tool_by_name", rule, name);
 }
