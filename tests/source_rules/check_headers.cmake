@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # What the headers promise beyond what a compiler checks: includes point only up the list of layers, no vendor header
 # outside adapter/, no macro, no `using namespace` (a function's own aside), licence first, `#pragma once`, and nothing is
-# read before core/host.hpp, which the first include brings.
+# read before core/host.hpp, which the first include brings; finiteness is asked of core/finite.hpp, which -ffast-math
+# does not fool.
 #   cmake -D include=DIR [-D expect=FILE;FILE] -P check_headers.cmake
 # With `expect`, exactly these files must break a rule: how the check itself is tested.
 cmake_policy(VERSION 3.24)
@@ -38,6 +39,10 @@ foreach(header IN LISTS headers)
   file(STRINGS ${include}/trephine/${header} macros REGEX "^[ \t]*#[ \t]*define")
   if(macros)
     list(APPEND faults "defines a macro")
+  endif()
+  file(STRINGS ${include}/trephine/${header} finite REGEX "^[^/]*(std::is(finite|nan|inf)\\(|\\.(allFinite|hasNaN)\\()")
+  if(finite AND NOT layer STREQUAL "adapter")
+    list(APPEND faults "asks for finiteness without core/finite.hpp: ${finite}")
   endif()
   file(STRINGS ${include}/trephine/${header} opened REGEX "^using namespace")
   if(opened)

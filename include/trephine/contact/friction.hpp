@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/finite.hpp>
 #include <trephine/core/refuse.hpp>
 
-#include <cmath>
 #include <concepts>
 
 /// Friction laws of a proxy: frictionless and Coulomb.
@@ -33,7 +33,7 @@ class Coulomb {
   explicit Coulomb(double static_coefficient = 0.2, double kinetic_coefficient = 0.15)
       : static_(static_coefficient), kinetic_(kinetic_coefficient) {
     if (!(kinetic_ >= 0)) refuse("Coulomb", "the kinetic coefficient must be >= 0", kinetic_);
-    if (!(static_ >= kinetic_) || !std::isfinite(static_))
+    if (!(static_ >= kinetic_) || !is_finite(static_))
       refuse("Coulomb", "the static coefficient must be finite and at least the kinetic one", static_);
   }
 

@@ -44,7 +44,7 @@ class ReleaseBound {
   }
 
   /// Returns true if some change is too fast.
-  [[nodiscard]] bool is_bounded() const noexcept { return std::isfinite(release_); }
+  [[nodiscard]] bool is_bounded() const noexcept { return is_finite(release_); }
 
   /// Returns true if the last wrench was not zero.
   [[nodiscard]] bool acts() const noexcept { return last_.squaredNorm() > 0; }

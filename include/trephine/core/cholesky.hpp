@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/host.hpp>
+#include <trephine/core/finite.hpp>
 
 #include <Eigen/Core>
 
@@ -27,7 +27,7 @@ template <int kSize>
     }
     double pivot = H(i, i);
     for (int k = 0; k < i; ++k) pivot -= L[i][k] * L[i][k];
-    if (!(pivot > 0) || !std::isfinite(pivot)) return false;
+    if (!(pivot > 0) || !is_finite(pivot)) return false;
     L[i][i] = 1 / std::sqrt(pivot);  // the diagonal is stored as its reciprocal
     y[i] = b[i];
     for (int k = 0; k < i; ++k) y[i] -= L[i][k] * y[k];
@@ -55,7 +55,7 @@ template <int kSize>
     int pivot = i;
     for (int r = i + 1; r < kSize; ++r)
       if (std::abs(M[r][i]) > std::abs(M[pivot][i])) pivot = r;
-    if (!(std::abs(M[pivot][i]) > 0) || !std::isfinite(M[pivot][i])) return false;
+    if (!(std::abs(M[pivot][i]) > 0) || !is_finite(M[pivot][i])) return false;
     if (pivot != i)
       for (int c = i; c <= kSize; ++c) std::swap(M[i][c], M[pivot][c]);
     for (int r = i + 1; r < kSize; ++r) {
@@ -68,7 +68,7 @@ template <int kSize>
     double residual = M[i][kSize];
     for (int c = i + 1; c < kSize; ++c) residual -= M[i][c] * y[c];
     y[i] = residual / M[i][i];
-    if (!std::isfinite(y[i])) return false;
+    if (!is_finite(y[i])) return false;
   }
   x = y;
   return true;

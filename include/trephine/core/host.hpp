@@ -20,3 +20,9 @@
 #error "trephine: X11 defined Status and Success as macros: include trephine before X11, or #undef both after it"
 #include <trephine_stops_here>
 #endif
+
+// With the macro a tick still refuses what is not finite; a NaN among options may pass, and results differ by rounding.
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ && !defined(TREPHINE_ALLOW_FINITE_MATH)
+#error "trephine: -ffast-math: add -fno-finite-math-only, or define TREPHINE_ALLOW_FINITE_MATH (see core/host.hpp)"
+#include <trephine_stops_here>
+#endif

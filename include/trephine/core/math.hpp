@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/host.hpp>
+#include <trephine/core/finite.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -107,7 +107,17 @@ template <RealScalar Scalar>
 /// True if no component is NaN or infinite.
 template <RealScalar Scalar>
 [[nodiscard]] bool is_finite(const Vec3<Scalar>& v) noexcept {
-  return std::isfinite(v.x()) && std::isfinite(v.y()) && std::isfinite(v.z());
+  return is_finite(v.x()) && is_finite(v.y()) && is_finite(v.z());
+}
+[[nodiscard]] inline bool is_finite(const Mat3d& R) noexcept {
+  for (Eigen::Index j = 0; j < 3; ++j)
+    for (Eigen::Index i = 0; i < 3; ++i)
+      if (!is_finite(R(i, j))) return false;
+  return true;
+}
+/// The same for rotation and translation; nothing reads the bottom row of the matrix.
+[[nodiscard]] inline bool is_finite(const Posed& X) noexcept {
+  return is_finite(Mat3d(X.linear())) && is_finite(Vec3d(X.translation()));
 }
 
 /// Largest entry of |RᵀR − I|: 0 for a rotation and for a mirror, infinite if an entry of R is not finite.
@@ -117,7 +127,7 @@ template <RealScalar Scalar>
   for (Eigen::Index j = 0; j < 3; ++j)
     for (Eigen::Index i = 0; i < 3; ++i) {
       const double off = std::abs(RtR(i, j) - (i == j ? 1 : 0));
-      if (!std::isfinite(off)) return std::numeric_limits<double>::infinity();
+      if (!is_finite(off)) return std::numeric_limits<double>::infinity();
       worst = std::max(worst, off);
     }
   return worst;

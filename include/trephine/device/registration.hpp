@@ -4,8 +4,6 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/wrench.hpp>
 
-#include <cmath>
-
 namespace trephine {
 
 /// A similarity transform from a device's workspace to the world. The tool point T is fixed to the handle at `X_HT`
@@ -34,7 +32,7 @@ class Registration {
   /// and > 0. Rotations may err by 1e-6 and are made orthonormal to rounding.
   explicit Registration(const Posed& X_WD, const Posed& X_HT = Posed::Identity(), double scale = 1.0)
       : X_WD_(checked(X_WD, "X_WD")), X_HT_(checked(X_HT, "X_HT")), scale_(scale) {
-    if (!(scale > 0) || !std::isfinite(scale)) refuse("Registration", "scale must be > 0 and finite", scale);
+    if (!(scale > 0) || !is_finite(scale)) refuse("Registration", "scale must be > 0 and finite", scale);
   }
 
   /// Returns the tool's pose X_WT for a handle at X_DH.
@@ -79,7 +77,7 @@ class Registration {
   static Posed checked(const Posed& X, const char* name) {
     const Mat3d R = X.linear();
     const double error = (R.transpose() * R - Mat3d::Identity()).cwiseAbs().maxCoeff();
-    if (!R.allFinite() || !(error <= kTolerance) || !(R.determinant() > 0))
+    if (!is_finite(R) || !(error <= kTolerance) || !(R.determinant() > 0))
       refuse("Registration", std::string(name) + " must hold a rotation", R.format(Eigen::IOFormat(6, 0, " ", "; ")));
     const Vec3d p = X.translation();
     if (!is_finite(p)) refuse("Registration", std::string(name) + " must be finite", p.transpose());

@@ -6,7 +6,6 @@
 #include <trephine/device/device.hpp>
 #include <trephine/device/realtime.hpp>
 
-#include <cmath>
 #include <cstdint>
 
 namespace trephine {
@@ -33,9 +32,9 @@ struct ServoOptions {
 /// Returns the rate of the loop [Hz]. Throws std::invalid_argument if an option is out of range.
 [[nodiscard]] inline double servo_rate(const ServoOptions& options, const DeviceCapabilities& device) {
   const auto positive = [](double v, const char* rule) {
-    if (!(v > 0) || !std::isfinite(v)) refuse("ServoLoop", rule, v);
+    if (!(v > 0) || !is_finite(v)) refuse("ServoLoop", rule, v);
   };
-  if (!(options.ramp >= 0) || !std::isfinite(options.ramp)) refuse("ServoLoop", "ramp must be >= 0 s", options.ramp);
+  if (!(options.ramp >= 0) || !is_finite(options.ramp)) refuse("ServoLoop", "ramp must be >= 0 s", options.ramp);
   positive(options.stall_time, "stall_time must be > 0 s");
   positive(options.callback_timeout, "callback_timeout must be > 0 s");
   if (options.realtime.priority < 0 || options.realtime.priority > 99)

@@ -7,7 +7,6 @@
 #include <trephine/device/simulated_axes.hpp>
 
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <utility>
 
@@ -114,7 +113,7 @@ class SimulatedDevice {
     if (options_.angular.quantum > 0)
       R = rotation_from_vector(simulated::quantised(rotation_vector(R), options_.angular.quantum));
     state = {.X_DH = make_pose(R, p), .buttons = buttons_, .time = std::nullopt};
-    return is_finite(p) && R.allFinite() ? DeviceStatus::kOk : DeviceStatus::kFault;
+    return is_finite(p) && is_finite(R) ? DeviceStatus::kOk : DeviceStatus::kFault;
   }
 
   DeviceStatus write(const Wrenchd& wrench_H_D) noexcept {
@@ -133,7 +132,7 @@ class SimulatedDevice {
   /// Simulates `dt` [s] under the command in effect; does nothing unless dt is > 0 and finite. Throws exceptions of the
   /// script.
   void advance(double dt) {
-    if (!(dt > 0) || !std::isfinite(dt)) return;
+    if (!(dt > 0) || !is_finite(dt)) return;
     if (dt != prepared_dt_) prepare(dt);
     const double h = dt / options_.substeps;
     for (int i = 0; i < options_.substeps; ++i) {
@@ -157,7 +156,7 @@ class SimulatedDevice {
  private:
   static SimulatedDeviceOptions validated(const SimulatedDeviceOptions& options) {
     const auto check_value = [](double value, bool positive, const char* rule) {
-      if (!(positive ? value > 0 : value >= 0) || !std::isfinite(value)) refuse("SimulatedDevice", rule, value);
+      if (!(positive ? value > 0 : value >= 0) || !is_finite(value)) refuse("SimulatedDevice", rule, value);
     };
     for (const DeviceAxes& axes : {options.linear, options.angular}) {
       check_value(axes.inertia, true, "inertia must be > 0 and finite");
@@ -177,7 +176,7 @@ class SimulatedDevice {
     if (options.delay_ticks < 0 || options.delay_ticks > kMaxDelayTicks)
       refuse("SimulatedDevice", "delay_ticks must be in 0..8", options.delay_ticks);
     if (options.substeps < 1) refuse("SimulatedDevice", "substeps must be >= 1", options.substeps);
-    if (!options.X_DH.matrix().allFinite()) refuse("SimulatedDevice", "X_DH must be finite", options.X_DH.matrix());
+    if (!is_finite(options.X_DH)) refuse("SimulatedDevice", "X_DH must be finite", options.X_DH.matrix());
     return options;
   }
 

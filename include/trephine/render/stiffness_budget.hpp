@@ -19,8 +19,8 @@ struct StiffnessBudget {
 
   /// Throws std::invalid_argument for a number that is not finite and > 0.
   void validate() const {
-    if (!(linear > 0) || !std::isfinite(linear)) refuse("StiffnessBudget", "linear must be > 0 N/m", linear);
-    if (!(angular > 0) || !std::isfinite(angular)) refuse("StiffnessBudget", "angular must be > 0 N·m/rad", angular);
+    if (!(linear > 0) || !is_finite(linear)) refuse("StiffnessBudget", "linear must be > 0 N/m", linear);
+    if (!(angular > 0) || !is_finite(angular)) refuse("StiffnessBudget", "angular must be > 0 N·m/rad", angular);
   }
 };
 
@@ -91,7 +91,7 @@ class SharedStiffness {
   void share() noexcept {
     Scalar largest = Scalar(0);
     for (std::size_t g = 0; g < caps_.size(); ++g) largest = std::max(largest, caps_[g] * energies_[g]);
-    if (!(largest > Scalar(0)) || !std::isfinite(largest)) {
+    if (!(largest > Scalar(0)) || !is_finite(largest)) {
       factors_ = caps_;
       return;
     }

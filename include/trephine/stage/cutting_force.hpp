@@ -75,9 +75,9 @@ class CuttingForce {
       edges.validate();
       strength.validate();
       law.validate();
-      if (!(speed > 0) || !std::isfinite(speed)) refuse("CuttingForce", "speed must be > 0 rad/s", speed);
+      if (!(speed > 0) || !is_finite(speed)) refuse("CuttingForce", "speed must be > 0 rad/s", speed);
       if (!(stall_torque > 0)) refuse("CuttingForce", "stall_torque must be > 0 N·m", stall_torque);
-      if (!(inertia > 0) || !std::isfinite(inertia)) refuse("CuttingForce", "inertia must be > 0 kg m2", inertia);
+      if (!(inertia > 0) || !is_finite(inertia)) refuse("CuttingForce", "inertia must be > 0 kg m2", inertia);
       if (!(felt > 0) || !(felt <= 1)) refuse("CuttingForce", "felt must be in (0, 1]", felt);
       if (!(lag > 0) || !(lag <= 1)) refuse("CuttingForce", "lag must be in (0, 1] s", lag);
     }
@@ -248,7 +248,7 @@ class CuttingForce {
   /// J dω/dt = drive − torque, the drive falling from the stall torque to 0 at the speed without load.
   void advance_spindle(double torque, double dt) noexcept {
     if (!(spindle_ > 0) && !is_stalled_) return;
-    if (!std::isfinite(options_.stall_torque)) return;
+    if (!is_finite(options_.stall_torque)) return;
     const double J = options_.inertia / dt;
     spindle_ =
         std::max(0.0, (J * spindle_ + options_.stall_torque - torque) / (J + options_.stall_torque / options_.speed));

@@ -49,7 +49,7 @@ class CuttingSound {
     /// Throws std::invalid_argument.
     void validate() const {
       pattern.validate();
-      if (!(gain >= 0) || !std::isfinite(gain)) refuse("CuttingSound", "gain must be finite and >= 0 per N·m", gain);
+      if (!(gain >= 0) || !is_finite(gain)) refuse("CuttingSound", "gain must be finite and >= 0 per N·m", gain);
     }
   };
 
@@ -84,7 +84,7 @@ class CuttingSound {
  private:
   /// A state without numbers that are not finite or below 0, which are silent.
   [[nodiscard]] static CuttingSoundState usable(const CuttingSoundState& s) noexcept {
-    if (!(s.spindle >= 0) || !(s.load >= 0) || !std::isfinite(s.spindle) || !std::isfinite(s.load)) return {};
+    if (!(s.spindle >= 0) || !(s.load >= 0) || !is_finite(s.spindle) || !is_finite(s.load)) return {};
     return {s.spindle, s.load, std::max(0, s.teeth)};
   }
 

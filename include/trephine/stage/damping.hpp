@@ -4,8 +4,6 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/stage/context.hpp>
 
-#include <cmath>
-
 namespace trephine {
 
 /// Viscous damping: adds the force −b v and the torque −b_r ω to the wrench.
@@ -29,8 +27,8 @@ class Damping {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      if (!(linear >= 0) || !std::isfinite(linear)) refuse("Damping", "linear must be finite and >= 0 N·s/m", linear);
-      if (!(angular >= 0) || !std::isfinite(angular))
+      if (!(linear >= 0) || !is_finite(linear)) refuse("Damping", "linear must be finite and >= 0 N·s/m", linear);
+      if (!(angular >= 0) || !is_finite(angular))
         refuse("Damping", "angular must be finite and >= 0 N·m·s/rad", angular);
     }
   };

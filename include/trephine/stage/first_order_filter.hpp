@@ -29,8 +29,7 @@ class FirstOrderFilter {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      if (!(cutoff > 0) || !std::isfinite(cutoff))
-        refuse("FirstOrderFilter", "cutoff must be finite and > 0 Hz", cutoff);
+      if (!(cutoff > 0) || !is_finite(cutoff)) refuse("FirstOrderFilter", "cutoff must be finite and > 0 Hz", cutoff);
     }
     /// Returns the delay of a slow signal [s].
     [[nodiscard]] double delay() const noexcept { return 1 / (2 * std::numbers::pi * cutoff); }

@@ -123,7 +123,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   /// throws, or the renderer reads stored gradients and the grid has none.
   HapticScene(VoxelGrid<Density>& bone, double isovalue, ContactRenderer renderer, Parts... parts)
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
-    if (!std::isfinite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
+    if (!is_finite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     if constexpr (requires { requires Gradient::kNeedsStored; })
       if (!bone.has_stored_gradients())
         refuse("HapticScene", "StoredGradient needs a grid made with GridOptions{.stored_gradients = true}", "none");
@@ -167,7 +167,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     const Rendered<Scalar> found = render(field, X_GT.template cast<Scalar>(), clamped_dt(dt));
     Wrenchd wrench_G = found.wrench.template cast<double>();
     if constexpr (!kHasTorque) wrench_G.torque.setZero();
-    if (found.status >= Status::kBadInput || !is_finite(wrench_G) || !std::isfinite(found.contact.depth))
+    if (found.status >= Status::kBadInput || !is_finite(wrench_G) || !is_finite(found.contact.depth))
       return fail_non_finite(result);
     result.contact = found.contact;
     result.status = found.status;
@@ -193,7 +193,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       });
       Posed X_GC = X_GT;
       if constexpr (kCarves) X_GC = cutting_poses_.next(renderer_, parts_, pressed.way, context.dt, restarts);
-      if (!X_GC.matrix().allFinite()) return fail_non_finite(result);
+      if (!is_finite(X_GC)) return fail_non_finite(result);
       const double cut_dt = std::max(dt, cutting_poses_.bite_time());
       const PoseStep step = history_.advance(input.X_WT, X_GT, X_GC, X_WG.linear(), dt, cut_dt, restarts);
       context.twist = step.twist;
@@ -206,7 +206,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         const bool cuts = input.spindle_on && !restarts && found.evaluated;
         const CarveContext cut{cuts, context.dt, magnitude(wrench_G.force), pressed.fraction};
         result.removed_mm3 = carve(step, X_GT, X_GC, cut);
-        if (!(result.removed_mm3 >= 0) || !std::isfinite(result.removed_mm3)) {
+        if (!(result.removed_mm3 >= 0) || !is_finite(result.removed_mm3)) {
           result.removed_mm3 = 0;
           return fail_non_finite(result);
         }

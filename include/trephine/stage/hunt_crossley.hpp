@@ -5,7 +5,6 @@
 #include <trephine/stage/context.hpp>
 
 #include <algorithm>
-#include <cmath>
 
 namespace trephine {
 
@@ -32,11 +31,10 @@ class HuntCrossley {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      if (!(lambda >= 0) || !std::isfinite(lambda))
-        refuse("HuntCrossley", "lambda must be finite and >= 0 s/m", lambda);
-      if (!(max_factor >= 1) || !std::isfinite(max_factor))
+      if (!(lambda >= 0) || !is_finite(lambda)) refuse("HuntCrossley", "lambda must be finite and >= 0 s/m", lambda);
+      if (!(max_factor >= 1) || !is_finite(max_factor))
         refuse("HuntCrossley", "max_factor must be finite and >= 1", max_factor);
-      if (!(lever > 0) || !std::isfinite(lever)) refuse("HuntCrossley", "lever must be finite and > 0 m", lever);
+      if (!(lever > 0) || !is_finite(lever)) refuse("HuntCrossley", "lever must be finite and > 0 m", lever);
     }
   };
 

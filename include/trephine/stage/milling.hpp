@@ -65,7 +65,7 @@ class Milling {
   void validate() const {
     policy_.validate();
     shape_.validate();
-    if (!(options_.slope >= 0) || !std::isfinite(options_.slope))
+    if (!(options_.slope >= 0) || !is_finite(options_.slope))
       refuse("Milling", "slope must be >= 0 densities per voxel", options_.slope);
   }
 

@@ -43,7 +43,7 @@ class MillingVibration {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      const auto at_least_zero = [](double v) { return v >= 0 && std::isfinite(v); };
+      const auto at_least_zero = [](double v) { return v >= 0 && is_finite(v); };
       if (!(frequency > 0) || !(frequency <= kMaxFrequency))
         refuse("MillingVibration", "frequency must be in (0, 300] Hz", frequency);
       if (!at_least_zero(per_force)) refuse("MillingVibration", "per_force must be finite and >= 0 N/N", per_force);
@@ -72,7 +72,7 @@ class MillingVibration {
     phase_ += advance;
     phase_ -= std::floor(phase_);
     const double force = wrench.force.norm();
-    if (context.contact.count == 0 || !(force > 0) || !std::isfinite(force)) {
+    if (context.contact.count == 0 || !(force > 0) || !is_finite(force)) {
       direction_.setZero();
       return;
     }

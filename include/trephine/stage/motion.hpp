@@ -26,20 +26,23 @@ inline constexpr double kMaxAngularSpeed = 100;  // [rad/s]
 /// Returns true for a finite pose nearer than kFarthestPosition whose linear part is a rotation within
 /// kRotationTolerance (no mirror). The bottom row of the matrix is neither checked nor used anywhere.
 [[nodiscard]] inline bool is_usable_pose(const Posed& X) noexcept {
+  if (!is_finite(X)) return false;
   const Vec3d p = X.translation();
-  if (!(p.norm() < kFarthestPosition)) return false;  // NaN, inf and overflow of the norm fail too
+  if (!(p.norm() < kFarthestPosition)) return false;
   const Mat3d R = X.linear();
   return rotation_defect(R) <= kRotationTolerance && R.determinant() > 0;
 }
 
 /// Returns dt [s] clamped to [kShortestDt, kLongestDt]; NaN becomes the shortest interval.
 [[nodiscard]] inline double clamped_dt(double dt) noexcept {
-  if (!(dt >= kShortestDt)) return kShortestDt;
+  if (is_nan(dt) || dt < kShortestDt) return kShortestDt;
   return dt <= kLongestDt ? dt : kLongestDt;
 }
 
 /// Returns true if a velocity may be computed over the interval dt [s].
-[[nodiscard]] inline bool is_usable_dt(double dt) noexcept { return dt >= kShortestDt && dt <= kLongestDt; }
+[[nodiscard]] inline bool is_usable_dt(double dt) noexcept {
+  return is_finite(dt) && dt >= kShortestDt && dt <= kLongestDt;
+}
 
 /// Returns X_GT, the tool's pose in the grid. Positions are subtracted first, in double, so a distant grid costs no
 /// accuracy.

@@ -60,10 +60,10 @@ class PassivityController {
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
       const auto at_least_zero = [](const char* rule, double v) {
-        if (!(v >= 0) || !std::isfinite(v)) refuse("PassivityController", rule, v);
+        if (!(v >= 0) || !is_finite(v)) refuse("PassivityController", rule, v);
       };
       const auto above_zero = [](const char* rule, double v) {
-        if (!(v > 0) || !std::isfinite(v)) refuse("PassivityController", rule, v);
+        if (!(v > 0) || !is_finite(v)) refuse("PassivityController", rule, v);
       };
       at_least_zero("stiffness must be finite and >= 0 N/m", stiffness);
       at_least_zero("angular_stiffness must be finite and >= 0 N·m/rad", angular_stiffness);
@@ -130,7 +130,7 @@ class PassivityController {
     const Options& o = options_;
     const double dt = context.dt;
     const double work = dt * (previous_.force.dot(v.linear) + previous_.torque.dot(v.angular));
-    const double step = std::isfinite(work) ? work : 0;
+    const double step = is_finite(work) ? work : 0;
     delivered_ += step;
     double allowed = 0;
     const bool has_contact = context.contact.count > 0;

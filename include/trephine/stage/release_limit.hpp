@@ -31,7 +31,7 @@ class ReleaseLimit {
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
       const auto check_gain = [](const char* rule, double v) {
-        if (!(v > 0) || !std::isfinite(v)) refuse("ReleaseLimit", rule, v);
+        if (!(v > 0) || !is_finite(v)) refuse("ReleaseLimit", rule, v);
       };
       check_gain("stiffness must be finite and > 0 N/m", stiffness);
       check_gain("rotational_stiffness must be finite and > 0 N·m/rad", rotational_stiffness);

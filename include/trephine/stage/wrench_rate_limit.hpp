@@ -33,9 +33,8 @@ class WrenchRateLimit {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      if (!(force > 0) || !std::isfinite(force)) refuse("WrenchRateLimit", "force must be finite and > 0 N/s", force);
-      if (!(torque > 0) || !std::isfinite(torque))
-        refuse("WrenchRateLimit", "torque must be finite and > 0 N·m/s", torque);
+      if (!(force > 0) || !is_finite(force)) refuse("WrenchRateLimit", "force must be finite and > 0 N/s", force);
+      if (!(torque > 0) || !is_finite(torque)) refuse("WrenchRateLimit", "torque must be finite and > 0 N·m/s", torque);
     }
   };
 

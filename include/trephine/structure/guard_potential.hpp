@@ -43,11 +43,10 @@ struct GuardedStructure {
   /// Throws std::invalid_argument if a number is out of range.
   void validate() const {
     if (!(margin >= 0) || !(margin <= 0.05)) refuse("GuardedStructure", "margin must be 0 to 0.05 m", margin);
-    if (!(stiffness > 0) || !std::isfinite(stiffness))
-      refuse("GuardedStructure", "stiffness must be > 0 N/m", stiffness);
-    if (!(greatest_force > 0) || !std::isfinite(greatest_force))
+    if (!(stiffness > 0) || !is_finite(stiffness)) refuse("GuardedStructure", "stiffness must be > 0 N/m", stiffness);
+    if (!(greatest_force > 0) || !is_finite(greatest_force))
       refuse("GuardedStructure", "greatest_force must be > 0 N", greatest_force);
-    if (!(damping >= 0) || !std::isfinite(damping)) refuse("GuardedStructure", "damping must be >= 0 N·s/m", damping);
+    if (!(damping >= 0) || !is_finite(damping)) refuse("GuardedStructure", "damping must be >= 0 N·s/m", damping);
   }
 };
 

@@ -76,9 +76,9 @@ class AxisGuide {
       detail::check_above_zero(kType, "capture_angle", "rad", capture_angle);
       detail::check_ramp(kType, ramp);
       if (budget) budget->validate();
-      if (std::isfinite(capture_radius) && !(stiffness > 0 && force > 0))
+      if (is_finite(capture_radius) && !(stiffness > 0 && force > 0))
         refuse(kType, "a capture radius needs a stiffness and a force > 0", stiffness);
-      if (std::isfinite(capture_angle) && !(angular_stiffness > 0 && torque > 0))
+      if (is_finite(capture_angle) && !(angular_stiffness > 0 && torque > 0))
         refuse(kType, "a capture angle needs an angular stiffness and a torque > 0", angular_stiffness);
     }
     /// Returns the options that keep to their budget.
@@ -155,8 +155,8 @@ class AxisGuide {
     const detail::BoundedSpring lateral{o.stiffness, o.force};
     const detail::BoundedSpring angular{o.angular_stiffness, o.torque};
     detail::CaptureWell well;
-    if (std::isfinite(o.capture_radius)) well.depth = lateral.energy(o.capture_radius);
-    if (std::isfinite(o.capture_angle)) {
+    if (is_finite(o.capture_radius)) well.depth = lateral.energy(o.capture_radius);
+    if (is_finite(o.capture_angle)) {
       const double widest = 2 * std::sin(0.5 * std::min(o.capture_angle, std::numbers::pi));
       well.depth = std::min(well.depth, angular.energy(widest));
     }
@@ -273,7 +273,7 @@ class DepthStop {
     const double along = axis.dot(from_point);
     double depth = o.reach - along;
     Vec3d direction = axis;
-    if (std::isfinite(o.capture_radius)) {
+    if (is_finite(o.capture_radius)) {
       const Vec3d offset = from_point - along * axis;
       const double blunt = kBlunt * o.capture_radius;
       const double blunted = std::hypot(offset.norm(), blunt);

@@ -7,7 +7,6 @@
 #include <trephine/structure/tool_distance.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -46,7 +45,7 @@ class StructureGuard {
 
     /// Throws std::invalid_argument if an option is out of range.
     void validate() const {
-      if (!(ramp_time > 0) || !std::isfinite(ramp_time)) refuse("StructureGuard", "ramp_time must be > 0 s", ramp_time);
+      if (!(ramp_time > 0) || !is_finite(ramp_time)) refuse("StructureGuard", "ramp_time must be > 0 s", ramp_time);
     }
   };
 

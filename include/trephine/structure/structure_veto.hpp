@@ -103,7 +103,7 @@ template <VoxelDensity Density>
     refuse("make_cut_floor", "vetoes must have one entry for each of the field's structures",
            static_cast<double>(vetoes.size()));
   const Mat3d R = X_GS.linear();
-  if (!X_GS.matrix().allFinite() || !((R.transpose() * R - Mat3d::Identity()).norm() < kRotationTolerance))
+  if (!is_finite(X_GS) || !((R.transpose() * R - Mat3d::Identity()).norm() < kRotationTolerance))
     refuse("make_cut_floor", "X_GS must be rigid", "not so");
   auto floor = std::make_shared<CutFloor<Density>>(bone, isovalue);
   const Posed X_SG = inverse(X_GS);

@@ -25,9 +25,9 @@ struct BoneStrength {
 
   /// Throws std::invalid_argument.
   void validate() const {
-    if (!std::isfinite(soft)) refuse("BoneStrength", "soft must be a finite density", soft);
-    if (!(cortical > soft) || !std::isfinite(cortical)) refuse("BoneStrength", "cortical must exceed soft", cortical);
-    if (!(most > 0) || !std::isfinite(most)) refuse("BoneStrength", "most must be > 0", most);
+    if (!is_finite(soft)) refuse("BoneStrength", "soft must be a finite density", soft);
+    if (!(cortical > soft) || !is_finite(cortical)) refuse("BoneStrength", "cortical must exceed soft", cortical);
+    if (!(most > 0) || !is_finite(most)) refuse("BoneStrength", "most must be > 0", most);
   }
   [[nodiscard]] double operator()(double density) const noexcept {
     const double relative = std::max(0.0, (density - soft) / (cortical - soft));
@@ -110,7 +110,7 @@ struct CuttingLaw {
   /// Throws std::invalid_argument.
   void validate() const {
     const auto refuse_unless = [](bool good, const char* rule, double got) {
-      if (!good || !std::isfinite(got)) refuse("CuttingLaw", rule, got);
+      if (!good || !is_finite(got)) refuse("CuttingLaw", rule, got);
     };
     refuse_unless(energy > 0, "energy must be > 0 J/m3", energy);
     refuse_unless(thrust_ratio >= 0, "thrust_ratio must be >= 0", thrust_ratio);
@@ -154,7 +154,7 @@ struct CuttingLaw {
     for (int i = 0; i < kMostSteps; ++i) {
       const double rest = std::exp(-rate * x), slope = per_x + own * rate * rest;
       const double step = (force - per_x * x - own * (1 - rest)) / slope;
-      if (!(step > kSmallStep * x) || !std::isfinite(step)) break;
+      if (!(step > kSmallStep * x) || !is_finite(step)) break;
       x += step;
     }
     return x;

@@ -295,9 +295,9 @@ class ToolOutline {
 
   void check_point(double rho, double z) const {
     if (closed_) refuse("ToolOutline", "a closed outline has no further piece, got z", z);
-    if (!(rho >= 0) || !std::isfinite(rho)) refuse("ToolOutline", "rho must be >= 0 m", rho);
+    if (!(rho >= 0) || !is_finite(rho)) refuse("ToolOutline", "rho must be >= 0 m", rho);
     refuse_beyond("ToolOutline", "rho", kLargestRadius, rho);
-    if (!(z >= z_) || !std::isfinite(z)) refuse("ToolOutline", "heights must not descend, got z", z);
+    if (!(z >= z_) || !is_finite(z)) refuse("ToolOutline", "heights must not descend, got z", z);
     refuse_beyond("ToolOutline", "z", kLongestShaft, std::abs(z));
   }
   /// Shortens the last line and adds the arc that leads on toward (ρ, z).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/finite.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/tolerances.hpp>
 
@@ -26,11 +27,10 @@ struct Burr {
   /// Throws std::invalid_argument unless radii are in (0, kLargestRadius] and the shaft, if any, is longer than the
   /// ball's radius and at most kLongestShaft.
   void validate() const {
-    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    const auto positive = [](double v) { return v > 0 && is_finite(v); };
     if (!positive(tip_radius)) refuse("Burr", "tip_radius must be > 0 m", tip_radius);
     refuse_beyond("Burr", "tip_radius", kLargestRadius, tip_radius);
-    if (!(shaft_length >= 0) || !std::isfinite(shaft_length))
-      refuse("Burr", "shaft_length must be >= 0 m", shaft_length);
+    if (!(shaft_length >= 0) || !is_finite(shaft_length)) refuse("Burr", "shaft_length must be >= 0 m", shaft_length);
     refuse_beyond("Burr", "shaft_length", kLongestShaft, shaft_length);
     if (!has_shaft()) return;
     if (!positive(shaft_radius)) refuse("Burr", "shaft_radius must be > 0 m", shaft_radius);

@@ -55,7 +55,7 @@ class BoneSurface {
       const double longer = grid.spacing()[a] / grid.spacing().minCoeff();
       parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMaxParts);
     }
-    if (!std::isfinite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
+    if (!is_finite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
     if (blocks < kMinBlocks) refuse("BoneSurface", "blocks must be at least 8749", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
       next_[i] = i + 1 < blocks ? static_cast<std::int32_t>(i + 1) : kEnd;

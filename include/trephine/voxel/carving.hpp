@@ -366,7 +366,7 @@ class Cut {
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
 double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const Policy& policy = {},
              const CutAllowance& allowance = {}, double slope = 0) noexcept {
-  if (!std::isfinite(isovalue)) return 0;
+  if (!is_finite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
   if constexpr (LimitWithFloor<decltype(limit)>)
     if (!limit.floor().fits(grid, isovalue)) return 0;  // rather no cut than one without its floors

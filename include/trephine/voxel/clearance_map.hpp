@@ -36,7 +36,7 @@ class ClearanceMap {
         brick_edge_(kBrick * grid.spacing().minCoeff()),
         air_outside_(static_cast<double>(grid.outside()) < isovalue),
         stamp_(grid.increase_stamp()) {
-    if (!std::isfinite(isovalue)) refuse("ClearanceMap", "isovalue must be finite", isovalue);
+    if (!is_finite(isovalue)) refuse("ClearanceMap", "isovalue must be finite", isovalue);
     for (Map& m : maps_) m.distance.resize(grid.brick_count());
     refresh();
     begin_tick();

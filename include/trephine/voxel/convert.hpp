@@ -29,8 +29,8 @@ namespace trephine {
 template <VoxelDensity To, VoxelDensity From>
 [[nodiscard]] VoxelGrid<To> converted(const VoxelGrid<From>& grid, double scale = 1, double offset = 0,
                                       const GridOptions& options = {}) {
-  if (!(scale > 0) || !std::isfinite(scale)) refuse("converted", "scale must be > 0", scale);
-  if (!std::isfinite(offset)) refuse("converted", "offset must be finite", offset);
+  if (!(scale > 0) || !is_finite(scale)) refuse("converted", "scale must be > 0", scale);
+  if (!is_finite(offset)) refuse("converted", "offset must be finite", offset);
   const auto convert = [&](From density) {
     const double exact = scale * static_cast<double>(density) + offset;
     const double v = std::is_floating_point_v<To> ? exact : std::floor(exact + 0.5);

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -46,7 +45,7 @@ class CutFloor {
         reach_(reach_of(grid.spacing())),
         voxel_mm3_(grid.spacing().prod() * 1e9),
         block_of_(grid.brick_count(), kNone) {
-    if (!std::isfinite(isovalue)) refuse("CutFloor", "isovalue must be finite", isovalue);
+    if (!is_finite(isovalue)) refuse("CutFloor", "isovalue must be finite", isovalue);
     threshold_ = static_cast<Wide>(detail::LeastBone<Density>(isovalue).density);
   }
 

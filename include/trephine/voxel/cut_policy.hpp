@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <concepts>
 #include <cstdint>
 
@@ -58,9 +57,9 @@ template <VoxelDensity Density>
 
 /// A value that holds at a reference force and is proportional to the force, up to a bound.
 inline void check_force_factor(const char* type, double reference_force, double most_force_factor) {
-  if (!(reference_force >= 0) || !std::isfinite(reference_force))
+  if (!(reference_force >= 0) || !is_finite(reference_force))
     refuse(type, "reference_force must be >= 0 N", reference_force);
-  if (!(most_force_factor > 0) || !std::isfinite(most_force_factor))
+  if (!(most_force_factor > 0) || !is_finite(most_force_factor))
     refuse(type, "most_force_factor must be > 0", most_force_factor);
 }
 /// Returns the tick's amount at `rate`. Without a reference force the force has no effect.
@@ -117,7 +116,7 @@ struct RateLimitedCut {
 
   /// Throws std::invalid_argument.
   void validate() const {
-    if (!(rate > 0) || !std::isfinite(rate)) refuse("RateLimitedCut", "rate must be > 0 densities/s", rate);
+    if (!(rate > 0) || !is_finite(rate)) refuse("RateLimitedCut", "rate must be > 0 densities/s", rate);
     detail::check_force_factor("RateLimitedCut", reference_force, most_force_factor);
   }
 
@@ -204,7 +203,8 @@ struct AdvancingCut {
 
   /// Throws std::invalid_argument.
   void validate() const {
-    if (!(speed > 0 && speed <= kFastest)) refuse("AdvancingCut", "speed must be > 0 and at most 1 m/s", speed);
+    if (!is_finite(speed) || !(speed > 0 && speed <= kFastest))
+      refuse("AdvancingCut", "speed must be > 0 and at most 1 m/s", speed);
     detail::check_force_factor("AdvancingCut", reference_force, most_force_factor);
   }
 

@@ -5,7 +5,6 @@
 #include <trephine/voxel/voxel_grid.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <type_traits>
 
@@ -51,7 +50,7 @@ template <VoxelDensity Density>
 /// Returns the requested slope if it is one, else the automatic slope.
 template <VoxelDensity Density>
 [[nodiscard]] double slope_or_auto(double slope, const VoxelGrid<Density>& grid, double isovalue) noexcept {
-  return slope > 0 && std::isfinite(slope) ? slope : auto_slope(grid, isovalue);
+  return slope > 0 && is_finite(slope) ? slope : auto_slope(grid, isovalue);
 }
 
 /// Throws std::invalid_argument if a cut of this slope (0: `auto_slope`) makes no hole that its own tool fits: in

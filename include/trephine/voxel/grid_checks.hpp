@@ -26,9 +26,9 @@ namespace detail {
 inline void check_grid_pose(std::string_view type, const std::string& name, const Posed& X) {
   const Mat3d R = X.linear();
   const double off = rotation_defect(R);
-  if (!(off <= kRotationTolerance) || !(R.determinant() > 0))
+  if (!is_finite(R) || !(off <= kRotationTolerance) || !(R.determinant() > 0))
     refuse(type, name + " must hold a right-handed rotation", off);
-  if (!(X.translation().norm() <= kFarthestPosition))
+  if (!is_finite(X) || !(X.translation().norm() <= kFarthestPosition))
     refuse(type, name + " must lie within 1 km of the origin", X.translation().norm());
 }
 

@@ -130,7 +130,7 @@ template <VoxelDensity Density>
   double voxels = 1;
   for (std::size_t a = 0; a < 3; ++a) {
     const double wanted = spacing[static_cast<Eigen::Index>(a)], h = grid.spacing()[static_cast<Eigen::Index>(a)];
-    if (!(wanted > 0) || !std::isfinite(wanted)) refuse("resampled", "spacing must be > 0 m", wanted);
+    if (!(wanted > 0) || !is_finite(wanted)) refuse("resampled", "spacing must be > 0 m", wanted);
     part.lo[a] = std::max(part.lo[a], 0);
     part.hi[a] = std::min(part.hi[a], grid.size()[a] - 1);
     if (part.hi[a] < part.lo[a]) refuse("resampled", "the box must hold voxels of the grid; along an axis it holds", 0);

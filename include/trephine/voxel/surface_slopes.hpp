@@ -30,7 +30,7 @@ class SurfaceSlopes {
   SurfaceSlopes(const std::array<int, 3>& size, std::span<const Density> voxels, Density min, Density max)
       : min_(static_cast<double>(min)), max_(static_cast<double>(max)) {
     per_density_ = kBins / (max_ - min_);
-    if (!std::isfinite(per_density_)) return;  // no range to speak of
+    if (!is_finite(per_density_)) return;  // no range to speak of
     slopes_.resize(kBins);
     // Running sums: a voxel that crosses bins m to n adds its slope from bin m on, and takes it away after n.
     std::vector<double> sum(kBins + 1), count(kBins + 1);

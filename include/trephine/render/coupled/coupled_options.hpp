@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/finite.hpp>
 #include <trephine/core/refuse.hpp>
 
-#include <cmath>
 #include <concepts>
 
 /// Options of the coupled tool, and the degrees of freedom that it solves for.
@@ -37,13 +37,13 @@ struct CoupledOptions {
   static constexpr double kMaxGain = 1e12;
 
   /// True if the coupling has a spring for rotation, and so a torque.
-  [[nodiscard]] bool has_torque() const noexcept { return torque > 0 && std::isfinite(rotational_stiffness); }
+  [[nodiscard]] bool has_torque() const noexcept { return torque > 0 && is_finite(rotational_stiffness); }
 
   /// Throws std::invalid_argument for a value out of its range.
   void validate() const {
     const auto positive = [](double v) { return v > 0 && v <= kMaxGain; };
     if (!positive(stiffness)) refuse("CoupledOptions", "stiffness must be > 0 and at most 1e12 N/m", stiffness);
-    if (!positive(rotational_stiffness) && !(rotational_stiffness > 0 && std::isinf(rotational_stiffness)))
+    if (!positive(rotational_stiffness) && !(rotational_stiffness > 0 && !is_finite(rotational_stiffness)))
       refuse("CoupledOptions", "rotational_stiffness must be > 0 and at most 1e12 N·m/rad, or infinite",
              rotational_stiffness);
     if (!positive(force)) refuse("CoupledOptions", "force must be > 0 and at most 1e12 N", force);

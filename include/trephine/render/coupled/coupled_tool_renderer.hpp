@@ -156,7 +156,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   void reset() noexcept {
     started_ = false;
     is_felt_ = false;
-    has_pose_ = has_pose_ && X_.matrix().allFinite();
+    has_pose_ = has_pose_ && is_finite(X_);
     broad_phase_.invalidate();
     set_free(X_);
   }

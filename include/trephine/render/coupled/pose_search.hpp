@@ -240,7 +240,7 @@ class PoseSearch {
         high = t;
         const double pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
         double back = way_back(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
-        if (!std::isfinite(back)) back = (high - low) * (slope > 0 ? slope / (slope - low_slope) : 0.5);
+        if (!is_finite(back)) back = (high - low) * (slope > 0 ? slope / (slope - low_slope) : 0.5);
         t = high -
             std::clamp(back, Constants::kBracketMargin * (high - low), (1 - Constants::kBracketMargin) * (high - low));
       } else if (slope < downhill * initial_slope && t < max_fraction && (is_conservative || is_bracketed)) {

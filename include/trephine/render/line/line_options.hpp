@@ -6,7 +6,6 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 
-#include <cmath>
 #include <optional>
 
 /// Options of the Line approximation, and its report on the shaft's contact.
@@ -40,11 +39,11 @@ struct LineOptions {
 
   /// Throws std::invalid_argument for a number outside its range.
   void validate() const {
-    const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+    const auto positive = [](double v) { return v > 0 && is_finite(v); };
     if (!positive(stiffness)) refuse("LineOptions", "stiffness must be > 0 N/m", stiffness);
     if (shaft_stiffness && !positive(*shaft_stiffness))
       refuse("LineOptions", "shaft_stiffness must be > 0 N/m", *shaft_stiffness);
-    if (!(rest_threshold >= 0) || !std::isfinite(rest_threshold))
+    if (!(rest_threshold >= 0) || !is_finite(rest_threshold))
       refuse("LineOptions", "rest_threshold must be >= 0 m", rest_threshold);
     if (!(drawn_rate > 0)) refuse("LineOptions", "drawn_rate must be > 0", drawn_rate);
     proxy.validate();

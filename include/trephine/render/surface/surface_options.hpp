@@ -5,7 +5,6 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 
-#include <cmath>
 #include <optional>
 
 /// Options of the Surface approximation, and its report on each group of vertices.
@@ -30,8 +29,8 @@ struct SurfaceOptions {
   std::optional<StiffnessBudget> budget{};
 
   void validate() const {
-    if (!(stiffness > 0) || !std::isfinite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
-    if (thesis_stiffness && (!(*thesis_stiffness > 0) || !std::isfinite(*thesis_stiffness)))
+    if (!(stiffness > 0) || !is_finite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
+    if (thesis_stiffness && (!(*thesis_stiffness > 0) || !is_finite(*thesis_stiffness)))
       refuse("SurfaceOptions", "thesis_stiffness must be > 0", *thesis_stiffness);
     if (!(search_step > 0 && search_step <= 4))
       refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);

@@ -20,8 +20,8 @@ struct DrillBit {
 
   /// Throws std::invalid_argument.
   void validate() const {
-    if (!(radius > 0) || !std::isfinite(radius)) refuse("DrillBit", "radius must be > 0 m", radius);
-    if (!(length > 0) || !std::isfinite(length)) refuse("DrillBit", "length must be > 0 m", length);
+    if (!(radius > 0) || !is_finite(radius)) refuse("DrillBit", "radius must be > 0 m", radius);
+    if (!(length > 0) || !is_finite(length)) refuse("DrillBit", "length must be > 0 m", length);
     refuse_beyond("DrillBit", "radius", kLargestRadius, radius);
     refuse_beyond("DrillBit", "length", kLongestShaft, length);
     if (end == DrillEnd::kRound && !(length > radius))

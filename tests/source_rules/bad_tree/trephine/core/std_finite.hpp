@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+inline bool good(double v) { return std::isfinite(v); }
