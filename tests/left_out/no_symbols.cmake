@@ -8,7 +8,7 @@ if(NOT symbols MATCHES "tick")
 endif()
 foreach(name IN LISTS names)
   # As a type or function of the library's, with what may follow a name.
-  if(symbols MATCHES "trephine::(detail::)?${name}[<:( ]")
+  if(symbols MATCHES "trephine::(aligned_[0-9]+::)?(detail::)?${name}[<:( ]")
     message(SEND_ERROR "${object} has symbols of ${name}")
   endif()
 endforeach()

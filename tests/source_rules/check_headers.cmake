@@ -2,7 +2,7 @@
 # What the headers promise beyond what a compiler checks: includes point only up the list of layers, no vendor header
 # outside adapter/, no macro, no `using namespace` (a function's own aside), licence first, `#pragma once`, and nothing is
 # read before core/host.hpp, which the first include brings; finiteness is asked of core/finite.hpp, which -ffast-math
-# does not fool.
+# does not fool; and namespaces are those of the alignment.
 #   cmake -D include=DIR [-D expect=FILE;FILE] -P check_headers.cmake
 # With `expect`, exactly these files must break a rule: how the check itself is tested.
 cmake_policy(VERSION 3.24)
@@ -37,8 +37,12 @@ foreach(header IN LISTS headers)
     list(APPEND faults "not one '#pragma once'")
   endif()
   file(STRINGS ${include}/trephine/${header} macros REGEX "^[ \t]*#[ \t]*define")
-  if(macros)
+  if(macros AND NOT header STREQUAL "core/host.hpp")
     list(APPEND faults "defines a macro")
+  endif()
+  file(STRINGS ${include}/trephine/${header} plain REGEX "^namespace trephine(::[a-z_]+)? {")
+  if(plain AND NOT header STREQUAL "version.hpp")
+    list(APPEND faults "does not open 'namespace trephine::inline TREPHINE_ALIGNED' (core/host.hpp)")
   endif()
   file(STRINGS ${include}/trephine/${header} finite REGEX "^[^/]*(std::is(finite|nan|inf)\\(|\\.(allFinite|hasNaN)\\()")
   if(finite AND NOT layer STREQUAL "adapter")

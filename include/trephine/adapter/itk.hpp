@@ -24,7 +24,7 @@
 
 /// Reads CT volumes with ITK 5.2 or newer, which the including program links (ITKCommon, ITKIOGDCM, ITKIONRRD,
 /// ITKIONIFTI, ITKIOMeta). Not for the haptic thread: it reads files and allocates memory.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A grid of any density type, chosen by the file.
 using AnyVoxelGrid = std::variant<VoxelGrid<std::uint8_t>, VoxelGrid<std::int8_t>, VoxelGrid<std::uint16_t>,

@@ -24,7 +24,7 @@
 /// Refuses truncated files (a full disk, a broken download). ITK's readers for DICOM, NIfTI and MetaImage accept them
 /// and leave missing voxels uninitialised or zero: bone or air that is not the patient's. NRRD's reader refuses them
 /// itself.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 inline std::uint32_t little_endian_32(const char* bytes) {
   std::array<unsigned char, 4> b{};

@@ -21,7 +21,7 @@
 
 /// Lists the series of a DICOM folder and checks that a series' slices form a volume. Unlike ITK's series reader it
 /// refuses slices that are missing, unevenly spaced or sheared by a tilted gantry.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace itk_detail {
 

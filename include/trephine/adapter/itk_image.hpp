@@ -27,7 +27,7 @@
 #include <vector>
 
 /// Converts images in ITK's convention to grids: geometry, number types and checks.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
               "ITK's own, older Eigen was included first: include trephine before ITK or define ITK_USE_SYSTEM_EIGEN");

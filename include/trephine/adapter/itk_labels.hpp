@@ -31,7 +31,7 @@
 
 /// Reads and saves segmentations: .seg.nrrd files of 3D Slicer, and label images in NRRD, NIfTI and MetaImage files.
 /// Not for the haptic thread: it reads files and allocates memory.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A grid of labels of either type, chosen by the largest label.
 using AnyLabelGrid = std::variant<LabelGrid<std::uint8_t>, LabelGrid<std::uint16_t>>;

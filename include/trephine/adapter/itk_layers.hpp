@@ -21,7 +21,7 @@
 #include <vector>
 
 /// Opens a file of labels and merges its layers into one label a voxel.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Returns a voxel's number as a label. Throws VolumeError unless it is whole and from 0 to 65535.
 template <class Pixel>

@@ -19,7 +19,7 @@
 #include <vector>
 
 /// Saves drilled bone to standard files and loads it again, to continue a session later. Not for the haptic thread.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace itk_detail {
 

@@ -21,7 +21,7 @@
 
 /// Segments in a file's header, as 3D Slicer writes them into .seg.nrrd files: `Segment0_Name`, `Segment0_LabelValue`,
 /// `Segment0_Layer`, `Segment0_Color`. Each layer is an image of its own, and segments of one layer do not overlap.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// A segment in a header: the voxels that hold `value` in a layer.
 struct Segment {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Options for reading labels. Each default refuses the file where a structure could be lost unnoticed.
 struct LabelFileOptions {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Error for an unusable volume. Its message has one line: the file, the reason and a remedy.
 class VolumeError : public std::runtime_error {

@@ -14,14 +14,14 @@
 #include <string>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 class RevolvedTool;
 class StructureField;
 struct TickContext;
 }  // namespace trephine
 
 /// The border between a program and the compiled library: interfaces whose bodies the library holds.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 /// The type of a bone's voxels.
 enum class DensityType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kFloat };

@@ -27,7 +27,7 @@
 
 /// Bodies of the compiled library. CMake compiles them, a unit a density; without CMake a unit reads
 /// `#include <trephine/compiled/library.hpp>` and `template struct trephine::compiled::BoneMaker<std::int16_t>;`.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 /// The stages of a header scene, of the options of a compiled scene; each scene makes its own milling.
 struct SceneParts {

@@ -15,7 +15,7 @@
 #include <variant>
 
 /// Parts of a scene that are there or not by choice at run time.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 /// A stage that changes nothing where it is absent.
 template <Stage S>

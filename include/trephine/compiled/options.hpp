@@ -12,7 +12,7 @@
 #include <optional>
 
 /// Options of a compiled scene: plain structs, each named after the part of a header scene that it describes.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 enum class RendererKind : std::uint8_t { kCoupled, kLine, kSurface };
 

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 /// The density of a contiguous range of voxels.
 template <class Voxels>

@@ -14,7 +14,7 @@
 
 /// Bodies of the compiled library's structures. CMake compiles them in a unit of their own; without CMake a unit reads
 /// `#include <trephine/compiled/structure_library.hpp>` and `template struct trephine::compiled::StructuresMaker<>;`.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 class GuardOf final : public AnyGuard {
  public:

@@ -10,7 +10,7 @@
 #include <utility>
 
 /// Structures that a compiled scene keeps tool and cuts from.
-namespace trephine::compiled {
+namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
 /// Labels of structures: a segmentation of the bone.
 struct LabelGeometry {

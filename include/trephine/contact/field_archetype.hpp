@@ -4,7 +4,7 @@
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/voxel/density_field.hpp>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Smallest ContactField, declared but not defined: concepts check a policy's function templates against it.
 template <RealScalar S>

@@ -7,7 +7,7 @@
 #include <concepts>
 
 /// Friction laws of a proxy: frictionless and Coulomb.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Friction law of a proxy. `slip(tangential, depth, sticking)` returns the distance [m] by which the proxy slides
 /// toward its probe. `tangential` and `depth` are the tangential and normal distances between both [m]. The spring

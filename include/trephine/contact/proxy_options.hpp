@@ -5,7 +5,7 @@
 
 #include <optional>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Rule that starts and ends a proxy's contact.
 enum class Trigger {

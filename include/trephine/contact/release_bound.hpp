@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Bound on the change of a wrench from tick to tick, so that the hand feels no step, whatever the cause: a tool that
 /// slides off an edge, bone that gives way or appears, a jump, a new tool.

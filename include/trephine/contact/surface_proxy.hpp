@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A point that follows a probe but stays outside bone: thesis sections 2.1.3 and 3.1.4 (after Ruspini 1997, Salisbury
 /// & Tarr 1997, Eriksson 2006). In contact it is on the surface, just outside bone, as near to the probe as friction

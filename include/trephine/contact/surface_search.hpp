@@ -8,7 +8,7 @@
 #include <concepts>
 
 /// Searches for the surface of a scalar field along a segment.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A scalar field with its surface at 0 and values >= 0 in bone, at points in a fixed frame. Surface searches and
 /// proxies work on it.

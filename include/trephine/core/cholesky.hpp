@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Solves H x = b for a symmetric positive definite matrix of fixed size by Cholesky factorisation. Reads the lower
 /// triangle of H. Returns false, and leaves x unchanged, if H is not positive definite or not finite. Eigen's own

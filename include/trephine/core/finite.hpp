@@ -8,7 +8,7 @@
 
 /// Finiteness by bits: under -ffast-math compilers take std::isfinite for true and comparisons with NaN for either.
 /// By reference, since such compilers may assume that no value that is passed is a NaN.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// True unless v is NaN or infinite.
 [[nodiscard]] constexpr bool is_finite(const double& v) noexcept {

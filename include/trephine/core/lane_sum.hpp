@@ -8,7 +8,7 @@
 #include <array>
 #include <cstddef>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns the sum of all lanes, in the same order on every processor. It loads 32 bytes at a time, as compilers store
 /// them in the loops around it: a wider load would have to wait for two narrower stores.

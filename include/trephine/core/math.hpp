@@ -14,7 +14,7 @@
 /// Vectors, rotations and rigid poses, with validity checks. Frames follow monogram notation: W world, G grid, T tool
 /// tip, D device, P proxy. `p_WT` is the position of T's origin in W. `X_WG` maps coordinates of G to coordinates of W:
 /// `p_WQ = X_WG * p_GQ`. Units are SI throughout: metres, seconds, newtons.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
               "trephine needs Eigen 3.4: an older version comes first in the include path");

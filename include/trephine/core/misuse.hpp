@@ -4,7 +4,7 @@
 #include <trephine/core/host.hpp>
 
 /// Compile-time diagnostics: a wrong template argument list ends in one readable static_assert message.
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Result of a catch-all deduction guide. The primary template for this type asserts the correct spelling.
 template <class... Arguments>

@@ -11,7 +11,7 @@
 
 /// Numbers as text with a decimal point, whatever locale the host has set: Qt sets the user's in C, others in C++. Not
 /// std::from_chars, which libc++ lacks for floating point. They allocate.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The number that `text` is as a whole, without spaces; none if it is no decimal number or out of a double's range.
 [[nodiscard]] inline std::optional<double> parse_number(std::string_view text) {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Throws std::invalid_argument "trephine::Type: rule, got value". Construction and editing call it; a tick never does.
 template <class Value>

@@ -10,7 +10,7 @@
 /// with `store_relaxed` and `store_release`, and may read its own data plainly. Every other thread reads only through
 /// `load_relaxed` and `load_acquire`. A version stored with release after the voxels makes them visible to each thread
 /// that loads this version with acquire. A single writer needs no read-modify-write: every access is wait-free.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 #if defined(__cpp_lib_atomic_ref)
 

@@ -7,7 +7,7 @@
 
 /// Rotations as vectors: exponential and logarithm, the turn between two poses, the smallest turn between two
 /// directions.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Logarithm of a rotation: axis times angle, the angle in [0, π] rad.
 template <RealScalar Scalar>

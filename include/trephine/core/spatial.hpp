@@ -5,7 +5,7 @@
 #include <trephine/core/rotation.hpp>
 
 /// Arithmetic of spatial (six-dimensional) vectors and matrices: small motions, wrenches and stiffnesses.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Spatial vector: a small motion (δp [m], δθ [rad]) of a body about its origin, or a force [N] above a torque [N·m].
 using Vec6d = Eigen::Matrix<double, 6, 1>;

@@ -11,7 +11,7 @@
 #include <concepts>
 #include <cstddef>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Replaces all lanes by their square roots. Eigen does it, because std::sqrt may set errno, which prevents
 /// vectorisation. It works on 32 bytes at a time, as compilers do in the loops around it: a wider load would have to

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Outcome of a tick, ordered by severity. A tick reports the most severe outcome that applies.
 enum class Status : std::uint8_t {

@@ -7,7 +7,7 @@
 #include <limits>
 
 /// Inputs and outputs of a tick, for scenes and renderers.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Input of a tick. `X_WT` is the tool's pose: origin at the burr's centre, +z along the shaft toward the handle.
 struct TickInput {

@@ -5,7 +5,7 @@
 
 /// Tolerances and limits that several components share, each with its unit and its reason. Constants of one component
 /// are at the top of its class.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Largest entry of |RᵀR − I| that a rotation may have. Device drivers deliver single precision with a little drift.
 inline constexpr double kRotationTolerance = 1e-3;

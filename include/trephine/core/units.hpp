@@ -6,7 +6,7 @@
 #include <numbers>
 
 /// Literals for lengths, in metres: `1.5_mm` is 0.0015. Speeds in turns a minute: `rpm(1000)` is 104.7 rad/s.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 inline namespace literals {
 
 constexpr double operator""_m(long double v) { return static_cast<double>(v); }

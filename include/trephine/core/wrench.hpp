@@ -3,7 +3,7 @@
 
 #include <trephine/core/math.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Force [N] and torque [N·m] **on the tool**, which the device applies to the hand. Bone pushes the tool out: at a
 /// contact the force points along the outward surface normal. The torque is about T's origin, the burr's centre. Both

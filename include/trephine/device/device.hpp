@@ -10,7 +10,7 @@
 
 /// The interface between the servo loop and haptic devices. Frames: D is the device's base, as its driver defines it,
 /// in metres. H is the device's reference point on the handle: its position readings and its torque refer to H.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Status that `read` and `write` return.
 enum class DeviceStatus : std::uint8_t {

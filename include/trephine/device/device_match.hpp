@@ -12,7 +12,7 @@
 #include <vector>
 
 /// Compares a scene with a device: warnings before a run, and limits of the wrench at each tick.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns one sentence for each mismatch between a scene and the device that will render it at `rate` [Hz], after the
 /// scene's own warnings.

@@ -14,7 +14,7 @@
 
 /// Clocks, and policies by which a polled servo loop waits for its next tick. Only this header and realtime.hpp depend
 /// on the platform. Without POSIX clocks they use the standard library's, with otherwise equal behaviour.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 using ServoClock = std::chrono::steady_clock;
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Options of a scene for a device, by the device's name: a starting point for tuning, and no guarantee for an
 /// individual device. CHAI3D publishes the capabilities.

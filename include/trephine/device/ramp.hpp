@@ -3,7 +3,7 @@
 
 #include <trephine/core/host.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A linear gain that raises a wrench from zero: 0 at the tick of a restart, then elapsed / duration, then 1. With a
 /// duration of 0 [s] it is 1 from the next tick on. Starts at 0.

@@ -14,7 +14,7 @@
 #include <cerrno>
 #endif
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Real-time settings that the loop requests from the operating system for its thread.
 struct RealtimeOptions {

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Input and result of one scene tick, enough to replay it and compare.
 struct RecordedTick {

@@ -24,7 +24,7 @@
 ///
 /// Version 1 ends a tick before the structures, version 2 before the cutting. Such files still load, and what they lack
 /// has the defaults.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace recording_detail {
 

@@ -4,7 +4,7 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/wrench.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A similarity transform from a device's workspace to the world. The tool point T is fixed to the handle at `X_HT`
 /// (handle frame H, real metres at the hand). Its motion in the device's base frame D is scaled by `scale` about D's

@@ -9,7 +9,7 @@
 #include <optional>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Comparison of a replay with its recording.
 struct ReplayReport {

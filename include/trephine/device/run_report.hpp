@@ -7,7 +7,7 @@
 #include <ostream>
 #include <string>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Kind of end of a run of the servo loop.
 enum class RunEnd : std::uint8_t {

@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Runs a scene on a haptic device: each tick reads the handle, ticks the scene and writes the wrench. The same loop
 /// serves polled devices, which it paces at absolute times, and self-paced devices, whose scheduler calls it.

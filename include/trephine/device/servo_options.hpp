@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Options of a servo loop, fixed at its construction.
 struct ServoOptions {

@@ -7,7 +7,7 @@
 
 /// Mechanics of a SimulatedDevice: the exact step of a damped oscillator, Coulomb friction, quantisation and
 /// saturation. Translation and rotation use the same functions.
-namespace trephine::simulated {
+namespace trephine::inline TREPHINE_ALIGNED::simulated {
 
 /// The exact step over h seconds of  M ẍ + B ẋ + K (x − x_d) = u  with x_d and u held (a zero-order hold), on
 /// e = x − x_d and v = ẋ. Valid for any B, K >= 0: free, under-, over- or critically damped.

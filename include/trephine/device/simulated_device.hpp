@@ -10,7 +10,7 @@
 #include <concepts>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Mechanics of the simulated device in translation or rotation. Units: [linear | angular].
 struct DeviceAxes {

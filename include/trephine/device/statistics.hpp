@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Mean, percentiles and maximum of durations [s]. All zero without samples.
 struct TimeSummary {

@@ -4,7 +4,7 @@
 #include <trephine/device/pacing.hpp>
 #include <trephine/device/statistics.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Measures wall time and processor time of an interval of the haptic thread. Their difference is the time that the
 /// operating system gave to others.

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Data of one servo tick, which observers receive after the force is committed.
 struct TickRecord {

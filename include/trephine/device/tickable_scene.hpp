@@ -6,7 +6,7 @@
 
 #include <concepts>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A scene as servo loops and replays use it: `tick` takes a pose and returns the wrench about T in W axes, in bounded
 /// time and without exceptions. `dt` [s] is the time since the last tick. Optional members, which the loop compares

@@ -7,7 +7,7 @@
 #include <concepts>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A renderer computes the wrench of a tool in contact with bone. All quantities are in the grid's frame G, in metres,
 /// so that accuracy does not depend on the grid's place in the world. `render` runs once a tick on the haptic thread.

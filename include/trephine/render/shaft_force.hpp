@@ -6,7 +6,7 @@
 #include <concepts>
 #include <type_traits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The shaft adds its torque alone to the wrench, as in the thesis. A shaft contact then gives torque without force,
 /// which is the gradient of no energy.

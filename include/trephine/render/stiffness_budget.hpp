@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Largest tangent stiffness of a tool at T, for any number of contacts. It is the stiffness that the device renders
 /// stably (`DeviceCapabilities`), in world units.

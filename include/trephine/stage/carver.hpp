@@ -6,7 +6,7 @@
 
 #include <concepts>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// What a cutting law lets a tick's cuts by pressure take.
 struct PressedCut {

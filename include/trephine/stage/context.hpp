@@ -6,7 +6,7 @@
 
 #include <concepts>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Read-only data of one tick for its stages, filled in by the scene after contact and carving.
 struct TickContext {

@@ -18,7 +18,7 @@
 #include <memory>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Cutting in one tick. Forces are true ones, before the device's share.
 struct CuttingReport {

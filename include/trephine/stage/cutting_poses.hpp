@@ -7,7 +7,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Chooses the pose in G at which a scene's carvers cut: the renderer's cutting pose for the cut that the parts make,
 /// in time, at once or under pressure.

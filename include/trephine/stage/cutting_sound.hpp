@@ -12,7 +12,7 @@
 #include <numbers>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Cutting as the sound needs it; the haptic thread posts it, each tick or less often.
 struct CuttingSoundState {

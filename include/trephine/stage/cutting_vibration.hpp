@@ -11,7 +11,7 @@
 #include <numbers>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A stage of cutting forces that reports them, such as CuttingForce.
 template <class C>

@@ -4,7 +4,7 @@
 #include <trephine/core/refuse.hpp>
 #include <trephine/stage/context.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Viscous damping: adds the force −b v and the torque −b_r ω to the wrench.
 ///

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Limits the magnitudes of force and torque to the device's range and keeps their directions. No stage may change the
 /// wrench afterwards, so a scene accepts it only as its last stage. An omitted limit is infinite here; a servo loop

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// First-order low-pass filter of force and torque: y += α (u − y) with α = 1 − exp(−2π f dt). This is the exact
 /// solution for a wrench that is constant over the tick. The step response is 1 − exp(−2π f t) at every tick rate,

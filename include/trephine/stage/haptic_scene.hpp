@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 // Primary template: a wrong list of arguments ends the compilation here, with one message.
 template <class Density, class ContactRenderer, class... Parts>

@@ -13,7 +13,7 @@
 #include <array>
 #include <cstddef>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Bone at the elements of a head that face its feed: whether they cut, and what.
 ///

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Impact damping after Hunt and Crossley: multiplies the contact wrench by (1 + λ ẋ), ẋ the rate of penetration [m/s].
 /// Struck bone feels harder and dissipates energy. The damping scales with the force, so it has no step when contact

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A wait-free triple buffer that passes the latest value from one thread to another. It carries options from a user
 /// interface to the haptic thread, or poses to a drawing thread (`Mailbox<Posed>`). A new value replaces an unread one.

@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Longest path of a tick that is swept [voxels of the finest spacing]; of a longer path only the end is cut. It bounds
 /// a tick's work. At 0.3 mm and 1 kHz it is a burr at 10 m/s.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Vibration of a cutting burr: adds a sine force A sin(2π f t) while the spindle turns in contact, zero otherwise.
 /// A = per_force · |f_contact| + per_removal · (removed volume / dt), at most `amplitude_limit`.

@@ -9,7 +9,7 @@
 #include <algorithm>
 
 /// Checks of a tick's poses and intervals, and velocities from consecutive poses.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Fastest motion of a tool in a hand at work. A faster step counts as a jump: its wrench is ramped, and nothing is
 /// cut. Hands that drill reach a tenth of it.

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A passivity observer and controller after Hannaford and Ryu (2002): measures the energy that the scene delivers to
 /// the hand and dissipates the excess by damping.

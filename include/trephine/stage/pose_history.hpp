@@ -5,7 +5,7 @@
 
 #include <type_traits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The motion from the last tick to this tick.
 struct PoseStep {

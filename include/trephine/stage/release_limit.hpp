@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Keeps force and torque from stepping where bone gives way, an edge is passed or contact starts anew, for Line. The
 /// coupled tool's scene has this bound within (`CoupledOptions::release`).

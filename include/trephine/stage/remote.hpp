@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A part whose options can be replaced between ticks. They are validated before, so `adopt` does not throw.
 template <class T>

@@ -17,7 +17,7 @@
 #include <utility>
 
 /// The parts that a scene may list, and the compile-time diagnosis of a wrong list.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tag that restricts a scene to forces: its torque is zero. A renderer whose shaft gives torque alone (`TorqueOnly`)
 /// then evaluates no shaft.

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Limits the rate of change of the wrench to `force` newtons and `torque` newton metres a second. Steps of a contact
 /// law (a vertex that enters, a wall that is carved away, a jump) become slopes. Slower changes pass unchanged, to the

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 namespace detail {
 
 /// Builds a StructureField in three sets of parallel tasks: surfels, bands of each structure, nearest structure.

@@ -23,7 +23,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// What a guard does about one structure.
 enum class GuardMode : std::uint8_t {

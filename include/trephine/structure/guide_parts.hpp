@@ -12,7 +12,7 @@
 #include <string_view>
 
 /// Parts of guides: bounded springs, wells that end at a distance, and gains that change without a step.
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// A spring of a distance q >= 0 that pulls with k q up to a greatest force, and with that force beyond. Its energy is
 /// a parabola that continues as a line, with a continuous slope. With a stiffness of 0 there is no spring.

@@ -31,7 +31,7 @@
 /// of that, and lowers stiffness, force and damping alike where they are more. A potential's level ends only soften it,
 /// so the largest tangent stiffness is the spring's own. Haptic thread; options change between ticks or through
 /// `Remote`. Cost: a few square roots, and the twists that the scene computes.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Holds T's origin on a line of the bone, and T's +z along it: a drill guide. Motion along the line and rotation about
 /// it are free.

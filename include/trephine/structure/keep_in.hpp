@@ -21,7 +21,7 @@
 #include <optional>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A guide that keeps the tip's ball in a structure: a planned cavity, an implant's bed. It only pushes back, never
 /// onward, and leaves the shaft free.

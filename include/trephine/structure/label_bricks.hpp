@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Index of a label volume: which labels each brick of 8³ voxels has, and the box of each structure's voxels.
 class LabelBricks {

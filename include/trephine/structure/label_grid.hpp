@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The number formats of a label: unsigned integers of 8 or 16 bits.
 template <class T>

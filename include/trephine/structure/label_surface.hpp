@@ -12,7 +12,7 @@
 #include <vector>
 
 /// Surfaces of labels, as oriented points on the voxel edges that leave a structure.
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// An oriented point of a structure's surface, in S. Single precision: 1e-4 voxels at 256 voxels.
 struct Surfel {

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Voxels that belong to structures, as input of `build_structure_field`. A view: it owns nothing.
 ///

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Builds the distances to all structures of a segmentation. Structure s of the field is `labels.structures()[s]`, and
 /// the field's frame S is the segmentation's. Errors, cost and exceptions are those of the other overload.

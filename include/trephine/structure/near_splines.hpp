@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Which of many smooth distances of one spacing have knots about a point: one lookup, however many there are.
 ///

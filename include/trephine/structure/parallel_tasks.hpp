@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Share of a build, [from, to] of 1, that a set of tasks advances.
 struct ProgressShare {

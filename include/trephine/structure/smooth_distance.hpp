@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The distance to one structure with a continuous gradient: a quadratic B-spline whose coefficients are the field's
 /// distances at knots.

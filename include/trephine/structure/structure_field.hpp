@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Signed distance to the nearest structure's surface.
 struct NearestStructure {

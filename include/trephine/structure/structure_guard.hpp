@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Output of a guard in one tick.
 struct GuardReport {

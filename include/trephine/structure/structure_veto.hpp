@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// What cuts may do to one structure.
 struct StructureVeto {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Smooths surfels: moves each along its voxel edge onto a surface that is fitted to the surfels around it.
 ///

@@ -14,7 +14,7 @@
 #include <vector>
 
 /// Distances from lattice points to a set of surfels, by descent through a tree of cells.
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Distance of a point from a set of surfels: an average over the surfels that are about as near as the nearest.
 ///

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// How fast the drill cuts the voxels of one label.
 struct Tissue {

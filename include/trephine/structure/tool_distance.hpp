@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Distance of a whole tool from the nearest structure.
 struct ToolDistance {

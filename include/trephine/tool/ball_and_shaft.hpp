@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Exact signed distance of a round burr (`Burr`): a ball about T's origin and a flat-ended cylinder along +z.
 class BallAndShaft {

@@ -3,7 +3,7 @@
 
 #include <trephine/core/refuse.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Cutting edges of a tool.
 struct CuttingEdges {

@@ -14,7 +14,7 @@
 #include <numeric>
 
 /// Forces of cutting edges by the bone that they remove: a mechanistic law, as its mean over a turn of the spindle.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Strength of bone by its density, relative to cortical bone: the square of the density above `soft`, over that of
 /// cortical bone. Bone's strength grows with the square of its apparent density (Carter and Hayes 1977).

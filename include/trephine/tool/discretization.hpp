@@ -10,7 +10,7 @@
 #include <vector>
 
 /// Discretization of a burr into vertices, for the Line and Surface approximations.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Lower end of the shaft's vertices. The thesis starts the cylinder at the ball's centre. Its part inside the ball
 /// touches no bone that the ball does not touch, and a vertex at the centre makes every press of the tip a shaft

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The outline of a head without its allowance. A burr's is its ball below the shaft.
 [[nodiscard]] inline ToolOutline outline_of(const CuttingBall& head) {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 /// Burr that holds a tool: for code that takes a ball and a shaft and must not miss a part of the tool.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace detail {
 

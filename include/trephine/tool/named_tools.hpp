@@ -19,7 +19,7 @@
 #include <string_view>
 
 /// Tools by the names and diameters that catalogues use.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tool with its edges.
 struct NamedTool {

@@ -5,7 +5,7 @@
 
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Neighbourhood graph of a Surface tool's vertices: two vertices are neighbours if their patches may adjoin. On the
 /// ball these are the vertices within 2.2 patch radii. On the shaft they are the two next vertices of the same slice

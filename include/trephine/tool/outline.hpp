@@ -14,7 +14,7 @@
 #include <limits>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Outline of a surface of revolution in the half plane (ρ, z): lines and circular arcs from the tip up to the handle's
 /// end [m]. The radius ρ is a function of the height z, so pieces ascend or are level. The body lies between the

@@ -11,7 +11,7 @@
 #include <numbers>
 
 /// Lines and circular arcs that outlines are made of, and the nearest places on them.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A place on a tool's outline [m] with the unit normal out of the body.
 struct OutlinePlace {

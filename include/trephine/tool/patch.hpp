@@ -8,7 +8,7 @@
 
 /// Penetration of the patch of tool surface around a vertex, integrated in closed form over locally planar bone. With
 /// it a vertex enters contact gradually, as its patch does, instead of all at once.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Mean of a function h over a patch with coordinates u, v, and its first moments: the means of u h and v h.
 template <RealScalar Scalar>

@@ -7,7 +7,7 @@
 #include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/voxel/cutter.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tool's cutting head swept between two poses, as a sequence of still poses. Neighbours lie at most half a voxel
 /// apart anywhere on the head; paths beyond 16 voxels have 33 poses, farther apart. A surface along the path has

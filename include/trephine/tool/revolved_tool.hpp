@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Shank of a tool: a neck above the head, then the shank proper. Lengths are in metres. The default is the shank of
 /// 2.35 mm that handpieces hold (ISO 1797).

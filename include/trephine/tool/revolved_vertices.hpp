@@ -15,7 +15,7 @@
 /// \code
 /// SurfaceApproxRenderer drill{ToolDiscretization{tool_by_name("pear-2.3").tool, SurfaceCounts{}}};
 /// \endcode
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace detail {
 

@@ -10,7 +10,7 @@
 #include <cstddef>
 
 /// Rims of a tool as voxels need them: the trilinear surface of a body's distances lies inside a bulge.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns the square [m²] that over r is how far the trilinear surface of a ball of radius r lies inside it, as a tool
 /// in its own hole feels it. `mean` is the square over that of a cell's diagonal, in isotropic voxels.

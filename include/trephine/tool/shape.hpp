@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A round burr: a ball at T's origin and a cylindrical shaft along +z. Lengths are in metres, and radii are not
 /// diameters.

@@ -12,7 +12,7 @@
 #include <cstddef>
 
 /// Tool shapes: rigid tools given by their exact signed distance, for the coupled tool.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Number of points that a tool shape evaluates per call. The fixed count lets compilers vectorise plain loops.
 inline constexpr std::size_t kProfileLanes = 16;

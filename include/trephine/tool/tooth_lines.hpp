@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// How a tooth's force varies over a turn of the spindle.
 struct ToothPattern {

@@ -15,7 +15,7 @@
 #include <memory>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 template <VoxelDensity Density>
 class BoneSurfaceView;

@@ -15,7 +15,7 @@
 #include <type_traits>
 
 /// Volume of bone: the space in which the trilinear interpolant reaches the isovalue.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace detail {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstddef>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Where a grid's voxels lie in its bricks, for tables that hold something for each brick. It copies sizes, not the
 /// grid.

@@ -20,7 +20,7 @@
 /// no cut adds bone.
 ///
 /// *Slope* [densities per voxel]: see `auto_slope` (`cut_slope.hpp`). *Reach*: see `cut_reach`.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns the largest distance from the cutter at which a voxel is cut [m]: 1.5 voxels if the spacing is isotropic.
 /// Beyond a voxel's diagonal a voxel shares no cell with the new surface. Voxels in the diagonal's last seventh have so

@@ -5,7 +5,7 @@
 
 #include <concepts>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A field that returns a clearance for less than the cost of a sample: a radius [m] around p_G that holds no bone.
 /// It is a lower bound; 0 also means that the clearance is unknown.

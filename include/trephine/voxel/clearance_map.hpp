@@ -7,7 +7,7 @@
 #include <atomic>
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A coarse distance map of the bone: each brick of 8³ voxels stores its distance, in bricks, to the nearest brick with
 /// bone. A point's clearance is one lookup, so a tick can skip parts of a tool that cannot touch bone. Memory: three

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns a grid of other densities: `scale` times those of the source plus `offset`, rounded to the nearest in
 /// integers. The isovalue is to be mapped likewise.

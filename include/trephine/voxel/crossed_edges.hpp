@@ -13,7 +13,7 @@
 #include <cstring>
 #include <span>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// What surrounds some crossings. Vectors have a component along the edge's own axis a, and along the two axes b and c
 /// that follow it. Lengths are in voxels from the brick's voxel 0.

@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Lowest densities that cuts may leave, for bone that must not be cut.
 ///

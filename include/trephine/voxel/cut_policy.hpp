@@ -10,7 +10,7 @@
 #include <cstdint>
 
 /// Policies for the speed of a cut: at once, at a rate, or with a receding surface.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tick's allowance for a cut, from which policies derive how far a voxel may fall.
 struct CutAllowance {

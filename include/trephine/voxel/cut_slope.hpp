@@ -9,7 +9,7 @@
 #include <type_traits>
 
 /// Slope of a cut: how fast densities rise with the distance from the cutter.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Slope of a cut over that of the image at its own surface, by default.
 ///

@@ -11,7 +11,7 @@
 #include <limits>
 
 /// Bodies that remove bone: the space that a cutting tool sweeps in a tick, in G [m].
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Number of voxels that are cut together, or half of it for shorter ranges, so that plain loops are vectorised.
 inline constexpr int kCutLanes = 16;

@@ -3,7 +3,7 @@
 
 #include <trephine/voxel/gradient.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The bone as contact search reads it: a scalar field over points in G [m], >= 0 in bone, < 0 outside, with the
 /// surface at 0. `values` and `gradients` are the batched forms. They take n points in a frame that X maps to G, n a

@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The parallelograms that stand for the isosurface around some crossed voxel edges. Metres from the brick's voxel 0.
 /// Vectors have the components of `CrossingLanes`.

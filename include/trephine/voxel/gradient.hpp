@@ -11,7 +11,7 @@
 
 /// Policies that estimate the density's gradient. Each returns **density per voxel along each grid axis**; the field
 /// divides by the spacing of each axis, so results are right on anisotropic grids. Thesis section 2.1.2.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A gradient estimator: a static function of grid and position, with two traits. `kNeedsStored` is true if it reads
 /// `VoxelGrid::differences`. `kSmooth` is true if normals vary little across a voxel, so that cells do not show in

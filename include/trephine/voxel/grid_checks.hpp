@@ -13,7 +13,7 @@
 #include <string_view>
 
 /// Checks of a grid's geometry that every grid of voxels shares. Construction and editing call them; a tick never does.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 // Numbers that decide which input is refused.
 inline constexpr double kMinGridSpacing = 1e-9;  // [m] single precision can still invert it

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// The number formats of a voxel: integers of 8 or 16 bits, and float. The set is closed: sampling loads pairs of
 /// neighbours as words, and files store these formats.

@@ -4,7 +4,7 @@
 #include <trephine/core/relaxed.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A lock-free view of a grid for other threads (a mesher, a distance map, a saver) while the haptic thread carves.
 /// It stores the version of each brick at its last visit and reports the bricks that changed since. Any number of views

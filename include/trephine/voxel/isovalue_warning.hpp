@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns a sentence for the developer if an isovalue finds no surface in an image, as in other units or another
 /// window: if no density at construction reaches it, so that nothing will ever be felt, or if all densities and what

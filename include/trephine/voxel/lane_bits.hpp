@@ -11,7 +11,7 @@
 #include <type_traits>
 
 /// Packs comparisons of many SIMD lanes into the bits of an integer.
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// An unsigned integer as wide as T, so that comparisons of T stay in one register width.
 template <class T>

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-namespace trephine::detail {
+namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// Computes the volume of bone that a cut removes, from the cells with a changed corner. It keeps two planes of voxels,
 /// each a tile of up to `kRows` rows of `kVoxels` voxels, with a bit a voxel. So a row of cells is compared in a few

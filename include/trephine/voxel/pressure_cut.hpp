@@ -3,7 +3,7 @@
 
 #include <trephine/voxel/cut_policy.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Cuts in proportion to the pressure: bone in the head recedes by the same fraction of its depth everywhere. A
 /// `CuttingForce` in the scene gives each tick's fraction, by the force that presses the head. A scene without one does

@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A cut policy that never lowers a voxel below its floor, whatever tool, pose, speed or policy.
 /// \code

@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 namespace detail {
 
 /// Samples on a lattice, x fastest, in the making of a resampled grid.

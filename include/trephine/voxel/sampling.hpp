@@ -9,7 +9,7 @@
 /// Trilinear sampling of a VoxelGrid, for single points and for batches. Positions are **voxel coordinates of the
 /// padded array**, `u = p_G / spacing + 1`: the border voxel is at 0, voxel (0, 0, 0) at 1. They are clamped to the
 /// array, so points beyond the border have the density `outside`.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Points per vectorised block. Counts are padded to a multiple of it, so that plain loops vectorise: 16
 /// single-precision numbers fill one AVX-512 register. Searches that sample a block per span also take their resolution

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A small piece of the isosurface: a parallelogram about `position` with the half sides `along` and `across`.
 /// `area` [m²] is its quadrature weight: its own area, and more at sharp edges of bone. G axes, metres.

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// How steep the densities of an image are at its isosurfaces, for any isovalue.
 ///

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Factors on the rate of a cut at each voxel of a bone: enamel is cut slowly, trabecular bone quickly.
 ///

@@ -19,7 +19,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A box of voxels, both corners included; empty where any hi < lo.
 struct VoxelBox {

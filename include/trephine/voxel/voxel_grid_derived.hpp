@@ -12,7 +12,7 @@
 
 /// Quantities that a VoxelGrid derives from its densities: the range of each brick, and central differences of each
 /// voxel. A commit updates them.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns the box of the brick and its halo, clipped to the grid and its border.
 template <class Density>

@@ -15,7 +15,7 @@
 #include <utility>
 
 /// Member functions of VoxelGrid that lower densities, restore them, and keep the bricks' marks and versions.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 template <class Density>
 template <class DensityOf>

@@ -3,7 +3,7 @@
 
 #include <trephine/voxel/voxel_grid.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 // Decides which input is refused.
 inline constexpr double kMaxDensityMagnitude = 1e30;  // differences of densities stay finite in single precision

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Friction of all contact after a small motion (δp, δθ) of the tool about T's origin, in G axes.
 struct FrictionSum {

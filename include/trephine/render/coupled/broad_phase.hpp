@@ -15,7 +15,7 @@
 #include <numbers>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Upper bound on the bricks of bone's surface about a tool's head: a cut, or motion into new bone, leaves no more to
 /// compute anew. They meet a layer about the head's bounding cylinder, as thick as the reach of a list and a brick with

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Bound of the motion that a tool can make before it meets a free surface element, for conservative advancement. The
 /// elements near the tool are listed (`ElementList`); the bound holds for listed and unlisted ones.

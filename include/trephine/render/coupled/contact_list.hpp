@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// List of a tick's contacts, for logs and drawing: one per surface element in contact, in the order of its points.
 /// Forces are on the tool [N], in G.

@@ -5,7 +5,7 @@
 
 #include <cstddef>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Every number that decides how the coupled tool behaves, with its meaning, unit, reason and effect.
 ///

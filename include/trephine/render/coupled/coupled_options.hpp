@@ -7,7 +7,7 @@
 #include <concepts>
 
 /// Options of the coupled tool, and the degrees of freedom that it solves for.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 struct CoupledOptions {
   /// k_v [N/m]: stiffness that the hand feels when the tip is pressed on bone. Take as much as the device allows at its

@@ -24,7 +24,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Reports template arguments that fit no coupled tool in one readable error message.
 template <class S = double, class Shape = BallAndShaft, class FrictionLaw = Frictionless, class Motion = SixDof>

@@ -12,7 +12,7 @@
 #include <utility>
 
 /// Signed distances of surface elements' points from a tool, many elements at a time, to leave out free points early.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Places of an element's points: a lattice of `side`² points, spread evenly over the element [half sides].
 struct PointLattice {

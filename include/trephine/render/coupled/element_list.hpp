@@ -15,7 +15,7 @@
 #include <limits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A block of surface elements near the tool.
 struct NearBlock {

@@ -17,7 +17,7 @@
 #include <limits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Pressure of the foundation at a point with penetration depth ψ: k times the mean of max(ψ + offset − s, 0) over
 /// 0 <= s <= `ramp`.

@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <numbers>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Gains of a coupled tool, derived from the tool, the options and the voxels.
 ///

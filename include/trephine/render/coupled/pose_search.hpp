@@ -14,7 +14,7 @@
 #include <limits>
 #include <optional>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Evaluation of a pose of the virtual tool: contact, friction, and the coupling to the device.
 struct PoseEvaluation {

@@ -9,7 +9,7 @@
 #include <cstddef>
 
 /// Springs of the virtual coupling: bounded, and compensated for the contact's own yield.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Response of a spring at an extension.
 struct SpringResponse {

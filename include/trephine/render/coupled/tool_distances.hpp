@@ -13,7 +13,7 @@
 #include <vector>
 
 /// Signed distances of points and bounding spheres from a tool, kProfileLanes at a time, in single precision.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Computes the signed distances [m] of kProfileLanes points from a tool along the unit vector `axis`. `shift` is the
 /// points' origin less the tool's [m].

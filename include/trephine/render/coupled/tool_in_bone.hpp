@@ -8,7 +8,7 @@
 #include <algorithm>
 
 /// Tests for a tool's core in bone, and for a tool in the air.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns true if bone holds a sample of the tool's core: of the axis, between points `core_radius` from its ends.
 /// Samples lie a shortest spacing apart at most, unless the tool has over 1000 of them.

@@ -10,7 +10,7 @@
 
 /// Virtual coupling: a spring for translation and a spring for rotation between the device's pose and the virtual
 /// tool's (Colgate 1995; Wan and McNeely 2003).
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Pose error of the virtual tool, and the coupling's springs there, about the tool's origin, in G.
 struct PoseError {

@@ -9,7 +9,7 @@
 #include <array>
 
 /// First contact of the shaft's centreline on its path from t−1 to t: thesis 3.1, Eq. 1–5.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Centreline of the shaft: vertex i is at tip + heights[i] * direction. The direction is a unit vector except within a
 /// ray cast, where every vertex moves along its own straight line.

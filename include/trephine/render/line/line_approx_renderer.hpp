@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Line approximation (thesis 3.1): a point proxy for the tip, and the shaft's centreline as a row of vertices.
 ///

@@ -8,7 +8,7 @@
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/gradient.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Reports template arguments that fit no Line approximation in one readable error message.
 template <class S, class Step = TranslateRotate, class Track = ConstrainedTracking, class FrictionLaw = Frictionless,

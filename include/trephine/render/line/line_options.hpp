@@ -9,7 +9,7 @@
 #include <optional>
 
 /// Options of the Line approximation, and its report on the shaft's contact.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Origin of the probe's shaft in Eq. 9. On the tip's proxy, where r starts too, the spring is purely rotational. On
 /// the probe it counts the tip's penetration a second time.

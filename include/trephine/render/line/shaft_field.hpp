@@ -3,7 +3,7 @@
 
 #include <trephine/render/line/first_contact.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Field over the position of the shaft's far end. Its value at e is the field's largest value along the centreline
 /// from a fixed tip through e. It depends on the direction of e − tip alone, so its surface is the cone of directions

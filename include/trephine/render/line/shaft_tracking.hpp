@@ -11,7 +11,7 @@
 
 /// Tracking of the shaft's intersection point IntP while contact persists (thesis 3.1, "tracking"). Each policy moves a
 /// SurfaceProxy; its meaning differs between policies.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Input of a tracking policy: the bone, the shaft's vertices and its centrelines at t−1 and t, in G.
 template <ContactField Field>

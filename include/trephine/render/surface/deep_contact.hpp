@@ -9,7 +9,7 @@
 
 /// Deep contact of the Surface approximation: the force of a group of vertices whose centre is in bone. There the sum
 /// of the group's springs would cancel or reverse. Each group has its own state.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// State of `HoldForce` (thesis Eq. 18, 19): holds the force of t−1. The held force does not rotate with the tool, does
 /// not change when the tool moves on, and is zero if the session starts in bone.

@@ -3,7 +3,7 @@
 
 #include <trephine/voxel/density_field.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// List of sample points in T, each with the vertex that it belongs to and the field's gradient. Gradients are computed
 /// in batches. The capacity is fixed at construction.

@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Integrates contact springs over the patches of vertices: turns each vertex's exit distance into its patch's spring.
 ///

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Exit distances of many rays that start in bone: for each ray the distance to the first surface. It samples rays in
 /// batches, which is several times faster per ray than `first_crossing`, its equivalent for one segment.

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Shares a stiffness budget between the groups of a Surface tool. The force law on a plane gives each group's largest
 /// tangent stiffness; its springs give its energy in each tick. No allocation after construction.

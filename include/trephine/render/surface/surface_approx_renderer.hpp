@@ -20,7 +20,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Surface approximation (thesis 3.2): penalty springs on the vertices of a ball and of slices along the shaft.
 ///

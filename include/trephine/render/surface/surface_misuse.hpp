@@ -8,7 +8,7 @@
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/gradient.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Reports template arguments that fit no Surface approximation in one readable error message.
 template <class S, class Weights = PatchWeights, class Deep = ExtendAlongSurface, class Shaft = FullWrench,

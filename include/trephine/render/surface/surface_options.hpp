@@ -8,7 +8,7 @@
 #include <optional>
 
 /// Options of the Surface approximation, and its report on each group of vertices.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 struct SurfaceOptions {
   /// Secant stiffness k [N/m] of the tip pressed on a plane at depth δ = R/2. With PatchWeights and AreaWeights the

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Samples the field at a Surface tool's vertices, after a broad phase: only groups of vertices that may touch bone.
 /// Groups with a known clearance get no samples. With `kPatches` a vertex outside bone may have a patch that reaches

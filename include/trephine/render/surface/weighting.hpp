@@ -13,7 +13,7 @@
 /// Weighting policies: the sum of the springs of a group's vertices, by thesis Eq. 15–17 and alternatives. Vertex i has
 /// the exit distance a_i along its unit direction d_i toward the group's centre, and a patch of area w_i. The force is
 /// k · numerator · Σ (weight · a_i d_i) / Σ divisor_term.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Eq. 16: F = k N_total / N_colliding Σ a_i d_i, k [N/m]. As printed, the force *falls* when one more vertex collides.
 struct CollisionRatio {

@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A barrel burr: sides that bulge as an arc between two flat ends. Lengths are in metres.
 struct BarrelBurr {

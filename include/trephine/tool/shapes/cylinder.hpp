@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A cylindrical (fissure) burr with a flat end and a rounded rim. Lengths are in metres.
 struct CylinderBurr {

@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A disc (wheel) burr: a flat cylinder with a round rim, which cuts with it. Lengths are in metres.
 struct DiscBurr {

@@ -5,7 +5,7 @@
 #include <trephine/core/tolerances.hpp>
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Shape of a drill's end; a round drill has it at both ends.
 enum class DrillEnd : unsigned char { kFlat, kCone, kRound };

@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A match-head burr (acorn): half a ball in front of a cylinder. Lengths are in metres.
 struct MatchHead {

@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A pear burr: a ball in front that narrows as a cone toward the shank. Lengths are in metres.
 struct PearBurr {

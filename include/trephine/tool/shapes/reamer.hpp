@@ -3,7 +3,7 @@
 
 #include <trephine/tool/revolved_tool.hpp>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A reamer: a long cutting taper with a chamfered front that widens a hole. Lengths are in metres.
 struct Reamer {

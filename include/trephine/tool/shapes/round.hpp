@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A round burr: a ball on a neck. Lengths are in metres. `Burr` is the same without a neck, and quicker.
 struct RoundBurr {

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A twist drill: a cone that cuts, in front of flutes that guide it and carry chips, and as wide as its hole. Lengths
 /// are in metres.
