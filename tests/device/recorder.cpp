@@ -202,6 +202,22 @@ TEST_CASE("recording file: gives back every bit, and replays") {
   CHECK(load_recording(file.path).empty());
 }
 
+TEST_CASE("recording file: any path of the file system serves, and is told") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path();
+  const std::filesystem::path path = folder / std::filesystem::path(u8"trephine_Schädel_骨.bin");
+  save_recording(path, session(10, 0.01).ticks());
+  CHECK(load_recording(path).size() == 10);
+  std::filesystem::remove(path);
+  std::string message;
+  try {
+    (void)load_recording(path);
+  } catch (const std::runtime_error& e) {
+    message = e.what();
+  }
+  CHECK(message.find("Sch\xc3\xa4"
+                     "del") != std::string::npos);
+}
+
 TEST_CASE("recording file: files of older versions still load, without what they lack") {
   // Two ticks as each version wrote them: 176 and 256 bytes each, 288 now.
   std::vector<RecordedTick> ticks = {session(20, 0.02).ticks()[7], session(20, 0.02).ticks()[8]};

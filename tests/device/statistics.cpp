@@ -103,6 +103,19 @@ TEST_CASE("pacing: an absolute sleep never ends early, and a past one returns") 
   CHECK(ServoClock::now() - before < std::chrono::milliseconds(250));
 }
 
+TEST_CASE("pacing: sleeps at 1 kHz mostly end within their millisecond") {
+  std::vector<double> late;
+  auto due = ServoClock::now();
+  for (int i = 0; i < 301; ++i) {
+    due += std::chrono::milliseconds(1);
+    SleepPacing{}.wait_until(due);
+    late.push_back(std::chrono::duration<double>(ServoClock::now() - due).count());
+  }
+  std::sort(late.begin(), late.end());
+  MESSAGE("late by " << 1e3 * late[150] << " ms in the median, " << 1e3 * late[297] << " ms at 99 %");
+  CHECK(late[150] < 1e-3);
+}
+
 TEST_CASE("stopwatch: sleeping takes wall time and next to no processor time") {
   if (thread_cpu_time() < 0) return;
   TimeHistogram wall, cpu;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/host.hpp>
+#include <trephine/core/throwing.hpp>
 
 #include <locale>
 #include <sstream>
@@ -16,7 +16,7 @@ template <class Value>
   std::ostringstream s;
   s.imbue(std::locale::classic());
   s << "trephine::" << type << ": " << rule << ", got " << got;
-  throw std::invalid_argument(s.str());
+  throw_error<std::invalid_argument>(s.str());
 }
 
 /// Throws the same exception if a length [m] exceeds `max`, as a length meant in millimetres does.

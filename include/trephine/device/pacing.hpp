@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/host.hpp>
+#include <trephine/device/windows_calls.hpp>
 
 #include <chrono>
 #include <concepts>
+#include <ratio>
 #include <thread>
 
 #if defined(__unix__) || defined(__APPLE__)
@@ -13,7 +14,8 @@
 #endif
 
 /// Clocks, and policies by which a polled servo loop waits for its next tick. Only this header and realtime.hpp depend
-/// on the platform. Without POSIX clocks they use the standard library's, with otherwise equal behaviour.
+/// on the platform. Elsewhere than
+/// on Linux and Windows they use the standard library, with otherwise equal behaviour.
 namespace trephine::inline TREPHINE_ALIGNED {
 
 using ServoClock = std::chrono::steady_clock;
@@ -40,6 +42,11 @@ inline void sleep_until(ServoClock::time_point when) noexcept {
   t.tv_nsec = static_cast<long>(since_epoch % 1'000'000'000);
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
   }
+#elif defined(_WIN32)
+  thread_local const detail::WaitableTimer timer;
+  using Unit = std::chrono::duration<long long, std::ratio<1, 10'000'000>>;
+  for (auto now = ServoClock::now(); now < when; now = ServoClock::now())
+    if (!timer.wait(std::chrono::ceil<Unit>(when - now).count())) return std::this_thread::sleep_until(when);
 #else
   std::this_thread::sleep_until(when);
 #endif

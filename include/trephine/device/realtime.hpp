@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
+#include <trephine/device/windows_calls.hpp>
 
 #include <string>
 
@@ -18,7 +19,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Real-time settings that the loop requests from the operating system for its thread.
 struct RealtimeOptions {
-  /// SCHED_FIFO priority, 1 to 99; 0: none.
+  /// SCHED_FIFO priority, 1 to 99; 0: none. On Windows any but 0 is the time-critical one.
   int priority = 80;
   /// Locks all present and future memory of the process in RAM, also after the loop. Under a small limit (ulimit -l)
   /// later allocations of the process can fail, so use it only in programs designed for it.
@@ -27,7 +28,8 @@ struct RealtimeOptions {
 
 /// Requests real-time scheduling on construction and restores the thread's settings on destruction. `text` describes
 /// the granted settings, or the reason of a refusal. A refusal does not throw: a loop without priority is late at
-/// times, not wrong. Linux only; on other platforms it requests nothing. Construct and destroy it in the servo thread,
+/// times, not wrong. On platforms other
+/// than Linux and Windows it requests nothing. Construct and destroy it in the servo thread,
 /// outside the loop, because it allocates.
 class RealtimeScope {
  public:
@@ -41,7 +43,7 @@ class RealtimeScope {
   RealtimeScope(const RealtimeScope&) = delete;
   RealtimeScope& operator=(const RealtimeScope&) = delete;
 
-  /// Returns true if this object gave the thread SCHED_FIFO scheduling.
+  /// Returns true if this object gave the thread the priority.
   [[nodiscard]] bool granted() const noexcept { return granted_; }
   [[nodiscard]] bool memory_locked() const noexcept { return memory_locked_; }
   [[nodiscard]] const std::string& text() const noexcept { return text_; }
@@ -82,6 +84,23 @@ class RealtimeScope {
   int timer_slack_ = 0;
   int policy_before_ = 0;
   sched_param param_before_{};
+#elif defined(_WIN32)
+  void request(const RealtimeOptions& options) {
+    void* const thread = GetCurrentThread();
+    priority_before_ = GetThreadPriority(thread);
+    if (options.priority == 0) {
+      text_ = "no real-time priority requested";
+    } else {
+      granted_ = priority_before_ != detail::kNoPriority && SetThreadPriority(thread, detail::kTimeCritical) != 0;
+      text_ = granted_ ? "time-critical priority" : "no time-critical priority: Windows refused it";
+    }
+    if (options.lock_memory) text_ += "; memory not locked: not requested on this platform";
+  }
+  void restore() noexcept {
+    if (granted_) SetThreadPriority(GetCurrentThread(), priority_before_);
+  }
+
+  int priority_before_ = 0;
 #else
   void request(const RealtimeOptions&) { text_ = "no real-time priority: not requested on this platform"; }
   void restore() noexcept {}

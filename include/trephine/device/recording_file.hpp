@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/throwing.hpp>
 #include <trephine/device/recorder.hpp>
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <span>
 #include <stdexcept>
@@ -27,6 +29,12 @@
 namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace recording_detail {
+
+/// A path in a message: as UTF-8, which every path has.
+[[nodiscard]] inline std::string shown(const std::filesystem::path& path) {
+  const std::u8string text = path.u8string();
+  return {text.begin(), text.end()};
+}
 
 inline constexpr char kMagic[8] = {'T', 'R', 'E', 'P', 'H', 'R', 'E', 'C'};
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
@@ -139,7 +147,7 @@ inline RecordedTick take_tick(Cursor& cursor, std::uint32_t version) {
 }  // namespace recording_detail
 
 /// Writes the ticks to the file `path` and replaces it if it exists. Throws std::runtime_error if writing fails.
-inline void save_recording(const std::string& path, std::span<const RecordedTick> ticks) {
+inline void save_recording(const std::filesystem::path& path, std::span<const RecordedTick> ticks) {
   namespace detail = recording_detail;
   std::string bytes;
   bytes.reserve(detail::kHeaderBytes + ticks.size() * detail::kTickBytes + 8);
@@ -154,16 +162,16 @@ inline void save_recording(const std::string& path, std::span<const RecordedTick
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   out.close();
-  if (!out) throw std::runtime_error("trephine::save_recording: cannot write " + path);
+  if (!out) throw_error<std::runtime_error>("trephine::save_recording: cannot write " + detail::shown(path));
 }
 
 /// Reads a file of `save_recording`. Throws std::runtime_error with path and reason if the file is missing, no
 /// recording, or of a later version or another byte order. It also throws if the length differs from the header's or
 /// the content was altered. The length is checked against the header before memory for ticks is allocated.
-[[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::string& path) {
+[[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::filesystem::path& path) {
   namespace detail = recording_detail;
   const auto fail = [&path](const std::string& what) {
-    throw std::runtime_error("trephine::load_recording: " + path + ": " + what);
+    throw_error<std::runtime_error>("trephine::load_recording: " + detail::shown(path) + ": " + what);
   };
   std::ifstream in(path, std::ios::binary);
   if (!in) fail("cannot be opened");

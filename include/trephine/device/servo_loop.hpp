@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/throwing.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/device/device.hpp>
 #include <trephine/device/device_match.hpp>
@@ -239,7 +240,7 @@ class ServoLoop {
   /// zero.
   template <class Condition, class Observer>
   void step(Condition& condition, Observer& observer) noexcept {
-    try {
+    const auto tick_and_observe = [&] {
       tick();
       if (run_.record.read_status == DeviceStatus::kFault)
         return end(RunEnd::kFault, run_.report.ticks == 0
@@ -248,10 +249,11 @@ class ServoLoop {
       observer(std::as_const(run_.record));
       if (run_.record.write_status == DeviceStatus::kFault) return end(RunEnd::kFault, "the device failed to write");
       if (condition(std::as_const(run_.record))) end(RunEnd::kFinished, "the condition is true");
-    } catch (...) {
+    };
+    catch_all(tick_and_observe, [&] {
       run_.thrown = std::current_exception();
       end(RunEnd::kStopped, "an exception");
-    }
+    });
     const double done = PacingPolicy::kRealTime ? seconds(run_.last_reading - run_.start) + period_
                                                 : static_cast<double>(run_.report.ticks) * period_;
     if (done >= run_.duration - 0.5 * period_) end(RunEnd::kFinished, "the duration is over");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/throwing.hpp>
 #include <trephine/structure/label_volume.hpp>
 
 #include <algorithm>
@@ -43,26 +44,27 @@ template <class Work>
     }
   };
   const auto loop = [&](int thread) {
-    try {
+    const auto work_on = [&] {
       while (!cancelled() && !failed.load(std::memory_order_relaxed)) {
         const std::size_t task = next.fetch_add(1, std::memory_order_relaxed);
         if (task >= tasks) return;
         work(task, thread);
         report(finished.fetch_add(1, std::memory_order_relaxed) + 1);
       }
-    } catch (...) {
+    };
+    catch_all(work_on, [&] {
       const std::lock_guard lock(failure_mutex);
       if (!failed.exchange(true)) failure = std::current_exception();
-    }
+    });
   };
   std::vector<std::thread> others;
   const auto join = [&] {
     for (std::thread& t : others) t.join();
   };
-  try {
+  const auto start = [&] {
     for (int t = 1; t < threads; ++t) others.emplace_back(loop, t);
-  } catch (...) {  // no thread to be had: those that there are do the work
-  }
+  };
+  catch_all(start, [] {});  // no thread to be had: those that there are do the work
   loop(0);
   join();
   if (failure) std::rethrow_exception(failure);
