@@ -41,6 +41,12 @@ about() {
     xvfb) package=xvfb; test_of="has_command Xvfb"; without="the tests of the window" ;;
     xauth) package=xauth; test_of="has_command xauth"; without="the tests of the window" ;;
     gnuplot) package=gnuplot-nox; test_of="has_command gnuplot"; without="plots" ;;
+    mingw) package=g++-mingw-w64-x86-64-posix; test_of="has_command x86_64-w64-mingw32-g++-posix"; without="" ;;
+    wine) package=wine64; test_of=has_wine; without="" ;;
+    libcxx) package=libc++-dev; test_of=has_libcxx; without="" ;;
+    libcxxabi) package=libc++abi-dev; test_of=has_libcxxabi; without="" ;;
+    aarch64) package=g++-aarch64-linux-gnu; test_of="has_command aarch64-linux-gnu-g++"; without="" ;;
+    qemu) package=qemu-user; test_of="has_command qemu-aarch64"; without="" ;;
     *) die "setup.sh knows no '$1'" ;;
   esac
 }
@@ -53,6 +59,9 @@ has_header() {
   done
   compgen -G "/usr/include/*-linux-*/$1" >/dev/null
 }
+has_wine() { has_command wine64 || has_command wine || [ -x /usr/lib/wine/wine64 ]; }
+has_libcxx() { compgen -G "/usr/lib/llvm-*/include/c++/v1/vector" >/dev/null; }
+has_libcxxabi() { compgen -G "/usr/lib/llvm-*/lib/libc++abi.so" >/dev/null; }
 has_imgui() { has_header imgui/imgui.h || has_header imgui.h; }
 has_opengl_driver() { compgen -G "/usr/lib/*/dri/*_dri.so" >/dev/null || compgen -G "/usr/lib/*/libGLX_nvidia.so*" >/dev/null; }
 has_itk() {

@@ -13,9 +13,9 @@
 #include <ctime>
 #endif
 
-/// Clocks, and policies by which a polled servo loop waits for its next tick. Only this header and realtime.hpp depend
-/// on the platform. Elsewhere than
-/// on Linux and Windows they use the standard library, with otherwise equal behaviour.
+/// Clocks, and policies by which a polled servo loop waits for its next tick. Only this header, windows_calls.hpp and
+/// realtime.hpp depend on the platform. Elsewhere than on Linux and Windows they use the standard library, with
+/// otherwise equal behaviour.
 namespace trephine::inline TREPHINE_ALIGNED {
 
 using ServoClock = std::chrono::steady_clock;
@@ -32,7 +32,8 @@ using ServoClock = std::chrono::steady_clock;
 #endif
 }
 
-/// Sleeps until an absolute time, so that errors do not accumulate; returns at once if that time has passed.
+/// Sleeps until an absolute time, so that errors do not accumulate; returns at once if that time has passed. Never ends
+/// early, as the sleep of MinGW's standard library does.
 inline void sleep_until(ServoClock::time_point when) noexcept {
 #if defined(__linux__)
   // steady_clock is CLOCK_MONOTONIC here; the standard library's sleep is relative and drifts when interrupted.
@@ -46,9 +47,9 @@ inline void sleep_until(ServoClock::time_point when) noexcept {
   thread_local const detail::WaitableTimer timer;
   using Unit = std::chrono::duration<long long, std::ratio<1, 10'000'000>>;
   for (auto now = ServoClock::now(); now < when; now = ServoClock::now())
-    if (!timer.wait(std::chrono::ceil<Unit>(when - now).count())) return std::this_thread::sleep_until(when);
+    if (!timer.wait(std::chrono::ceil<Unit>(when - now).count())) std::this_thread::sleep_until(when);
 #else
-  std::this_thread::sleep_until(when);
+  while (ServoClock::now() < when) std::this_thread::sleep_until(when);
 #endif
 }
 

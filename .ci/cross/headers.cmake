@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: MIT
+# Eigen and doctest as targets, from links to the host's folders: /usr/include itself has the host's C library too.
+foreach(name Eigen3::Eigen doctest::doctest)
+  string(REGEX REPLACE ".*::" "" file ${name})
+  if(file STREQUAL "Eigen")
+    set(paths /usr/include/eigen3 /usr/local/include/eigen3)
+  else()
+    set(paths /usr/include /usr/local/include)
+  endif()
+  find_path(${file}_folder ${file} PATHS ${paths} NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH REQUIRED)
+  set(links ${PROJECT_BINARY_DIR}/host_headers/${file})
+  file(MAKE_DIRECTORY ${links})
+  file(CREATE_LINK ${${file}_folder}/${file} ${links}/${file} SYMBOLIC)
+  add_library(${name} INTERFACE IMPORTED GLOBAL)
+  target_include_directories(${name} SYSTEM INTERFACE ${links})
+endforeach()
