@@ -31,8 +31,9 @@ template <TickableScene Scene>
     warnings.push_back(s.str());
   };
 #if !defined(__OPTIMIZE__) && (!defined(_MSC_VER) || defined(_DEBUG))
-  warn("compiled without optimisation, a tick takes 70 times as long: use -O2, in CMake CMAKE_BUILD_TYPE=Release, or "
-       "the compiled library");
+  warn(
+      "compiled without optimisation, a tick takes 70 times as long: use -O2, in CMake CMAKE_BUILD_TYPE=Release, or "
+      "the compiled library");
 #endif
   if (device.output_dof < 3) warn("device '", device.name, "' gives no force: the scene will not be felt");
   if (device.input_dof < 6) warn("device '", device.name, "' reads no rotation: the tool does not rotate");

@@ -198,7 +198,7 @@ concept LimitBySteepness = requires(const Limit& limit, Wide density) {
 struct AdvancingCut {
   double speed = 1e-3;         ///< of the surface where it is wholly covered [m/s], > 0
   double reference_force = 0;  ///< [N]: the speed holds at this force and is proportional to it; 0: force plays no part
-  double most_force_factor = 4;  ///< bound of force / reference_force
+  double most_force_factor = 4;          ///< bound of force / reference_force
   static constexpr double kFastest = 1;  ///< [m/s]; a greater speed is likely one in mm/s
 
   /// Throws std::invalid_argument.

@@ -105,8 +105,8 @@ struct CoupledConstants {
   /// snaps by a millimetre is there in 10 ms, within a picture.
   static constexpr double kDrawnSpeed = 0.1;
 
-  /// Lever at which a turn counts as a motion for the bound on the wrench's change, where the coupling has no spring for
-  /// rotation [m]: as far as fingers hold a drill from its tip.
+  /// Lever at which a turn counts as a motion for the bound on the wrench's change, where the coupling has no spring
+  /// for rotation [m]: as far as fingers hold a drill from its tip.
   static constexpr double kHandLever = 0.03;
 
   // --- Broad phase (broad_phase.hpp, element_list.hpp).

@@ -15,7 +15,7 @@ struct CoupledOptions {
   double stiffness = 800;
   /// k_θ [N·m/rad]. With infinity the tool has the device's rotation and the torque is zero, as with `TranslationOnly`.
   double rotational_stiffness = 0.3;
-  double force = 8.5;     ///< largest force of the coupling [N]: the device's maximum
+  double force = 8.5;  ///< largest force of the coupling [N]: the device's maximum
   /// Likewise, the torque [N·m]. 0: the device gives none; the tool then has its rotation, as with `TranslationOnly`.
   double torque = 0.188;
   /// Fastest change of the force besides `stiffness` times the device's motion [N/s], in a scene; infinity for no bound
