@@ -28,9 +28,8 @@ struct RealtimeOptions {
 
 /// Requests real-time scheduling on construction and restores the thread's settings on destruction. `text` describes
 /// the granted settings, or the reason of a refusal. A refusal does not throw: a loop without priority is late at
-/// times, not wrong. On platforms other
-/// than Linux and Windows it requests nothing. Construct and destroy it in the servo thread,
-/// outside the loop, because it allocates.
+/// times, not wrong. On platforms other than Linux and Windows it requests nothing. Construct and destroy it in the
+/// servo thread, outside the loop, because it allocates.
 class RealtimeScope {
  public:
   /// Throws std::invalid_argument if the priority is outside 0..99.
