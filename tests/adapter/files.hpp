@@ -2,11 +2,15 @@
 #pragma once
 
 #include <trephine/adapter/itk.hpp>
+#include <trephine/core/rotation.hpp>
 
 #include <itkGDCMImageIO.h>
 #include <itkImageFileWriter.h>
 #include <itkImageRegionIteratorWithIndex.h>
 #include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,30 +1,35 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/adapter/itk_complete.hpp>
+#include <trephine/adapter/dicom_elements.hpp>
+#include <trephine/adapter/dicom_pixels.hpp>
 #include <trephine/adapter/itk_dicom.hpp>
 #include <trephine/adapter/itk_image.hpp>
+#include <trephine/adapter/meta_image.hpp>
+#include <trephine/adapter/nifti.hpp>
+#include <trephine/adapter/nrrd.hpp>
+#include <trephine/adapter/stored_image.hpp>
+#include <trephine/adapter/volume_bytes.hpp>
 #include <trephine/adapter/volume_options.hpp>
-#include <trephine/voxel/grid_checks.hpp>
+#include <trephine/adapter/volume_text.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
-#include <itkGDCMImageIO.h>
-#include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
-#include <itkNrrdImageIO.h>
-
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 
-/// Reads CT volumes with ITK 5.2 or newer, which the including program links (ITKCommon, ITKIOGDCM, ITKIONRRD,
-/// ITKIONIFTI, ITKIOMeta). Not for the haptic thread: it reads files and allocates memory.
-namespace trephine::inline TREPHINE_ALIGNED {
+/// Reads CT volumes. Headers and plain voxels are read here; compressed DICOM pixels are decoded by ITK 5.2 or newer,
+/// which the including program links (ITKCommon, ITKIOGDCM and their zlib). The result is the same under any locale and
+/// on any thread but the haptic one: it reads files and allocates memory.
+namespace trephine {
 
 /// A grid of any density type, chosen by the file.
 using AnyVoxelGrid = std::variant<VoxelGrid<std::uint8_t>, VoxelGrid<std::int8_t>, VoxelGrid<std::uint16_t>,
@@ -32,150 +37,96 @@ using AnyVoxelGrid = std::variant<VoxelGrid<std::uint8_t>, VoxelGrid<std::int8_t
 
 namespace itk_detail {
 
-using Component = itk::IOComponentEnum;
-
-/// A volume with checked headers and voxels still unread.
+/// A volume with checked headers and voxels still unread: one file, or a series of slices.
 struct Source {
   std::string where;  // path, for messages
-  ImageGeometry geometry;
-  std::vector<std::string> files;  // one, or one per slice
-  bool dicom = false;
+  ImageGeometry geometry{};
+  std::optional<StoredImage> image{};
+  std::vector<Slice> slices{};
+
+  [[nodiscard]] std::size_t files() const noexcept { return image ? 1 : slices.size(); }
 };
 
-/// Returns a reader for the file's format, or nullptr.
-inline itk::ImageIOBase::Pointer reader_for(const std::string& file) {
-  const std::array<itk::ImageIOBase::Pointer, 3> readers{itk::NrrdImageIO::New().GetPointer(),
-                                                         itk::MetaImageIO::New().GetPointer(),
-                                                         itk::NiftiImageIO::New().GetPointer()};
-  for (const auto& reader : readers)
-    if (reader->CanReadFile(file.c_str())) return reader;
-  return nullptr;
+/// Returns the description of a file's image by its content; nothing if it has no known format.
+inline std::optional<StoredImage> find_image(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::string header = file;
+  // Voxels of a pair are named by their header.
+  fs::path plain = file;
+  if (lower_case(plain.extension().string()) == ".gz") plain.replace_extension();
+  if (lower_case(plain.extension().string()) == ".img") {
+    std::error_code error;
+    for (const char* const ending : {".hdr", ".hdr.gz"})
+      if (const fs::path beside = plain.replace_extension(ending); fs::exists(beside, error)) header = beside.string();
+  }
+  const std::string start = first_bytes(header, 1024);
+  if (is_nrrd(start)) return open_nrrd(header);
+  if (is_meta_image(header, start)) return open_meta_image(header);
+  if (const auto nifti = nifti_header(start)) return open_nifti(header, *nifti);
+  if (is_analyze(start, header))
+    refuse_volume(file, "is an Analyze file, which tells left from right nowhere; convert it to NIfTI");
+  return std::nullopt;
 }
 
-/// Returns a reader of the file that has read the header.
-inline itk::ImageIOBase::Pointer open_image(const std::string& file) {
-  // If both exist, the NIfTI library opens the uncompressed file, which may be another patient's.
-  const std::filesystem::path path = file;
-  if (path.extension() == ".gz" && std::filesystem::exists(path.parent_path() / path.stem()))
-    refuse_volume(file, path.stem().string() + " lies beside it and would be read in its place; move one away");
-  const auto io = reader_for(file);
-  if (io == nullptr)
+/// Returns the description of a file's image. Throws VolumeError if it is none.
+inline StoredImage open_image(const std::string& file) {
+  auto image = find_image(file);
+  if (!image)
     refuse_volume(file, "is no image that can be read here: a DICOM folder, or an NRRD, NIfTI or MetaImage file");
-  io->SetFileName(file);
-  try {
-    io->ReadImageInformation();
-  } catch (const itk::ExceptionObject& e) {
-    refuse_volume(file, "its header cannot be read (" + last_line(e.GetDescription()) + "); fetch it again");
-  }
-  return io;
+  return std::move(*image);
 }
 
 /// Returns the geometry of an image's first three dimensions; it has no fewer.
-inline ImageGeometry geometry_of(const itk::ImageIOBase& io, const std::string& file) {
-  ImageGeometry geometry;
-  for (unsigned a = 0; a < 3; ++a) {
-    if (io.GetDimensions(a) > std::size_t{kMaxGridSize})
-      refuse_volume(file, "is larger than 2^20 voxels along an axis");
-    geometry.size[a] = static_cast<int>(io.GetDimensions(a));
-    geometry.spacing_mm[a] = io.GetSpacing(a);
-    geometry.origin_mm[a] = io.GetOrigin(a);
-    const auto axis = io.GetDirection(a);
-    for (unsigned b = 0; b < 3; ++b) geometry.direction(b, a) = axis[b];
-  }
+inline ImageGeometry geometry_of(const StoredImage& image) {
+  ImageGeometry geometry = image.geometry;
+  for (std::size_t a = 0; a < 3; ++a) geometry.size[a] = static_cast<int>(image.size[a]);
   return geometry;
 }
 
 inline Source open_file(const std::string& file) {
-  if (reader_for(file) == nullptr && itk::GDCMImageIO::New()->CanReadFile(file.c_str()))
+  if (const auto dicom = walk_dicom(file)) {
+    const std::string kind = companion_kind(*dicom);
+    if (!kind.empty())
+      refuse_volume(file, "is a " + kind + " in DICOM; export its volume as one file per slice, or as NRRD or NIfTI");
+    if (!dicom->has_pixels)
+      refuse_volume(file, "is a DICOM file that " + (dicom->damage.empty() ? "holds no pixels" : dicom->damage));
     refuse_volume(file, "is a single DICOM file; give the folder that holds its series");
-  const auto io = open_image(file);
-  if (io->GetNumberOfComponents() != 1)
-    refuse_volume(file, "has several numbers per voxel; a density is a single number");
-  const unsigned dimensions = io->GetNumberOfDimensions();
-  for (unsigned a = 3; a < dimensions; ++a)
-    if (io->GetDimensions(a) != 1) refuse_volume(file, "holds several volumes (a time series?); extract one");
-  if (dimensions < 3 || io->GetDimensions(2) < 2) refuse_volume(file, "is a single slice; a volume needs two or more");
-  return {.where = file, .geometry = geometry_of(*io, file), .files = {file}};
+  }
+  StoredImage image = open_image(file);
+  if (image.numbers != 1) refuse_volume(file, "has several numbers per voxel; a density is a single number");
+  if (image.size.size() > 3 && image.volumes() != 1)
+    refuse_volume(file, "holds several volumes (a time series?); extract one");
+  if (image.size.size() < 3 || image.size[2] < 2) refuse_volume(file, "is a single slice; a volume needs two or more");
+  return {.where = file, .geometry = geometry_of(image), .image = std::move(image)};
 }
 
 inline Source open_volume(const std::filesystem::path& path, const VolumeOptions& options) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) refuse_volume(path.string(), "there is no such file or folder");
   if (!std::filesystem::is_directory(path)) return open_file(path.string());
-  auto slices = choose_series(path, options);
-  Source source{
-      .where = path.string(), .geometry = check_slices(slices, options, path.string()), .files = {}, .dicom = true};
-  for (const auto& slice : slices) source.files.push_back(slice.file);
+  Source source{.where = path.string(), .slices = choose_series(path, options)};
+  source.geometry = check_slices(source.slices, options, path.string());
   return source;
 }
 
-/// Reads the voxels of a file in their stored type (DICOM rescaled to Hounsfield units) and calls
-/// `visit(const Pixel*, count)`.
+/// Reads the voxels of a source, file by file, and calls `visit(const Pixel*, count)` for each with their densities:
+/// stored numbers, rescaled as the header tells.
 template <class Visit>
-void read_pixels(const Source& source, const std::string& file, std::size_t count, Visit&& visit) {
-  itk::ImageIOBase::Pointer io;
-  std::vector<std::byte> buffer;
-  try {
-    io = source.dicom ? itk::ImageIOBase::Pointer(itk::GDCMImageIO::New().GetPointer()) : reader_for(file);
-    io->SetFileName(file);
-    io->ReadImageInformation();
-    itk::ImageIORegion region(io->GetNumberOfDimensions());
-    for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a) region.SetSize(a, io->GetDimensions(a));
-    io->SetIORegion(region);
-    if (static_cast<std::size_t>(io->GetImageSizeInPixels()) != count) refuse_volume(file, "changed while it was read");
-    read_completely(*io, file, buffer);
-  } catch (const itk::ExceptionObject& e) {
-    refuse_volume(file, "its voxels cannot be read (" + last_line(e.GetDescription()) + "); is the file complete?");
-  }
-  const auto as = [&]<class Pixel>(Pixel) { visit(reinterpret_cast<const Pixel*>(buffer.data()), count); };
-  switch (io->GetComponentType()) {
-    case Component::UCHAR:
-      return as(static_cast<unsigned char>(0));
-    case Component::CHAR:
-      return as(static_cast<signed char>(0));
-    case Component::USHORT:
-      return as(static_cast<unsigned short>(0));
-    case Component::SHORT:
-      return as(static_cast<short>(0));
-    case Component::UINT:
-      return as(0U);
-    case Component::INT:
-      return as(0);
-    case Component::ULONG:
-      return as(0UL);
-    case Component::LONG:
-      return as(0L);
-    case Component::ULONGLONG:
-      return as(0ULL);
-    case Component::LONGLONG:
-      return as(0LL);
-    case Component::FLOAT:
-      return as(0.0F);
-    case Component::DOUBLE:
-      return as(0.0);
-    default:
-      refuse_volume(file, "its voxels are no plain numbers");
-  }
-}
-
-/// Returns the number of voxels per file.
-inline std::size_t voxels_per_file(const Source& source) {
-  const auto& n = source.geometry.size;
-  const auto all = static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]);
-  return all / source.files.size();
+void read_pixels(const Source& source, Visit&& visit) {
+  if (source.image) read_voxels(*source.image, visit);
+  for (const Slice& slice : source.slices) read_slice(slice.file, visit);
 }
 
 template <VoxelDensity Density>
 VoxelGrid<Density> read_as(const Source& source, const VolumeOptions& options) {
   const auto rigid = to_rigid(source.geometry, options, source.where);
-  const std::size_t count = voxels_per_file(source);
-  std::vector<Density> voxels(count * source.files.size());
+  std::vector<Density> voxels;  // grows with the bytes that are there, whatever a header announces
   ConversionSummary summary;
-  auto* to = voxels.data();
-  for (const auto& file : source.files) {
-    read_pixels(source, file, count, [&summary, to](const auto* in, std::size_t n) { convert(in, n, to, summary); });
-    to += count;
-  }
+  read_pixels(source, [&](const auto* in, std::size_t count) {
+    if (voxels.empty()) voxels.reserve(count * source.files());
+    voxels.resize(voxels.size() + count);
+    convert(in, count, voxels.data() + (voxels.size() - count), summary);
+  });
   check_converted<Density>(summary, options, source.where);
   return make_grid<Density>(rigid, std::move(voxels), options, source.where);
 }
@@ -187,23 +138,21 @@ inline std::size_t suitable_type(const Source& source) {
   bool whole = true;
   bool first = true;
   std::size_t own = std::variant_npos;
-  for (const auto& file : source.files) {
-    read_pixels(source, file, voxels_per_file(source), [&]<class Pixel>(const Pixel* in, std::size_t n) {
-      whole = whole && std::is_integral_v<Pixel>;
-      std::size_t type = std::variant_npos;
-      if constexpr (std::is_same_v<Pixel, std::uint8_t>) type = 0;
-      if constexpr (std::is_same_v<Pixel, std::int8_t>) type = 1;
-      if constexpr (std::is_same_v<Pixel, std::uint16_t>) type = 2;
-      if constexpr (std::is_same_v<Pixel, std::int16_t>) type = 3;
-      own = first || own == type ? type : std::variant_npos;
-      first = false;
-      for (std::size_t i = 0; i < n; ++i) {
-        summary.min = std::min(summary.min, static_cast<double>(in[i]));
-        summary.max = std::max(summary.max, static_cast<double>(in[i]));
-      }
-    });
-    if (!whole) return 4;
-  }
+  read_pixels(source, [&]<class Pixel>(const Pixel* in, std::size_t n) {
+    whole = whole && std::is_integral_v<Pixel>;
+    std::size_t type = std::variant_npos;
+    if constexpr (std::is_same_v<Pixel, std::uint8_t>) type = 0;
+    if constexpr (std::is_same_v<Pixel, std::int8_t>) type = 1;
+    if constexpr (std::is_same_v<Pixel, std::uint16_t>) type = 2;
+    if constexpr (std::is_same_v<Pixel, std::int16_t>) type = 3;
+    own = first || own == type ? type : std::variant_npos;
+    first = false;
+    for (std::size_t i = 0; i < n; ++i) {
+      summary.min = std::min(summary.min, static_cast<double>(in[i]));
+      summary.max = std::max(summary.max, static_cast<double>(in[i]));
+    }
+  });
+  if (!whole) return 4;
   if (own != std::variant_npos) return own;
   if (fits<std::int16_t>(summary)) return 3;
   return fits<std::uint16_t>(summary) ? 2 : 4;

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/adapter/dicom_elements.hpp>
 #include <trephine/adapter/itk_image.hpp>
 #include <trephine/adapter/volume_options.hpp>
-
-#include <itkGDCMImageIO.h>
-#include <itkMetaDataObject.h>
+#include <trephine/adapter/volume_text.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
-#include <locale>
+#include <map>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 /// Lists the series of a DICOM folder and checks that a series' slices form a volume. Unlike ITK's series reader it
@@ -27,98 +27,116 @@ namespace itk_detail {
 
 /// Header of a slice.
 struct Slice {
-  std::string file;
+  DicomFile file;
   std::string uid;
-  std::string description;
-  std::string modality;
-  std::string tilt;
   std::array<int, 2> size{};                        // columns, rows
-  Eigen::Vector2d spacing_mm{0, 0};                 // between columns, between rows
+  std::optional<Eigen::Vector2d> spacing_mm;        // between columns, between rows
   std::optional<Vec3d> position_mm;                 // the first pixel's centre
   std::optional<Eigen::Matrix<double, 6, 1>> axes;  // unit vectors along a row and along a column
-  bool has_pixel_spacing = false;
+
+  [[nodiscard]] std::string name() const { return file.path.string(); }
+  [[nodiscard]] bool has_place() const noexcept { return position_mm && axes; }
 };
 
-/// Returns the text of a DICOM element without padding; empty if it is missing.
-inline std::string tag(const itk::MetaDataDictionary& dictionary, const char* key) {
-  std::string value;
-  itk::ExposeMetaData(dictionary, key, value);
-  const auto last = value.find_last_not_of(std::string(" \t\r\n\0", 5));
-  value.erase(last == std::string::npos ? 0 : last + 1);
-  value.erase(0, std::min(value.find_first_not_of(' '), value.size()));
-  return value;
-}
+/// A file that may have been a slice.
+struct LostSlice {
+  std::filesystem::path path;
+  std::string reason;
+  std::string uid;       // of its series, if that can be read
+  bool certain = false;  // by its content or name
+};
 
-/// Returns N numbers of a DICOM element, which has the form "1.5\-2\3"; nothing if it is missing or malformed.
-template <int N>
-std::optional<Eigen::Matrix<double, N, 1>> numbers_of(const itk::MetaDataDictionary& dictionary, const char* key) {
-  std::istringstream text(tag(dictionary, key));
-  text.imbue(std::locale::classic());
-  Eigen::Matrix<double, N, 1> v;
-  for (int i = 0; i < N; ++i) {
-    char backslash = 0;
-    if (!(text >> v[i]) || (i + 1 < N && !(text >> backslash && backslash == '\\'))) return std::nullopt;
+/// Files of a folder. Companions are DICOM objects that are no slices: reports, contours, doses, colour images.
+struct DicomFolder {
+  std::vector<Slice> slices{};
+  std::vector<LostSlice> lost{};
+  std::map<std::string, int> companions{};  // files by kind
+};
+
+/// Returns the kind of object that is no slice, or "" for a slice.
+inline std::string companion_kind(const DicomFile& file) {
+  namespace tag = dicom_tag;
+  // By class (PS3.4, annex B): some of them have pixels that are no densities.
+  const std::string of = file.text(tag::kClass);
+  constexpr std::string_view kStorage = "1.2.840.10008.5.1.4.1.1.";
+  if (of == "1.2.840.10008.1.3.10" || file.text(0x00020002) == "1.2.840.10008.1.3.10") return "directory (DICOMDIR)";
+  if (of.starts_with(kStorage)) {
+    const std::string kind = of.substr(kStorage.size()) + ".";
+    if (kind.starts_with("481.")) return "radiotherapy object";
+    if (kind.starts_with("66.")) return "segmentation or registration";
+    if (kind.starts_with("88.") || kind.starts_with("104.")) return "report";
+    if (kind.starts_with("9.") || kind.starts_with("11.") || kind.starts_with("30.")) return "object without densities";
   }
-  return v;
+  if (!file.has_pixels) return file.has(tag::kFloatPixels) || file.has(tag::kDoublePixels) ? "parametric map" : "";
+  if (number_of(file.text(tag::kFrames)).value_or(1) > 1) return "multi-frame object";
+  if (file.number(tag::kSamples).value_or(1) != 1 || file.text(tag::kPhotometric) == "PALETTE COLOR")
+    return "colour image";
+  return "";
 }
 
-/// Returns the last line of an ITK message, which gives the reason.
-inline std::string last_line(const std::string& text) {
-  const auto end = text.find_last_not_of(" \n\r\t");
-  if (end == std::string::npos) return "no reason given";
-  const auto begin = text.find_last_of('\n', end);
-  return text.substr(begin == std::string::npos ? 0 : begin + 1,
-                     end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+inline Slice to_slice(const DicomFile& file) {
+  namespace tag = dicom_tag;
+  Slice slice{.file = file,
+              .uid = file.text(tag::kSeries),
+              .size = {file.number(tag::kColumns).value_or(0), file.number(tag::kRows).value_or(0)},
+              .spacing_mm = file.decimals<2>(tag::kPixelSpacing),
+              .position_mm = file.decimals<3>(tag::kPosition),
+              .axes = file.decimals<6>(tag::kAxes)};
+  if (slice.spacing_mm) slice.spacing_mm = slice.spacing_mm->reverse().eval();
+  return slice;
 }
 
-/// Reads the headers of all slices in a folder. Skips DICOM files without pixels (reports, contours) and other files.
-inline std::vector<Slice> scan_folder(const std::filesystem::path& folder) {
+/// Looks at every file in a folder.
+inline DicomFolder scan_folder(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     if (entry.is_regular_file()) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
 
-  std::vector<Slice> slices;
-  std::size_t without_pixels = 0;
+  DicomFolder out;
   for (const auto& path : files) {
-    Slice slice;
-    slice.file = path.string();
-    const auto io = itk::GDCMImageIO::New();
-    io->LoadPrivateTagsOff();
-    if (!io->CanReadFile(slice.file.c_str())) {
-      // Skipping a damaged slice could shorten the volume without notice.
-      if (path.extension() == ".dcm" || path.extension() == ".DCM")
-        refuse_volume(slice.file, "is named .dcm and is no DICOM file; fetch it again or remove it from the folder");
-      continue;
+    const auto file = walk_dicom(path);
+    if (!file) {
+      const bool named = lower_case(path.extension().string()) == ".dcm";
+      std::error_code error;
+      out.lost.push_back({path,
+                          std::filesystem::file_size(path, error) == 0 ? "is empty"
+                          : named                                      ? "is named .dcm and is no DICOM file"
+                                                                       : "is named like a slice and is no DICOM file",
+                          "", named});
+    } else if (const std::string kind = companion_kind(*file); !kind.empty()) {
+      ++out.companions[kind];
+    } else if (!file->has_pixels) {
+      out.lost.push_back(
+          {path, file->damage.empty() ? "holds no pixels" : file->damage, file->text(dicom_tag::kSeries), true});
+    } else {
+      out.slices.push_back(to_slice(*file));
     }
-    io->SetFileName(slice.file);
-    try {
-      io->ReadImageInformation();
-    } catch (const itk::ExceptionObject&) {
-      ++without_pixels;
-      continue;
-    }
-    const auto& tags = io->GetMetaDataDictionary();
-    if (io->GetNumberOfComponents() != 1) refuse_volume(slice.file, "is a colour image; densities are single numbers");
-    if (io->GetNumberOfDimensions() > 2 && io->GetDimensions(2) > 1)
-      refuse_volume(slice.file, "holds several frames; export the series as one file per slice, or as NRRD or NIfTI");
-    slice.uid = tag(tags, "0020|000e");
-    slice.description = tag(tags, "0008|103e");
-    slice.modality = tag(tags, "0008|0060");
-    slice.tilt = tag(tags, "0018|1120");
-    slice.size = {static_cast<int>(io->GetDimensions(0)), static_cast<int>(io->GetDimensions(1))};
-    slice.spacing_mm = {io->GetSpacing(0), io->GetSpacing(1)};
-    slice.position_mm = numbers_of<3>(tags, "0020|0032");
-    slice.axes = numbers_of<6>(tags, "0020|0037");
-    slice.has_pixel_spacing = numbers_of<2>(tags, "0028|0030").has_value();
-    slices.push_back(slice);
   }
-  if (slices.empty()) {
-    if (without_pixels > 0)
-      refuse_volume(folder.string(), "its DICOM files hold no pixels; choose the folder of the images");
-    refuse_volume(folder.string(), "holds no DICOM file; give a DICOM folder, or an NRRD, NIfTI or MetaImage file");
+  return out;
+}
+
+/// Returns a name with its numbers alike: slices of a series differ in them alone.
+inline std::string name_pattern(const std::filesystem::path& path) {
+  std::string pattern;
+  for (const char c : path.filename().string()) {
+    const bool of_number = std::string_view("0123456789abcdefABCDEF._-").find(c) != std::string_view::npos;
+    if (!of_number)
+      pattern.push_back(c);
+    else if (pattern.empty() || pattern.back() != '#')
+      pattern.push_back('#');
   }
-  return slices;
+  return pattern;
+}
+
+/// Refuses a folder with a file that may be a slice of the chosen series: without it the volume would be shorter.
+inline void check_lost(const std::vector<LostSlice>& lost, const std::vector<Slice>& chosen) {
+  for (const LostSlice& l : lost) {
+    const bool of_series = std::any_of(chosen.begin(), chosen.end(), [&l](const Slice& s) {
+      return l.uid.empty() ? l.certain || name_pattern(s.file.path) == name_pattern(l.path) : l.uid == s.uid;
+    });
+    if (of_series) refuse_volume(l.path.string(), l.reason + "; fetch it again or remove it from the folder");
+  }
 }
 
 // Numbers that decide.
@@ -126,10 +144,11 @@ inline constexpr double kSameAxes = 1e-3;  // largest difference of direction co
 inline constexpr double kSameSpacing = 1e-3;  // largest relative difference of pixel spacings in a series
 inline constexpr double kMinGap = 1e-3;       // smallest gap of slices, as a share of the mean gap: else they coincide
 
-/// Groups slices by series. A scout image may share the UID of its series but differs in size or orientation.
-inline std::vector<std::vector<Slice>> group_series(const std::vector<Slice>& slices) {
+/// Groups slices by series. A scout image may share the UID of its series but differs in size or orientation. Slices
+/// without a place, as screenshots are, make no series beside others.
+inline std::vector<std::vector<Slice>> group_series(const DicomFolder& folder, const std::filesystem::path& path) {
   std::vector<std::vector<Slice>> groups;
-  for (const Slice& slice : slices) {
+  for (const Slice& slice : folder.slices) {
     const auto same = [&slice](const std::vector<Slice>& group) {
       const Slice& first = group.front();
       const bool same_axes = slice.axes && first.axes ? (*slice.axes - *first.axes).cwiseAbs().maxCoeff() < kSameAxes
@@ -142,7 +161,20 @@ inline std::vector<std::vector<Slice>> group_series(const std::vector<Slice>& sl
     else
       group->push_back(slice);
   }
-  return groups;
+  const auto has_place = [](const std::vector<Slice>& group) { return group.front().has_place(); };
+  if (std::any_of(groups.begin(), groups.end(), has_place))
+    groups.erase(std::stable_partition(groups.begin(), groups.end(), has_place), groups.end());
+  if (!groups.empty()) return groups;
+
+  std::string kinds;
+  for (const auto& [kind, files] : folder.companions)
+    kinds += (kinds.empty() ? "" : ", ") + std::to_string(files) + " " + kind + (files == 1 ? "" : "s");
+  if (!kinds.empty())
+    refuse_volume(path.string(),
+                  "holds no slices but " + kinds + "; export the series as one file per slice, or as NRRD or NIfTI");
+  for (const LostSlice& l : folder.lost)
+    if (l.certain) refuse_volume(l.path.string(), l.reason + "; fetch it again or remove it from the folder");
+  refuse_volume(path.string(), "holds no DICOM file; give a DICOM folder, or an NRRD, NIfTI or MetaImage file");
 }
 
 /// Returns the public description of each group.
@@ -152,8 +184,8 @@ inline std::vector<DicomSeries> describe(const std::vector<std::vector<Slice>>& 
     const Slice& s = group.front();
     series.push_back({.number = static_cast<int>(series.size()) + 1,
                       .uid = s.uid,
-                      .description = s.description,
-                      .modality = s.modality,
+                      .description = s.file.text(dicom_tag::kDescription),
+                      .modality = s.file.text(dicom_tag::kModality),
                       .slices = static_cast<int>(group.size()),
                       .columns = s.size[0],
                       .rows = s.size[1]});
@@ -162,10 +194,11 @@ inline std::vector<DicomSeries> describe(const std::vector<std::vector<Slice>>& 
 }
 
 /// Returns the slices of the requested series, or of the only series.
-inline std::vector<Slice> choose_series(const std::filesystem::path& folder, const VolumeOptions& options) {
-  const auto groups = group_series(scan_folder(folder));
+inline std::vector<Slice> choose_series(const std::filesystem::path& path, const VolumeOptions& options) {
+  const DicomFolder folder = scan_folder(path);
+  const auto groups = group_series(folder, path);
   const auto series = describe(groups);
-  std::ostringstream list;
+  Text list;
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < series.size(); ++i) {
     const DicomSeries& s = series[i];
@@ -174,8 +207,11 @@ inline std::vector<Slice> choose_series(const std::filesystem::path& folder, con
     if (options.series.empty() || options.series == s.uid || options.series == std::to_string(s.number))
       chosen.push_back(i);
   }
-  if (chosen.size() == 1) return groups[chosen[0]];
-  const std::string where = "trephine::read_volume: " + folder.string();
+  if (chosen.size() == 1) {
+    check_lost(folder.lost, groups[chosen[0]]);
+    return groups[chosen[0]];
+  }
+  const std::string where = "trephine::read_volume: " + path.string();
   if (chosen.empty())
     throw SeveralSeries(where + ": has no series '" + options.series + "'; there are " + list.str(), series);
   throw SeveralSeries(where + ": holds " + std::to_string(series.size()) +
@@ -183,16 +219,60 @@ inline std::vector<Slice> choose_series(const std::filesystem::path& folder, con
                       series);
 }
 
+/// Refuses two slices at one place.
+inline void check_places(const std::vector<Slice>& slices, const Vec3d& normal, double step) {
+  for (std::size_t i = 0; i + 1 < slices.size(); ++i) {
+    const Slice& a = slices[i];
+    const Slice& b = slices[i + 1];
+    if (normal.dot(*b.position_mm - *a.position_mm) > kMinGap * step) continue;
+    const std::string instance = a.file.text(dicom_tag::kInstance);
+    if (!instance.empty() && instance == b.file.text(dicom_tag::kInstance))
+      refuse_volume(b.name(), "is the same slice as " + a.name() + "; remove one of them from the folder");
+    refuse_volume(b.name(), "two slices at one place, it and " + a.name() +
+                                ": several volumes (phases, echoes) share the series; split them first");
+  }
+}
+
+/// Refuses slices that are shifted in their plane: all along, or some of them.
+inline void check_shifts(const std::vector<Slice>& slices, const Vec3d& normal, const VolumeOptions& options,
+                         const std::string& where) {
+  const Vec3d first = *slices.front().position_mm;
+  const Vec3d extent = *slices.back().position_mm - first;
+  const double length = normal.dot(extent);
+  const double allowed =
+      options.shift_tolerance * slices.front().spacing_mm.value_or(Eigen::Vector2d::Ones()).minCoeff();
+  const double shift = (extent - length * normal).norm();
+  Text s;
+  if (!(shift <= allowed)) {
+    const std::string tilt = slices.front().file.text(dicom_tag::kTilt);
+    s << "the slices are sheared by " << std::atan2(shift, length) * 180 / std::numbers::pi
+      << " degrees, as from a tilted "
+      << "gantry" << (tilt.empty() ? "" : " (the file says " + tilt + ")") << ": the last is " << shift
+      << " mm off the first's normal, allowed are " << options.shift_tolerance
+      << " pixels (shift_tolerance); resample the series upright first";
+    refuse_volume(where, s.str());
+  }
+  for (const Slice& slice : slices) {
+    const Vec3d p = *slice.position_mm - first;
+    const double aside = (p - normal.dot(p) * normal).norm();
+    if (aside <= allowed) continue;
+    s << "is shifted by " << aside << " mm in its plane against the first slice, allowed are "
+      << options.shift_tolerance << " pixels (shift_tolerance); resample the series first";
+    refuse_volume(slice.name(), s.str());
+  }
+}
+
 /// Sorts a series' slices along its normal and returns the volume's geometry. Throws VolumeError if they form no
 /// volume.
 inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOptions& options, const std::string& where) {
+  ImageGeometry g{.size = {slices.front().size[0], slices.front().size[1], static_cast<int>(slices.size())}};
   for (const Slice& s : slices) {
-    if (!s.position_mm || !s.axes)
-      refuse_volume(s.file, "has no image position or orientation, so its place in the volume is unknown");
-    if (!s.has_pixel_spacing && !options.spacing_m)
-      refuse_volume(s.file, "has no pixel spacing; give VolumeOptions::spacing_m");
-    if ((s.spacing_mm - slices.front().spacing_mm).cwiseAbs().maxCoeff() > kSameSpacing * s.spacing_mm.maxCoeff())
-      refuse_volume(s.file, "has another pixel spacing than its series' other slices");
+    if (!s.has_place())
+      refuse_volume(s.name(), "has no image position or orientation, so its place in the volume is unknown");
+    if (!s.spacing_mm) g.no_spacing = "has no pixel spacing";
+    if (g.no_spacing.empty() &&
+        (*s.spacing_mm - *slices.front().spacing_mm).cwiseAbs().maxCoeff() > kSameSpacing * s.spacing_mm->maxCoeff())
+      refuse_volume(s.name(), "has another pixel spacing than its series' other slices");
   }
   if (slices.size() < 2) refuse_volume(where, "the series is a single slice; a volume needs two or more");
   const Vec3d along_row = slices.front().axes->head<3>();
@@ -203,36 +283,20 @@ inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOption
   });
 
   const Vec3d first = *slices.front().position_mm;
-  const Vec3d extent = *slices.back().position_mm - first;
-  const double length = normal.dot(extent);
+  const double length = normal.dot(*slices.back().position_mm - first);
   const double step = length / static_cast<double>(slices.size() - 1);
-  std::ostringstream s;
-  const double shift = (extent - length * normal).norm();
-  if (!(shift <= options.shift_tolerance * slices.front().spacing_mm.minCoeff())) {
-    s << "the slices are sheared by " << std::atan2(shift, length) * 180 / std::numbers::pi
-      << " degrees, as from a tilted "
-      << "gantry" << (slices.front().tilt.empty() ? "" : " (the file says " + slices.front().tilt + ")")
-      << ": the last is " << shift << " mm off the first's normal, allowed are " << options.shift_tolerance
-      << " pixels (shift_tolerance); resample the series upright first";
+  check_places(slices, normal, step);
+  check_shifts(slices, normal, options, where);
+  for (std::size_t i = 0; i + 1 < slices.size(); ++i) {
+    const double even = static_cast<double>(i + 1) * step;
+    if (std::abs(normal.dot(*slices[i + 1].position_mm - first) - even) <= options.slice_tolerance * step) continue;
+    Text s;
+    s << "the slices are not evenly spaced (slice_tolerance " << options.slice_tolerance
+      << "): " << normal.dot(*slices[i + 1].position_mm - *slices[i].position_mm) << " mm between " << slices[i].name()
+      << " and " << slices[i + 1].name() << " where " << step << " mm is the mean; is a slice missing?";
     refuse_volume(where, s.str());
   }
-  for (std::size_t i = 0; i + 1 < slices.size(); ++i) {
-    const double gap = normal.dot(*slices[i + 1].position_mm - *slices[i].position_mm);
-    if (!(gap > kMinGap * step)) {
-      s << "two slices at one place, " << slices[i].file << " and " << slices[i + 1].file
-        << ": several volumes (phases, echoes) share the series; split them first";
-      refuse_volume(where, s.str());
-    }
-    const double even = static_cast<double>(i + 1) * step;
-    if (!(std::abs(normal.dot(*slices[i + 1].position_mm - first) - even) <= options.slice_tolerance * step)) {
-      s << "the slices are not evenly spaced (slice_tolerance " << options.slice_tolerance << "): " << gap
-        << " mm between " << slices[i].file << " and " << slices[i + 1].file << " where " << step
-        << " mm is the mean; is a slice missing?";
-      refuse_volume(where, s.str());
-    }
-  }
-  ImageGeometry g{.size = {slices.front().size[0], slices.front().size[1], static_cast<int>(slices.size())}};
-  g.spacing_mm << slices.front().spacing_mm, step;
+  if (g.no_spacing.empty()) g.spacing_mm << *slices.front().spacing_mm, step;
   g.origin_mm = first;
   g.direction << along_row, along_column, normal;
   return g;
@@ -242,7 +306,7 @@ inline ImageGeometry check_slices(std::vector<Slice>& slices, const VolumeOption
 
 /// Returns the series in a folder of DICOM files, for a choice. Throws VolumeError if there are none.
 [[nodiscard]] inline std::vector<DicomSeries> list_dicom_series(const std::filesystem::path& folder) {
-  return itk_detail::describe(itk_detail::group_series(itk_detail::scan_folder(folder)));
+  return itk_detail::describe(itk_detail::group_series(itk_detail::scan_folder(folder), folder));
 }
 
 }  // namespace trephine

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/adapter/volume_options.hpp>
+#include <trephine/adapter/volume_text.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/voxel/grid_checks.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -19,7 +20,6 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -34,17 +34,13 @@ static_assert(EIGEN_VERSION_AT_LEAST(3, 4, 0),
 
 namespace itk_detail {
 
-/// Throws VolumeError with a file and a reason.
-[[noreturn]] inline void refuse_volume(const std::string& where, const std::string& what) {
-  throw VolumeError("trephine::read_volume: " + where + ": " + what);
-}
-
 /// Geometry of an image in ITK's convention: millimetres; the columns of `direction` are the axes of i, j, k.
 struct ImageGeometry {
   std::array<int, 3> size{};
   Vec3d spacing_mm = Vec3d::Ones();
   Vec3d origin_mm = Vec3d::Zero();
   Mat3d direction = Mat3d::Identity();
+  std::string no_spacing{};  // why the file's spacing is unknown, unless it is known
 };
 
 /// Geometry of a grid, and a flag to reverse the order of its slices.
@@ -58,9 +54,12 @@ struct RigidGeometry {
 inline RigidGeometry to_rigid(ImageGeometry image, const VolumeOptions& options, const std::string& where) {
   for (const int n : image.size)
     if (n < 1) refuse_volume(where, "has no voxels");
-  if (options.spacing_m) image.spacing_mm = 1e3 * *options.spacing_m;
+  if (options.spacing_m)
+    image.spacing_mm = 1e3 * *options.spacing_m;
+  else if (!image.no_spacing.empty())
+    refuse_volume(where, image.no_spacing + "; give spacing_m in the options");
   if (!(image.spacing_mm.minCoeff() > 0) || !is_finite(image.spacing_mm)) {
-    std::ostringstream s;
+    Text s;
     s << "the spacing must be > 0 mm, is " << image.spacing_mm.transpose() << "; give spacing_m in the options";
     refuse_volume(where, s.str());
   }
@@ -129,7 +128,7 @@ template <VoxelDensity Density>
 /// Throws VolumeError unless the densities are finite, fit, have enough levels, and have a surface at the isovalue.
 template <VoxelDensity Density>
 void check_converted(const ConversionSummary& summary, const VolumeOptions& options, const std::string& where) {
-  std::ostringstream s;
+  Text s;
   if (!summary.finite)
     refuse_volume(where, "holds densities that are not finite numbers; replace them, with air for instance");
   if (!fits<Density>(summary)) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <trephine/adapter/itk.hpp>
-#include <trephine/adapter/itk_complete.hpp>
 #include <trephine/adapter/itk_image.hpp>
 #include <trephine/adapter/itk_layers.hpp>
 #include <trephine/adapter/itk_save.hpp>
@@ -12,14 +11,10 @@
 #include <trephine/core/math.hpp>
 #include <trephine/structure/label_grid.hpp>
 
-#include <itkImageIOBase.h>
-
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -128,33 +123,14 @@ inline AnyLabelGrid read_labels(const std::filesystem::path& path, const LabelFi
   return labels;
 }
 
-/// Returns true if a compressed file of `bytes` voxel bytes is whole. NRRD's reader stops at the last voxel, so that
-/// the length at the file's end, by gzip's format, tells whether the end was written; MetaImage's header holds the
-/// length.
-inline bool has_its_end(const std::filesystem::path& file, std::size_t bytes) {
-  if (file.extension() != ".nrrd") return true;
-  std::array<char, 4> end{};
-  std::ifstream stream(file, std::ios::binary);
-  stream.seekg(-4, std::ios::end);
-  stream.read(end.data(), 4);
-  return stream && little_endian_32(end.data()) == static_cast<std::uint32_t>(bytes);
-}
-
 /// Returns true if a file holds exactly these labels.
 template <VoxelLabel Label>
 bool holds_labels(const std::filesystem::path& file, const LabelGrid<Label>& labels) {
-  if (!has_its_end(file, labels.voxels().size_bytes())) return false;
   bool same = false;
-  try {
-    const LabelSource source = open_labels(file);
-    read_pixels(source.file, source.file.where, labels.voxels().size(),
-                [&]<class Pixel>(const Pixel* in, std::size_t count) {
-                  if constexpr (std::is_same_v<Pixel, Label>)
-                    same = std::equal(in, in + count, labels.voxels().begin(), labels.voxels().end());
-                });
-  } catch (const VolumeError&) {
-    same = false;
-  }
+  read_pixels(open_labels(file).file, [&]<class Pixel>(const Pixel* in, std::size_t count) {
+    if constexpr (std::is_same_v<Pixel, Label>)
+      same = std::equal(in, in + count, labels.voxels().begin(), labels.voxels().end());
+  });
   return same;
 }
 
@@ -189,19 +165,21 @@ void save_labels(const std::filesystem::path& path, const LabelGrid<Label>& labe
                  const std::optional<Posed>& X_WS = {}) {
   itk_detail::in_the_name_of("save_labels", [&] {
     using itk_detail::refuse_saving;
-    const itk::ImageIOBase::Pointer io = itk_detail::writer_for(path);
+    itk_detail::check_ending(path);
     const Posed X = X_WS.value_or(labels.X_WS());
     if (!X.matrix().allFinite()) refuse_saving(path, "the labels' pose is not finite");
     if (labels.voxels().size() == 1 && path.extension() == ".nrrd")
       refuse_saving(path, "one voxel marks an empty segmentation in this format; save it as .mha");
-    itk_detail::check_folder(path);
-    itk_detail::describe(*io, labels.size(), labels.spacing(), X, 0);
-    itk_detail::describe_segments(*io, labels);
-    io->SetComponentType(itk_detail::component_of<Label>());
-    io->SetUseCompression(true);
-    itk_detail::write_and_replace(path, *io, labels.voxels().data(), [&labels](const std::filesystem::path& file) {
-      return itk_detail::holds_labels(file, labels);
-    });
+    itk_detail::ImageToSave image{.size = labels.size(),
+                                  .spacing = labels.spacing(),
+                                  .X_WG = X,
+                                  .type = itk_detail::number_type<Label>(),
+                                  .bytes = std::as_bytes(labels.voxels()),
+                                  .compressed = true};
+    image.notes[itk_detail::kOutsideKey] = "0";
+    itk_detail::describe_segments(image.notes, labels);
+    itk_detail::write_and_replace(
+        path, image, [&labels](const std::filesystem::path& file) { return itk_detail::holds_labels(file, labels); });
   });
 }
 

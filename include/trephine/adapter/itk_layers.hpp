@@ -5,8 +5,8 @@
 #include <trephine/adapter/itk_image.hpp>
 #include <trephine/adapter/itk_segments.hpp>
 #include <trephine/adapter/label_options.hpp>
-
-#include <itkNrrdImageIO.h>
+#include <trephine/adapter/stored_image.hpp>
+#include <trephine/adapter/volume_text.hpp>
 
 #include <cmath>
 #include <cstddef>
@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -33,7 +32,7 @@ std::uint16_t to_label(Pixel value, const std::string& where) {
   else
     is_label = std::in_range<std::uint16_t>(value);
   if (!is_label) {
-    std::ostringstream s;
+    Text s;
     s << "holds the number " << +value << ", and labels are whole numbers from 0 to 65535; is it a CT?";
     refuse_volume(where, s.str());
   }
@@ -55,26 +54,24 @@ inline LabelSource open_labels(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, error)) refuse_volume(where, "there is no such file");
   if (std::filesystem::is_directory(path))
     refuse_volume(where, "is a folder; give a file (.seg.nrrd), as 3D Slicer saves a DICOM segmentation");
-  const auto io = open_image(where);
-  const unsigned dimensions = io->GetNumberOfDimensions();
-  if (dimensions < 3) refuse_volume(where, "is flat; labels need three dimensions");
+  StoredImage image = open_image(where);
+  if (image.size.size() < 3) refuse_volume(where, "is flat; labels need three dimensions");
   LabelSource source;
-  source.file = {.where = where, .geometry = geometry_of(*io, where), .files = {where}};
-  source.count = 1;
-  for (unsigned a = 0; a < 3; ++a) source.count *= static_cast<std::size_t>(io->GetDimensions(a));
-  std::size_t volumes = 1;
-  for (unsigned a = 3; a < dimensions; ++a) volumes *= static_cast<std::size_t>(io->GetDimensions(a));
-  const std::size_t numbers = io->GetNumberOfComponents();
+  source.count = static_cast<std::size_t>(image.voxel_count());
+  const auto volumes = static_cast<std::size_t>(image.volumes());
+  const auto numbers = static_cast<std::size_t>(image.numbers);
   source.layers = volumes * numbers;
   source.interleaved = numbers > 1;
-  source.segments = segments_of(*io, source.layers, where);
+  source.segments = segments_of(image.notes, source.layers, where);
   if (source.layers > 1 && source.segments.empty())
     refuse_volume(where, numbers > 1 ? "has several numbers per voxel and names no segments; a label is a single number"
                                      : "holds several volumes (a time series?); extract one");
   if (volumes > 1 && numbers > 1) refuse_volume(where, "holds layers in two ways; save it again in 3D Slicer");
-  const bool slicer = !source.segments.empty() || !header_text(*io, "Segmentation_SourceRepresentation").empty();
-  if (slicer && source.count == 1 && dynamic_cast<itk::NrrdImageIO*>(io.GetPointer()) != nullptr)
+  const bool slicer =
+      !source.segments.empty() || !header_text(image.notes, "Segmentation_SourceRepresentation").empty();
+  if (slicer && source.count == 1 && path.extension() == ".nrrd")
     refuse_volume(where, "holds no voxels, only names (one voxel marks an empty segmentation); segment it first");
+  source.file = {.where = where, .geometry = geometry_of(image), .image = std::move(image)};
   return source;
 }
 
@@ -107,12 +104,11 @@ inline std::vector<std::vector<std::uint16_t>> label_tables(const LabelSource& s
 /// Merges the layers; where segments overlap, the last layer's stays.
 inline MergedLabels merge_layers(const LabelSource& source) {
   MergedLabels out;
-  out.voxels.assign(source.count, 0);
   const auto tables = label_tables(source);
   const std::size_t step = source.interleaved ? source.layers : 1;
   const std::size_t layer_step = source.interleaved ? 1 : source.count;
-  const std::size_t pixels = source.interleaved ? source.count : source.count * source.layers;
-  read_pixels(source.file, source.file.where, pixels, [&](const auto* in, std::size_t) {
+  read_pixels(source.file, [&](const auto* in, std::size_t) {
+    out.voxels.assign(source.count, 0);
     for (std::size_t voxel = 0; voxel < source.count; ++voxel) {
       std::uint16_t label = 0;
       bool overlapped = false;
@@ -145,7 +141,7 @@ inline void check_merged(const LabelSource& source, const MergedLabels& merged, 
     return std::string{};
   };
   if (!merged.overlaps.empty() && !options.later_layer_wins) {
-    std::ostringstream s;
+    Text s;
     const auto& [pair, count] = *merged.overlaps.begin();
     s << "segments " << name_of(pair.first) << " and " << name_of(pair.second) << " overlap in " << count
       << (count == 1 ? " voxel" : " voxels");
@@ -154,7 +150,7 @@ inline void check_merged(const LabelSource& source, const MergedLabels& merged, 
     refuse_volume(source.file.where, s.str());
   }
   if (merged.unlisted_voxels > 0 && !options.ignore_unlisted) {
-    std::ostringstream s;
+    Text s;
     s << "holds the number " << merged.unlisted_value << ", which belongs to no segment (" << merged.unlisted_voxels
       << " such voxels in all); save it again, or set ignore_unlisted";
     refuse_volume(source.file.where, s.str());

@@ -2,17 +2,19 @@
 #pragma once
 
 #include <trephine/adapter/itk.hpp>
+#include <trephine/adapter/stored_image.hpp>
+#include <trephine/adapter/volume_bytes.hpp>
+#include <trephine/adapter/volume_text.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
-#include <itkMetaDataObject.h>
-#include <itkMetaImageIO.h>
-#include <itkNrrdImageIO.h>
-
-#include <cmath>
+#include <array>
+#include <bit>
 #include <cstddef>
-#include <cstdlib>
+#include <cstdint>
 #include <filesystem>
-#include <sstream>
+#include <fstream>
+#include <map>
+#include <span>
 #include <string>
 #include <system_error>
 #include <type_traits>
@@ -31,28 +33,83 @@ inline constexpr const char* kOutsideKey = "trephine_outside";
   throw VolumeError("trephine::save_volume: " + path.string() + ": " + what);
 }
 
-template <VoxelDensity Density>
-constexpr Component component_of() noexcept {
-  if constexpr (std::is_same_v<Density, std::uint8_t>) return Component::UCHAR;
-  if constexpr (std::is_same_v<Density, std::int8_t>) return Component::CHAR;
-  if constexpr (std::is_same_v<Density, std::uint16_t>) return Component::USHORT;
-  if constexpr (std::is_same_v<Density, std::int16_t>) return Component::SHORT;
-  return Component::FLOAT;
+template <class Pixel>
+constexpr Number number_type() noexcept {
+  if constexpr (std::is_same_v<Pixel, std::uint8_t>) return Number::kU8;
+  if constexpr (std::is_same_v<Pixel, std::int8_t>) return Number::kI8;
+  if constexpr (std::is_same_v<Pixel, std::uint16_t>) return Number::kU16;
+  if constexpr (std::is_same_v<Pixel, std::int16_t>) return Number::kI16;
+  return Number::kF32;
 }
 
-/// Returns a writer for the path's ending. Throws VolumeError for other endings than .nrrd and .mha.
-inline itk::ImageIOBase::Pointer writer_for(const std::filesystem::path& path) {
-  if (path.extension() == ".nrrd") return itk::NrrdImageIO::New().GetPointer();
-  if (path.extension() == ".mha") return itk::MetaImageIO::New().GetPointer();
-  refuse_saving(path, "the name must end in .nrrd or .mha");
+/// An image to be written: geometry, texts and voxels.
+struct ImageToSave {
+  std::array<int, 3> size{};
+  Vec3d spacing = Vec3d::Ones();  // m
+  Posed X_WG = Posed::Identity();
+  Number type = Number::kU8;
+  std::span<const std::byte> bytes{};
+  bool compressed = false;
+  std::map<std::string, std::string> notes{};
+};
+
+/// Throws VolumeError for other endings than .nrrd and .mha.
+inline void check_ending(const std::filesystem::path& path) {
+  if (path.extension() != ".nrrd" && path.extension() != ".mha")
+    refuse_saving(path, "the name must end in .nrrd or .mha");
 }
 
 /// Returns v with 17 digits, which restore it bit by bit.
 inline std::string to_exact_text(double v) {
-  std::ostringstream text;
+  Text text;
   text.precision(17);
   text << v;
   return text.str();
+}
+
+/// Returns three numbers with a separator.
+inline std::string to_exact_text(const Vec3d& v, const std::string& separator) {
+  return to_exact_text(v.x()) + separator + to_exact_text(v.y()) + separator + to_exact_text(v.z());
+}
+
+inline std::string nrrd_text(const ImageToSave& image) {
+  constexpr std::array<const char*, 10> kTypes{"uint8", "int8",   "uint16", "int16", "uint32",
+                                               "int32", "uint64", "int64",  "float", "double"};
+  const auto vector = [](const Vec3d& v) { return "(" + to_exact_text(v, ",") + ")"; };
+  std::string directions;
+  for (int a = 0; a < 3; ++a) directions += " " + vector(1e3 * image.spacing[a] * Vec3d(image.X_WG.linear().col(a)));
+  std::string text = "NRRD0004\n# http://teem.sourceforge.net/nrrd/format.html\ntype: ";
+  text += kTypes[static_cast<std::size_t>(image.type)];
+  text += "\ndimension: 3\nspace: left-posterior-superior\nsizes:";
+  for (const int n : image.size) text += " " + std::to_string(n);
+  text += "\nspace directions:" + directions + "\nkinds: domain domain domain\nendian: ";
+  text += std::endian::native == std::endian::big ? "big" : "little";
+  text += "\nencoding: " + std::string(image.compressed ? "gzip" : "raw");
+  text += "\nspace origin: " + vector(1e3 * image.X_WG.translation()) + "\n";
+  for (const auto& [key, value] : image.notes) {
+    text += key + ":=";
+    for (const char c : value) text += c == '\n' ? "\\n" : c == '\\' ? "\\\\" : std::string(1, c);
+    text += "\n";
+  }
+  return text + "\n";
+}
+
+inline std::string meta_text(const ImageToSave& image, std::size_t packed_bytes) {
+  constexpr std::array<const char*, 10> kTypes{"MET_UCHAR", "MET_CHAR",  "MET_USHORT",     "MET_SHORT",
+                                               "MET_UINT",  "MET_INT",   "MET_ULONG_LONG", "MET_LONG_LONG",
+                                               "MET_FLOAT", "MET_DOUBLE"};
+  std::string text = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = ";
+  text += std::endian::native == std::endian::big ? "True" : "False";
+  text += "\nCompressedData = " + std::string(image.compressed ? "True" : "False");
+  if (image.compressed) text += "\nCompressedDataSize = " + std::to_string(packed_bytes);
+  text += "\nTransformMatrix =";
+  for (int a = 0; a < 3; ++a) text += " " + to_exact_text(image.X_WG.linear().col(a), " ");
+  text += "\nOffset = " + to_exact_text(1e3 * image.X_WG.translation(), " ");
+  text += "\nCenterOfRotation = 0 0 0\nElementSpacing = " + to_exact_text(1e3 * image.spacing, " ") + "\nDimSize =";
+  for (const int n : image.size) text += " " + std::to_string(n);
+  text += "\n";
+  for (const auto& [key, value] : image.notes) text += key + " = " + value + "\n";
+  return text + "ElementType = " + kTypes[static_cast<std::size_t>(image.type)] + "\nElementDataFile = LOCAL\n";
 }
 
 /// A temporary file next to its target. The destructor removes it unless it replaced the target.
@@ -89,40 +146,41 @@ inline void check_folder(const std::filesystem::path& path) {
   if (!std::filesystem::is_directory(folder, error)) refuse_saving(path, "there is no folder " + folder.string());
 }
 
-/// Writes voxels to a temporary file, and replaces `path` by it if `is_complete(file)` is true.
-template <class IsComplete>
-void write_and_replace(const std::filesystem::path& path, itk::ImageIOBase& io, const void* voxels,
-                       IsComplete&& is_complete) {
-  TemporaryFile temporary(path);
-  io.SetFileName(temporary.file().string());
-  try {
-    io.Write(voxels);
-  } catch (const itk::ExceptionObject& e) {
-    refuse_saving(path, "cannot be written (" + last_line(e.GetDescription()) + ")");
-  }
-  // Some of ITK's writers do not report a full disk.
-  if (!is_complete(temporary.file())) refuse_saving(path, "cannot be written in full (is the disk full?)");
-  temporary.replace_target();
+/// Returns true if the header of a file says the same as `image`, and its voxels' bytes are all there.
+inline bool has_header_of(const std::filesystem::path& file, const ImageToSave& image) {
+  constexpr double kSame = 1e-9;  // m; text of 17 digits rounds far below
+  const StoredImage read = open_image(file.string());
+  const auto rigid = to_rigid(geometry_of(read), {}, file.string()).grid;
+  return rigid.size == image.size && read.type == image.type && (rigid.spacing - image.spacing).norm() < kSame &&
+         (rigid.X_WG.matrix() - image.X_WG.matrix()).norm() < kSame + 1e-3 * kSame * image.X_WG.translation().norm();
 }
 
-/// Sets the header of a file: geometry in millimetres, and the density outside.
-inline void describe(itk::ImageIOBase& io, const std::array<int, 3>& size, const Vec3d& spacing, const Posed& X_WG,
-                     double outside) {
-  itk::ImageIORegion region(3);
-  io.SetNumberOfDimensions(3);
-  for (unsigned a = 0; a < 3; ++a) {
-    const auto n = static_cast<itk::SizeValueType>(size[a]);
-    io.SetDimensions(a, n);
-    region.SetSize(a, n);
-    io.SetSpacing(a, 1e3 * spacing[a]);
-    io.SetOrigin(a, 1e3 * X_WG.translation()[a]);
-    const auto axis = X_WG.linear().col(static_cast<int>(a));
-    io.SetDirection(a, std::vector<double>{axis.x(), axis.y(), axis.z()});
+/// Writes an image to a temporary file, and replaces `path` by it if its header reads back and `is_complete(file)` is
+/// true.
+template <class IsComplete>
+void write_and_replace(const std::filesystem::path& path, const ImageToSave& image, IsComplete&& is_complete) {
+  check_folder(path);
+  const bool nrrd = path.extension() == ".nrrd";
+  std::vector<std::byte> packed;
+  if (image.compressed) packed = deflated(image.bytes.data(), image.bytes.size(), nrrd);
+  const std::span<const std::byte> bytes = image.compressed ? std::span<const std::byte>(packed) : image.bytes;
+  TemporaryFile temporary(path);
+  {
+    std::ofstream out(temporary.file(), std::ios::binary);
+    const std::string header = nrrd ? nrrd_text(image) : meta_text(image, bytes.size());
+    out.write(header.data(), static_cast<std::streamsize>(header.size()));
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) refuse_saving(path, "cannot be written in full (is the disk full, the folder write-protected?)");
   }
-  io.SetIORegion(region);
-  io.SetPixelType(itk::IOPixelEnum::SCALAR);
-  io.SetNumberOfComponents(1);
-  itk::EncapsulateMetaData<std::string>(io.GetMetaDataDictionary(), kOutsideKey, to_exact_text(outside));
+  bool whole = false;
+  try {
+    whole = has_header_of(temporary.file(), image) && is_complete(temporary.file());
+  } catch (const VolumeError&) {
+    whole = false;
+  }
+  if (!whole) refuse_saving(path, "cannot be written: it does not read back as it was written");
+  temporary.replace_target();
 }
 
 }  // namespace itk_detail
@@ -142,7 +200,7 @@ template <VoxelDensity Density>
 void save_volume(const std::filesystem::path& path, const GridReader<Density>& bone, const Posed& X_WG) {
   using itk_detail::refuse_saving;
   const auto& n = bone.size();
-  const itk::ImageIOBase::Pointer io = itk_detail::writer_for(path);
+  itk_detail::check_ending(path);
   if (n[2] < 2) refuse_saving(path, "a single slice is no volume");
   if (!X_WG.matrix().allFinite()) refuse_saving(path, "the bone's pose is not finite");
   itk_detail::check_folder(path);
@@ -153,12 +211,18 @@ void save_volume(const std::filesystem::path& path, const GridReader<Density>& b
     for (int j = 0; j < n[1]; ++j)
       for (int i = 0; i < n[0]; ++i) voxels.push_back(bone.voxel(i, j, k));
 
-  itk_detail::describe(*io, n, bone.spacing(), X_WG, static_cast<double>(bone.voxel(-1, -1, -1)));
-  io->SetComponentType(itk_detail::component_of<Density>());
-  itk_detail::write_and_replace(path, *io, voxels.data(), [&voxels](const std::filesystem::path& file) {
+  const auto outside = static_cast<double>(bone.voxel(-1, -1, -1));
+  const itk_detail::ImageToSave image{.size = n,
+                                      .spacing = bone.spacing(),
+                                      .X_WG = X_WG,
+                                      .type = itk_detail::number_type<Density>(),
+                                      .bytes = std::as_bytes(std::span<const Density>(voxels)),
+                                      .notes = {{itk_detail::kOutsideKey, itk_detail::to_exact_text(outside)}}};
+  itk_detail::write_and_replace(path, image, [&image](const std::filesystem::path& file) {
+    const auto read = itk_detail::open_image(file.string());
     std::error_code error;
-    const auto written = std::filesystem::file_size(file, error);
-    return !error && written >= voxels.size() * sizeof(Density);
+    return std::filesystem::file_size(file, error) == read.voxels.offset + image.bytes.size() &&
+           read.notes.at(itk_detail::kOutsideKey) == image.notes.at(itk_detail::kOutsideKey);
   });
 }
 
@@ -173,23 +237,13 @@ void save_volume(const std::filesystem::path& path, const VoxelGrid<Density>& bo
 /// volume. Files without a saved density outside are read too. Throws VolumeError.
 template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> load_volume(const std::filesystem::path& path, VolumeOptions options = {}) {
-  const itk::ImageIOBase::Pointer io =
-      std::filesystem::is_regular_file(path) ? itk_detail::reader_for(path.string()) : nullptr;
-  if (io != nullptr && !options.outside) {
-    std::string text;
-    try {
-      io->SetFileName(path.string());
-      io->ReadImageInformation();
-      itk::ExposeMetaData(io->GetMetaDataDictionary(), itk_detail::kOutsideKey, text);
-    } catch (const itk::ExceptionObject&) {
-      text.clear();  // `read_volume_as` below reports the error
-    }
-    if (!text.empty()) {
-      char* end = nullptr;
-      const double outside = std::strtod(text.c_str(), &end);
-      if (*end != '\0' || !std::isfinite(outside))
-        itk_detail::refuse_volume(path.string(), "its saved density outside is no number: '" + text + "'");
-      options.outside = outside;
+  if (std::filesystem::is_regular_file(path) && !options.outside) {
+    const auto image = itk_detail::find_image(path.string());
+    const auto note = image ? image->notes.find(itk_detail::kOutsideKey) : decltype(image->notes.end()){};
+    if (image && note != image->notes.end()) {
+      options.outside = itk_detail::number_of(note->second);
+      if (!options.outside)
+        itk_detail::refuse_volume(path.string(), "its saved density outside is no number: '" + note->second + "'");
     }
   }
   return read_volume_as<Density>(path, options);

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/adapter/itk_image.hpp>
+#include <trephine/adapter/volume_text.hpp>
 #include <trephine/structure/label_grid.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
-
-#include <itkImageIOBase.h>
-#include <itkMetaDataObject.h>
 
 #include <array>
 #include <cstddef>
@@ -14,7 +11,6 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,29 +41,23 @@ inline std::array<float, 3> palette_colour(std::uint16_t label) noexcept {
 
 inline std::string default_name(std::uint16_t label) { return "label " + std::to_string(label); }
 
-/// Returns a text without spaces and control characters at its ends.
-inline std::string trimmed(const std::string& text) {
-  constexpr std::string_view kBlank = " \t\r\n\v\f";
-  const auto first = text.find_first_not_of(kBlank);
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
+/// Texts in a header by key.
+using HeaderNotes = std::map<std::string, std::string>;
 
 /// Returns the header's text of a key, or "".
-inline std::string header_text(const itk::ImageIOBase& io, const std::string& key) {
-  std::string text;
-  itk::ExposeMetaData(io.GetMetaDataDictionary(), key, text);
-  return trimmed(text);
+inline std::string header_text(const HeaderNotes& notes, const std::string& key) {
+  const auto found = notes.find(key);
+  return found == notes.end() ? "" : trimmed(found->second);
 }
 
 /// Returns three numbers from 0 to 1, or the palette's colour for any other text.
 inline std::array<float, 3> colour_from(const std::string& text, std::uint16_t label) {
+  const auto numbers = numbers_of(text);
+  if (!numbers || numbers->size() < 3) return palette_colour(label);
   std::array<float, 3> colour{};
-  const char* at = text.c_str();
-  for (float& c : colour) {
-    char* end = nullptr;
-    c = std::strtof(at, &end);
-    if (end == at || !(c >= 0 && c <= 1)) return palette_colour(label);
-    at = end;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!((*numbers)[i] >= 0 && (*numbers)[i] <= 1)) return palette_colour(label);
+    colour[i] = static_cast<float>((*numbers)[i]);
   }
   return colour;
 }
@@ -84,9 +74,9 @@ inline std::uint16_t segment_number(const std::string& text, const std::string& 
 }
 
 /// Returns the numbers of the segments that a header names, in ascending order.
-inline std::vector<int> segment_numbers(const itk::ImageIOBase& io) {
+inline std::vector<int> segment_numbers(const HeaderNotes& notes) {
   std::map<int, bool> found;
-  for (const std::string& key : io.GetMetaDataDictionary().GetKeys()) {
+  for (const auto& [key, text] : notes) {
     constexpr std::string_view kSegment = "Segment";
     if (!key.starts_with(kSegment)) continue;
     const char* const digits = key.c_str() + kSegment.size();
@@ -102,25 +92,26 @@ inline std::vector<int> segment_numbers(const itk::ImageIOBase& io) {
 
 /// Returns the segments of a header; none for a plain image. Files without layers and values are older: each of their
 /// segments is a layer of its own, and holds ones. Throws VolumeError for a header that contradicts itself.
-inline std::vector<Segment> segments_of(const itk::ImageIOBase& io, std::size_t layers, const std::string& where) {
+inline std::vector<Segment> segments_of(const HeaderNotes& notes, std::size_t layers, const std::string& where) {
   for (const char* const key : {"Segmentation_SourceRepresentation", "Segmentation_MasterRepresentation"})
-    if (header_text(io, key).starts_with("Fractional"))
+    if (header_text(notes, key).starts_with("Fractional"))
       refuse_volume(where, "holds fractions, not labels; convert it to a binary labelmap first");
   std::vector<Segment> segments;
-  for (const int n : segment_numbers(io)) {
+  for (const int n : segment_numbers(notes)) {
     const std::string key = "Segment" + std::to_string(n) + "_";
-    const std::string value = header_text(io, key + "LabelValue");
-    const std::string layer = header_text(io, key + "Layer");
+    const std::string value = header_text(notes, key + "LabelValue");
+    const std::string layer = header_text(notes, key + "Layer");
     Segment s;
     if (!value.empty()) s.value = segment_number(value, key + "LabelValue", 1, where);
     if (!layer.empty())
       s.layer = segment_number(layer, key + "Layer", 0, where);
     else if (layers > 1)
       s.layer = segments.size();
-    s.structure.name = header_text(io, key + "Name");
-    if (s.structure.name.empty()) s.structure.name = header_text(io, key + "ID");
+    s.structure.name = header_text(notes, key + "Name");
+    if (s.structure.name.empty()) s.structure.name = header_text(notes, key + "ID");
     if (s.structure.name.empty()) s.structure.name = default_name(s.value);
-    s.structure.colour = colour_from(header_text(io, key + "Color"), static_cast<std::uint16_t>(segments.size() + 1));
+    s.structure.colour =
+        colour_from(header_text(notes, key + "Color"), static_cast<std::uint16_t>(segments.size() + 1));
     const std::string own = "segment '" + s.structure.name + "'";
     if (s.layer >= layers)
       refuse_volume(where, own + " lies in layer " + std::to_string(s.layer) + ", and the last one is " +
@@ -145,12 +136,10 @@ inline void number_labels(std::vector<Segment>& segments) {
   for (Segment& s : segments) s.structure.label = unique ? s.value : ++next;
 }
 
-/// Writes the structures into a header, all in one layer.
+/// Adds the structures to a header's texts, all in one layer.
 template <VoxelLabel Label>
-void describe_segments(itk::ImageIOBase& io, const LabelGrid<Label>& labels) {
-  const auto set = [&io](const std::string& key, const std::string& text) {
-    itk::EncapsulateMetaData<std::string>(io.GetMetaDataDictionary(), key, text);
-  };
+void describe_segments(HeaderNotes& notes, const LabelGrid<Label>& labels) {
+  const auto set = [&notes](const std::string& key, const std::string& text) { notes[key] = text; };
   set("Segmentation_ContainedRepresentationNames", "Binary labelmap|");
   set("Segmentation_MasterRepresentation", "Binary labelmap");  // 3D Slicer before 5.2
   set("Segmentation_SourceRepresentation", "Binary labelmap");
@@ -159,9 +148,9 @@ void describe_segments(itk::ImageIOBase& io, const LabelGrid<Label>& labels) {
   for (const Structure& s : labels.structures()) {
     const std::string key = "Segment" + std::to_string(n++) + "_";
     const VoxelBox box = labels.box_of(s.label);
-    std::ostringstream extent;
+    Text extent;
     for (std::size_t a = 0; a < 3; ++a) extent << (a > 0 ? " " : "") << box.lo[a] << ' ' << box.hi[a];
-    std::ostringstream colour;
+    Text colour;
     colour.precision(std::numeric_limits<float>::max_digits10);
     colour << s.colour[0] << ' ' << s.colour[1] << ' ' << s.colour[2];
     set(key + "ID", "Segment_" + std::to_string(s.label));
