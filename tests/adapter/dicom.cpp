@@ -39,20 +39,6 @@ void check_says(const std::string& text, const std::string& part) {
   CHECK(text.find(part) != std::string::npos);
 }
 
-std::string bytes_of(const std::filesystem::path& path) {
-  std::stringstream bytes;
-  bytes << std::ifstream(path, std::ios::binary).rdbuf();
-  return bytes.str();
-}
-
-/// Of the same length, at the only place.
-void replace_bytes(std::string& in, const std::string& before, const std::string& after) {
-  const auto at = in.find(before);
-  REQUIRE(at != std::string::npos);
-  REQUIRE(in.find(before, at + 1) == std::string::npos);
-  in.replace(at, after.size(), after);
-}
-
 void check_series(const VoxelGrid<std::int16_t>& grid, const Series& s) {
   REQUIRE(grid.size() == s.size);
   CHECK((grid.spacing() - 1e-3 * s.spacing_mm).norm() < kSamePlace);

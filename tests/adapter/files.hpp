@@ -4,6 +4,8 @@
 #include <trephine/adapter/itk.hpp>
 #include <trephine/core/rotation.hpp>
 
+#include <doctest/doctest.h>
+
 #include <itkGDCMImageIO.h>
 #include <itkImageFileWriter.h>
 #include <itkImageRegionIteratorWithIndex.h>
@@ -46,6 +48,20 @@ class TemporaryFolder {
 };
 
 inline void write_text(const std::filesystem::path& path, const std::string& text) { std::ofstream(path) << text; }
+
+inline std::string bytes_of(const std::filesystem::path& path) {
+  std::stringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+/// Of the same length, at the only place.
+inline void replace_bytes(std::string& in, const std::string& before, const std::string& after) {
+  const auto at = in.find(before);
+  REQUIRE(at != std::string::npos);
+  REQUIRE(in.find(before, at + 1) == std::string::npos);
+  in.replace(at, after.size(), after);
+}
 
 /// A density that tells its voxel; even, so that a rescale slope of 2 can store it.
 inline int density_of(int i, int j, int k) { return 10 * i - 8 * j + 100 * k - 50; }

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -176,7 +177,7 @@ void write_and_replace(const std::filesystem::path& path, const ImageToSave& ima
   bool whole = false;
   try {
     whole = has_header_of(temporary.file(), image) && is_complete(temporary.file());
-  } catch (const VolumeError&) {
+  } catch (const std::exception&) {
     whole = false;
   }
   if (!whole) refuse_saving(path, "cannot be written: it does not read back as it was written");
