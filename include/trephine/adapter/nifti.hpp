@@ -106,7 +106,7 @@ inline void set_nifti_geometry(const NiftiHeader& h, ImageGeometry& geometry) {
       origin[r] = h.real(at.srow_x, 4 * row + 3);
     }
   } else {
-    Mat3d axes = Mat3d::Identity();
+    Mat3d axes = Vec3d(-1, -1, 1).asDiagonal();  // no transform: as ITK has it, along the patient's axes
     if (code(0) > 0) {
       const Vec3d v(h.real(at.quatern_b, 0), h.real(at.quatern_b, 1), h.real(at.quatern_b, 2));
       const double w = std::sqrt(std::max(0.0, 1 - v.squaredNorm()));
