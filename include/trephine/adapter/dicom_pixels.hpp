@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/adapter/compressed_pixels.hpp>
 #include <trephine/adapter/dicom_elements.hpp>
 #include <trephine/adapter/itk_image.hpp>
 #include <trephine/adapter/stored_image.hpp>
@@ -162,11 +163,11 @@ inline SlicePixels plain_pixels(const DicomFile& file, const PixelForm& form, co
 /// A file that holds the compressed pixels of a slice, and goes with the object.
 class PixelFile {
  public:
-  PixelFile(const DicomFile& file, const PixelForm& form) {
+  PixelFile(const DicomFile& file, const PixelForm& form, const std::string& stream) {
     std::random_device seed;
     path_ = std::filesystem::temp_directory_path() /
             ("trephine-" + std::to_string(seed()) + "-" + std::to_string(seed()) + ".dcm");
-    std::ofstream(path_, std::ios::binary) << content(file, form);
+    std::ofstream(path_, std::ios::binary) << content(file, form, stream);
   }
   ~PixelFile() {
     std::error_code ignored;
@@ -188,7 +189,7 @@ class PixelFile {
     return little(tag >> 16, 2) + little(tag & 0xFFFF, 2) + type +
            (type == "OB" ? little(0, 2) + little(length, 4) : little(length, 2)) + value;
   }
-  static std::string content(const DicomFile& file, const PixelForm& form) {
+  static std::string content(const DicomFile& file, const PixelForm& form, const std::string& stream) {
     namespace tag = dicom_tag;
     const std::string capture = "1.2.840.10008.5.1.4.1.1.7";  // a class without a rescaling
     const std::string meta = element(0x00020001, "OB", {"\0\1", 2}) + element(0x00020002, "UI", capture) +
@@ -209,13 +210,7 @@ class PixelFile {
     };
     all += little(tag::kPixels >> 16, 2) + little(tag::kPixels & 0xFFFF, 2) + "OB" + little(0, 2) +
            little(0xFFFFFFFF, 4) + item(tag::kItem, "");
-    std::ifstream in(file.path, std::ios::binary);
-    for (const DicomBytes& fragment : file.pixels) {
-      std::string bytes(static_cast<std::size_t>(fragment.length), '\0');
-      in.seekg(static_cast<std::streamoff>(fragment.offset));
-      in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-      all += item(tag::kItem, bytes);
-    }
+    all += item(tag::kItem, stream);
     return all + item(tag::kSequenceEnd, "");
   }
 
@@ -233,7 +228,22 @@ inline SlicePixels decoded_pixels(const DicomFile& file, const PixelForm& form, 
     refuse_volume(where, "its voxels cannot be read (no decoder for transfer syntax " + file.syntax +
                              "); export it uncompressed");
   if (file.pixels.empty()) refuse_cut(where);
-  const PixelFile own(file, form);
+  std::string stream;
+  std::ifstream from(file.path, std::ios::binary);
+  for (const DicomBytes& fragment : file.pixels) {
+    std::string bytes(static_cast<std::size_t>(fragment.length), '\0');
+    from.seekg(static_cast<std::streamoff>(fragment.offset));
+    from.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream += bytes;
+  }
+  const StreamForm size{
+      .columns = static_cast<unsigned>(form.columns), .rows = static_cast<unsigned>(form.rows), .bits = form.allocated};
+  if (!is_whole_stream(file.syntax, stream, size))
+    refuse_volume(where,
+                  "its voxels cannot be read: the compressed image is cut short, damaged or of another size than "
+                  "the header tells; fetch it again");
+  if (stream.size() % 2 != 0) stream.push_back('\0');
+  const PixelFile own(file, form, stream);
   SlicePixels pixels;
   try {
     const auto io = itk::GDCMImageIO::New();
