@@ -69,7 +69,7 @@ struct Dicom {
   std::string other{};             // bytes of more elements, before the pixels
   std::string instance{};
   bool has_pixels = true;
-  std::size_t surplus = 0;  // bytes after the pixels, in their element
+  std::string surplus{};  // bytes after the pixels, in their element
 
   [[nodiscard]] bool big() const noexcept { return syntax == Syntax::kBig; }
   [[nodiscard]] std::string element(std::uint32_t tag, const std::string& type, std::string value) const {
@@ -108,7 +108,7 @@ struct Dicom {
       for (unsigned i = 0; i < 12 * samples * std::max(frames, 1U); ++i)
         bytes += number(pixels.empty() ? static_cast<unsigned>(100 * k) + i : pixels[i % pixels.size()],
                         static_cast<int>(allocated) / 8, big());
-      e += element(0x7FE00010, "OW", bytes + std::string(surplus, '\0'));
+      e += element(0x7FE00010, "OW", bytes + surplus);
     }
     return e;
   }
@@ -374,8 +374,59 @@ TEST_CASE("pixel elements that are too short or too long are refused") {
   replace_bytes(bytes, head + number(24, 4), head + number(18, 4));
   write_bytes(folder / "IM3", bytes.substr(0, bytes.size() - 6));
   says(error_of(folder.path()), "IM3: its voxels cannot be read: some are missing");
-  write_bytes(folder / "IM3", Dicom{.k = 3, .surplus = 8}.bytes());
+  write_bytes(folder / "IM3", Dicom{.k = 3, .surplus = "12345678"}.bytes());
   says(error_of(folder.path()), "IM3: holds more bytes than its header's sizes and type take");
-  write_bytes(folder / "IM3", Dicom{.k = 3, .surplus = 2}.bytes());
-  CHECK(is_read(folder));
+  for (const std::string& padding : {std::string("12"), std::string(100, '\0')}) {
+    write_bytes(folder / "IM3", Dicom{.k = 3, .surplus = padding}.bytes());
+    CHECK(is_read(folder));
+  }
+}
+
+TEST_CASE("compressed images whose headers contradict the slice's are refused before a decoder ends the process") {
+  const TemporaryFolder folder;
+  Series s;
+  s.packed = itk::GDCMImageIO::CompressionEnum::JPEG2000;
+  s.size = {12, 10, 2};
+  write_series(folder.path(), s);
+  const std::string whole = bytes_of(folder / "99.dcm");
+  const auto at = whole.find("\xFF\x4F\xFF\x51");
+  REQUIRE(at != std::string::npos);
+  // The last bytes of the image's columns and rows, and its bits.
+  for (const auto& [offset, value] : {std::pair{11, 13}, std::pair{15, 9}, std::pair{42, 3}, std::pair{41, 2}}) {
+    CAPTURE(offset);
+    std::string damaged = whole;
+    damaged[at + static_cast<std::size_t>(offset)] = static_cast<char>(value);
+    write_bytes(folder / "99.dcm", damaged);
+    says(error_of(folder.path()), "the compressed image is cut short, damaged or of another size");
+  }
+}
+
+TEST_CASE("runs of equal bytes are read") {
+  for (const bool damaged : {false, true}) {
+    const TemporaryFolder folder;
+    for (Dicom d; d.k < 6; ++d.k) {
+      std::string bytes = d.bytes();
+      replace_bytes(bytes, {"1.2.840.10008.1.2.1\0", 20}, {"1.2.840.10008.1.2.5\0", 20});
+      bytes.resize(bytes.size() - 24 - 12);  // without the pixel element
+      // The high bytes and the low bytes of the pixels, each in one literal run.
+      std::string high(1, '\x0B'), low(1, '\x0B');
+      for (unsigned i = 0; i < 12; ++i) {
+        const unsigned v = static_cast<unsigned>(100 * d.k) + i;
+        high.push_back(static_cast<char>(v >> 8));
+        low.push_back(static_cast<char>(v & 0xFF));
+      }
+      const std::string segments = number(2, 4) + number(64, 4) + number(damaged && d.k == 2 ? 999 : 64 + 13, 4) +
+                                   std::string(52, '\0') + high + low;
+      const auto item = [](unsigned tag, const std::string& value) {
+        return number(0xFFFE, 2) + number(tag, 2) + number(static_cast<std::uint32_t>(value.size()), 4) + value;
+      };
+      bytes += std::string("\xE0\x7F\x10\x00OB\0\0\xFF\xFF\xFF\xFF", 12) + item(0xE000, "") + item(0xE000, segments) +
+               item(0xE0DD, "");
+      write_bytes(folder / ("IM" + std::to_string(d.k)), bytes);
+    }
+    if (damaged)
+      says(error_of(folder.path()), "IM2: its voxels cannot be read: the compressed image is cut short");
+    else
+      CHECK(is_read(folder));
+  }
 }

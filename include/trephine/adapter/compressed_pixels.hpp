@@ -16,7 +16,7 @@ namespace trephine::itk_detail {
 struct StreamForm {
   unsigned columns = 0;
   unsigned rows = 0;
-  unsigned bits = 0;  // at most
+  unsigned bits = 0;  // that a pixel takes in memory
 };
 
 /// Numbers of a stream, most significant byte first; 0 beyond its end, which is then noted.
@@ -40,6 +40,9 @@ class StreamReader {
   bool whole_ = true;
 };
 
+/// Returns true if pixels of these bits take as many bytes as the header tells.
+inline bool fills(std::uint32_t bits, const StreamForm& form) { return bits > 1 && (bits + 7) / 8 * 8 == form.bits; }
+
 /// JPEG and JPEG-LS (ITU-T T.81, T.87).
 inline bool is_whole_jpeg(std::string_view bytes, const StreamForm& form) {
   StreamReader in(bytes);
@@ -58,8 +61,8 @@ inline bool is_whole_jpeg(std::string_view bytes, const StreamForm& form) {
     if (length < 2 || length > in.size() - at - 2) return false;
     const bool frame = marker >= 0xFFC0 && marker <= 0xFFCF && marker != 0xFFC4 && marker != 0xFFC8 && marker != 0xFFCC;
     if (frame || marker == 0xFFF7) {
-      if (has_frame || length < 11 || in.at(at + 4, 1) < 2 || in.at(at + 4, 1) > form.bits ||
-          in.at(at + 5, 2) != form.rows || in.at(at + 7, 2) != form.columns || in.at(at + 9, 1) != 1)
+      if (has_frame || length < 11 || !fills(in.at(at + 4, 1), form) || in.at(at + 5, 2) != form.rows ||
+          in.at(at + 7, 2) != form.columns || in.at(at + 9, 1) != 1)
         return false;
       has_frame = true;
     }
@@ -89,7 +92,7 @@ inline bool is_whole_jpeg_2000(std::string_view bytes, const StreamForm& form) {
                      number(6) + std::uint64_t{number(4)} > number(2) &&
                      number(7) + std::uint64_t{number(5)} > number(3);
   const bool component =
-      in.at(size + 36, 2) == 1 && (in.at(size + 38, 1) & 0x7F) + 1 <= form.bits && in.at(size + 39, 2) == 0x0101;
+      in.at(size + 36, 2) == 1 && fills((in.at(size + 38, 1) & 0x7F) + 1, form) && in.at(size + 39, 2) == 0x0101;
   if (!same || !tiles || !component || in.at(size, 2) != 41) return false;
   bool has_tile = false;
   for (std::size_t at = size + 41; in.whole() && at < in.size();) {

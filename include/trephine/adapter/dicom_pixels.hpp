@@ -138,14 +138,16 @@ inline SlicePixels plain_pixels(const DicomFile& file, const PixelForm& form, co
   const std::uint64_t needed = form.count() * width;
   const DicomBytes at = file.pixels.at(0);
   if (at.length < needed) refuse_cut(where);
-  // A few bytes more are padding; a row more belongs to another image.
-  if (at.length - needed >= std::max<std::uint64_t>(needed / static_cast<std::uint64_t>(form.rows), 2))
-    refuse_surplus(where);
   const auto in = open_data_set(file);
   std::vector<std::byte> bytes(static_cast<std::size_t>(needed));
   in->seekg(static_cast<std::streamoff>(at.offset));
   in->read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(needed));
   if (static_cast<std::uint64_t>(in->gcount()) != needed) refuse_cut(where);
+  // Zeros, or less than a row, are padding; more belongs to another image.
+  std::uint64_t surplus = at.length - needed;
+  if (surplus >= std::max<std::uint64_t>(needed / static_cast<std::uint64_t>(form.rows), 2))
+    for (char c = 0; surplus > 0 && in->get(c); --surplus)
+      if (c != '\0') refuse_surplus(where);
   to_native_order(bytes, width, file.big_endian || file.syntax == kGeneralElectric);
   SlicePixels pixels{.numbers = std::vector<std::int64_t>(form.count()), .padding = std::vector<bool>(form.count())};
   const auto each = [&]<class Raw>(const Raw* raw) {
