@@ -48,7 +48,8 @@ function(trephine_need_doctest)
                          19b2df757f2f3703a5e63cee553d85596875f06d91a3333acd80a969ef210856)
 endfunction()
 
-# Optional: sets TREPHINE_HAS_ITK for the caller and makes `trephine::itk` with the readers that adapter/itk.hpp uses.
+# Optional: sets TREPHINE_HAS_ITK for the caller and makes `trephine::itk` with the decoder and the zlib that
+# adapter/itk.hpp uses, and the writers of its tests.
 function(trephine_want_itk)
   if(NOT TARGET trephine::itk)
     # ITK's package files print pages about GDCM's command line tools, which nobody here needs.

@@ -205,7 +205,8 @@ TEST_CASE("each uncompressed transfer syntax is read, with the pixels' order of 
 
 TEST_CASE("companions block no series, chosen or not, whatever their names") {
   for (const char* const ending : {"", ".dcm"})
-    for (const auto& [name, companion] : companions()) {
+    for (const auto& [kind, companion] : companions()) {
+      const std::string name = kind;
       CAPTURE(name);
       const TemporaryFolder folder;
       write_slices(folder, {}, 6, ending);
@@ -221,7 +222,8 @@ TEST_CASE("companions block no series, chosen or not, whatever their names") {
 }
 
 TEST_CASE("companions alone are told by kind, as a folder and as files") {
-  for (const auto& [name, companion] : companions()) {
+  for (const auto& [kind, companion] : companions()) {
+    const std::string name = kind;
     CAPTURE(name);
     const TemporaryFolder folder;
     write_bytes(folder / name, companion.bytes());
@@ -342,8 +344,9 @@ TEST_CASE("slices that are shifted in their plane are refused, and duplicates to
 
 TEST_CASE("padding is no bone, however it is stored") {
   // Unsigned pixels with -2000 as 63536; twelve bits with the same; signed pixels above all others.
-  for (const auto& [stored, is_signed, padding] : {std::array{16U, 0U, 63536U}, std::array{12U, 0U, 63536U},
-                                                   std::array{16U, 1U, 32767U}, std::array{12U, 1U, 63536U}}) {
+  for (const auto& form : {std::array{16U, 0U, 63536U}, std::array{12U, 0U, 63536U}, std::array{16U, 1U, 32767U},
+                           std::array{12U, 1U, 63536U}}) {
+    const unsigned stored = form[0], is_signed = form[1], padding = form[2];
     CAPTURE(stored);
     CAPTURE(is_signed);
     const TemporaryFolder folder;
@@ -392,7 +395,8 @@ TEST_CASE("compressed images whose headers contradict the slice's are refused be
   const auto at = whole.find("\xFF\x4F\xFF\x51");
   REQUIRE(at != std::string::npos);
   // The last bytes of the image's columns and rows, and its bits.
-  for (const auto& [offset, value] : {std::pair{11, 13}, std::pair{15, 9}, std::pair{42, 3}, std::pair{41, 2}}) {
+  for (const auto& [place, value] : {std::pair{11, 13}, std::pair{15, 9}, std::pair{42, 3}, std::pair{41, 2}}) {
+    const int offset = place;
     CAPTURE(offset);
     std::string damaged = whole;
     damaged[at + static_cast<std::size_t>(offset)] = static_cast<char>(value);

@@ -211,7 +211,8 @@ TEST_CASE("a NIfTI file without a transform, or with a qform alone, lies where I
 TEST_CASE("NIfTI units hold for spacing and origin") {
   const TemporaryFolder folder;
   const auto path = folder / "a.nii";
-  for (const auto& [units, mm] : {std::pair{1, 1e3}, std::pair{2, 1.0}, std::pair{3, 1e-3}, std::pair{0, 1.0}}) {
+  for (const auto& [code, mm] : {std::pair{1, 1e3}, std::pair{2, 1.0}, std::pair{3, 1e-3}, std::pair{0, 1.0}}) {
+    const int units = code;
     CAPTURE(units);
     // The upper bits are the unit of time.
     Nifti n{.units = static_cast<char>(units | 8), .sform = 1};
@@ -244,11 +245,11 @@ TEST_CASE("units of length in NRRD and MetaImage files are read, unknown ones re
   const auto spacing_of = [](const std::filesystem::path& path) {
     return read_volume_as<std::int16_t>(path).spacing();
   };
-  for (const auto& [unit, mm] :
+  for (const auto& [name, mm] :
        {std::pair{"mm", 1.0}, std::pair{"um", 1e-3}, std::pair{"\xC2\xB5m", 1e-3}, std::pair{"microns", 1e-3},
         std::pair{"nm", 1e-6}, std::pair{"cm", 10.0}, std::pair{"m", 1e3}, std::pair{"", 1.0}}) {
-    CAPTURE(unit);
-    const std::string u = unit;
+    const std::string u = name;
+    CAPTURE(u);
     const double scale = mm < 1e-5 ? 1e4 : mm > 100 ? 1e-3 : 1;  // so that voxels are 5 µm to 7 mm
     const auto text = [&](double v) {
       std::ostringstream o;
@@ -312,14 +313,15 @@ TEST_CASE("a file without a spacing needs one in the options; micro-CT of 5 to 5
 TEST_CASE("each space of NRRD gives the patient's axes") {
   const TemporaryFolder folder;
   const auto path = folder / "a.nrrd";
-  for (const auto& [space, sign] :
+  for (const auto& [name, sign] :
        {std::pair{"left-posterior-superior", Vec3d(1, 1, 1)}, std::pair{"LPS", Vec3d(1, 1, 1)},
         std::pair{"right-anterior-superior", Vec3d(-1, -1, 1)}, std::pair{"RAS", Vec3d(-1, -1, 1)},
         std::pair{"left-anterior-superior", Vec3d(1, -1, 1)}, std::pair{"LAS", Vec3d(1, -1, 1)},
         std::pair{"3D-right-handed", Vec3d(1, 1, 1)}}) {
+    const std::string space = name;
     CAPTURE(space);
-    write_bytes(path, nrrd(std::string("space: ") + space +
-                           "\nspace directions: (0.5,0,0) (0,0.6,0) (0,0,0.7)\nspace origin: (1,2,3)\n"));
+    write_bytes(path,
+                nrrd("space: " + space + "\nspace directions: (0.5,0,0) (0,0.6,0) (0,0,0.7)\nspace origin: (1,2,3)\n"));
     const auto grid = read_volume_as<std::int16_t>(path);
     // The density of the voxel that lies at the place of number (2, 3, 1), whatever the order of the slices.
     const Vec3d p_W = 1e-3 * sign.cwiseProduct(Vec3d(1 + 2 * 0.5, 2 + 3 * 0.6, 3 + 0.7));

@@ -166,8 +166,10 @@ inline std::size_t suitable_type(const Source& source) {
 ///
 /// Other number types are converted to `Density`: whole numbers exactly, if all fit, and others to the nearest. Throws
 /// VolumeError with one line if densities do not fit or are not finite, or if no surface lies at `options.isovalue`. It
-/// also throws for: no such file, not an image, no voxels, several series (SeveralSeries, with the list). Missing,
-/// uneven or sheared slices (tilted gantry) and axes that are not perpendicular are refused too.
+/// also throws for: no such file, not an image, no voxels, no spacing or an unknown unit of length, fewer or more bytes
+/// than the header announces, several series (SeveralSeries, with the list). Slices that are missing, damaged, uneven,
+/// shifted or sheared (tilted gantry) and axes that are not perpendicular are refused too. Other DICOM objects in the
+/// folder (reports, contours, doses, colour images) are left out.
 template <VoxelDensity Density>
 [[nodiscard]] VoxelGrid<Density> read_volume_as(const std::filesystem::path& path, const VolumeOptions& options = {}) {
   return itk_detail::read_as<Density>(itk_detail::open_volume(path, options), options);
