@@ -37,17 +37,26 @@ Bone skull(const Options& options) {
 
 Bone ct(const Options& options) {
 #ifdef TREPHINE_EXAMPLE_HAS_ITK
-  Grid grid = read_ct(options.ct, options.series);
+  auto [grid, scale, offset] = read_ct(options.ct, options.series);
   const auto range = grid.original_range();
   // Air at -1000 says that these are Hounsfield units; elsewhere half way is as good a guess as any.
-  const bool hounsfield = range.min <= -500;
+  const bool own_densities = scale == 1 && offset == 0;
+  const bool hounsfield = own_densities && range.min <= -500;
   const double half_way = std::floor(0.5 * (range.min + range.max)) + 0.5;
   std::vector<std::string> notes;
+  if (!own_densities) {
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "densities are %g to %g; they are drilled as levels, %g times a density plus %g (--isovalue takes a "
+                  "density)",
+                  (range.min - offset) / scale, (range.max - offset) / scale, scale, offset);
+    notes.emplace_back(text.data());
+  }
   if (!hounsfield && !options.isovalue) {
     std::array<char, 128> text{};
     std::snprintf(text.data(), text.size(),
-                  "densities are %d to %d, no Hounsfield units; isovalue %g is a guess (--isovalue)", range.min,
-                  range.max, half_way);
+                  "densities are %g to %g, no Hounsfield units; isovalue %g is a guess (--isovalue)",
+                  (range.min - offset) / scale, (range.max - offset) / scale, (half_way - offset) / scale);
     notes.emplace_back(text.data());
   }
   std::filesystem::path path(options.ct);
@@ -55,9 +64,13 @@ Bone ct(const Options& options) {
   return {.name = path.filename().string(),
           .unit = hounsfield ? "HU" : "levels",
           .grid = std::move(grid),
-          .isovalue = options.isovalue.value_or(hounsfield ? kBoneHU : half_way),
+          .isovalue = options.isovalue ? scale * *options.isovalue + offset
+                      : hounsfield     ? kBoneHU
+                                       : half_way,
           .burr = {},
-          .notes = notes};
+          .notes = notes,
+          .scale = scale,
+          .offset = offset};
 #else
   throw std::runtime_error("--ct " + options.ct +
                            ": this build cannot read it, ITK is missing (Debian: libinsighttoolkit5-dev); build again "
@@ -114,10 +127,11 @@ Bone load_bone(const Options& options) {
   const auto range = bone.grid.original_range();
   if (!(range.min < bone.isovalue && bone.isovalue <= range.max)) {
     std::array<char, 160> text{};
+    const auto density = [&bone](double level) { return (level - bone.offset) / bone.scale; };
     std::snprintf(text.data(), text.size(),
-                  "%s has no surface at isovalue %g: its densities are %d to %d; choose one "
+                  "%s has no surface at isovalue %g: its densities are %g to %g; choose one "
                   "between them with --isovalue",
-                  bone.name.c_str(), bone.isovalue, range.min, range.max);
+                  bone.name.c_str(), density(bone.isovalue), density(range.min), density(range.max));
     throw std::runtime_error(text.data());
   }
   choose_tool(bone, options);

@@ -26,6 +26,8 @@ struct Bone {
   std::vector<std::string> notes;  ///< what was changed or is not known
   std::string tool_name{};         ///< of `tool`
   std::optional<trephine::RevolvedTool> tool{};  ///< in place of the burr, which then has its size
+  double scale = 1;                              ///< of the file's densities: level = scale * density + offset
+  double offset = 0;                             ///< likewise
 };
 
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.

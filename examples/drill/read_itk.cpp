@@ -5,12 +5,14 @@
 #include <trephine/adapter/itk.hpp>
 #include <trephine/adapter/itk_labels.hpp>
 
+#include <variant>
+
 namespace drill {
 
-Grid read_ct(const std::string& path, const std::string& series) {
+LevelGrid read_ct(const std::string& path, const std::string& series) {
   trephine::VolumeOptions options;
   options.series = series;
-  return trephine::read_volume_as<std::int16_t>(path, options);
+  return std::visit([](const auto& grid) { return to_levels(grid); }, trephine::read_volume(path, options));
 }
 
 AnyLabels read_label_file(const std::string& path, std::vector<std::string>& notes) {
