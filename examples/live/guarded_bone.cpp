@@ -8,6 +8,7 @@
 #include <trephine/structure/structure_veto.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <future>
@@ -36,8 +37,8 @@ VoxelBox box_of_all(const LabelGrid<Label>& labels) {
   return all;
 }
 
-/// True if a corner-aligned box about the structures, in G, meets the bone's.
-bool meets(const drill::Grid& bone, const Posed& X_GS, const VoxelBox& box, const Vec3d& spacing) {
+/// Least distance [m] between the bone's volume and a box of voxels, along G's axes; 0 or less where they meet.
+double gap_to_bone(const drill::Grid& bone, const Posed& X_GS, const VoxelBox& box, const Vec3d& spacing) {
   Vec3d lo = Vec3d::Constant(std::numeric_limits<double>::max()), hi = -lo;
   for (std::size_t corner = 0; corner < 8; ++corner) {
     Vec3d u;
@@ -48,7 +49,23 @@ bool meets(const drill::Grid& bone, const Posed& X_GS, const VoxelBox& box, cons
     hi = hi.cwiseMax(p_G);
   }
   const Vec3d size = bone.spacing().cwiseProduct(Vec3d(bone.size()[0], bone.size()[1], bone.size()[2]));
-  return (hi.array() > 0).all() && (lo.array() < size.array()).all();
+  return std::max((-hi).maxCoeff(), (lo - size).maxCoeff());
+}
+
+/// Names the structures that lie farther from the bone's volume than the field reaches: a drill in bone never meets
+/// their guard, and they may be another scan's.
+template <VoxelLabel Label>
+void note_unreached(const LabelGrid<Label>& labels, const drill::Grid& bone, const Posed& X_GS, double reach,
+                    std::vector<std::string>& notes) {
+  for (const Structure& s : labels.structures()) {
+    const double gap = gap_to_bone(bone, X_GS, labels.box_of(s.label), labels.spacing());
+    if (!(gap > reach)) continue;
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "' lies %.0f mm beside the bone, farther than any guard reaches (%.1f mm); is it of this scan?",
+                  1e3 * gap, 1e3 * reach);
+    notes.push_back("structure '" + s.name + text.data());
+  }
 }
 
 /// Builds on other threads, and prints how far it is: a new line each quarter.
@@ -88,7 +105,7 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
         guarded->structures = labels.structures();
         guarded->X_GS = relative_pose(bone.grid.X_WG(), labels.X_WS());
         guarded->box = box_of_all(labels);
-        if (!meets(bone.grid, guarded->X_GS, guarded->box, labels.spacing()))
+        if (gap_to_bone(bone.grid, guarded->X_GS, guarded->box, labels.spacing()) >= 0)
           throw std::runtime_error("the labels lie beside the bone; are they of another scan?");
         // Far enough for the largest burr, or for as large a one as the field can serve.
         const Burr largest{.tip_radius = largest_burr(bone), .shaft_radius = 0, .shaft_length = 0};
@@ -100,6 +117,7 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
         guarded->largest_radius = largest.tip_radius - std::max(wanted - most, 0.0);
         if (!(guarded->largest_radius >= bone.burr.tip_radius))
           throw std::runtime_error("the labels' voxels are too fine for a burr of this size; give a smaller --tool");
+        note_unreached(labels, bone.grid, guarded->X_GS, std::min(wanted, most), guarded->notes);
         guarded->field = built(labels, std::min(wanted, most));
       },
       any);

@@ -317,6 +317,20 @@ TEST_CASE("guarded bone: labels that lie beside the bone are refused") {
   CHECK_THROWS_WITH_AS((void)guard_bone(bone, labels, 1e-3), doctest::Contains("another scan"), std::runtime_error);
 }
 
+TEST_CASE("guarded bone: structures farther from the bone than any guard reaches are told") {
+  const drill::Bone bone = ball(Vec3d::Constant(0.4e-3), 8e-3);
+  std::vector<std::uint8_t> voxels(100 * 4 * 4, 0);
+  voxels[(2 * 4 + 2) * 100 + 4] = 1;
+  voxels[(2 * 4 + 2) * 100 + 98] = 2;  // 98 mm along x, in a volume of 21 mm
+  const LabelGrid<std::uint8_t> labels(
+      {.size = {100, 4, 4}, .spacing = Vec3d::Constant(1e-3), .X_WG = bone.grid.X_WG()}, voxels,
+      {{.label = 1, .name = "nerve"}, {.label = 2, .name = "other patient's"}});
+  const auto guarded = guard_bone(bone, labels, 1e-3);
+  REQUIRE(guarded->notes.size() == 1);
+  CHECK(guarded->notes[0].starts_with("structure 'other patient's' lies "));
+  CHECK(guarded->notes[0].find("farther than any guard reaches") != std::string::npos);
+}
+
 #ifdef TREPHINE_EXAMPLE_HAS_ITK
 TEST_CASE("labels: a segmentation's file is read, and segments without a voxel are named") {
   const std::string path = "labels.seg.nrrd";
