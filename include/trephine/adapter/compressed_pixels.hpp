@@ -10,7 +10,7 @@
 
 /// Checks compressed images by their markers before a decoder sees them: image size, lengths and the mark at the end.
 /// Some decoders end the process at headers that contradict themselves.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Size that an image must have.
 struct StreamForm {

@@ -24,7 +24,7 @@
 
 /// Walks the elements of a DICOM file (PS3.5) by their lengths, each checked against the bytes that are there, so that
 /// a damaged or unusual file ends in a reason and never in a decoder.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Elements by tag: group in the upper 16 bits.
 namespace dicom_tag {

@@ -27,7 +27,7 @@
 
 /// Reads the pixels of a DICOM slice as densities. Plain pixels are read here; compressed ones are given to ITK in a
 /// file of their own, with the few elements that describe them, so that no other element can mislead the decoder.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Returns the last line of an ITK message, which gives the reason.
 inline std::string last_line(const std::string& text) {

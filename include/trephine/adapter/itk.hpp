@@ -29,7 +29,7 @@
 /// Reads CT volumes. Headers and plain voxels are read here; compressed DICOM pixels are decoded by ITK 5.2 or newer,
 /// which the including program links (ITKCommon, ITKIOGDCM and their zlib). The result is the same under any locale and
 /// on any thread but the haptic one: it reads files and allocates memory.
-namespace trephine {
+namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A grid of any density type, chosen by the file.
 using AnyVoxelGrid = std::variant<VoxelGrid<std::uint8_t>, VoxelGrid<std::int8_t>, VoxelGrid<std::uint16_t>,

@@ -18,7 +18,7 @@
 #include <vector>
 
 /// Reads headers of MetaImage files (.mha, and .mhd with a file of voxels).
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 inline bool is_meta_image(const std::filesystem::path& file, const std::string& first_bytes) {
   const std::string ending = lower_case(file.extension().string());

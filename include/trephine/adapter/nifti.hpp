@@ -17,7 +17,7 @@
 #include <utility>
 
 /// Reads headers of NIfTI files, versions 1 and 2 (https://nifti.nimh.nih.gov), of either byte order.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Where a version keeps its numbers.
 struct NiftiLayout {

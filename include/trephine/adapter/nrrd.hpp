@@ -19,7 +19,7 @@
 #include <vector>
 
 /// Reads headers of NRRD files (https://teem.sourceforge.net/nrrd/format.html), attached and detached.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 inline bool is_nrrd(const std::string& first_bytes) { return first_bytes.starts_with("NRRD0"); }
 

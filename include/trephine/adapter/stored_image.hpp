@@ -17,7 +17,7 @@
 #include <vector>
 
 /// An image in a file of one of the plain formats (NRRD, NIfTI, MetaImage), as its header describes it.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Types of stored numbers.
 enum class Number : std::uint8_t { kU8, kI8, kU16, kI16, kU32, kI32, kU64, kI64, kF32, kF64 };

@@ -20,7 +20,7 @@
 
 /// Reads and writes bytes of volume files, plain or compressed. Exactly as many bytes as the header announces must be
 /// there: fewer leave voxels without a density, and more move the voxels by an unknown length.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Formats of compression, as zlib's window sizes.
 enum class Packing : int { kNone = 0, kGzip = 15 + 32 /* or zlib's own */, kDeflate = -15 /* without a header */ };

@@ -14,7 +14,7 @@
 #include <vector>
 
 /// Text of volume files and of messages about them, written and read alike under any locale of the host program.
-namespace trephine::itk_detail {
+namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
 /// Throws VolumeError with a file and a reason.
 [[noreturn]] inline void refuse_volume(const std::string& where, const std::string& what) {
