@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/host.hpp>
+
 #include <trephine/core/finite.hpp>
 
 #include <Eigen/Core>
