@@ -264,7 +264,7 @@ TEST_CASE("damaged slices end in a volume or in a reason") {
                      std::string("\x40\x00\x60\x02SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff"
                                  "\x08\x00\x00\x01SH\x02\x00"
                                  "ab\xfe\xff\x0d\xe0\0\0\0\0\xfe\xff\xdd\xe0\0\0\0\0",
-                                 54)}
+                                 46)}
           .bytes();
   std::mt19937 random(20261129);
   int read = 0;

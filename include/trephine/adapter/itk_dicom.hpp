@@ -213,9 +213,9 @@ inline std::vector<Slice> choose_series(const std::filesystem::path& path, const
   }
   const std::string where = "trephine::read_volume: " + path.string();
   if (chosen.empty())
-    throw SeveralSeries(where + ": has no series '" + options.series + "'; there are " + list.str(), series);
-  throw SeveralSeries(where + ": holds " + std::to_string(series.size()) +
-                          " series, choose one by its number or UID (VolumeOptions::series): " + list.str(),
+    throw SeveralSeries(one_line(where + ": has no series '" + options.series + "'; there are " + list.str()), series);
+  throw SeveralSeries(one_line(where + ": holds " + std::to_string(series.size()) +
+                               " series, choose one by its number or UID (VolumeOptions::series): " + list.str()),
                       series);
 }
 

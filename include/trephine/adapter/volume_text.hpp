@@ -16,9 +16,16 @@
 /// Text of volume files and of messages about them, written and read alike under any locale of the host program.
 namespace trephine::inline TREPHINE_ALIGNED::itk_detail {
 
+/// Returns a text without control characters, which damaged headers bring into messages.
+inline std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = '?';
+  return text;
+}
+
 /// Throws VolumeError with a file and a reason.
 [[noreturn]] inline void refuse_volume(const std::string& where, const std::string& what) {
-  throw VolumeError("trephine::read_volume: " + where + ": " + what);
+  throw VolumeError(one_line("trephine::read_volume: " + where + ": " + what));
 }
 
 /// A text that numbers are written into, with a decimal point and without grouping.
