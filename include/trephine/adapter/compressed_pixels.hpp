@@ -48,6 +48,7 @@ inline bool is_whole_jpeg(std::string_view bytes, const StreamForm& form) {
   StreamReader in(bytes);
   if (in.at(0, 2) != 0xFFD8) return false;
   bool has_frame = false;
+  bool lossless = false;
   bool has_scan = false;
   for (std::size_t at = 2; in.whole() && at < in.size();) {
     const std::uint32_t marker = in.at(at, 2);
@@ -65,7 +66,12 @@ inline bool is_whole_jpeg(std::string_view bytes, const StreamForm& form) {
           in.at(at + 7, 2) != form.columns || in.at(at + 9, 1) != 1)
         return false;
       has_frame = true;
+      lossless = marker == 0xFFC3;
     }
+    // A scan of one component; where lossless, with one of seven predictors.
+    if (marker == 0xFFDA && (length != 8 || in.at(at + 4, 1) != 1)) return false;
+    if (marker == 0xFFDA && lossless && (in.at(at + 7, 1) - 1 > 6 || in.at(at + 8, 1) != 0 || in.at(at + 9, 1) > 15))
+      return false;
     at += 2 + length;
     if (marker != 0xFFDA) continue;
     if (!has_frame) return false;
