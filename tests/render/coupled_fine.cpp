@@ -97,7 +97,7 @@ TEST_CASE("coupled fine: a ball that plunges into long voxels is never held by t
   CAPTURE(kSeed);
   Random random(kSeed);
   Figures during, behind, force;
-  for (const Vec3d ratio :
+  for (const Vec3d& ratio :
        {Vec3d(1, 1, 2), Vec3d(1, 1, 3), Vec3d(1, 1, 5), Vec3d(1, 2, 2), Vec3d(1, 3, 3), Vec3d(1, 5, 5)})
     for (const double voxels : {6.0, 15.0, 30.0})
       for (const int axis : {0, 2}) {
