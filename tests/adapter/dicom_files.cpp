@@ -4,8 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <itk_zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -119,19 +117,7 @@ struct Dicom {
                              element(0x00020003, "UI", "1.2.3.4") +
                              element(0x00020010, "UI", uids[static_cast<std::size_t>(syntax)]);
     std::string set = data_set();
-    if (syntax == Syntax::kDeflated) {
-      z_stream z{};
-      REQUIRE(deflateInit2(&z, 6, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY) == Z_OK);
-      std::string out(set.size() + 1000, '\0');
-      z.next_in = reinterpret_cast<Bytef*>(set.data());
-      z.avail_in = static_cast<uInt>(set.size());
-      z.next_out = reinterpret_cast<Bytef*>(out.data());
-      z.avail_out = static_cast<uInt>(out.size());
-      REQUIRE(deflate(&z, Z_FINISH) == Z_STREAM_END);
-      out.resize(out.size() - z.avail_out);
-      deflateEnd(&z);
-      set = out;
-    }
+    if (syntax == Syntax::kDeflated) set = packed_by(-15, set);
     return std::string(128, '\0') + "DICM" +
            element(0x00020000, "UL", number(static_cast<std::uint32_t>(meta.size()), 4)) + meta + set;
   }

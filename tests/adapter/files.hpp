@@ -13,6 +13,7 @@
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <itk_zlib.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -53,6 +54,20 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   std::stringstream bytes;
   bytes << std::ifstream(path, std::ios::binary).rdbuf();
   return bytes.str();
+}
+
+/// Packed by zlib, in the form that `window` names (deflateInit2).
+inline std::string packed_by(int window, std::string bytes) {
+  z_stream z{};
+  REQUIRE(deflateInit2(&z, 6, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+  std::string out(deflateBound(&z, static_cast<uLong>(bytes.size())) + 64, '\0');
+  z.next_in = reinterpret_cast<Bytef*>(bytes.data());
+  z.avail_in = static_cast<uInt>(bytes.size());
+  z.next_out = reinterpret_cast<Bytef*>(out.data());
+  z.avail_out = static_cast<uInt>(out.size());
+  REQUIRE(deflate(&z, Z_FINISH) == Z_STREAM_END);
+  deflateEnd(&z);
+  return out.substr(0, z.total_out);
 }
 
 /// Of the same length, at the only place.

@@ -7,7 +7,6 @@
 #include <doctest/doctest.h>
 
 #include <itkImageFileReader.h>
-#include <itk_zlib.h>
 
 #include <array>
 #include <cmath>
@@ -63,19 +62,6 @@ std::string ramp(int count, bool big_endian = false) {
   return bytes;
 }
 
-std::string packed_by(int window, std::string bytes) {
-  z_stream z{};
-  REQUIRE(deflateInit2(&z, 6, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY) == Z_OK);
-  std::string out(deflateBound(&z, static_cast<uLong>(bytes.size())) + 64, '\0');
-  z.next_in = reinterpret_cast<Bytef*>(bytes.data());
-  z.avail_in = static_cast<uInt>(bytes.size());
-  z.next_out = reinterpret_cast<Bytef*>(out.data());
-  z.avail_out = static_cast<uInt>(out.size());
-  REQUIRE(deflate(&z, Z_FINISH) == Z_STREAM_END);
-  out.resize(out.size() - z.avail_out);
-  deflateEnd(&z);
-  return out;
-}
 std::string gzip(const std::string& bytes) { return packed_by(15 + 16, bytes); }
 std::string zlib(const std::string& bytes) { return packed_by(15, bytes); }
 
