@@ -147,11 +147,17 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
           q.area = 4 * n.norm();
           q.of_face = q.area / (h.prod() / h[static_cast<Eigen::Index>(a)]);
           if (!(q.area > 0)) continue;
-          // Moved out, and at edges of bone onto the faces' means.
+          // Moved out, and at edges of bone onto the faces' means, less far where one would stand out.
           const double tilt = n[static_cast<Eigen::Index>(a)] / n.norm();
           const Vec3d out = n.normalized() * ((tilt > 0) == is_bone(v) ? 1 : -1);
           const Vec3d b0 = next(v, a, b, -1), b1 = next(v, a, b, 1), c0 = next(v, a, c, -1), c1 = next(v, a, c, 1);
           const Vec3d on_faces = ((*at + b0) / 2 + (*at + b1) / 2 + (*at + c0) / 2 + (*at + c1) / 2) / 4;
+          // Half the way between the means of both pairs, taken inward as far as one would stand out.
+          const Vec3d half = ((b0 + b1) - (c0 + c1)) / 8;
+          const double height = half.dot(out), hb = h[static_cast<Eigen::Index>(b)],
+                       hc = h[static_cast<Eigen::Index>(c)];
+          const double over = std::max(0.0, std::abs(height) - std::pow(h.minCoeff(), 3) / (8 * hb * hc));
+          const Vec3d edge = over > 0 ? Vec3d(on_faces - over / height * half) : on_faces;
           const double rise = (on_faces - q.middle).dot(out);
           const double round = 2 * h.minCoeff() / (8 * 12);
           const double thin = q.along.norm() * q.across.norm() / n.norm();
@@ -159,7 +165,7 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
           q.flat = std::abs(tilt) < 1e-4 * (1 + thin);
           q.middle += (rise <= round ? 2 * rise : rise < 2 * round ? 2 * round : rise) * out;
           const double sharp = rise <= round ? 0 : rise < 2 * round ? rise / round - 1 : 1;
-          q.middle = (1 - sharp) * q.middle + sharp * on_faces;
+          q.middle = (1 - sharp) * q.middle + sharp * edge;
           q.along = (1 - sharp) * q.along + sharp * (b1 - b0) / 4;
           q.across = (1 - sharp) * q.across + sharp * (c1 - c0) / 4;
         }
