@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/tick.hpp>
-#include <trephine/render/stiffness_budget.hpp>
+#include <trephine/render/shared_stiffness.hpp>
 #include <trephine/render/surface/surface_options.hpp>
 #include <trephine/render/surface/weighting.hpp>
 #include <trephine/tool/discretization.hpp>
