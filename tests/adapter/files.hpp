@@ -15,6 +15,7 @@
 #include <itkNrrdImageIO.h>
 #include <itk_zlib.h>
 
+#include <concepts>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -56,6 +57,32 @@ inline std::string bytes_of(const std::filesystem::path& path) {
   return bytes.str();
 }
 
+inline void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+/// What a VolumeError says, in one line, or "no error".
+template <std::invocable F>
+std::string error_of(F&& f) {
+  try {
+    f();
+  } catch (const VolumeError& e) {
+    const std::string what = e.what();
+    CHECK(what.find('\n') == std::string::npos);
+    return what;
+  }
+  return "no error";
+}
+/// Likewise, as a volume is read.
+inline std::string error_of(const std::filesystem::path& path, const VolumeOptions& options = {}) {
+  return error_of([&] { (void)read_volume_as<float>(path, options); });
+}
+
+inline void holds(const std::string& text, const std::string& part) {
+  INFO(text);
+  CHECK(text.find(part) != std::string::npos);
+}
+
 /// Packed by zlib, in the form that `window` names (deflateInit2).
 inline std::string packed_by(int window, std::string bytes) {
   z_stream z{};
@@ -70,7 +97,7 @@ inline std::string packed_by(int window, std::string bytes) {
   return out.substr(0, z.total_out);
 }
 
-/// Of the same length, at the only place.
+/// Replaces a text by one of the same length, at the only place.
 inline void replace_bytes(std::string& in, const std::string& before, const std::string& after) {
   const auto at = in.find(before);
   REQUIRE(at != std::string::npos);

@@ -33,23 +33,6 @@ namespace {
 // Files keep decimal or single-precision geometry; a thousandth of a voxel is far below what is felt.
 constexpr double kSamePlace = 1e-6;
 
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const VolumeError& e) {
-    const std::string what = e.what();
-    CHECK(what.find('\n') == std::string::npos);
-    return what;
-  }
-  return "no error";
-}
-
-void holds(const std::string& text, const std::string& part) {
-  INFO(text);
-  CHECK(text.find(part) != std::string::npos);
-}
-
 std::string text_of(const std::filesystem::path& path) {
   std::ostringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();

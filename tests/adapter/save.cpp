@@ -54,23 +54,6 @@ std::string text_of(const std::filesystem::path& path) {
   return text.str();
 }
 
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const VolumeError& e) {
-    const std::string what = e.what();
-    CHECK(what.find('\n') == std::string::npos);
-    return what;
-  }
-  return "no error";
-}
-
-void holds(const std::string& text, const std::string& part) {
-  INFO(text);
-  CHECK(text.find(part) != std::string::npos);
-}
-
 std::size_t files_in(const TemporaryFolder& folder) {
   const auto all = std::filesystem::directory_iterator(folder.path());
   return static_cast<std::size_t>(std::distance(begin(all), end(all)));

@@ -29,24 +29,6 @@ itk::ImageIOBase::Pointer io_for(const std::string& extension) {
 
 Mat3d oblique() { return rotation_from_vector<double>({0.3, -0.5, 0.2}); }
 
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const VolumeError& e) {
-    const std::string what = e.what();
-    CHECK(what.find('\n') == std::string::npos);
-    return what;
-  }
-  return "no error";
-}
-
-bool holds(const std::string& text, const std::string& part) {
-  INFO(text);
-  CHECK(text.find(part) != std::string::npos);
-  return text.find(part) != std::string::npos;
-}
-
 }  // namespace
 
 TEST_CASE("every file format gives each voxel its density and its place") {
