@@ -104,9 +104,10 @@ inline Source open_volume(const std::filesystem::path& path, const VolumeOptions
   std::error_code error;
   if (!std::filesystem::exists(path, error)) refuse_volume(path.string(), "there is no such file or folder");
   if (!std::filesystem::is_directory(path)) return open_file(path.string());
-  Source source{.where = path.string(), .slices = choose_series(path, options)};
-  source.geometry = check_slices(source.slices, options, path.string());
-  return source;
+  std::string where = path.string();
+  std::vector<Slice> slices = choose_series(path, options);
+  ImageGeometry geometry = check_slices(slices, options, where);
+  return {.where = std::move(where), .geometry = std::move(geometry), .slices = std::move(slices)};
 }
 
 /// Reads the voxels of a source, file by file, and calls `visit(const Pixel*, count)` for each with their densities:
