@@ -166,7 +166,8 @@ enum {
                                          bring it back by a ramp of your own. The others' rises by a slope */
   TREPHINE_STATUS_JUMP = 3,           /* tool or bone moved farther in a tick than a hand can; nothing was milled */
   TREPHINE_STATUS_BAD_INPUT = 4,      /* pose not finite, no rotation or absurdly far: zero wrench, nothing milled */
-  TREPHINE_STATUS_NON_FINITE = 5      /* a law overflowed: zero wrench, contact starts anew */
+  TREPHINE_STATUS_NON_FINITE = 5,     /* a law overflowed: zero wrench, contact starts anew */
+  TREPHINE_STATUS_FAR_AWAY = 6        /* the tool stays over 2 m from the bone: are poses in metres? */
 };
 
 typedef struct trephine_tick_result {

@@ -34,6 +34,8 @@ const char* in_words(trephine::Status s) {
       return "the device's pose is no pose: no force";
     case Status::kNonFinite:
       return "force is not finite: none is sent";
+    case Status::kFarAway:
+      return "the drill is metres from the bone: are poses in metres?";
   }
   return "";
 }

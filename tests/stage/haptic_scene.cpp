@@ -75,6 +75,24 @@ TEST_CASE("a scene of a renderer alone passes its wrench, summary and status on"
   CHECK(scene.tick({.X_WT = at(0, 0, 1)}, kTick).wrench == Wrenchd{});
 }
 
+TEST_CASE("a tool that stays where no hand works is told, at every tick's length, wherever the bone lies") {
+  for (const double dt : {1e-3, 1.0 / 4000}) {
+    auto bone = small_grid();
+    const Vec3d there(0.5, -0.2, 0.1);
+    bone.set_X_WG(turned({0.3, 0.1, -0.4}, there));
+    auto scene = HapticScene{bone, 300, Floor<>{}};
+    const auto seconds_until_told = [&](const Vec3d& p) {
+      for (int k = 1; k * dt < 3; ++k)
+        if (scene.tick({.X_WT = turned(Vec3d::Zero(), p)}, dt).status == Status::kFarAway) return k * dt;
+      return 3.0;
+    };
+    CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == doctest::Approx(1).epsilon(1e-3).scale(0));
+    CHECK(scene.tick({.X_WT = turned(Vec3d::Zero(), there + Vec3d(0, 0, 1))}, dt).status == Status::kOk);  // back, and told anew
+    CHECK(seconds_until_told(there + Vec3d(3, 0, 0)) == doctest::Approx(1).epsilon(1e-3).scale(0));
+    CHECK(seconds_until_told(there + Vec3d(1.9, 0, 0)) == 3);
+  }
+}
+
 TEST_CASE("a wrench where nothing was known of the bone is flagged: at a start, after a reset, where densities rose") {
   auto bone = small_grid();
   auto scene = HapticScene{bone, 300, Floor<>{}};

@@ -7,7 +7,8 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Outcome of a tick, ordered by severity. A tick reports the most severe outcome that applies.
+/// Outcome of a tick, ordered by severity but for the last. A tick reports the most severe outcome that applies, and
+/// `kFarAway` where no other does.
 enum class Status : std::uint8_t {
   kOk = 0,
   kWorkBound = 1,      ///< the work limit ended a search early; the next tick continues it
@@ -15,6 +16,7 @@ enum class Status : std::uint8_t {
   kJump = 3,           ///< tool or bone moved farther in a tick than a hand moves it: nothing was cut
   kBadInput = 4,       ///< pose non-finite, out of range or no rotation: zero wrench, state kept
   kNonFinite = 5,      ///< a law overflowed: zero wrench, contact was reset
+  kFarAway = 6,        ///< the tool stays farther from the bone than a hand works: are poses in metres?
 };
 
 /// The more severe of two outcomes.
@@ -35,6 +37,8 @@ enum class Status : std::uint8_t {
       return "bad_input";
     case Status::kNonFinite:
       return "non_finite";
+    case Status::kFarAway:
+      return "far_away";
   }
   return "unknown";
 }

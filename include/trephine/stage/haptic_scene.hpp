@@ -3,6 +3,7 @@
 
 #include <trephine/contact/release_bound.hpp>
 #include <trephine/stage/cutting_poses.hpp>
+#include <trephine/stage/far_away.hpp>
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_parts.hpp>
 #include <trephine/voxel/isovalue_warning.hpp>
@@ -89,6 +90,8 @@ class HapticScene {
 ///   does.
 /// - `kJump`: tool or bone moved farther in the tick than a hand moves them (`is_jump`). Nothing is cut. Only a scene
 ///   that cuts, bounds its wrench or uses velocities compares poses; others have the renderer's status.
+/// - `kFarAway`: all else is well, and the tool has been over `kFarthestHand` from the grid for `kFarTime`. Poses are
+///   likely in millimetres.
 ///
 /// With a coupled tool or a `ReleaseLimit` the wrench never steps: from tick to tick it changes, as a vector, by at
 /// most the stiffness times the tool's motion relative to the bone, and `release` times dt. A jump counts as no motion.
@@ -232,6 +235,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
     });
+    const bool far = far_away_.is_far(*bone_, X_GT.translation(), context.dt);
+    if (far && result.status == Status::kOk) result.status = Status::kFarAway;
     return result;
   }
 
@@ -473,6 +478,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
   [[no_unique_address]] History history_;
   [[no_unique_address]] Bound release_;
   [[no_unique_address]] detail::CuttingPoses<ContactRenderer, Parts...> cutting_poses_;
+  FarAway far_away_;
   std::uint64_t last_increase_stamp_ = 0;  // the bone's increase_stamp at the last tick; none has 0
 };
 
