@@ -47,36 +47,3 @@ function(trephine_need_doctest)
   trephine_fetch_headers(doctest::doctest doctest https://github.com/doctest/doctest/archive/v2.4.9.tar.gz
                          19b2df757f2f3703a5e63cee553d85596875f06d91a3333acd80a969ef210856)
 endfunction()
-
-# Optional: sets TREPHINE_HAS_ITK for the caller and makes `trephine::itk` with the decoder and the zlib that
-# adapter/itk.hpp uses, and the writers of its tests.
-function(trephine_want_itk)
-  if(NOT TARGET trephine::itk)
-    # ITK's package files print pages about GDCM's command line tools, which nobody here needs.
-    set(CMAKE_MESSAGE_LOG_LEVEL ERROR)
-    find_package(ITK 5.2 QUIET COMPONENTS ITKCommon ITKIOGDCM ITKIONRRD ITKIONIFTI ITKIOMeta ITKIOImageBase)
-    unset(CMAKE_MESSAGE_LOG_LEVEL)
-    if(ITK_FOUND)
-      # Some distributions' ITK headers turn down every compiler but the one they were built with.
-      set(CMAKE_REQUIRED_INCLUDES ${ITK_INCLUDE_DIRS})
-      set(CMAKE_REQUIRED_QUIET TRUE)
-      check_cxx_source_compiles("#include <itkMacro.h>\nint main() {}" TREPHINE_ITK_TAKES_COMPILER)
-      if(NOT TREPHINE_ITK_TAKES_COMPILER)
-        message(STATUS "trephine: ITK ${ITK_VERSION} is installed and its headers refuse ${CMAKE_CXX_COMPILER}: not used")
-      endif()
-    endif()
-    if(ITK_FOUND AND TREPHINE_ITK_TAKES_COMPILER)
-      # Not ITK's own use file: it adds flags and include folders to every target of the folder.
-      add_library(trephine_itk INTERFACE)
-      add_library(trephine::itk ALIAS trephine_itk)
-      target_include_directories(trephine_itk SYSTEM INTERFACE ${ITK_INCLUDE_DIRS})
-      target_link_directories(trephine_itk INTERFACE ${ITK_LIBRARY_DIRS})
-      target_link_libraries(trephine_itk INTERFACE ${ITK_LIBRARIES})
-    endif()
-  endif()
-  if(TARGET trephine::itk)
-    set(TREPHINE_HAS_ITK TRUE PARENT_SCOPE)
-  else()
-    set(TREPHINE_HAS_ITK FALSE PARENT_SCOPE)
-  endif()
-endfunction()

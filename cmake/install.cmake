@@ -18,6 +18,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/trephineConfigVersi
 configure_file(cmake/trephineConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/trephineConfig.cmake @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/trephineConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/trephineConfigVersion.cmake
         DESTINATION ${trephine_package_dir})
+install(FILES cmake/itk.cmake DESTINATION ${trephine_package_dir} RENAME trephineItk.cmake)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/licenses/trephine)
 
 # For builds without CMake. It finds the headers from its own place, unless the folders asked for are absolute.

@@ -12,7 +12,7 @@ set_target_properties(drill_bone PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZ
 target_include_directories(drill_bone PUBLIC ${bone_folder})
 target_link_libraries(drill_bone PUBLIC trephine::trephine)
 # read_itk.cpp includes ITK's headers, so it is only compiled where there are any.
-if(TREPHINE_HAS_ITK)
+if(TARGET trephine::itk)
   target_sources(drill_bone PRIVATE ${bone_folder}/read_itk.cpp)
   target_compile_definitions(drill_bone PUBLIC TREPHINE_EXAMPLE_HAS_ITK)
   target_link_libraries(drill_bone PRIVATE trephine::itk)

@@ -332,6 +332,17 @@ TEST_CASE("plain label images of every format and number type get names and colo
   }
   write_plain<std::int32_t>(folder / "a.nrrd", {65535, 1});
   CHECK(std::get<Grid16>(read_labels(folder / "a.nrrd")).voxel_count(65535) == 1);
+  CHECK(read_labels_as<std::uint16_t>(folder / "a.nrrd").voxel_count(65535) == 1);
+  holds(error_of([&] { (void)read_labels_as<std::uint8_t>(folder / "a.nrrd"); }),
+        "trephine::read_labels: " + (folder / "a.nrrd").string() + ": holds label 65535, which 8 bits do not");
+  // The type asked for, whatever the labels need.
+  write_plain<std::int32_t>(folder / "b.nrrd", {255, 1, 0, 9});
+  LabelReport report;
+  CHECK(
+      read_labels_as<std::uint8_t>(folder / "b.nrrd", {.structures = {{255, "dura"}}, .ignore_unlisted = true}, &report)
+          .voxel_count(255) == 1);
+  CHECK(report.unlisted_voxels == 2);
+  CHECK(read_labels_as<std::uint16_t>(folder / "b.nrrd").voxel_count(255) == 1);
 }
 
 TEST_CASE("names and colours of plain images come from the options") {

@@ -87,7 +87,8 @@ TEST_CASE("a tool that stays where no hand works is told, at every tick's length
       return 3.0;
     };
     CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == doctest::Approx(1).epsilon(1e-3).scale(0));
-    CHECK(scene.tick({.X_WT = turned(Vec3d::Zero(), there + Vec3d(0, 0, 1))}, dt).status == Status::kOk);  // back, and told anew
+    CHECK(scene.tick({.X_WT = turned(Vec3d::Zero(), there + Vec3d(0, 0, 1))}, dt).status ==
+          Status::kOk);  // back, and told anew
     CHECK(seconds_until_told(there + Vec3d(3, 0, 0)) == doctest::Approx(1).epsilon(1e-3).scale(0));
     CHECK(seconds_until_told(there + Vec3d(1.9, 0, 0)) == 3);
   }

@@ -6,7 +6,7 @@ set(other_sources)
 set(other_includes)
 set(other_libraries)
 
-if(TREPHINE_HAS_ITK)
+if(TARGET trephine::itk)
   list(APPEND other_sources speed/others/itk.cpp)
   list(APPEND other_libraries trephine::itk)
 else()

@@ -74,8 +74,9 @@ inline std::vector<Structure> list_structures(const LabelSource& source, const M
 }
 
 template <VoxelLabel Label>
-AnyLabelGrid make_labels(const GridGeometry& geometry, const std::vector<std::uint16_t>& voxels,
-                         std::vector<Structure> structures, const LabelFileOptions& options, const std::string& where) {
+LabelGrid<Label> make_labels(const GridGeometry& geometry, const std::vector<std::uint16_t>& voxels,
+                             std::vector<Structure> structures, const LabelFileOptions& options,
+                             const std::string& where) {
   try {
     const LabelGridOptions grid_options{.ignore_unlisted = options.ignore_unlisted};
     if constexpr (std::is_same_v<Label, std::uint16_t>) {
@@ -91,8 +92,9 @@ AnyLabelGrid make_labels(const GridGeometry& geometry, const std::vector<std::ui
   }
 }
 
-inline AnyLabelGrid read_labels(const std::filesystem::path& path, const LabelFileOptions& options,
-                                LabelReport& report) {
+/// Reads labels into a LabelGrid of one type, if all labels fit, or into an AnyLabelGrid.
+template <class Labels>
+Labels read_labels(const std::filesystem::path& path, const LabelFileOptions& options, LabelReport& report) {
   LabelSource source = open_labels(path);
   const std::string& where = source.file.where;
   // Names of our own replace the file's, which still tell the layers apart.
@@ -110,17 +112,22 @@ inline AnyLabelGrid read_labels(const std::filesystem::path& path, const LabelFi
     labelled += merged.uses[v];
     if (merged.uses[v] > 0) largest = v;
   }
-  AnyLabelGrid labels =
-      largest > std::numeric_limits<std::uint8_t>::max()
-          ? make_labels<std::uint16_t>(rigid.grid, merged.voxels, std::move(structures), options, where)
-          : make_labels<std::uint8_t>(rigid.grid, merged.voxels, std::move(structures), options, where);
-  std::visit(
-      [&](const auto& grid) {
-        for (const Structure& s : grid.structures()) labelled -= grid.voxel_count(s.label);
-      },
-      labels);
-  report.unlisted_voxels += labelled;
-  return labels;
+  const auto make = [&]<VoxelLabel Label>(Label) {
+    auto labels = make_labels<Label>(rigid.grid, merged.voxels, std::move(structures), options, where);
+    for (const Structure& s : labels.structures()) labelled -= labels.voxel_count(s.label);
+    report.unlisted_voxels += labelled;
+    return labels;
+  };
+  constexpr std::size_t kNarrow = std::numeric_limits<std::uint8_t>::max();
+  if constexpr (std::is_same_v<Labels, AnyLabelGrid>) {
+    if (largest > kNarrow) return make(std::uint16_t{});
+    return make(std::uint8_t{});
+  } else {
+    using Label = decltype(std::declval<const Labels&>().at(0, 0, 0));
+    if (sizeof(Label) == 1 && largest > kNarrow)
+      refuse_volume(where, "holds label " + std::to_string(largest) + ", which 8 bits do not; read 16-bit labels");
+    return make(Label{});
+  }
 }
 
 /// Returns true if a file holds exactly these labels.
@@ -139,17 +146,28 @@ bool holds_labels(const std::filesystem::path& file, const LabelGrid<Label>& lab
 /// Reads a segmentation: 3D Slicer's .seg.nrrd, or any NRRD, NIfTI or MetaImage file whose voxels are labels, of any
 /// number type. W is the patient's space as in `read_volume`, so bone and labels of one patient fit. Names and colours
 /// come from the header, else from `options`. Labels are the file's numbers; if segments of two layers have the same
-/// number, labels are 1, 2, 3 in the order of the segments. The grid has 8-bit labels if all fit.
+/// number, labels are 1, 2, 3 in the order of the segments.
 ///
 /// Throws VolumeError with one line: no such file, not an image, not three dimensions, numbers that are negative,
-/// fractional or above 65535, more than 255 structures, two of the same name, or axes that are not perpendicular.
+/// fractional or beyond `Label`, more than 255 structures, two of the same name, or axes that are not perpendicular.
 /// Segments that overlap, voxels of no segment and structures without a voxel are refused unless `options` allows them;
 /// `report` then counts them, if given. Not for the haptic thread.
+template <VoxelLabel Label>
+[[nodiscard]] LabelGrid<Label> read_labels_as(const std::filesystem::path& path, const LabelFileOptions& options = {},
+                                              LabelReport* report = nullptr) {
+  LabelReport own;
+  return itk_detail::in_the_name_of("read_labels", [&] {
+    return itk_detail::read_labels<LabelGrid<Label>>(path, options, report != nullptr ? *report : own);
+  });
+}
+
+/// The same, with 8-bit labels if all fit, and else with 16-bit labels.
 [[nodiscard]] inline AnyLabelGrid read_labels(const std::filesystem::path& path, const LabelFileOptions& options = {},
                                               LabelReport* report = nullptr) {
   LabelReport own;
-  return itk_detail::in_the_name_of(
-      "read_labels", [&] { return itk_detail::read_labels(path, options, report != nullptr ? *report : own); });
+  return itk_detail::in_the_name_of("read_labels", [&] {
+    return itk_detail::read_labels<AnyLabelGrid>(path, options, report != nullptr ? *report : own);
+  });
 }
 
 /// Writes labels to `path`, an NRRD (.seg.nrrd, which 3D Slicer opens with names and colours, or .nrrd) or MetaImage

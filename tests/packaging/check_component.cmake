@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-# Builds and runs compiled_consumer/ against an installed and then moved package with the component `compiled`, and
-# configures it against this folder. The library is the one that `archive_dir` holds: built once, for all tests.
+# Builds and runs `component`_consumer/ against an installed and then moved package with that component, and configures
+# it against this folder. `option` is what makes the component. A library is the one that `archive_dir` holds: built
+# once, for all tests.
 cmake_policy(VERSION 3.24)
 
 function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${work} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT status EQUAL 0)
     list(JOIN ARGN " " command)
     message(FATAL_ERROR "${command}\nended with ${status}:\n${output}")
@@ -13,13 +14,17 @@ function(run)
 endfunction()
 
 file(REMOVE_RECURSE ${work})
+file(MAKE_DIRECTORY ${work})
 set(common -G ${generator} -D CMAKE_BUILD_TYPE=None -D CMAKE_C_COMPILER=${CC} -D CMAKE_CXX_COMPILER=${CXX}
            -D CMAKE_CXX_FLAGS=${CXX_FLAGS})
+if(archive_dir)
+  set(archive -D CMAKE_ARCHIVE_OUTPUT_DIRECTORY=${archive_dir})
+endif()
 if(Eigen3_DIR)
   list(APPEND common -D Eigen3_DIR=${Eigen3_DIR})
 endif()
-run(${CMAKE_COMMAND} -S ${source} -B ${work}/trephine ${common} -D TREPHINE_BUILD_COMPILED=ON -D TREPHINE_BUILD_TESTS=OFF
-    -D TREPHINE_BUILD_EXAMPLES=OFF -D TREPHINE_BUILD_BENCH=OFF -D CMAKE_ARCHIVE_OUTPUT_DIRECTORY=${archive_dir})
+run(${CMAKE_COMMAND} -S ${source} -B ${work}/trephine ${common} -D ${option}=ON -D TREPHINE_BUILD_TESTS=OFF
+    -D TREPHINE_BUILD_EXAMPLES=OFF -D TREPHINE_BUILD_BENCH=OFF ${archive})
 run(${CMAKE_COMMAND} --install ${work}/trephine --prefix ${work}/installed)
 file(RENAME ${work}/installed ${work}/moved)
 file(GLOB_RECURSE package_files ${work}/moved/*.cmake)
@@ -33,10 +38,10 @@ foreach(file IN LISTS package_files)
   endforeach()
 endforeach()
 
-set(consumer ${source}/tests/packaging/compiled_consumer)
+set(consumer ${source}/tests/packaging/${component}_consumer)
 run(${CMAKE_COMMAND} -S ${consumer} -B ${work}/build ${common} -D version=${version} -D CMAKE_PREFIX_PATH=${work}/moved)
 run(${CMAKE_COMMAND} --build ${work}/build)
-run(${work}/build/compiled_consumer)
+run(${work}/build/${component}_consumer)
 if(NOT output MATCHES "N, [0-9.e+-]+ mm3" OR output MATCHES "nan")
   message(FATAL_ERROR "the consumer says: ${output}")
 endif()
