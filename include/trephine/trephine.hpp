@@ -39,6 +39,7 @@
 #include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/isovalue_warning.hpp>
+#include <trephine/voxel/largest_piece.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/resample.hpp>
