@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "../../examples/drill/writable.hpp"
+
 #include <cstdlib>
-#include <filesystem>
+#include <exception>
 #include <initializer_list>
 #include <iostream>
 #include <string>
@@ -10,8 +12,8 @@
 
 namespace trephine::bench {
 
-/// Reads a program's command line: --quick, --out DIR (made if missing) and further switches and options. Anything else
-/// ends the program with a line on standard error and exit code 2.
+/// Reads a program's command line: --quick, --out DIR (made if missing) and further switches and options. Anything
+/// else, and a folder that cannot be written, ends the program with a line on standard error and exit code 2.
 struct CommandLine {
   bool quick = false;
   std::string folder = "build/report";
@@ -36,7 +38,12 @@ struct CommandLine {
         std::exit(2);
       }
     }
-    std::filesystem::create_directories(folder);
+    try {
+      drill::require_writable_folder("--out", folder);
+    } catch (const std::exception& error) {
+      std::cerr << argv[0] << ": " << error.what() << '\n';
+      std::exit(2);
+    }
   }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A window to drill in by hand: mouse, 6-DOF mouse or a file moves the drill, and the bone holds it.
 #include "../drill/png_file.hpp"
+#include "../drill/writable.hpp"
 #include "screen.hpp"
 #include "sound.hpp"
 
@@ -85,6 +86,9 @@ int run(const LiveOptions& options, int& code) {
   const std::string& file = scripted ? options.script : options.replay;
   std::vector<Event> events;
   if (!file.empty()) events = read_events(file);
+  if (!options.record.empty()) drill::require_writable_file("--record", options.record);
+  for (const Event& e : events)
+    if (e.kind == Event::Kind::kShot) drill::require_writable_file("shot", e.file);
   Window window(options.width, options.height, true, options.debug);
   std::printf("picture  %s\n", window.renderer().c_str());
   const auto loading = Clock::now();
