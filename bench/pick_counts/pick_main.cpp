@@ -2,6 +2,9 @@
 #include "bone.hpp"
 #include "pick_options.hpp"
 #include "pick_report.hpp"
+#include "writable.hpp"
+
+#include <trephine/device/presets.hpp>
 
 #include <chrono>
 #include <cstdio>
@@ -20,6 +23,8 @@ drill::Bone load(const Options& o) {
   options.ct = o.ct;
   options.series = o.series;
   options.isovalue = o.isovalue;
+  options.largest_piece = o.largest_piece;
+  options.tool = o.tool;
   options.tip_radius = o.tip_radius;
   options.shaft_radius = o.shaft_radius;
   options.shaft_length = o.shaft_length;
@@ -33,13 +38,18 @@ StudyOptions study_options(const Options& o) {
           .algorithms = o.algorithms};
 }
 
-/// Makes the folder for the results before the work, so that nobody waits for results that cannot be kept.
-fs::path made_folder(const std::string& out) {
-  std::error_code error;
-  fs::create_directories(out, error);
-  if (!fs::is_directory(out))
-    throw UsageError("--out " + out + ": cannot be made (" + (error ? error.message() : "a file has that name") + ")");
-  return out;
+Scene scene_of(const Options& o, const drill::Bone& bone) {
+  Scene s{.burr = bone.burr, .isovalue = bone.isovalue, .density = bone.density(bone.isovalue), .tool_name = o.tool};
+  s.stiffness = o.stiffness.value_or(s.stiffness);
+  s.max_force = o.max_force.value_or(s.max_force);
+  s.max_torque = o.max_torque.value_or(s.max_torque);
+  if (o.device.empty()) return s;
+  const trephine::DevicePreset device = trephine::device_preset(o.device);
+  s.device = o.device;
+  s.stiffness = device.stiffness;
+  s.max_force = device.limits.force;
+  s.max_torque = device.limits.torque;
+  return s;
 }
 
 void write(const fs::path& path, const std::string& content) {
@@ -49,19 +59,22 @@ void write(const fs::path& path, const std::string& content) {
   if (!file) throw std::runtime_error("cannot write " + path.string());
 }
 
-/// A line on standard error where a part begins, and every few seconds.
+/// A line on standard error where a part begins, every few seconds, and where it ends.
 class ProgressLines {
  public:
   void operator()(const std::string& part, double share) {
     const auto now = std::chrono::steady_clock::now();
-    if (part == part_ && now - written_ < std::chrono::seconds(5)) return;
+    const bool ends = share >= 1;
+    if (part == part_ && (ended_ || (!ends && now - written_ < std::chrono::seconds(5)))) return;
     part_ = part;
+    ended_ = ends;
     written_ = now;
     std::fprintf(stderr, "%-34s %3.0f %%\n", part.c_str(), 100 * share);
   }
 
  private:
   std::string part_{};
+  bool ended_ = false;
   std::chrono::steady_clock::time_point written_{};
 };
 
@@ -69,16 +82,14 @@ class ProgressLines {
 int perform(const Options& options, const drill::Bone& bone, int& code) {
   const StudyOptions wanted = study_options(options);
   const Subject subject{.bone = bone.name,
+                        .unit = bone.unit,
                         .notes = bone.notes,
-                        .scene = {.burr = bone.burr,
-                                  .stiffness = options.stiffness,
-                                  .isovalue = bone.isovalue,
-                                  .max_force = options.max_force,
-                                  .max_torque = options.max_torque},
+                        .scene = scene_of(options, bone),
                         .spacing = bone.grid.spacing(),
                         .size = bone.grid.size(),
                         .options = wanted};
-  const fs::path folder = made_folder(options.out);
+  const fs::path folder = options.out;
+  drill::require_writable_folder("--out", folder);
   Study study;
   try {
     study = carry_out(bone.grid, subject.scene, wanted, ProgressLines());

@@ -4,6 +4,8 @@
 #include "pick_text.hpp"
 
 #include <trephine/core/number.hpp>
+#include <trephine/device/presets.hpp>
+#include <trephine/tool/named_tools.hpp>
 
 #include <array>
 #include <cmath>
@@ -21,6 +23,18 @@ double number(const std::string& given, double least, double most, const char* u
 }
 
 double metres(const std::string& given) { return 1e-3 * number(given, 0.01, 1000, " mm"); }
+double half_metres(const std::string& given) { return 0.5 * metres(given); }
+
+/// The name, where the library takes it.
+template <class Lookup>
+std::string known(const std::string& given, const Lookup& lookup) {
+  try {
+    (void)lookup(given);
+  } catch (const std::invalid_argument& e) {
+    throw UsageError(e.what());
+  }
+  return given;
+}
 
 /// One row of the only list of options there is.
 struct Entry {
@@ -39,18 +53,25 @@ constexpr std::array kEntries{
           [](Options& o, const std::string& v) { o.series = v; }},
     Entry{"--isovalue", "V", "bone is where the density is at least V (skull and CT: 300 HU)",
           [](Options& o, const std::string& v) { o.isovalue = number(v, -1e9, 1e9, ""); }},
-    Entry{"--tip-radius", "MM", "burr's radius (three voxels, at least)",
-          [](Options& o, const std::string& v) { o.tip_radius = metres(v); }},
-    Entry{"--shaft-radius", "MM", "shaft's radius (0.53 tip radii)",
-          [](Options& o, const std::string& v) { o.shaft_radius = metres(v); }},
+    Entry{"--largest-piece", "",
+          "leave out what hangs apart from the largest piece of bone: a head rest (--skull: always)",
+          [](Options& o, const std::string&) { o.largest_piece = true; }},
+    Entry{"--tool", "NAME-MM", "a tool by name and diameter instead of a round burr: match-head-3, twist-3.2",
+          [](Options& o, const std::string& v) { o.tool = known(v, trephine::tool_by_name); }},
+    Entry{"--burr-diameter", "MM", "burr's diameter (six voxels, at least)",
+          [](Options& o, const std::string& v) { o.tip_radius = half_metres(v); }},
+    Entry{"--shaft-diameter", "MM", "shaft's diameter (0.53 of the burr's)",
+          [](Options& o, const std::string& v) { o.shaft_radius = half_metres(v); }},
     Entry{"--shaft-length", "MM", "from the burr's centre (40)",
           [](Options& o, const std::string& v) { o.shaft_length = metres(v); }},
+    Entry{"--device", "NAME", "a preset, for stiffness and limits; the list is below",
+          [](Options& o, const std::string& v) { o.device = known(v, trephine::device_preset); }},
     Entry{"--stiffness", "N/M", "of the contact (800)",
           [](Options& o, const std::string& v) { o.stiffness = number(v, 1, 1e6, " N/m"); }},
     Entry{"--max-force", "N", "the device's limit (3.3)",
           [](Options& o, const std::string& v) { o.max_force = number(v, 0.1, 1000, " N"); }},
-    Entry{"--max-torque", "NM", "the device's limit (0.1)",
-          [](Options& o, const std::string& v) { o.max_torque = number(v, 0.002, 100, " N m"); }},
+    Entry{"--max-torque", "NM", "the device's limit, 0: it gives none (0.1)",
+          [](Options& o, const std::string& v) { o.max_torque = number(v, 0, 100, " N m"); }},
     Entry{"--budget", "US", "time a tick may take, in all but one of 1000 ticks [microseconds] (50)",
           [](Options& o, const std::string& v) { o.budget_us = number(v, 0.001, 1e6, " us"); }},
     Entry{"--rate", "HZ", "instead: the loop's rate, of whose period a tick may take half",
@@ -105,6 +126,10 @@ Options parse_options(int argc, const char* const* argv) {
   if (!options.skull.empty() && !options.ct.empty()) throw UsageError("--skull and --ct: give one of them");
   if (!options.series.empty() && options.ct.empty()) throw UsageError("--series needs --ct with a DICOM folder");
   if (options.budget_us && options.rate_Hz) throw UsageError("--budget and --rate: give one of them");
+  if (!options.tool.empty() && (options.tip_radius || options.shaft_radius || options.shaft_length))
+    throw UsageError("--tool: its name says its measures; leave out those of a burr");
+  if (!options.device.empty() && (options.stiffness || options.max_force || options.max_torque))
+    throw UsageError("--device: its name says stiffness and limits; leave out --stiffness, --max-force, --max-torque");
   if (options.out.empty()) throw UsageError("--out: the folder's name is empty");
   return options;
 }
@@ -116,8 +141,16 @@ std::string usage() {
       "that bone, measures error against the finest setting and time for a grid of settings, and recommends the\n"
       "quickest that keeps to the limits, as code. Without --skull or --ct the bone is a built-in tooth phantom.\n\n";
   for (const Entry& e : kEntries) all += text("  %-32s %s\n", (std::string(e.name) + " " + e.shown).c_str(), e.help);
+  all += "\nTools: a family and a diameter in mm:";
+  for (const trephine::ToolFamily& f : trephine::kToolFamilies)
+    all += text("%s%s-%s to %g", &f == trephine::kToolFamilies.data() ? " " : ",\n  ", std::string(f.name).c_str(),
+                trephine::number_text(f.least).c_str(), f.most);
+  all += "\nDevices:";
+  for (const auto name : trephine::device_preset_names())
+    all += (name == trephine::device_preset_names().front() ? " " : ", ") + std::string(name);
   return all +
-         "\nThe limits' defaults are half of what people can just tell apart. Exit code: 0; 1 where results could not "
+         "\n\nThe limits' defaults are half of what people can just tell apart. Exit code: 0; 1 where results could "
+         "not "
          "be\n"
          "written; 2 for a wrong argument or file; 3 where nothing keeps to limits and budget.\n";
 }

@@ -21,10 +21,13 @@ struct Options {
   bool help = false;
   std::string skull, ct, series;  ///< none of them: the built-in tooth
   std::optional<double> isovalue;
+  bool largest_piece = false;
+  std::string tool;                                              ///< as `trephine::tool_by_name`; empty: a burr
   std::optional<double> tip_radius, shaft_radius, shaft_length;  ///< [m]
-  double stiffness = 800;                                        ///< [N/m]
-  double max_force = 3.3;                                        ///< [N]
-  double max_torque = 0.1;                                       ///< [N·m]
+  std::string device;                                            ///< as `trephine::device_preset`; empty: none
+  std::optional<double> stiffness;                               ///< [N/m]
+  std::optional<double> max_force;                               ///< [N]
+  std::optional<double> max_torque;                              ///< [N·m]
   std::optional<double> budget_us;
   std::optional<double> rate_Hz;
   Limits limits{};

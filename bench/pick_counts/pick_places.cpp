@@ -76,8 +76,9 @@ bool shaft_lean(Draw& draw, bool crest, Case& c) {
 }  // namespace
 
 std::vector<Case> make_cases(const Field& field, const Burr& burr, Algorithm algorithm, const CaseOptions& options,
-                             const std::function<void(int)>& progress) {
-  Draw draw{field, options.deepest, Random(options.seed), Feeler(algorithm, burr, 0.35 * field.voxel())};
+                             const std::function<void(int)>& progress,
+                             const std::optional<trephine::RevolvedTool>& tool) {
+  Draw draw{field, options.deepest, Random(options.seed), Feeler(algorithm, burr, 0.35 * field.voxel(), tool)};
   std::vector<Case> cases;
   for (int k = 0; k < kKinds; ++k) {
     const auto kind = static_cast<Kind>(k);

@@ -8,6 +8,7 @@
 #include <trephine/core/rotation.hpp>
 #include <trephine/core/wrench.hpp>
 #include <trephine/tool/discretization.hpp>
+#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
@@ -84,12 +85,15 @@ inline constexpr std::array kAlgorithms{Algorithm::kLine, Algorithm::kSurface, A
 /// Points that stand closely over what an algorithm feels with: says whether it touches the bone.
 class Feeler {
  public:
-  /// Points lie about `spacing` [m] apart.
-  Feeler(Algorithm algorithm, const Burr& burr, double spacing) : algorithm_(algorithm), burr_(burr) {
+  /// Points lie about `spacing` [m] apart. `tool`: in place of the burr, which then has its size.
+  Feeler(Algorithm algorithm, const Burr& burr, double spacing, const std::optional<trephine::RevolvedTool>& tool = {})
+      : algorithm_(algorithm), burr_(burr) {
     const double length = burr.has_shaft() ? burr.shaft_length : 0;
     points_.push_back({0, 0, 0});
     if (algorithm == Algorithm::kLine) {
       if (length > 0) add_column(burr.tip_radius, length, 0, spacing);
+    } else if (tool) {
+      add_outline(tool->outline(), spacing);
     } else {
       const double R = burr.tip_radius;
       const double per_area = spacing * spacing;
@@ -115,6 +119,19 @@ class Feeler {
   [[nodiscard]] double shaft_reach() const noexcept { return algorithm_ == Algorithm::kLine ? 0 : burr_.shaft_radius; }
 
  private:
+  void add_outline(const trephine::ToolOutline& outline, double spacing) {
+    const double length = outline.side_length();
+    const int rings = std::clamp(static_cast<int>(std::ceil(length / spacing)), 1, 2000);
+    for (int i = 0; i <= rings; ++i) {
+      const auto at = outline.place_at(length * i / rings);
+      const int around = std::clamp(static_cast<int>(2 * std::numbers::pi * at.rho / spacing), 1, 64);
+      for (int c = 0; c < around; ++c) {
+        const double a = 2 * std::numbers::pi * c / around;
+        points_.push_back({at.rho * std::cos(a), at.rho * std::sin(a), at.z});
+      }
+    }
+  }
+
   void add_column(double from, double to, double angle, double spacing, double radius = 0) {
     const int n = std::clamp(static_cast<int>(std::ceil((to - from) / spacing)), 1, 2000);
     for (int i = 0; i <= n; ++i)
@@ -229,8 +246,10 @@ struct CaseOptions {
 };
 
 /// Places a tool on a bone in as many ways as asked for, at places drawn from the seed. Fewer cases where the bone
-/// offers no more: every kind ends after a bounded number of tries. `progress` hears how many are made.
+/// offers no more: every kind ends after a bounded number of tries. `progress` hears how many are made. `tool`: in
+/// place of the burr, which then has its size.
 [[nodiscard]] std::vector<Case> make_cases(const Field& field, const Burr& burr, Algorithm algorithm,
-                                           const CaseOptions& options, const std::function<void(int)>& progress = {});
+                                           const CaseOptions& options, const std::function<void(int)>& progress = {},
+                                           const std::optional<trephine::RevolvedTool>& tool = {});
 
 }  // namespace pick

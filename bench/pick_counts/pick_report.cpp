@@ -16,12 +16,19 @@ std::string introduction(const Subject& s) {
   const Vec3d mm = 1e3 * s.spacing;
   const Burr& b = s.scene.burr;
   const Limits& l = s.options.sweep.limits;
-  std::string out = text("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm, isovalue %g\n", s.bone.c_str(),
-                         s.size[0], s.size[1], s.size[2], mm.x(), mm.y(), mm.z(), s.scene.isovalue);
+  std::string out =
+      text("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm, isovalue %.6g %s\n", s.bone.c_str(), s.size[0],
+           s.size[1], s.size[2], mm.x(), mm.y(), mm.z(), s.scene.density.value_or(s.scene.isovalue), s.unit.c_str());
   for (const auto& note : s.notes) out += "         " + note + "\n";
-  out += text("tool     burr %.3g mm, shaft %.3g mm in radius, %.3g mm long; %g N/m, device %g N, %g N m\n",
-              1e3 * b.tip_radius, 1e3 * b.shaft_radius, 1e3 * b.shaft_length, s.scene.stiffness, s.scene.max_force,
-              s.scene.max_torque);
+  if (s.scene.tool_name.empty())
+    out += text("tool     burr of %.3g mm diameter; shaft of %.3g mm diameter, %.3g mm long\n", 2e3 * b.tip_radius,
+                2e3 * b.shaft_radius, 1e3 * b.shaft_length);
+  else
+    out += text("tool     %s: %.3g mm diameter\n", s.scene.tool_name.c_str(), 2e3 * b.tip_radius);
+  out +=
+      text("device   %s%s%g N/m, %g N, ", s.scene.device.c_str(), s.scene.device.empty() ? "" : ": ", s.scene.stiffness,
+           s.scene.max_force) +
+      (s.scene.max_torque > 0 ? text("%g N m\n", s.scene.max_torque) : std::string("no torque, so none is compared\n"));
   out += text("limits   force %.3g %% (p95), direction %.3g deg (p99), torque %.3g %% (p95); %.4g us a tick (p99.9)\n",
               100 * l.force, l.direction_deg, 100 * l.torque, s.options.budget_us);
   return out;

@@ -10,6 +10,7 @@ namespace pick {
 /// What a report is about, beside the study.
 struct Subject {
   std::string bone;                ///< its name
+  std::string unit;                ///< of its densities
   std::vector<std::string> notes;  ///< about how it was read
   Scene scene;
   Vec3d spacing;  ///< of its voxels [m]

@@ -2,10 +2,13 @@
 #include "pick_study.hpp"
 #include "pick_text.hpp"
 
+#include <trephine/device/presets.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
+#include <trephine/tool/named_tools.hpp>
+#include <trephine/tool/revolved_vertices.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -17,35 +20,6 @@ namespace {
 
 constexpr int kDefaultIterations = 16;
 constexpr double kReach = 8;  // voxels that the default 16 moves of half a voxel cover
-
-std::string burr_code(const Burr& b) {
-  return text("const trephine::Burr burr{.tip_radius = %.6g, .shaft_radius = %.6g, .shaft_length = %.6g};  // metres\n",
-              b.tip_radius, b.shaft_radius, b.shaft_length);
-}
-
-std::string renderer_code(const LineSetting& s, const Scene& scene) {
-  return text("const trephine::ToolDiscretization tool{burr, trephine::LineCounts{.shaft = %d}};\n", s.vertices) +
-         text("const trephine::LineOptions options{.stiffness = %.6g, .proxy = {.step = %.6g, .iterations = %d}};\n",
-              scene.stiffness, s.step, s.iterations()) +
-         text("const trephine::TranslateRotate stepping{.stepping = {.step = %.6g}};\n", s.step) +
-         "trephine::LineApproxRenderer renderer{tool, options, stepping};\n";
-}
-
-std::string renderer_code(const SurfaceSetting& s, const Scene& scene) {
-  return text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", s.sphere,
-              s.slices, s.per_slice) +
-         "const trephine::ToolDiscretization tool{burr, counts};\n" +
-         text("const trephine::SurfaceOptions options{.stiffness = %.6g, .search_step = %.6g};\n", scene.stiffness,
-              s.search_step) +
-         (s.patches ? "trephine::SurfaceApproxRenderer renderer{tool, options};\n"
-                    : "trephine::SurfaceApproxRenderer<float, trephine::AreaWeights> renderer{tool, options};\n");
-}
-
-std::string renderer_code(const CoupledSetting&, const Scene& scene) {
-  return text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
-              scene.stiffness, scene.max_force, scene.max_torque) +
-         "trephine::CoupledToolRenderer renderer{burr, options};\n";
-}
 
 using namespace trephine;
 
@@ -79,8 +53,8 @@ class Bone<Renderer> {
 template <class Renderer>
 class RendererPlayer final : public Player {
  public:
-  RendererPlayer(Renderer renderer, const Grid& bone, double isovalue)
-      : renderer_(std::move(renderer)), bone_(renderer_, bone, isovalue) {}
+  RendererPlayer(Renderer renderer, const Grid& bone, const Scene& scene)
+      : renderer_(std::move(renderer)), bone_(renderer_, bone, scene.isovalue), gives_torque_(scene.max_torque > 0) {}
 
   void play(const std::vector<Case>& cases, std::vector<float>& ns, std::vector<Wrenchd>* wrenches) override {
     using Clock = std::chrono::steady_clock;
@@ -93,7 +67,9 @@ class RendererPlayer final : public Player {
         const std::chrono::duration<float, std::nano> took = Clock::now() - start;
         ns[tick] = std::min(ns[tick], took.count());
         ++tick;
-        if (wrenches) wrenches->push_back(found.wrench.template cast<double>());
+        if (!wrenches) continue;
+        wrenches->push_back(found.wrench.template cast<double>());
+        if (!gives_torque_) wrenches->back().torque.setZero();
       }
     }
   }
@@ -102,33 +78,62 @@ class RendererPlayer final : public Player {
   using Scalar = typename Renderer::Scalar;
   Renderer renderer_;
   Bone<Renderer> bone_;
+  bool gives_torque_;
 };
 
 template <class Renderer>
 std::unique_ptr<Player> player_of(Renderer renderer, const Scene& scene, const Grid& bone) {
-  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bone, scene.isovalue);
+  return std::make_unique<RendererPlayer<Renderer>>(std::move(renderer), bone, scene);
+}
+
+/// Calls `make` with the tool named, or with the burr.
+template <class Make>
+std::unique_ptr<Player> with_tool(const Scene& scene, const Make& make) {
+  const std::optional<RevolvedTool> tool = scene.tool();
+  return tool ? make(*tool) : make(scene.burr);
 }
 
 std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Grid& bone) {
-  const ToolDiscretization tool{scene.burr, LineCounts{.shaft = s.vertices}};
-  const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
-  return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, scene, bone);
+  return with_tool(scene, [&](const auto& shape) {
+    const ToolDiscretization tool{shape, LineCounts{.shaft = s.vertices}};
+    const LineOptions options{.stiffness = scene.stiffness, .proxy = {.step = s.step, .iterations = s.iterations()}};
+    return player_of(LineApproxRenderer{tool, options, TranslateRotate{.stepping = {.step = s.step}}}, scene, bone);
+  });
 }
 
 std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Grid& bone) {
-  const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
-  const ToolDiscretization tool{scene.burr, counts};
-  const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step};
-  if (s.patches) return player_of(SurfaceApproxRenderer<float, PatchWeights>{tool, options}, scene, bone);
-  return player_of(SurfaceApproxRenderer<float, AreaWeights>{tool, options}, scene, bone);
+  return with_tool(scene, [&]<class Shape>(const Shape& shape) {
+    const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
+    const ToolDiscretization tool{shape, counts};
+    const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step, .budget = scene.budget()};
+    using Areas = SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient, Shape>;
+    if (!s.patches) return player_of(Areas{tool, options}, scene, bone);
+    return player_of(SurfaceApproxRenderer{tool, options}, scene, bone);
+  });
 }
 
 std::unique_ptr<Player> make(const CoupledSetting&, const Scene& scene, const Grid& bone) {
-  const CoupledOptions options{.stiffness = scene.stiffness, .force = scene.max_force, .torque = scene.max_torque};
-  return player_of(CoupledToolRenderer{scene.burr, options}, scene, bone);
+  return with_tool(scene, [&](const auto& shape) {
+    return player_of(CoupledToolRenderer{shape, scene.coupled_options()}, scene, bone);
+  });
 }
 
 }  // namespace
+
+std::optional<RevolvedTool> Scene::tool() const {
+  if (tool_name.empty()) return std::nullopt;
+  return tool_by_name(tool_name).tool;
+}
+
+CoupledOptions Scene::coupled_options() const {
+  if (!device.empty()) return device_preset(device);
+  return {.stiffness = stiffness, .force = max_force, .torque = max_torque};
+}
+
+std::optional<StiffnessBudget> Scene::budget() const {
+  if (device.empty()) return std::nullopt;
+  return device_preset(device).budget;
+}
 
 int LineSetting::iterations() const {
   return std::clamp(static_cast<int>(std::ceil(kReach / step)), kDefaultIterations, 1000);
@@ -143,13 +148,6 @@ std::string describe(const Setting& setting) {
   const auto& s = std::get<SurfaceSetting>(setting);
   return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
               s.patches ? ", patches" : "", s.search_step);
-}
-
-std::string as_code(const Setting& setting, const Scene& scene) {
-  return burr_code(scene.burr) + std::visit([&](const auto& s) { return renderer_code(s, scene); }, setting) +
-         text("const trephine::DeviceLimits limits{.force = %.6g, .torque = %.6g};\n", scene.max_force,
-              scene.max_torque) +
-         text("trephine::HapticScene scene{bone, %.6g, renderer, trephine::Milling{}, limits};\n", scene.isovalue);
 }
 
 std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {

@@ -93,8 +93,8 @@ void measure(std::vector<Trial>& trials, const std::vector<std::vector<Setting>>
         m.errors = compare(trial.truth.wrenches, wrenches, trial.truth.ticks.counts);
         m.worst_share = options.limits.worst_share(m.errors);
       }
-      progress("measuring settings, turn " + std::to_string(repetition + 1),
-               static_cast<double>(++done) / static_cast<double>(entries.size()));
+      const double turn = static_cast<double>(++done) / static_cast<double>(entries.size());
+      progress("measuring settings", (repetition + turn) / options.repetitions);
     }
     if (repetition + 1 == kLooks)
       std::erase_if(entries, [&](const Runner& e) {
@@ -170,8 +170,9 @@ Study carry_out(const Grid& bone, const Scene& scene, const StudyOptions& option
   for (const Algorithm a : options.algorithms) {
     const std::string part = std::string("finding contacts, ") + name_of(a);
     Trial trial;
-    trial.cases = make_cases(field, scene.burr, a, cases,
-                             [&](int made) { progress(part, static_cast<double>(made) / (kKinds * cases.per_kind)); });
+    trial.cases = make_cases(
+        field, scene.burr, a, cases,
+        [&](int made) { progress(part, static_cast<double>(made) / (kKinds * cases.per_kind)); }, scene.tool());
     progress(part, 1);
     trial.truth = find_truth(a, bone, trial.cases, scene, options.sweep, progress);
     if (trial.truth.ticks.used < kFewestTicks)

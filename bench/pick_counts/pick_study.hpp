@@ -5,6 +5,8 @@
 #include "pick_places.hpp"
 
 #include <trephine/core/wrench.hpp>
+#include <trephine/render/coupled/coupled_options.hpp>
+#include <trephine/render/stiffness_budget.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -155,14 +157,24 @@ using Setting = std::variant<LineSetting, SurfaceSetting, CoupledSetting>;
 /// The tool and what the scene is made with, to be printed as code.
 struct Scene {
   Burr burr;
-  double stiffness = 800;   ///< [N/m]
-  double isovalue = 0;      ///< of the bone
-  double max_force = 3.3;   ///< [N]
-  double max_torque = 0.1;  ///< [N·m]
+  double stiffness = 800;           ///< [N/m]
+  double isovalue = 0;              ///< of the grid
+  double max_force = 3.3;           ///< [N]
+  double max_torque = 0.1;          ///< [N·m]; 0: the device gives none, and none is compared
+  std::optional<double> density{};  ///< the isovalue among the file's own densities, where the grid has others
+  std::string tool_name{};          ///< as `trephine::tool_by_name`; empty: the burr, else it has the tool's size
+  std::string device{};             ///< as `trephine::device_preset`, which gives stiffness and limits; empty: none
+
+  /// The tool named, if any.
+  [[nodiscard]] std::optional<trephine::RevolvedTool> tool() const;
+  /// What the coupled tool gets of the device.
+  [[nodiscard]] trephine::CoupledOptions coupled_options() const;
+  /// What Surface gets of it: none without its name.
+  [[nodiscard]] std::optional<trephine::StiffnessBudget> budget() const;
 };
 
 /// C++ that makes a HapticScene named `scene` of a grid named `bone` with this setting, after
-/// `#include <trephine/trephine.hpp>`.
+/// `#include <trephine/trephine.hpp>`. Each renderer has the cut and the stages that the documents advise for it.
 [[nodiscard]] std::string as_code(const Setting& setting, const Scene& scene);
 
 /// The combinations that are tried.

@@ -2,12 +2,12 @@
 #include "bone.hpp"
 
 #include "phantom.hpp"
-#include "pieces.hpp"
 #include "read_itk.hpp"
 #include "skull_file.hpp"
 #include "temporal_bone.hpp"
 
 #include <trephine/tool/named_tools.hpp>
+#include <trephine/voxel/largest_piece.hpp>
 #include <trephine/voxel/resample.hpp>
 
 #include <algorithm>
@@ -26,12 +26,8 @@ constexpr double kBoneHU = 300;  // below the densest soft tissue and contrast-f
 Bone skull(const Options& options) {
   Grid grid = read_skull(options.skull);
   const double isovalue = options.isovalue.value_or(kBoneHU);
-  std::vector<std::string> notes{
+  const std::vector<std::string> notes{
       "the file does not record which side is left; its rows are turned to make a right-handed volume"};
-  const Pieces pieces = keep_largest_piece(grid, isovalue);
-  if (pieces.removed > 0)
-    notes.push_back("left out: " + std::to_string(pieces.removed) +
-                    " pieces that hang in the air, the scanner's head rest among them");
   return {.name = "skull", .unit = "HU", .grid = std::move(grid), .isovalue = isovalue, .burr = {}, .notes = notes};
 }
 
@@ -62,7 +58,7 @@ Bone ct(const Options& options) {
   std::filesystem::path path(options.ct);
   if (!path.has_filename()) path = path.parent_path();
   return {.name = path.filename().string(),
-          .unit = hounsfield ? "HU" : "levels",
+          .unit = hounsfield ? "HU" : "of the file's densities",
           .grid = std::move(grid),
           .isovalue = options.isovalue ? scale * *options.isovalue + offset
                       : hounsfield     ? kBoneHU
@@ -106,6 +102,14 @@ trephine::Burr fitting_burr(const Grid& grid, const Options& options) {
 
 namespace {
 
+/// Leaves out what hangs apart from the bone, and notes it.
+void leave_out_pieces(Bone& bone) {
+  const trephine::RemovedPieces removed = trephine::keep_largest_piece(bone.grid, bone.isovalue);
+  if (removed.pieces == 0) return;
+  bone.notes.push_back("left out: " + std::to_string(removed.pieces) + " pieces apart from the largest one, " +
+                       std::to_string(removed.voxels) + " voxels, such as a scanner's head rest");
+}
+
 /// Puts the options' tool in, or a burr that fits the bone's voxels.
 void choose_tool(Bone& bone, const Options& options) {
   bone.tool_name = options.tool;
@@ -127,14 +131,15 @@ Bone load_bone(const Options& options) {
   const auto range = bone.grid.original_range();
   if (!(range.min < bone.isovalue && bone.isovalue <= range.max)) {
     std::array<char, 160> text{};
-    const auto density = [&bone](double level) { return (level - bone.offset) / bone.scale; };
     std::snprintf(text.data(), text.size(),
                   "%s has no surface at isovalue %g: its densities are %g to %g; choose one "
                   "between them with --isovalue",
-                  bone.name.c_str(), density(bone.isovalue), density(range.min), density(range.max));
+                  bone.name.c_str(), bone.density(bone.isovalue), bone.density(range.min), bone.density(range.max));
     throw std::runtime_error(text.data());
   }
   choose_tool(bone, options);
+  // The skull's file is known to hold its scanner's head rest. Bones of other scans may be apart: a jaw, a hand's.
+  if (!options.skull.empty() || options.largest_piece) leave_out_pieces(bone);
   bone.grid = bone.grid.cropped(bone.isovalue);
   return bone;
 }
@@ -164,7 +169,9 @@ std::optional<Bone> resampled_around(const Bone& bone, const trephine::Vec3d& p_
             .grid = trephine::resampled(bone.grid, trephine::Vec3d::Constant(voxel), box),
             .isovalue = bone.isovalue,
             .burr = {},
-            .notes = bone.notes};
+            .notes = bone.notes,
+            .scale = bone.scale,
+            .offset = bone.offset};
   choose_tool(fine, options);
   return fine;
 }

@@ -19,7 +19,7 @@ using Grid = trephine::VoxelGrid<std::int16_t>;
 /// What is drilled: a volume cropped to its bone, and what fits it.
 struct Bone {
   std::string name;                ///< for pictures and tables: "skull", "tooth phantom", a file's name
-  std::string unit;                ///< of its densities: "HU" or "levels"
+  std::string unit;                ///< of the file's densities: "HU", "levels" or "of the file's densities"
   Grid grid;                       ///< its world is the volume as read: first voxel's centre, the volume's axes
   double isovalue = 0;             ///< bone is where density >= isovalue
   trephine::Burr burr;             ///< a drill of sensible size for these voxels
@@ -28,6 +28,9 @@ struct Bone {
   std::optional<trephine::RevolvedTool> tool{};  ///< in place of the burr, which then has its size
   double scale = 1;                              ///< of the file's densities: level = scale * density + offset
   double offset = 0;                             ///< likewise
+
+  /// The file's density of a level of the grid.
+  [[nodiscard]] double density(double level) const { return (level - offset) / scale; }
 };
 
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.

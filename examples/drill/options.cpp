@@ -35,6 +35,7 @@ int whole(const std::string& text, int least, int most) {
 }
 
 double metres(const std::string& text) { return 1e-3 * number(text, 0.01, 1000, " mm"); }
+double half_metres(const std::string& text) { return 0.5 * metres(text); }
 
 /// One row of the only list of options there is.
 struct Entry {
@@ -52,6 +53,9 @@ constexpr std::array kEntries{
           [](Options& o, Values v) { o.ct = v[0]; }},
     Entry{"--series", 1, "N|UID", "which series of a DICOM folder that holds several",
           [](Options& o, Values v) { o.series = v[0]; }},
+    Entry{"--largest-piece", 0, "",
+          "leave out what hangs apart from the largest piece of bone: a head rest (--skull: always)",
+          [](Options& o, Values) { o.largest_piece = true; }},
     Entry{"--phantom", 1, "NAME",
           "tooth, or temporal: a temporal bone with structures (tooth, without --skull and --ct)",
           [](Options& o, Values v) {
@@ -84,10 +88,10 @@ constexpr std::array kEntries{
             }
             o.tool = v[0];
           }},
-    Entry{"--tip-radius", 1, "MM", "burr's radius (three voxels, at least)",
-          [](Options& o, Values v) { o.tip_radius = metres(v[0]); }},
-    Entry{"--shaft-radius", 1, "MM", "shaft's radius (0.53 tip radii)",
-          [](Options& o, Values v) { o.shaft_radius = metres(v[0]); }},
+    Entry{"--burr-diameter", 1, "MM", "burr's diameter (six voxels, at least)",
+          [](Options& o, Values v) { o.tip_radius = half_metres(v[0]); }},
+    Entry{"--shaft-diameter", 1, "MM", "shaft's diameter (0.53 of the burr's)",
+          [](Options& o, Values v) { o.shaft_radius = half_metres(v[0]); }},
     Entry{"--shaft-length", 1, "MM", "from the burr's centre (40)",
           [](Options& o, Values v) { o.shaft_length = metres(v[0]); }},
     Entry{"--voxel", 1, "MM", "resample around the spot to this spacing, 0: as read (0.4 where it is coarser)",

@@ -27,6 +27,7 @@ struct Options {
   std::string series;  ///< of a DICOM folder: UID or number
   std::optional<Phantom> phantom;
   std::optional<double> isovalue;
+  bool largest_piece = false;  ///< leave out what hangs apart from the largest piece of bone; always done for `skull`
   bool line = true;
   bool surface = true;
   bool coupled = true;

@@ -83,7 +83,9 @@ TEST_CASE("arguments") {
   CHECK(parse({}).budget() == 50);
   CHECK(parse({"--rate", "1000"}).budget() == 500);
   CHECK(parse({"--budget", "12.5"}).budget() == 12.5);
-  CHECK(parse({"--tip-radius", "1.5"}).tip_radius == doctest::Approx(0.0015));
+  CHECK(parse({"--burr-diameter", "3"}).tip_radius == doctest::Approx(0.0015));
+  CHECK(parse({"--shaft-diameter", "1.6"}).shaft_radius == doctest::Approx(0.0008));
+  CHECK(parse({"--tool", "pear-2.3", "--device", "Premium 1.5 6DOF"}).tool == "pear-2.3");
   CHECK(parse({"--isovalue", "-200"}).isovalue == -200);
   CHECK(parse({"--algorithm", "surface"}).algorithms == std::vector{Algorithm::kSurface});
   CHECK(parse({"--algorithm", "coupled"}).algorithms == std::vector{Algorithm::kCoupled});
@@ -94,7 +96,11 @@ TEST_CASE("arguments") {
                                                                  {"--budget", "inf"},
                                                                  {"--rate", "0"},
                                                                  {"--rate", "1000", "--budget", "5"},
-                                                                 {"--tip-radius", "-1"},
+                                                                 {"--burr-diameter", "-1"},
+                                                                 {"--tool", "pear"},
+                                                                 {"--device", "Omega"},
+                                                                 {"--device", "Touch", "--max-force", "3"},
+                                                                 {"--tool", "pear-2.3", "--shaft-length", "30"},
                                                                  {"--ct", "a", "--skull", "b"},
                                                                  {"--out", ""},
                                                                  {"stray"}})

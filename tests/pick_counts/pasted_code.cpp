@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The code that is printed for pasting: what is compiled here is, letter for letter, what the program prints.
-#include "pick_study.hpp"
+#include "pasted.hpp"
+#include "pick_report.hpp"
 #include "volumes.hpp"
 
 #include <trephine/trephine.hpp>
 
 #include <doctest/doctest.h>
-
-#include <fstream>
-#include <sstream>
 
 using namespace pick;
 using namespace pick::test;
@@ -20,13 +18,6 @@ const Scene kScene{.burr = {.tip_radius = 0.003, .shaft_radius = 0.0016, .shaft_
                    .isovalue = kIsovalue,
                    .max_force = 3.3,
                    .max_torque = 0.1};
-
-std::string content(const std::string& name) {
-  std::ifstream file(std::string(TREPHINE_PICK_TESTS "/") + name);
-  std::ostringstream all;
-  all << file.rdbuf();
-  return all.str();
-}
 
 trephine::TickInput pressed() {
   trephine::TickInput input;
@@ -43,7 +34,7 @@ TEST_CASE("Line's code compiles, runs and is what is printed") {
   above.X_WT.translation() = trephine::Vec3d(0.015, 0.015, 0.0101);
   CHECK(scene.tick(above, 1e-3).wrench.force.norm() == 0);
   CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() == doctest::Approx(0.08).epsilon(0.02));
-  CHECK(as_code(LineSetting{150, 0.25}, kScene) == content("pasted_line.inc"));
+  CHECK(as_code(LineSetting{150, 0.25}, kScene) == printed("pasted_line.inc"));
 }
 
 TEST_CASE("Coupled's code compiles, runs and is what is printed") {
@@ -57,12 +48,29 @@ TEST_CASE("Coupled's code compiles, runs and is what is printed") {
     CHECK(scene.tick(above, 1e-3).wrench.force.allFinite());
   }
   CHECK(scene.tick(above, 1e-3).wrench.force.z() > 0.5);
-  CHECK(as_code(CoupledSetting{}, kScene) == content("pasted_coupled.inc"));
+  CHECK(as_code(CoupledSetting{}, kScene) == printed("pasted_coupled.inc"));
 }
 
 TEST_CASE("Surface's code compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "pasted_surface.inc"
   CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() > 0.5);
-  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, true}, kScene) == content("pasted_surface.inc"));
+  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, true}, kScene) == printed("pasted_surface.inc"));
+}
+
+TEST_CASE("the isovalue is printed among the file's own densities") {
+  Scene scene = kScene;
+  scene.density = 0.25;
+  for (const Setting& setting : {Setting(LineSetting{}), Setting(SurfaceSetting{}), Setting(CoupledSetting{})})
+    CHECK(as_code(setting, scene).find("scene{bone, 0.25, renderer") != std::string::npos);
+  const Subject subject{.bone = "scan",
+                        .unit = "of the file's densities",
+                        .notes = {},
+                        .scene = scene,
+                        .spacing = trephine::Vec3d::Constant(5e-4),
+                        .size = {2, 2, 2},
+                        .options = {}};
+  const std::string text = as_text(subject, Study{});
+  CHECK(text.find("isovalue 0.25 of the file's densities\n") != std::string::npos);
+  CHECK(text.find("burr of 6 mm diameter; shaft of 3.2 mm diameter") != std::string::npos);
 }
