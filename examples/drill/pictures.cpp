@@ -74,7 +74,7 @@ class Studio {
     const Vec3d mm = 1e3 * bone_.grid.spacing();
     std::array<char, 200> text{};
     std::snprintf(text.data(), text.size(), "%d x %d x %d voxels of %.3g x %.3g x %.3g mm, surface at %g %s", n[0],
-                  n[1], n[2], mm.x(), mm.y(), mm.z(), bone_.isovalue, bone_.unit.c_str());
+                  n[1], n[2], mm.x(), mm.y(), mm.z(), bone_.density(bone_.isovalue), bone_.unit.c_str());
     return text.data();
   }
 
@@ -191,16 +191,16 @@ Picture picture_of_structures(const Bone& bone, const PicturedBone& before, cons
     p.subtitle = "labels made by thresholds or formulas, not anatomy";
     return p;
   }
-  double taken = 0, push = 0;
+  double swept = 0, push = 0;
   for (const ShowRun& run : show->runs) {
-    taken += run.taken_mm3;
+    swept += run.swept_mm3;
     push = std::max(push, run.greatest_guard());
   }
   p.uncut = &before;
   p.tool = studio.in_G(show->runs[static_cast<std::size_t>(shown)].deepest);
   p.title = capitalised(show->protection == Protection::kNothing ? "no protection" : name_of(show->protection));
   std::array<char, 160> figures{};
-  const int length = std::snprintf(figures.data(), figures.size(), "%.2g mm^3 of structures taken", taken);
+  const int length = std::snprintf(figures.data(), figures.size(), "%.2g mm^3 of structures swept", swept);
   if (push > 0)
     std::snprintf(figures.data() + length, figures.size() - static_cast<std::size_t>(length), ", push up to %.2g N",
                   push);

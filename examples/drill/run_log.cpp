@@ -13,18 +13,14 @@
 namespace drill {
 
 void write_run_csv(const RunLog& log, const std::string& path) {
-  Csv csv(
-      path,
-      "time_s,tick_ns,x_m,y_m,z_m,qw,qx,qy,qz,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
-      "fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,contacts,removed_mm3,status,"
-      "nearest,distance_m,push_fx_N,push_fy_N,push_fz_N,push_tx_Nm,push_ty_Nm,push_tz_Nm,refused_mm3,taken_mm3,warns");
+  Csv csv(path,
+          "time_s,tick_ns,x_m,y_m,z_m,qw,qx,qy,qz,probe_x_m,probe_y_m,probe_z_m,proxy_x_m,proxy_y_m,proxy_z_m,"
+          "fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,contacts,removed_mm3,status");
   for (const LogRow& r : log.rows) {
     const trephine::Quatd q(r.hand.linear());
     csv.row(r.time, r.tick_ns, trephine::Vec3d(r.hand.translation()), q.w(), q.x(), q.y(), q.z(),
             trephine::Vec3d(r.probe.translation()), trephine::Vec3d(r.proxy.translation()), r.wrench.force,
-            r.wrench.torque, r.contact.count, r.removed_mm3, trephine::to_string(r.status), r.structures.nearest,
-            r.structures.distance, r.structures.push.force, r.structures.push.torque, r.structures.refused_mm3,
-            r.structures.taken_mm3, r.structures.warns ? 1 : 0);
+            r.wrench.torque, r.contact.count, r.removed_mm3, trephine::to_string(r.status));
   }
   csv.close();
 }

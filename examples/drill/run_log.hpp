@@ -49,8 +49,7 @@ struct RunLog {
   bool real_time = false;
 };
 
-/// Writes `time_s,tick_ns,...,status,nearest,...,warns`, a row a tick; without structures nearest is -1 and its
-/// distance inf. Throws std::runtime_error where the file cannot be written.
+/// Writes `time_s,tick_ns,...,status`, a row a tick. Throws std::runtime_error where the file cannot be written.
 void write_run_csv(const RunLog& log, const std::string& path);
 
 /// What the table says of a run.

@@ -11,6 +11,7 @@
 #include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
+#include <trephine/structure/tool_distance.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
 #include <algorithm>
@@ -62,7 +63,7 @@ class PushingHand {
 
 /// Distance of ball and shaft from one structure, whose signed distance is `distance(p)`, at places `step` apart.
 template <class Distance>
-double tool_distance(const Distance& distance, const Burr& burr, const Posed& X_ST, double step) {
+double distance_from_one(const Distance& distance, const Burr& burr, const Posed& X_ST, double step) {
   const Vec3d tip = X_ST.translation(), axis = X_ST.linear().col(2);
   double least = distance(tip) - burr.tip_radius;
   for (double z = 0; z < burr.shaft_length;) {
@@ -155,10 +156,10 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
     const auto watch = [&](const LogRow& row) noexcept {
       const Posed X_ST = labels.X_WS().inverse() * row.drawn;
       const auto by_labels = [&](const Vec3d& p_S) { return field.distance(s, p_S); };
-      const double distance = tool_distance(by_labels, about.burr, X_ST, step);
+      const double distance = distance_from_one(by_labels, about.burr, X_ST, step);
       if (all.made.truth) {
         const auto by_formula = [&](const Vec3d& p_W) { return all.made.truth(s, p_W); };
-        true_least = std::min(true_least, tool_distance(by_formula, about.burr, row.drawn, step));
+        true_least = std::min(true_least, distance_from_one(by_formula, about.burr, row.drawn, step));
       }
       if (distance < least) {
         least = distance;
@@ -166,13 +167,14 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
       }
       if (hand(row.time).buttons != 0) cleared += clear_ball(labels, left, s, X_ST.translation(), R);
       const Vec3d& push = row.structures.push.force;
+      const ToolDistance nearest = trephine::tool_distance(field, about.burr, X_ST);
       run.rows.push_back({row.time, distance, (row.wrench.force - push).norm(), push.norm(), row.removed_mm3,
-                          floor->refused_mm3(s), row.structures});
+                          floor->refused_mm3(s), row.structures, nearest.structure, nearest.distance});
     };
     const std::string label = labels.structures()[static_cast<std::size_t>(s)].name + ", " + name_of(protection);
     (void)perform("coupled", scene, hand, 0, options.real_time, label, watch);
-    run.taken_mm3 = 1e9 * labels.spacing().prod() * cleared;
-    run.taken_bone_mm3 =
+    run.swept_mm3 = 1e9 * labels.spacing().prod() * cleared;
+    run.taken_mm3 =
         1e9 * show.bone.spacing().prod() * static_cast<double>(gone(its_bone, show.bone, about.isovalue) - gone_before);
     run.watched_mm3 = floor->taken_mm3(s);
     run.true_distance = true_least;
@@ -222,7 +224,7 @@ StructureShow show_structures(const Bone& bone, const Options& options, MadeStru
 void print_table(const StructureShow& show) {
   const bool exact = static_cast<bool>(show.made.truth);
   std::printf("\n%-14s %-15s %10s %8s %8s %10s %9s %9s %9s\n", "structure", "protection", "nearest",
-              exact ? "exact" : "", "guard", "removed", "taken", "its bone", "refused");
+              exact ? "exact" : "", "guard", "removed", "swept", "taken", "refused");
   std::printf("%-14s %-15s %10s %8s %8s %10s %9s %9s %9s\n", "", "", "mm", exact ? "mm" : "", "N", "mm3", "mm3", "mm3",
               "mm3");
   for (int s = 0; s < show.made.count(); ++s)
@@ -233,20 +235,21 @@ void print_table(const StructureShow& show) {
       std::printf("%-14s %-15s %10.2f %8s %8.2f %10.3g %9.3g %9.3g %9.3g\n",
                   show.made.labels.structures()[static_cast<std::size_t>(s)].name.c_str(), name_of(each.protection),
                   1e3 * run.least_distance(), by_formula.data(), run.greatest_guard(), run.rows.back().removed_mm3,
-                  run.taken_mm3, run.taken_bone_mm3, run.rows.back().refused_mm3);
+                  run.swept_mm3, run.taken_mm3, run.rows.back().refused_mm3);
     }
   std::printf(
       "nearest: least distance of the drawn tool from the structure, negative inside; guard: its greatest push;\n"
       "%s"
-      "taken: of the structure, by the turning burr; its bone: bone in it that is gone; refused: bone in it or its\n"
-      "margin that the veto kept.\n",
+      "swept: of the structure, bone or not, where the turning burr was; taken: bone in it that is gone;\n"
+      "refused: bone in it or its margin that the veto kept.\n",
       exact ? "exact: the same by the structure's formula instead of its labels;\n" : "");
 }
 
 void write_csv(const StructureShow& show, const std::string& path) {
   Csv csv(path,
-          "time_s,structure,protection,distance_m,contact_N,guard_N,removed_mm3,refused_mm3,nearest,nearest_m,"
-          "push_fx_N,push_fy_N,push_fz_N,tick_refused_mm3,tick_taken_mm3,warns");
+          "time_s,structure,protection,drawn_distance_m,contact_N,guard_N,removed_mm3,refused_mm3,device_nearest,"
+          "device_nearest_m,drawn_nearest,drawn_nearest_m,push_fx_N,push_fy_N,push_fz_N,tick_refused_mm3,"
+          "tick_taken_mm3,warns");
   const auto name_at = [&](int structure) {
     return structure < 0 ? "none" : show.made.labels.structures()[static_cast<std::size_t>(structure)].name.c_str();
   };
@@ -254,8 +257,8 @@ void write_csv(const StructureShow& show, const std::string& path) {
     for (const ShowRun& run : each.runs)
       for (const ShowRow& r : run.rows)
         csv.row(r.time, name_at(run.structure), name_of(each.protection), r.distance, r.contact_N, r.guard_N,
-                r.removed_mm3, r.refused_mm3, name_at(r.tick.nearest), r.tick.distance, r.tick.push.force,
-                r.tick.refused_mm3, r.tick.taken_mm3, r.tick.warns ? 1 : 0);
+                r.removed_mm3, r.refused_mm3, name_at(r.tick.nearest), r.tick.distance, name_at(r.drawn_nearest),
+                r.drawn_distance, r.tick.push.force, r.tick.refused_mm3, r.tick.taken_mm3, r.tick.warns ? 1 : 0);
   csv.close();
 }
 
@@ -268,10 +271,10 @@ int check(const StructureShow& show) {
     for (const Show& each : show.shows) {
       const ShowRun& run = each.runs[at];
       if (each.protection == Protection::kNothing)
-        checks.expect(run.least_distance() < 0 && run.taken_mm3 > 0,
-                      name + ": without protection the drill takes of it");
+        checks.expect(run.least_distance() < 0 && run.swept_mm3 > 0,
+                      name + ": without protection the burr sweeps part of it");
       if (each.protection == Protection::kVeto)
-        checks.expect(run.least_distance() > 0 && run.taken_mm3 == 0 && run.taken_bone_mm3 == 0,
+        checks.expect(run.least_distance() > 0 && run.swept_mm3 == 0 && run.taken_mm3 == 0,
                       name + ": with the veto it stays whole");
       if (show.made.truth) {
         const double off = std::abs(run.true_distance - run.least_distance());
@@ -279,7 +282,7 @@ int check(const StructureShow& show) {
         exact_whole = exact_whole && (each.protection != Protection::kVeto || run.true_distance > 0);
       }
       if (each.protection != Protection::kVeto)
-        counts_agree = counts_agree && std::abs(run.watched_mm3 - run.taken_bone_mm3) < 1e-6;
+        counts_agree = counts_agree && std::abs(run.watched_mm3 - run.taken_mm3) < 1e-6;
       double refused = 0, taken = 0;
       for (const ShowRow& row : run.rows) {
         refused += row.tick.refused_mm3;

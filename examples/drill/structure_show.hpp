@@ -23,22 +23,24 @@ inline constexpr std::array kProtections{Protection::kNothing, Protection::kGuar
 /// One tick on the way to a structure.
 struct ShowRow {
   double time = 0;       ///< [s]
-  double distance = 0;   ///< of the whole tool from that structure, negative inside; at most the field's reach [m]
+  double distance = 0;   ///< of the drawn tool from that structure, negative inside; at most the field's reach [m]
   double contact_N = 0;  ///< without the guard's push
   double guard_N = 0;
   double removed_mm3 = 0, refused_mm3 = 0;  ///< since the run's start
   trephine::StructureSummary tick;          ///< as the scene returned it: at the device's pose, of all structures
+  int drawn_nearest = -1;                   ///< structure nearest to the drawn tool; -1: none within the field's reach
+  double drawn_distance = 0;                ///< of the drawn tool from that one [m]
 };
 
 /// One way to one structure.
 struct ShowRun {
   int structure = 0;
   std::vector<ShowRow> rows;
-  double taken_mm3 = 0;       ///< of the structure's labels, where the turning burr was
-  double taken_bone_mm3 = 0;  ///< bone in the structure that is gone
-  double watched_mm3 = 0;     ///< the same as the library counts it; 0 under a veto, which counts what it refuses
-  trephine::Posed deepest;    ///< the drill as drawn where it was nearest to the structure
-  double true_distance = 0;   ///< least one by the structure's formula, if there is one [m]
+  double swept_mm3 = 0;      ///< of the structure's labels, bone or not, where the turning burr was
+  double taken_mm3 = 0;      ///< bone in the structure that is gone
+  double watched_mm3 = 0;    ///< the same as the library counts it; 0 under a veto, which counts what it refuses
+  trephine::Posed deepest;   ///< the drill as drawn where it was nearest to the structure
+  double true_distance = 0;  ///< least one by the structure's formula, if there is one [m]
 
   [[nodiscard]] double least_distance() const;
   [[nodiscard]] double greatest_guard() const;

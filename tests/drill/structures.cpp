@@ -8,6 +8,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstddef>
 
 using namespace drill;
@@ -46,19 +47,26 @@ TEST_CASE("the drill takes of each structure without protection, and nothing wit
     const auto run = [&](Protection p) -> const ShowRun& { return show.shows[static_cast<std::size_t>(p)].runs[s]; };
     CHECK(run(Protection::kNothing).greatest_guard() == 0);
     CHECK(run(Protection::kGuard).greatest_guard() > 0.2);
-    CHECK(run(Protection::kGuard).taken_mm3 < 0.1 * run(Protection::kNothing).taken_mm3);
+    CHECK(run(Protection::kGuard).swept_mm3 < 0.1 * run(Protection::kNothing).swept_mm3);
     CHECK(run(Protection::kVeto).rows.back().refused_mm3 > 0);
     // Volumes of a tick are of all structures; the one that is drilled is often the nearest.
     double refused = 0, taken = 0;
     int nearest = 0, warned = 0;
+    double least_drawn = 1, least_device = 1;
     for (const ShowRow& row : run(Protection::kVeto).rows) {
+      if (row.drawn_nearest >= 0) least_drawn = std::min(least_drawn, row.drawn_distance);
+      if (row.tick.nearest >= 0) least_device = std::min(least_device, row.tick.distance);
       refused += row.tick.refused_mm3;
       nearest += row.tick.nearest == static_cast<int>(s) ? 1 : 0;
       warned += row.tick.warns ? 1 : 0;
     }
     for (const ShowRow& row : run(Protection::kNothing).rows) taken += row.tick.taken_mm3;
     CHECK(refused >= run(Protection::kVeto).rows.back().refused_mm3 - 1e-6);
-    CHECK(taken >= run(Protection::kNothing).taken_bone_mm3 - 1e-6);
+    CHECK(taken >= run(Protection::kNothing).taken_mm3 - 1e-6);
+    // The device's pose is deep in bone that the veto kept; the drawn drill stays out of it.
+    CHECK(least_device < least_drawn - 1e-4);
+    CHECK(least_drawn > 0);
+    CHECK(least_drawn < run(Protection::kVeto).least_distance() + 0.02 * show.field->spacing().maxCoeff());
     CHECK(nearest > 100);
     CHECK(warned > 100);
   }

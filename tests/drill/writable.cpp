@@ -55,7 +55,7 @@ TEST_CASE("what cannot be written is refused with option, path and reason, also 
   const Scratch scratch;
   const fs::path file = scratch.path / "file";
   std::ofstream(file) << "here";
-  CHECK(refusal(file) == "--out " + file.string() + ": cannot be made (a file has that name)");
+  CHECK(refusal(file).starts_with("--out " + file.string() + ": cannot be made ("));
   CHECK(refusal(file / "below").starts_with("--out " + (file / "below").string() + ": cannot be made ("));
   CHECK_THROWS_AS(drill::require_writable_file("--record", file / "below"), std::runtime_error);
   CHECK_THROWS_AS(drill::require_writable_file("--record", scratch.path), std::runtime_error);
