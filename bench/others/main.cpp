@@ -255,7 +255,7 @@ int main(int argc, char** argv) try {
         const double R = 1e-3 * static_cast<double>(1 + i / runs);
         for (const Tool& tool : tools(chai, grid, {.tip_radius = R, .shaft_radius = R / 2, .shaft_length = 0.04})) {
           char row[80];
-          std::snprintf(row, sizeof row, "%.1f  %.0f  %-18s", 1e3 * h, 1e3 * R, tool.name.c_str());
+          std::snprintf(row, sizeof row, "%8.1f  %11.0f  %-18s", 1e3 * h, 2e3 * R, tool.name.c_str());
           work(tool, h, i % runs, table[row]);
         }
       }
@@ -284,7 +284,7 @@ int main(int argc, char** argv) try {
     });
     std::fprintf(stderr, "others: place %d of %d\n", p + 1, places);
   }
-  std::printf("mm  mm  %-18s  median us     p99 us          force N  p99 deg   held\n", "renderer");
+  std::printf("voxel mm  diameter mm  %-18s  median us     p99 us          force N  p99 deg   held\n", "renderer");
   for (const auto& [row, f] : table) {
     std::vector<double> time;
     for (std::size_t i = 0; i < f.times[0].size(); ++i)

@@ -65,10 +65,10 @@ def goals(sweep):
     for name, law in SURFACE_LAWS.items():
         found.append(best(f"Surface, {name}, tip", TIPS, "surface", law, 20e3, "force_error_rel_p95",
                           force=1, direction=2, point=0.05))
-    for voxel_mm, radius in ((0.3, "2.7"), (0.15, "5.3")):
+    for voxel_mm, diameter in ((0.3, "5.3"), (0.15, "10.7")):
         laws = [("Line", "line", tables.LINE_DEFAULT, 50e3)] + [(f"Surface, {n}", "surface", v, 20e3) for n, v in SURFACE_LAWS.items()]
         for name, renderer, variant, most_ns in laws:
-            found.append(best(f"{name}, shaft of {radius} voxels radius", SHAFTS, renderer, variant, most_ns,
+            found.append(best(f"{name}, shaft of {diameter} voxels diameter", SHAFTS, renderer, variant, most_ns,
                               "torque_error_rel_p95", voxel_mm, torque=2, direction=2))
     return [g for g in found if g]
 

@@ -291,14 +291,14 @@ void measure_carving(Spread& spread) {
     const auto at = [&](int i) {
       return Vec3d(kVoxel * (Vec3d::Constant(radius + 15) + 0.04 * i * Vec3d::Ones().normalized()));
     };
-    spread.measure("carving a burr of " + std::to_string(radius) + " voxels" + how, 600, [&](int i) {
+    spread.measure("carving a burr of " + std::to_string(2 * radius) + " voxels diameter" + how, 600, [&](int i) {
       const CutAllowance allowance{.dt = kTick, .tick = static_cast<std::uint32_t>(i)};
       benchmark::DoNotOptimize(
           carve(block, 127.0, SphereCutter(at(i), at(i + 1), radius * kVoxel, i > 0), policy, allowance));
     });
     if (how.empty())
-      measure_told_volume(spread, "carving a burr of " + std::to_string(radius) + " voxels", block, at(600),
-                          Vec3d::Ones().normalized());
+      measure_told_volume(spread, "carving a burr of " + std::to_string(2 * radius) + " voxels diameter", block,
+                          at(600), Vec3d::Ones().normalized());
     // Afterwards the coupled tool makes the elements of the changed bricks anew.
     for (std::size_t b = 0; b < versions.size(); ++b) versions[b] = block.brick_version(b);
     if (!how.empty()) return;
@@ -315,7 +315,7 @@ void measure_carving(Spread& spread) {
       surface.begin_tick();
       for (const std::size_t b : changed) benchmark::DoNotOptimize(surface.provide(b));
     };
-    const std::string name = "carving a burr of " + std::to_string(radius) + " voxels";
+    const std::string name = "carving a burr of " + std::to_string(2 * radius) + " voxels diameter";
     spread.measure(name + "; elements of the bricks that it changed", 600, cut_on, provide);
     ChangedElements least(block, 127.0);
     const std::vector<std::size_t> changed = cut_on(600);

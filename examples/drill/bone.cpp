@@ -106,8 +106,9 @@ namespace {
 void leave_out_pieces(Bone& bone) {
   const trephine::RemovedPieces removed = trephine::keep_largest_piece(bone.grid, bone.isovalue);
   if (removed.pieces == 0) return;
-  bone.notes.push_back("left out: " + std::to_string(removed.pieces) + " pieces apart from the largest one, " +
-                       std::to_string(removed.voxels) + " voxels, such as a scanner's head rest");
+  bone.notes.push_back("left out: " + std::to_string(removed.pieces) + (removed.pieces == 1 ? " piece" : " pieces") +
+                       " apart from the largest one, " + std::to_string(removed.voxels) +
+                       " voxels, such as a scanner's head rest");
 }
 
 /// Puts the options' tool in, or a burr that fits the bone's voxels.

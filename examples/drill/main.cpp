@@ -9,6 +9,7 @@
 #include "temporal_bone.hpp"
 #include "tool_show.hpp"
 #include "verification.hpp"
+#include "writable.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -39,27 +40,20 @@ void introduce(const Bone& whole, const Bone& bone, const Surgeon& surgeon) {
   const trephine::Vec3d mm = 1e3 * whole.grid.spacing(), fine = 1e3 * bone.grid.spacing();
   const trephine::Vec3d at = 1e3 * surgeon.spot().p_W;
   std::printf("bone     %s: %d x %d x %d voxels of %.3g x %.3g x %.3g mm around it, bone from %g %s\n",
-              bone.name.c_str(), n[0], n[1], n[2], mm.x(), mm.y(), mm.z(), bone.isovalue, bone.unit.c_str());
+              bone.name.c_str(), n[0], n[1], n[2], mm.x(), mm.y(), mm.z(), bone.density(bone.isovalue),
+              bone.unit.c_str());
   for (const auto& note : bone.notes) std::printf("         %s\n", note.c_str());
   if (fine != mm)
     std::printf("         resampled around the spot: %d x %d x %d voxels of %.3g x %.3g x %.3g mm\n",
                 bone.grid.size()[0], bone.grid.size()[1], bone.grid.size()[2], fine.x(), fine.y(), fine.z());
   if (bone.tool)
-    std::printf("drill    %s mm\n", bone.tool_name.c_str());
+    std::printf("drill    %s: %.3g mm diameter\n", bone.tool_name.c_str(), 2e3 * bone.burr.tip_radius);
   else
-    std::printf("drill    burr %.3g mm, shaft %.3g mm in radius, %.3g mm long\n", 1e3 * bone.burr.tip_radius,
-                1e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
+    std::printf("drill    burr of %.3g mm diameter; shaft of %.3g mm diameter, %.3g mm long\n",
+                2e3 * bone.burr.tip_radius, 2e3 * bone.burr.shaft_radius, 1e3 * bone.burr.shaft_length);
   std::printf("spot     %.1f %.1f %.1f mm; bone below it for %.1f mm, surface even to %.2f mm\n", at.x(), at.y(),
               at.z(), 1e3 * surgeon.spot().depth, 1e3 * surgeon.spot().unevenness);
   std::fflush(stdout);
-}
-
-/// Folder for the results; the first thing that is written at all.
-void make_folder(const std::string& out) {
-  std::error_code error;
-  fs::create_directories(out, error);
-  if (error || !fs::is_directory(out))
-    throw UsageError("--out " + out + ": cannot be made (" + (error ? error.message() : "a file has that name") + ")");
 }
 
 int verify(const Options& options, bool plots) {
@@ -120,7 +114,7 @@ Prepared prepare(const Options& options) {
   if (fine) spot = spot_near(*fine, spot.p_W);
   if (fine) whole.burr = fine->burr;
   const Surgeon surgeon(spot, whole.burr, {.seconds = options.seconds});
-  make_folder(options.out);
+  require_writable_folder("--out", options.out);
   return {std::move(whole), std::move(fine), surgeon};
 }
 

@@ -194,7 +194,7 @@ Spot find_spot(const Bone& bone) {
   for (const Demands& demands : kDemands)
     if (const auto spot = finder.best(demands)) return *spot;
   throw std::runtime_error(
-      "no place on the bone is flat, thick and free enough for this drill; take a smaller one (--tip-radius, "
+      "no place on the bone is flat, thick and free enough for this drill; take a smaller one (--burr-diameter, "
       "--tool), another --isovalue, or say where with --at");
 }
 

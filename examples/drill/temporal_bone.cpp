@@ -203,8 +203,8 @@ Approach way_to(int structure, const trephine::Burr& burr, const std::string& na
     }
   if (!std::isfinite(best.depth)) {
     std::ostringstream rule;
-    rule << "--phantom temporal: a burr of " << 1e3 * burr.tip_radius << " mm radius has no straight way to the "
-         << name << " (choose a smaller --tip-radius)";
+    rule << "--phantom temporal: a burr of " << 2e3 * burr.tip_radius << " mm diameter has no straight way to the "
+         << name << " (choose a smaller --burr-diameter)";
     throw std::runtime_error(rule.str());
   }
   return best;

@@ -37,8 +37,8 @@ int run(const Arguments& arguments) {
   Device device({.name = arguments.device});
   HandledDevice handled(device, HD_DEVICE_BUTTON_2);
   const trephine::DeviceCapabilities able = handled.capabilities();
-  std::array<char, 32> burr{};
-  std::snprintf(burr.data(), burr.size(), "%.1f mm burr", 2e3 * bone.burr.tip_radius);
+  std::array<char, 48> burr{};
+  std::snprintf(burr.data(), burr.size(), "burr of %.1f mm diameter", 2e3 * bone.burr.tip_radius);
   std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m; %s, %s, %s\n", able.name.c_str(),
               able.input_dof, able.output_dof, able.max_force, able.max_torque, bone.name.c_str(),
               bone.tool ? bone.tool_name.c_str() : burr.data(), name_of(arguments.algorithm));

@@ -531,7 +531,7 @@ TEST_CASE("warnings: a scene says that its isovalue finds no surface") {
   }
 }
 
-TEST_CASE("warnings: a scene that cuts says that voxels are too long for its tool's radius") {
+TEST_CASE("warnings: a scene that cuts says that voxels are too long for its tool's diameter") {
   VoxelGrid<float> bone({.size = {16, 16, 16}, .spacing = {5e-4, 5e-4, 1e-3}}, std::vector<float>(4096, 0.0F));
   const auto warned = [&](double radius, auto... parts) {
     const Burr burr{.tip_radius = radius, .shaft_radius = radius / 2};
@@ -539,7 +539,9 @@ TEST_CASE("warnings: a scene that cuts says that voxels are too long for its too
     int count = 0;
     for (const std::string& w : warnings) {
       CHECK(w.find("trephine::HapticScene: ") == 0);
-      count += w.find("`resampled`") != std::string::npos ? 1 : 0;
+      if (w.find("`resampled`") == std::string::npos) continue;
+      CHECK(w.find("the tool's diameter is 3.8 of the longest voxels: below 4 ") != std::string::npos);
+      ++count;
     }
     return count;
   };

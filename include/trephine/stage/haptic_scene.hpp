@@ -303,8 +303,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     const double voxel = bone_->spacing().maxCoeff(), radius = renderer_.shape().tip_radius;
     if (kCarves && radius < kFewestVoxels * voxel) {
       std::ostringstream s;
-      s << "trephine::HapticScene: the tool's radius is " << radius / voxel << " of the longest voxels: below "
-        << kFewestVoxels << " a hole's section is off by 4 to 20 %; `resampled` makes finer voxels";
+      s << "trephine::HapticScene: the tool's diameter is " << 2 * radius / voxel << " of the longest voxels: below "
+        << 2 * kFewestVoxels << " a hole's section is off by 4 to 20 %; `resampled` makes finer voxels";
       warnings.push_back(s.str());
     }
     if (const std::string isovalue = isovalue_warning(*bone_, isovalue_); !isovalue.empty())
