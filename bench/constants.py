@@ -15,6 +15,9 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "common"))
+import results
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), ".."))
 INCLUDE = os.path.join(ROOT, "include")
 DECLARED = re.compile(r"(?:static|inline) constexpr (double|float|int) ([^;]*);")
@@ -184,7 +187,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", nargs="*", default=[])
     arguments = parser.parse_args()
-    with open(os.path.join(arguments.out, "constants.csv"), "w", newline="", encoding="utf-8") as file:
+    with results.opened(parser, arguments.out, "constants.csv") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])
         for of in SETS:

@@ -11,6 +11,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "common"))
+import results
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
 INCLUDE = os.path.join(ROOT, "include")
 
@@ -66,11 +69,12 @@ def main():
     parser.add_argument("--build", required=True)
     parser.add_argument("--out", required=True)
     arguments = parser.parse_args()
+    table = results.opened(parser, arguments.out, "compile_cost.csv")
     with open(os.path.join(arguments.build, "bench", "include_dirs.txt"), encoding="utf-8") as file:
         folders = [line.strip() for line in file if line.strip() and os.path.isdir(os.path.join(line.strip(), "Eigen"))]
     common = ["-std=c++20", "-I", INCLUDE] + [f for folder in folders for f in ("-isystem", folder)]
 
-    with tempfile.TemporaryDirectory() as scratch, open(os.path.join(arguments.out, "compile_cost.csv"), "w", encoding="utf-8") as out:
+    with tempfile.TemporaryDirectory() as scratch, table as out:
         print("compiler,what,header,cpu_s,peak_MB", file=out)
         source = os.path.join(scratch, "program.cpp")
         for compiler in ("g++", "g++ --param=ggc-min-expand=10", "clang++"):

@@ -101,3 +101,22 @@ TEST_CASE("temporal bone: each way meets its structure at its depth, with room t
   }
   CHECK_THROWS_AS((void)temporal_bone::structures({.tip_radius = 8e-3}), std::runtime_error);
 }
+
+TEST_CASE("what lies apart from the largest piece is left out where that is asked for, and noted") {
+  Options options;
+  options.phantom = Phantom::kTemporalBone;
+  const Bone whole = load_bone(options);
+  options.largest_piece = true;
+  const Bone cleaned = load_bone(options);
+  REQUIRE(cleaned.notes.size() == whole.notes.size() + 1);
+  CHECK(cleaned.notes.back().starts_with("left out: 1 piece apart from the largest one, "));
+  const auto voxels = [](const Bone& bone) {
+    int count = 0;
+    for (int k = 0; k < bone.grid.size()[2]; ++k)
+      for (int j = 0; j < bone.grid.size()[1]; ++j)
+        for (int i = 0; i < bone.grid.size()[0]; ++i) count += bone.grid.at(i, j, k) >= bone.isovalue ? 1 : 0;
+    return count;
+  };
+  CHECK(voxels(cleaned) > voxels(whole) / 2);
+  CHECK(voxels(whole) - voxels(cleaned) > 1000);
+}
