@@ -135,7 +135,7 @@ void Instruments::state(Workbench& bench) {
   if (o.drill.shape() != nullptr)
     ImGui::Text("%s, %s mm", to_string(o.drill.renderer), o.drill.tool_name.c_str());
   else
-    ImGui::Text("%s, burr %.1f mm", to_string(o.drill.renderer), 2e3 * o.drill.burr.tip_radius);
+    ImGui::Text("%s, burr diameter %.1f mm", to_string(o.drill.renderer), 2e3 * o.drill.burr.tip_radius);
   ImGui::SameLine();
   if (v.spindle_on)
     ImGui::TextColored(ImVec4(1, 0.62F, 0.25F, 1), "spindle on");

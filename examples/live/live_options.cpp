@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -35,11 +34,11 @@ void read_size(const std::string& text, LiveOptions& o) {
   o.height = number(std::string_view(text).substr(x + 1), 120, 4320);
 }
 
-/// A burr's radius [mm] or a tool's name; throws CLI::ValidationError.
+/// A burr's diameter [mm] or a tool's name; throws CLI::ValidationError.
 void read_tool(const std::string& text, bool coupled, LiveOptions& o) {
   if (const std::optional<double> mm = trephine::parse_number(text)) {
-    if (!(*mm >= 0.01 && *mm <= 1000)) throw CLI::ValidationError("--tool", "a burr's radius is 0.01 to 1000 mm");
-    o.bone.tip_radius = 1e-3 * *mm;
+    if (!(*mm >= 0.01 && *mm <= 1000)) throw CLI::ValidationError("--tool", "a burr's diameter is 0.01 to 1000 mm");
+    o.bone.tip_radius = 0.5e-3 * *mm;
     return;
   }
   try {
@@ -80,6 +79,8 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   auto* iso =
       app.add_option("--isovalue", isovalue, "bone is where the density is at least this (skull and CT: 300 HU)")
           ->check(CLI::Range(-1e9, 1e9));
+  app.add_flag("--largest-piece", o.bone.largest_piece,
+               "leave out what hangs apart from the largest piece of bone: a head rest (--skull: always)");
   auto* at = app.add_option("--at", at_mm, "start at the bone nearest to X Y Z [mm]")
                  ->expected(3)
                  ->check(CLI::Range(-1e5, 1e5));
@@ -90,7 +91,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       ->check(CLI::IsMember({"coupled", "line", "surface"}));
   std::string tool;
   app.add_option("--tool", tool,
-                 "burr's radius [mm] (three voxels at least), or a tool's name and diameter [mm] for the coupled "
+                 "burr's diameter [mm] (six voxels at least), or a tool's name and diameter [mm] for the coupled "
                  "algorithm: match-head-3, twist-3.2");
   app.add_flag("--law", o.law,
                "mill by the law of cutting: feeding takes force, and the spindle turns the hand (coupled)");
@@ -128,11 +129,6 @@ Parsed parse_live_options(int argc, const char* const* argv) {
     if (*at) {
       if (at_mm.size() != 3) throw CLI::ValidationError("--at", "needs X Y Z");
       o.bone.at = 1e-3 * trephine::Vec3d(at_mm[0], at_mm[1], at_mm[2]);
-    }
-    if (!o.record.empty()) {
-      const auto folder = std::filesystem::path(o.record).parent_path();
-      if (!folder.empty() && !std::filesystem::is_directory(folder))
-        throw CLI::ValidationError("--record", "there is no folder " + folder.string());
     }
   } catch (const CLI::CallForHelp&) {
     parsed.exit = Exit{0, app.help()};

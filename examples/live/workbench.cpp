@@ -50,6 +50,19 @@ trephine::Burr round_burr(double radius) {
 
 constexpr double kMostVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
 
+/// What is left where the whole bone is too large, and what to do.
+std::string crop_note(const drill::Grid& left, double voxels) {
+  const auto& n = left.size();
+  const Vec3d mm = 1e3 * left.spacing().cwiseProduct(Vec3d(n[0], n[1], n[2]));
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "cropped to %.0f x %.0f x %.0f mm around the start: the whole would be %.0f million voxels of %.2g mm, "
+      "and %.0f fit; --voxel takes larger ones, --at another place, --largest-piece leaves out what hangs apart",
+      mm.x(), mm.y(), mm.z(), 1e-6 * voxels, 1e3 * left.spacing().x(), 1e-6 * kMostVoxels);
+  return text.data();
+}
+
 }  // namespace
 
 Loaded load(const drill::Options& options) {
@@ -67,6 +80,7 @@ Loaded load(const drill::Options& options) {
       if (!bone.tool) bone.burr = drill::fitting_burr(bone.grid, options);
     } else if (auto fine = drill::resampled_around(bone, spot.p_W, fine_options)) {
       bone = std::move(*fine);
+      bone.notes.push_back(crop_note(bone.grid, voxels));
     }
     spot = drill::spot_near(bone, spot.p_W);
   }
