@@ -4,6 +4,7 @@
 
 #include <trephine/voxel/density_field.hpp>
 #include <trephine/voxel/largest_piece.hpp>
+#include <trephine/voxel/resample.hpp>
 
 #include <doctest/doctest.h>
 
@@ -25,14 +26,19 @@ std::size_t place(const Size& n, const Voxel& v) {
          static_cast<std::size_t>(v[0]);
 }
 
+bool is_in(const Size& n, const Voxel& v) {
+  for (std::size_t a = 0; a < 3; ++a)
+    if (v[a] < 0 || v[a] >= n[a]) return false;
+  return true;
+}
+
 /// Pieces of voxels that are neighbours over a face, an edge or a corner, in the order of their first voxels.
 template <class Density>
 std::vector<std::vector<Voxel>> flooded(const Size& n, const std::vector<Density>& voxels) {
   std::vector<bool> seen(voxels.size());
   std::vector<std::vector<Voxel>> pieces;
   const auto take = [&](const Voxel& v) {
-    for (std::size_t a = 0; a < 3; ++a)
-      if (v[a] < 0 || v[a] >= n[a]) return false;
+    if (!is_in(n, v)) return false;
     if (seen[place(n, v)] || static_cast<double>(voxels[place(n, v)]) < kIsovalue) return false;
     seen[place(n, v)] = true;
     return true;
@@ -81,10 +87,18 @@ TEST_CASE_TEMPLATE("largest piece: what a flood fill from voxel to voxel keeps, 
       count += pieces[p].size();
       if (pieces[p].size() > pieces[kept].size()) kept = p;
     }
+    // Voxels beside removed bone are air, unless they lie beside the kept bone too.
     std::vector<Density> expected = voxels;
-    for (std::size_t p = 0; p < pieces.size(); ++p)
-      for (const Voxel& v : pieces[p])
-        if (p != kept) expected[place(n, v)] = 0;
+    const auto beside = [&](bool of_kept, const auto& visit) {
+      for (std::size_t p = 0; p < pieces.size(); ++p)
+        for (const Voxel& v : pieces[p])
+          for (int d = 0; d < 27 && (p == kept) == of_kept; ++d) {
+            const Voxel at{v[0] + d % 3 - 1, v[1] + d / 3 % 3 - 1, v[2] + d / 9 - 1};
+            if (is_in(n, at)) visit(place(n, at));
+          }
+    };
+    beside(false, [&](std::size_t at) { expected[at] = 0; });
+    beside(true, [&](std::size_t at) { expected[at] = voxels[at]; });
 
     VoxelGrid<Density> grid({.size = n, .spacing = Vec3d(1e-3, 2e-3, 3e-3)}, voxels);
     const RemovedPieces removed = keep_largest_piece(grid, kIsovalue);
@@ -122,6 +136,26 @@ TEST_CASE("largest piece: the surface that is kept stays as it was, to the bit")
   }
   CHECK(bone > 10000);
   CHECK(specks == 0);
+}
+
+TEST_CASE("largest piece: nothing of a removed rod comes back in finer voxels") {
+  const Size n{40, 30, 24};
+  std::vector<std::int16_t> voxels(place(n, {0, 0, n[2]}));
+  // A ball, and a rod beside it with a skin a voxel thick, just below the isovalue.
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) {
+        const double to_ball = (Vec3d(i, j, k) - Vec3d(12, 14, 12)).norm() - 8;
+        const double to_rod = (Vec3d(i, j, 0) - Vec3d(31.3, 14.6, 0)).norm() - 3;
+        voxels[place(n, {i, j, k})] = std::min(to_ball, to_rod) < 0 ? std::int16_t{1200}
+                                      : to_rod < 1                  ? std::int16_t{295}
+                                                                    : std::int16_t{-1000};
+      }
+  VoxelGrid<std::int16_t> grid({.size = n, .spacing = Vec3d::Constant(1e-3)}, voxels);
+  CHECK(keep_largest_piece(grid, 300).pieces == 1);
+  const auto fine = resampled(grid, Vec3d::Constant(0.4e-3));
+  const VoxelBox box = fine.occupied_box(300);
+  CHECK(box.hi[0] < 22 / 0.4);
 }
 
 TEST_CASE("largest piece: the grid keeps its place and its memory, and restore brings no piece back") {

@@ -48,14 +48,19 @@ class BonePieces {
   /// Returns the voxels of each piece, at the index of its root; 0 for all other runs.
   [[nodiscard]] const std::vector<std::size_t>& voxels() const noexcept { return voxels_; }
 
-  /// Calls `visit(j, k, first, last)` for the runs of all pieces but one.
+  /// Calls `visit(j, k, first, last)` for the voxels in and beside the runs of the piece `kept`, or of all others; some
+  /// more than once.
   template <class Visit>
-  void for_each_run_outside(std::uint32_t kept, const Visit& visit) {
+  void for_each_run_beside(std::uint32_t kept, bool others, const Visit& visit) {
     std::size_t row = 0;
     for (int k = 0; k < size_[2]; ++k)
       for (int j = 0; j < size_[1]; ++j, ++row)
-        for (std::uint32_t r = rows_[row]; r < rows_[row + 1]; ++r)
-          if (root(r) != kept) visit(j, k, runs_[r].first, runs_[r].last);
+        for (std::uint32_t r = rows_[row]; r < rows_[row + 1]; ++r) {
+          if ((root(r) == kept) == others) continue;
+          const int first = std::max(runs_[r].first - 1, 0), last = std::min(runs_[r].last + 1, size_[0] - 1);
+          for (int b = std::max(k - 1, 0); b <= std::min(k + 1, size_[2] - 1); ++b)
+            for (int a = std::max(j - 1, 0); a <= std::min(j + 1, size_[1] - 1); ++a) visit(a, b, first, last);
+        }
   }
 
  private:
@@ -107,11 +112,12 @@ class BonePieces {
 }  // namespace detail
 
 /// Keeps the largest connected piece of bone (density ≥ `isovalue`, by number of voxels; of equals the first in memory)
-/// and sets the voxels of all others to the grid's `outside` density: a scanner's head rest, a table, specks.
+/// and sets all other bone to the grid's `outside` density: a scanner's head rest, a table, specks. So it does with the
+/// voxels beside removed bone, which the image's blur lifts: splines of them would reach the isovalue (`resampled`).
 ///
 /// Voxels are connected over faces, edges and corners, as the corners of a cell are. So no cell holds corners of two
-/// pieces, and the kept surface stays as it was, to the bit. A part that touches the bone in one voxel is part of it.
-/// Voxels below the isovalue stay, also the blurred skin of a removed piece.
+/// pieces. No voxel beside the kept bone changes, so the kept surface stays as it was, to the bit. A part that touches
+/// the bone in one voxel is part of it.
 ///
 /// The grid is made anew where something is removed: originals, ranges and slopes are those of the cleaned volume, and
 /// `restore` does not bring pieces back. So clean a volume before a scene, a reader or a map uses the grid. A grid
@@ -139,13 +145,18 @@ RemovedPieces keep_largest_piece(VoxelGrid<Density>& grid, double isovalue) {
   removed.voxels -= voxels[kept];
 
   const std::array<int, 3>& n = grid.size();
-  const std::size_t row = static_cast<std::size_t>(n[0]), plane = row * static_cast<std::size_t>(n[1]);
-  std::vector<Density> left(plane * static_cast<std::size_t>(n[2]));
+  std::vector<Density> left(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
+                            static_cast<std::size_t>(n[2]));
   grid.copy_voxels(left);
-  pieces.for_each_run_outside(kept, [&](int j, int k, int first, int last) {
-    const auto begin = left.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(k) * plane +
-                                                                  static_cast<std::size_t>(j) * row);
-    std::fill(begin + first, begin + last + 1, grid.outside());
+  const auto place = [&](int i, int j, int k) {
+    return left.begin() + ((static_cast<std::ptrdiff_t>(k) * n[1] + j) * n[0] + i);
+  };
+  pieces.for_each_run_beside(kept, true, [&](int j, int k, int first, int last) {
+    std::fill(place(first, j, k), place(last, j, k) + 1, grid.outside());
+  });
+  pieces.for_each_run_beside(kept, false, [&](int j, int k, int first, int last) {
+    const Density* const from = grid.data() + grid.index(first, j, k);
+    std::copy(from, from + (last - first + 1), place(first, j, k));
   });
   grid = VoxelGrid<Density>(
       {.size = n, .spacing = grid.spacing(), .X_WG = grid.X_WG(), .outside = static_cast<double>(grid.outside())}, left,
