@@ -266,6 +266,35 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
   CHECK(floor->taken_mm3() == 0);  // it is gone
 }
 
+TEST_CASE("what is bone again counts no longer as taken, and counts anew when it is cut again") {
+  auto grid = block<std::int16_t>(300, 900);
+  auto floor = std::make_shared<CutFloor<std::int16_t>>(grid, 300);
+  const VoxelBox all{{0, 0, 0}, {kSize - 1, kSize - 1, kSize - 1}};
+  floor->watch(7, all, [](int i, int j, int k) { return i < 10 && j < 30 && k < 30; });
+  floor->watch(8, all, [](int i, int j, int k) { return i >= 10 && j < 30 && k < 30; });
+  Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  const auto cut_at = [&](double i) {
+    Posed X = Posed::Identity();
+    X.translation() = kVoxel * Vec3d(i, 15, 15);
+    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 4 * kVoxel}, {.spindle_on = true, .dt = 1e-3});
+    milling.reset();
+  };
+  cut_at(9.5);
+  const double left = floor->taken_mm3(7), right = floor->taken_mm3(8);
+  CHECK(left > 0);
+  CHECK(right > 0);
+  floor->forget_put_back(grid);  // nothing was
+  CHECK(floor->taken_mm3(7) == left);
+  grid.restore();
+  floor->forget_put_back(grid);
+  CHECK(floor->taken_mm3(7) == 0);
+  CHECK(floor->taken_mm3() == 0);
+  cut_at(9.5);
+  CHECK(floor->taken_mm3(7) == left);
+  CHECK(floor->taken_mm3(8) == right);
+  CHECK(floor->taken_mm3() == doctest::Approx(left + right));
+}
+
 TEST_CASE("one floor protects a body and watches its neighbour, whichever was named first") {
   // Two balls that overlap: what of the watched lies outside of the protected may be taken, and is counted.
   const Vec3d a = kVoxel * Vec3d(17, 20, 20), b = kVoxel * Vec3d(23, 20, 20);

@@ -161,6 +161,25 @@ class CutFloor {
     for (Frozen& brick : frozen_) brick.counted.fill(0);
   }
 
+  /// Forgets what was taken of voxels that are bone again, as after an undo. Call it between cuts, on the thread that
+  /// cuts; it allocates nothing.
+  void forget_put_back(const VoxelGrid<Density>& grid) noexcept {
+    for (std::size_t brick = 0; brick < block_of_.size(); ++brick) {
+      if (block_of_[brick] < 0) continue;
+      Block& block = blocks_[static_cast<std::size_t>(block_of_[brick])];
+      const std::array<int, 3> at = grid.brick_coordinates(brick);
+      for (std::size_t v = 0; v < kVoxels; ++v) {
+        if (!is_set(block.watched, v) || !is_set(block.counted, v)) continue;
+        const int n = static_cast<int>(v);
+        const int i = n % kBrick, j = n / kBrick % kBrick, k = n / (kBrick * kBrick);
+        if (grid.at(kBrick * at[0] + i, kBrick * at[1] + j, kBrick * at[2] + k) < threshold_) continue;
+        set(block.counted, v, false);
+        --all_taken_;
+        if (block.owner[v] > 0) --taken_[block.owner[v] - 1U];
+      }
+    }
+  }
+
   [[nodiscard]] std::size_t bytes() const noexcept {
     return blocks_.size() * sizeof(Block) + frozen_.size() * sizeof(Frozen) + block_of_.size() * sizeof(std::int32_t);
   }
