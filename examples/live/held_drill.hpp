@@ -106,6 +106,8 @@ class HeldDrill {
   /// Pose of the tool to draw, of the last good tick.
   [[nodiscard]] virtual trephine::Posed tool_W() const noexcept = 0;
   virtual std::size_t contacts_W(std::span<trephine::ContactPoint<double>> out) const noexcept = 0;
+  /// Forgets contact, velocities and the wrench that acted, as before the first tick. Between ticks.
+  virtual void reset() noexcept = 0;
   /// What the last tick says of structures; nothing where there are none.
   [[nodiscard]] virtual StructureReport structures() const noexcept { return {}; }
 };

@@ -29,6 +29,10 @@ class HeldDrillOf : public HeldDrill {
   std::size_t contacts_W(std::span<trephine::ContactPoint<double>> out) const noexcept override {
     return scene_.contacts_W(out);
   }
+  void reset() noexcept override {
+    scene_.reset();
+    scene_.forget_wrench();
+  }
 
  protected:
   Scene scene_;

@@ -43,8 +43,8 @@ inline constexpr std::array kKeys{
     Key{32, "Space", Action::kSpindle, "starts or stops the spindle"},
     Key{82, "R", Action::kRenderer, "next renderer: coupled, line, surface"},
     Key{76, "L", Action::kLaw, "cutting forces on or off (coupled)"},
-    Key{91, "[", Action::kSmallerBurr, "smaller burr"},
-    Key{93, "]", Action::kLargerBurr, "larger burr"},
+    Key{91, "[", Action::kSmallerBurr, "smaller burr or tool"},
+    Key{93, "]", Action::kLargerBurr, "larger burr or tool"},
     Key{84, "T", Action::kPlace, "takes the drill to the bone under the mouse"},
     Key{72, "H", Action::kHome, "takes drill and view back to the start"},
     Key{85, "U", Action::kUndo, "undoes the last stroke"},
@@ -56,7 +56,7 @@ inline constexpr std::array kKeys{
     Key{61, "+", Action::kCloser, "brings the view closer"},
     Key{45, "-", Action::kFarther, "takes the view farther away"},
     Key{301, "F12", Action::kShot, "saves a screenshot"},
-    Key{256, "Escape", Action::kQuit, "ends the program"},
+    Key{256, "Escape", Action::kQuit, "closes a list or this help, else ends the program"},
 };
 
 /// What the mouse does, for the help.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "live_options.hpp"
 
+#include "keys.hpp"
+#include "script.hpp"
+
 #include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
@@ -48,6 +51,23 @@ void read_tool(const std::string& text, bool coupled, LiveOptions& o) {
   }
   if (!coupled) throw CLI::ValidationError("--tool", "line and surface have a round burr; use --algorithm coupled");
   o.bone.tool = text;
+}
+
+/// Keys, mouse and the commands of sessions' files, a line each.
+std::string help_of_use() {
+  std::ostringstream text;
+  const auto row = [&](const std::string& what, std::string_view help) {
+    text << "  " << what << std::string(what.size() < 31 ? 31 - what.size() : 1, ' ') << help << '\n';
+  };
+  text << "Keys:\n";
+  for (const Key& k : kKeys) row(std::string(k.name), k.help);
+  text << "\nMouse:\n";
+  for (const MouseHelp& m : kMouseHelp) row(std::string(m.gesture), m.help);
+  text << "\nA session's file (--script, --replay, --record) has a line for each event: seconds since the start, a "
+          "command.\nTimes do not fall; '#' begins a comment. examples/live/*.session are some.\n";
+  for (const Command& c : commands())
+    row(std::string(c.word) + (c.arguments.empty() ? "" : " ") + std::string(c.arguments), c.help);
+  return text.str();
 }
 
 }  // namespace
@@ -131,7 +151,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       o.bone.at = 1e-3 * trephine::Vec3d(at_mm[0], at_mm[1], at_mm[2]);
     }
   } catch (const CLI::CallForHelp&) {
-    parsed.exit = Exit{0, app.help()};
+    parsed.exit = Exit{0, app.help() + "\n" + help_of_use()};
     return parsed;
   } catch (const CLI::ParseError& e) {
     std::string text = e.what();

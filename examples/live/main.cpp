@@ -39,24 +39,18 @@ void print_log(double time, const Workbench& bench) {
   std::fflush(stdout);
 }
 
-/// Plays the events that are due; false once they say quit. Shots add what they take to `paused` [s]: the session's
-/// clock stands still meanwhile.
-bool play(const std::vector<Event>& events, std::size_t& next, double time, double& paused, Window& window,
-          Workbench& bench, Screen& screen) {
-  for (; next < events.size() && events[next].time <= time; ++next) {
-    const Event& e = events[next];
-    if (e.kind == Event::Kind::kQuit) return false;
-    if (e.kind == Event::Kind::kShot) {
-      const auto start = Clock::now();
-      save_shot(screen, time, e.file);
-      paused += seconds_since(start);
-    }
-    if (e.kind == Event::Kind::kLog) print_log(time, bench);
-    if (e.kind == Event::Kind::kSize)
-      glfwSetWindowSize(window.handle(), static_cast<int>(e.numbers[0]), static_cast<int>(e.numbers[1]));
-    bench.apply(e);
+/// Does what a session's event says. Shots add what they take to `paused` [s]: the session's clock stands still
+/// meanwhile.
+void perform(const Event& e, double time, double& paused, Window& window, Workbench& bench, Screen& screen) {
+  if (e.kind == Event::Kind::kShot) {
+    const auto start = Clock::now();
+    save_shot(screen, time, e.file);
+    paused += seconds_since(start);
   }
-  return true;
+  if (e.kind == Event::Kind::kLog) print_log(time, bench);
+  if (e.kind == Event::Kind::kSize)
+    glfwSetWindowSize(window.handle(), static_cast<int>(e.numbers[0]), static_cast<int>(e.numbers[1]));
+  bench.apply(e);
 }
 
 void print_structures(const GuardedBone& guarded, double seconds) {
@@ -113,7 +107,7 @@ int run(const LiveOptions& options, int& code) {
   code = 1;
   std::unique_ptr<EventWriter> record;
   if (!options.record.empty()) record = std::make_unique<EventWriter>(options.record);
-  std::size_t next = 0;
+  Playback playback(std::move(events), scripted ? Playback::End::kProgram : Playback::End::kHand);
   int shots = 0;
   bool spindle = false;
   Protection protection = bench.protection();
@@ -127,12 +121,11 @@ int run(const LiveOptions& options, int& code) {
   std::size_t frames = 0;
   double paused = 0;
   while (glfwWindowShouldClose(window.handle()) == GLFW_FALSE && !bench.quit()) {
-    screen.follow_mouse(next == events.size());
+    screen.follow_mouse(playback.is_over());
     glfwPollEvents();
     const double time = seconds_since(start) - paused, dt = std::min(seconds_since(last), 0.1);
     last = Clock::now();
-    if (!play(events, next, time, paused, window, bench, screen)) break;
-    if (scripted && next == events.size()) break;
+    if (!playback.play(time, [&](const Event& e) { perform(e, time, paused, window, bench, screen); })) break;
     screen.frame(dt, time);
     ++frames;
     if (record) {
@@ -156,6 +149,7 @@ int run(const LiveOptions& options, int& code) {
                                   std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(interval)));
   }
   const double length = seconds_since(start);
+  if (record) record->quit(length - paused);
   std::printf("drilled  %.1f mm3 in %.1f s; %zu pictures; %llu periods missed of %llu\n", bench.view().removed_mm3,
               length, frames, static_cast<unsigned long long>(bench.view().missed),
               static_cast<unsigned long long>(bench.view().tick));

@@ -16,87 +16,90 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
+bool read_hand(std::istream& in, Event& e) {
+  Vec3d p;
+  trephine::Quatd q;
+  if (!(in >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >> q.z())) return false;
+  if (!p.allFinite() || !(std::abs(q.norm() - 1) < 1e-3)) return false;
+  e.pose = trephine::make_pose<double>(q.normalized().toRotationMatrix(), Vec3d(1e-3 * p));
+  return true;
+}
+bool read_spindle(std::istream& in, Event& e) {
+  std::string state;
+  in >> state;
+  e.on = state == "on";
+  return state == "on" || state == "off";
+}
+bool read_view(std::istream& in, Event& e) {
+  Vec3d p;
+  double yaw = 0, pitch = 0, distance = 0;
+  if (!(in >> p.x() >> p.y() >> p.z() >> yaw >> pitch >> distance)) return false;
+  e.camera = {.focus_W = 1e-3 * p, .yaw = yaw / kDegrees, .pitch = pitch / kDegrees, .distance = 1e-3 * distance};
+  return p.allFinite() && std::abs(e.camera.pitch) <= OrbitCamera::kSteepest &&
+         e.camera.distance >= OrbitCamera::kNearest && e.camera.distance <= OrbitCamera::kFarthest;
+}
+bool read_key(std::istream& in, Event& e) {
+  std::string name;
+  in >> name;
+  e.action = action_named(name);
+  return e.action != Action::kNone;
+}
+bool read_protection(std::istream& in, Event& e) {
+  std::string name;
+  in >> name;
+  const auto at = std::find(kProtectionNames.begin(), kProtectionNames.end(), name);
+  if (at == kProtectionNames.end()) return false;
+  e.protection = kProtections[static_cast<std::size_t>(at - kProtectionNames.begin())];
+  return true;
+}
+bool read_tool(std::istream& in, Event& e) {
+  in >> e.file;
+  if (e.file == "burr") return true;
+  try {
+    (void)trephine::tool_by_name(e.file);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+bool read_file(std::istream& in, Event& e) { return static_cast<bool>(in >> e.file); }
+bool read_number(std::istream& in, Event& e) { return static_cast<bool>(in >> e.numbers[0]); }
+bool read_numbers(std::istream& in, Event& e) { return static_cast<bool>(in >> e.numbers[0] >> e.numbers[1]); }
+bool read_size(std::istream& in, Event& e) {
+  return read_numbers(in, e) && e.numbers[0] >= 160 && e.numbers[1] >= 120 && e.numbers[0] <= 7680 &&
+         e.numbers[1] <= 4320;
+}
+bool read_nothing(std::istream&, Event&) { return true; }
+
+using Kind = Event::Kind;
+constexpr std::array kCommands{
+    Command{"hand", "X Y Z QW QX QY QZ", "moves the hand to a place [mm] and a direction", Kind::kHand, read_hand},
+    Command{"push", "MM", "pushes the drill along the view, as the wheel does", Kind::kPush, read_number},
+    Command{"move", "X Y", "moves the mouse to a pixel", Kind::kMove, read_numbers},
+    Command{"turn", "DX DY", "tilts the drill, as Ctrl and a motion of the mouse do", Kind::kTurn, read_numbers},
+    Command{"spindle", "on|off", "starts or stops the spindle", Kind::kSpindle, read_spindle},
+    Command{"key", "NAME", "presses a key by the name in the list of keys", Kind::kKey, read_key},
+    Command{"tool", "NAME", "takes a tool, as match-head-3, or the burr", Kind::kTool, read_tool},
+    Command{"protect", "off|warn|push|veto", "protects structures", Kind::kProtect, read_protection},
+    Command{"view", "X Y Z YAW PITCH DISTANCE", "looks at a place [mm, degrees, mm]", Kind::kView, read_view},
+    Command{"orbit", "DEGREES", "turns the view by so much a second from now on", Kind::kOrbit, read_number},
+    Command{"size", "WIDTH HEIGHT", "resizes the window [pixels]", Kind::kSize, read_size},
+    Command{"shot", "FILE", "saves a screenshot", Kind::kShot, read_file},
+    Command{"log", "", "prints what the drill did to structures", Kind::kLog, read_nothing},
+    Command{"quit", "", "ends the script, or gives a replay back to your hand", Kind::kQuit, read_nothing},
+};
+
 /// Reads what follows the time; false where it is not as it should be.
-bool read_rest(std::istringstream& in, const std::string& word, Event& e) {
-  using Kind = Event::Kind;
-  if (word == "hand") {
-    e.kind = Kind::kHand;
-    Vec3d p;
-    trephine::Quatd q;
-    if (!(in >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >> q.z())) return false;
-    if (!p.allFinite() || !(std::abs(q.norm() - 1) < 1e-3)) return false;
-    e.pose = trephine::make_pose<double>(q.normalized().toRotationMatrix(), Vec3d(1e-3 * p));
-    return true;
-  }
-  if (word == "spindle") {
-    e.kind = Kind::kSpindle;
-    std::string state;
-    in >> state;
-    e.on = state == "on";
-    return state == "on" || state == "off";
-  }
-  if (word == "protect") {
-    e.kind = Kind::kProtect;
-    std::string name;
-    in >> name;
-    const auto at = std::find(kProtectionNames.begin(), kProtectionNames.end(), name);
-    if (at == kProtectionNames.end()) return false;
-    e.protection = kProtections[static_cast<std::size_t>(at - kProtectionNames.begin())];
-    return true;
-  }
-  if (word == "tool") {
-    e.kind = Kind::kTool;
-    in >> e.file;
-    if (e.file == "burr") return true;
-    try {
-      (void)trephine::tool_by_name(e.file);
-      return true;
-    } catch (const std::invalid_argument&) {
-      return false;
-    }
-  }
-  if (word == "view") {
-    e.kind = Kind::kView;
-    Vec3d p;
-    double yaw = 0, pitch = 0, distance = 0;
-    if (!(in >> p.x() >> p.y() >> p.z() >> yaw >> pitch >> distance)) return false;
-    e.camera = {.focus_W = 1e-3 * p, .yaw = yaw / kDegrees, .pitch = pitch / kDegrees, .distance = 1e-3 * distance};
-    return p.allFinite() && std::abs(e.camera.pitch) <= OrbitCamera::kSteepest &&
-           e.camera.distance >= OrbitCamera::kNearest && e.camera.distance <= OrbitCamera::kFarthest;
-  }
-  if (word == "key") {
-    e.kind = Kind::kKey;
-    std::string name;
-    in >> name;
-    e.action = action_named(name);
-    return e.action != Action::kNone;
-  }
-  if (word == "shot") {
-    e.kind = Kind::kShot;
-    return static_cast<bool>(in >> e.file);
-  }
-  if (word == "log") {
-    e.kind = Kind::kLog;
-    return true;
-  }
-  if (word == "quit") {
-    e.kind = Kind::kQuit;
-    return true;
-  }
-  if (word == "push" || word == "orbit") {
-    e.kind = word == "push" ? Kind::kPush : Kind::kOrbit;
-    return static_cast<bool>(in >> e.numbers[0]);
-  }
-  if (word == "move" || word == "turn" || word == "size") {
-    e.kind = word == "move" ? Kind::kMove : word == "turn" ? Kind::kTurn : Kind::kSize;
-    if (!(in >> e.numbers[0] >> e.numbers[1])) return false;
-    return e.kind != Kind::kSize ||
-           (e.numbers[0] >= 160 && e.numbers[1] >= 120 && e.numbers[0] <= 7680 && e.numbers[1] <= 4320);
-  }
-  return false;
+bool read_rest(std::istream& in, std::string_view word, Event& e) {
+  const auto at = std::find_if(kCommands.begin(), kCommands.end(), [&](const Command& c) { return c.word == word; });
+  if (at == kCommands.end()) return false;
+  e.kind = at->kind;
+  return at->read(in, e);
 }
 
 }  // namespace
+
+std::span<const Command> commands() { return kCommands; }
 
 std::vector<Event> read_events(const std::string& path) {
   std::ifstream in(path);
@@ -161,7 +164,10 @@ void EventWriter::protect(double time, Protection protection) {
 
 void EventWriter::tool(double time, const std::string& name) { out_ << time << " tool " << name << '\n' << std::flush; }
 
+void EventWriter::quit(double time) { out_ << time << " quit\n" << std::flush; }
+
 void EventWriter::key(double time, Action action) {
+  if (action == Action::kQuit) return;
   for (const Key& k : kKeys)
     if (k.action == action) {
       out_ << time << " key " << k.name << '\n' << std::flush;

@@ -5,9 +5,14 @@
 #include "mouse_hand.hpp"
 #include "protection.hpp"
 
+#include <array>
 #include <fstream>
+#include <iosfwd>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 namespace live {
@@ -39,25 +44,52 @@ struct Event {
   Protection protection = Protection::kOff;
   std::array<double, 2> numbers{};
   std::string file;
+
+  /// True for what ends a session: `quit`, and the key that does.
+  [[nodiscard]] bool ends() const { return kind == Kind::kQuit || (kind == Kind::kKey && action == Action::kQuit); }
 };
 
-/// Reads a session's file, a line an event, `#` before a comment:
-///
-///     TIME hand X Y Z QW QX QY QZ     the hand's wish, mm in W
-///     TIME spindle on|off
-///     TIME view X Y Z YAW PITCH DISTANCE   focus [mm in W], degrees, mm
-///     TIME key NAME                   a key by the name that the help shows
-///     TIME protect off|warn|push|veto
-///     TIME tool NAME                  as match-head-3, or burr
-///     TIME push MM | move PX PY | turn PX PY   as the mouse does
-///     TIME orbit DEGREES_A_SECOND
-///     TIME size WIDTH HEIGHT
-///     TIME log                        prints what the drill did to structures since the last `restore`
-///     TIME shot FILE
-///     TIME quit
-///
-/// Throws std::runtime_error with file, line and reason. Times must not fall.
+/// A word of sessions' files, what follows it, and the line that the help shows for it.
+struct Command {
+  std::string_view word;
+  std::string_view arguments;
+  std::string_view help;
+  Event::Kind kind;
+  bool (*read)(std::istream& in, Event& e);  ///< takes the arguments; false where they are not as they should be
+};
+/// The only list of commands: the reader, `--help` and the documents' test use it.
+[[nodiscard]] std::span<const Command> commands();
+
+/// Reads a session's file, a line an event: a time [s], a command, its arguments; `#` before a comment. Throws
+/// std::runtime_error with file, line and reason. Times must not fall.
 [[nodiscard]] std::vector<Event> read_events(const std::string& path);
+
+/// A session's events as time goes on. The end of a script is the program's; at that of a replay the hand takes over,
+/// whatever ended the session that was recorded.
+class Playback {
+ public:
+  enum class End { kProgram, kHand };
+  Playback(std::vector<Event> events, End end) : events_(std::move(events)), end_(end) {}
+
+  /// Hands on the events that are due at `time` [s], up to one that ends the session. False where the program ends.
+  template <class Do>
+  [[nodiscard]] bool play(double time, Do&& act) {
+    for (; !is_over() && events_[next_].time <= time; ++next_) {
+      if (events_[next_].ends()) {
+        next_ = events_.size();
+        break;
+      }
+      act(events_[next_]);
+    }
+    return !is_over() || end_ == End::kHand;
+  }
+  [[nodiscard]] bool is_over() const { return next_ >= events_.size(); }
+
+ private:
+  std::vector<Event> events_;
+  End end_;
+  std::size_t next_ = 0;
+};
 
 /// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys, spindle,
 /// protection and tool at once.
@@ -70,7 +102,10 @@ class EventWriter {
   void spindle(double time, bool on);
   void protect(double time, Protection protection);
   void tool(double time, const std::string& name);
+  /// The key that ends the session is left to `quit`.
   void key(double time, Action action);
+  /// The session is over.
+  void quit(double time);
 
  private:
   static constexpr double kInterval = 1.0 / 30;  // [s]

@@ -28,6 +28,7 @@ namespace {
 
 using namespace trephine;
 
+constexpr double kSettles = 0.25;    // [s]: an arm does so once its hand has arrived
 constexpr double kHeardTime = 5e-3;  // [s]: the removal rate that is heard is a mean over this
 
 /// A desktop arm of six axes in a light grip; the hand's spring is what the mouse pulls at.
@@ -44,7 +45,7 @@ SimulatedDeviceOptions simulated_arm(const Posed& X_DH, double rate) {
 class TimedDrill {
  public:
   static constexpr bool kHasTorque = true;
-  TimedDrill(HeldDrill& drill, double stiffness) : drill_(drill), stiffness_(stiffness) {}
+  TimedDrill(PassingDrill& drill, double stiffness) : drill_(drill), stiffness_(stiffness) {}
 
   TickResult tick(const TickInput& input, double dt) noexcept {
     const auto start = std::chrono::steady_clock::now();
@@ -56,7 +57,7 @@ class TimedDrill {
   [[nodiscard]] double took_us() const noexcept { return took_us_; }
 
  private:
-  HeldDrill& drill_;
+  PassingDrill& drill_;
   double stiffness_;
   double took_us_ = 0;
 };
@@ -108,12 +109,12 @@ std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const 
 }
 
 Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& options, const Posed& start)
-    : bone_(bone), isovalue_(isovalue), options_(options), start_(start), running_(options) {
+    : bone_(bone), isovalue_(isovalue), options_(options), start_(start), running_(options), drill_(bone, isovalue) {
   view_.probe = view_.tool = start;
   wishes_.post({start, false});
   fit_potential(options_.drill);
   running_ = options_;
-  drill_ = make_drill(bone_, isovalue_, options_.drill, inboxes_);
+  drill_.take(make_drill(bone_, isovalue_, options_.drill, inboxes_), options_.drill);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -129,6 +130,14 @@ trephine::TimeSummary Session::end() {
 const TickView& Session::view() noexcept {
   if (const TickView* latest = views_.take()) view_ = *latest;
   return view_;
+}
+
+void Session::carry(const HandWish& wish) noexcept {
+  if (options_.device == DeviceKind::kMouse) {
+    const double way = (wish.X_WT.translation() - view_.probe.translation()).norm();
+    drill_.carry(wish.X_WT, kSettles + way / WishedHand::kFastest);
+  }
+  this->wish(wish);
 }
 
 void Session::run() {
@@ -175,7 +184,7 @@ void Session::run_on(Device& device) {
         refused = std::string("\n") + e.what();  // all stays as it was
       }
     if (running_.scale != registration_.scale()) registration_ = rescaled(registration_, X_DH_, running_.scale);
-    TimedDrill drill(*drill_, running_.drill.stiffness);
+    TimedDrill drill(drill_, running_.drill.stiffness);
     ServoLoop loop(device, drill, registration_, {.rate = running_.rate});
     std::ostringstream text;
     text << loop.capabilities().name << ", " << 1.0 / loop.period() << " Hz";
@@ -192,7 +201,8 @@ void Session::run_on(Device& device) {
       X_DH_ = tick.state.X_DH;
       view.tick = ++ticks_;
       view.probe = tick.input.X_WT;
-      view.tool = drill_->tool_W();
+      view.tool = drill_.tool_W();
+      view.passes = drill_.passes();
       view.wrench = tick.result.wrench;
       view.contact = tick.result.contact;
       view.status = tick.result.status;
@@ -201,15 +211,16 @@ void Session::run_on(Device& device) {
       view.removed_mm3 = removed_mm3_;
       view.missed = missed_;
       if (guarded) {
-        view.structures = drill_->structures();
-        if (closest_.nearest < 0 || view.structures.distance < closest_.distance) closest_ = view.structures;
+        view.structures = drill_.structures();
+        const bool is_closer = closest_.nearest < 0 || view.structures.distance < closest_.distance;
+        if (view.structures.nearest >= 0 && is_closer) closest_ = view.structures;
         most_push_N_ = std::max(most_push_N_, view.structures.push_N);
         view.closest = closest_;
         view.most_push_N = most_push_N_;
-        path_.follow(tick.input.spindle_on, view.tool.translation(), running_.drill.burr.tip_radius);
+        path_.follow(tick.input.spindle_on && !view.passes, view.tool.translation(), running_.drill.burr.tip_radius);
       }
       std::array<ContactPoint<double>, TickView::kContacts> contacts{};
-      view.contact_count = drill_->contacts_W(contacts);
+      view.contact_count = drill_.contacts_W(contacts);
       for (std::size_t i = 0; i < view.contact_count; ++i) view.contacts[i] = contacts[i].position;
       views_.post(view);
       heard_spindle_.store(tick.input.spindle_on, std::memory_order_relaxed);
@@ -244,7 +255,8 @@ void Session::change(const SessionOptions& options) {
       return a.renderer == b.renderer && a.mills_by_law() == b.mills_by_law() && a.stiffness == b.stiffness &&
              same_tool(a, b);
     };
-    if (!same(running_.drill, options.drill)) drill_ = make_drill(bone_, isovalue_, options.drill, inboxes_);
+    if (!same(running_.drill, options.drill))
+      drill_.take(make_drill(bone_, isovalue_, options.drill, inboxes_), options.drill);
     running_ = options;
   });
 }
@@ -269,6 +281,7 @@ void Session::protect(Protection protection) {
 void Session::restore() {
   command([this] {
     bone_.restore();
+    drill_.bone_rose();
     removed_mm3_ = 0;
     closest_ = {};
     most_push_N_ = 0;
@@ -279,8 +292,13 @@ void Session::restore() {
   });
 }
 
-void Session::bring_back(const BoneState& state) {
-  command([this, state] { set_bone(bone_, state); });
+void Session::bring_back(PastBone past) {
+  command([this, past = std::move(past)] {
+    set_bone(bone_, past.bricks);
+    drill_.bone_rose();
+    removed_mm3_ = past.removed_mm3;
+    if (const auto& guarded = running_.drill.guarded) guarded->watch->forget_put_back(bone_);
+  });
 }
 
 std::string Session::report() const {

@@ -5,6 +5,7 @@
 #include "drill_voice.hpp"
 #include "held_drill.hpp"
 #include "mouse_hand.hpp"
+#include "passing_drill.hpp"
 #include "strokes.hpp"
 
 #include <trephine/device/device.hpp>
@@ -32,7 +33,8 @@ struct TickView {
   trephine::Status status = trephine::Status::kOk;
   bool spindle_on = false;
   trephine::CuttingSummary cutting{};  ///< true forces, by the law of cutting
-  double removed_mm3 = 0;              ///< since the start or the last `restore`
+  bool passes = false;                 ///< bone neither holds the drill nor is cut, until the drill is out of it
+  double removed_mm3 = 0;              ///< of the bone as loaded
   std::uint64_t missed = 0;            ///< periods without a tick
   StructureReport structures{};        ///< of this tick
   StructureReport closest{};           ///< of the tick that was nearest to a structure, since the start or `restore`
@@ -107,6 +109,9 @@ class Session {
 
   // Window thread.
   void wish(const HandWish& wish) noexcept { wishes_.post(wish); }
+  /// The same for a hand that is set elsewhere: the drill passes bone on its way. A device's own hand stays where it
+  /// is.
+  void carry(const HandWish& wish) noexcept;
   /// Returns the latest tick's view.
   [[nodiscard]] const TickView& view() noexcept;
   [[nodiscard]] const History& history() const noexcept { return history_; }
@@ -122,12 +127,14 @@ class Session {
   /// Takes another protection at the next tick; the guard's force fades in or out.
   void protect(Protection protection);
   [[nodiscard]] const SessionOptions& options() const noexcept { return options_; }
-  /// Takes other settings; the loop starts again with a ramp. Throws std::invalid_argument, and then all stays.
+  /// Takes other settings; the loop starts again with a ramp. A tool that does not fit where the drill is passes bone
+  /// until it is out (`PassingDrill`), as it does where bone is put back around it. Throws std::invalid_argument, and
+  /// then all stays.
   void change(const SessionOptions& options);
   /// Puts the whole bone back.
   void restore();
-  /// Puts the bone back to the given contents of bricks.
-  void bring_back(const BoneState& state);
+  /// Puts the bone back to what it was, and the volume removed.
+  void bring_back(PastBone past);
   /// Returns what the loop last said of itself: device, priority, warnings; or why it ended.
   [[nodiscard]] std::string report() const;
   /// Ends the loop and returns how long its ticks took in the scene [s].
@@ -159,7 +166,7 @@ class Session {
   SessionOptions running_;
   trephine::Registration registration_;
   Posed X_DH_ = Posed::Identity();  // at the last tick
-  std::unique_ptr<HeldDrill> drill_;
+  PassingDrill drill_;
   double removed_mm3_ = 0;
   StructureReport closest_{};
   double most_push_N_ = 0;

@@ -21,6 +21,12 @@ using Brick = std::array<std::int16_t, std::size_t{8} * 8 * 8>;
 /// Contents of all bricks that differ from the bone as loaded.
 using BoneState = std::map<std::size_t, Brick>;
 
+/// The bone as a stroke found it.
+struct PastBone {
+  BoneState bricks;
+  double removed_mm3 = 0;  ///< by then
+};
+
 /// Remembers the bone at the start of each stroke, so that strokes can be undone. It keeps changed bricks only, 1 kB
 /// each. Window thread.
 class Strokes {
@@ -35,15 +41,15 @@ class Strokes {
       for (std::size_t j = 1; j <= 8; ++j)
         for (std::size_t i = 1; i <= 8; ++i) own[to++] = haloed[(k * 10 + j) * 10 + i];
   }
-  /// A stroke begins: the bone as it is now can be had back.
-  void begin() {
+  /// A stroke begins: the bone as it is now can be had back, with the volume removed so far.
+  void begin(double removed_mm3) {
     if (past_.size() == kMost) past_.erase(past_.begin());
-    past_.push_back(now_);
+    past_.push_back({now_, removed_mm3});
   }
   [[nodiscard]] bool empty() const { return past_.empty(); }
   /// Takes the state before the last stroke off the list.
-  [[nodiscard]] BoneState take_last() {
-    BoneState last = std::move(past_.back());
+  [[nodiscard]] PastBone take_last() {
+    PastBone last = std::move(past_.back());
     past_.pop_back();
     return last;
   }
@@ -55,7 +61,7 @@ class Strokes {
 
  private:
   BoneState now_;
-  std::vector<BoneState> past_;
+  std::vector<PastBone> past_;
 };
 
 /// Puts the bone back to `state`: the originals first, then what had been removed by then. Haptic thread, between

@@ -142,7 +142,7 @@ void Workbench::set_spindle(bool on) {
 }
 
 void Workbench::begin_stroke() {
-  strokes_.begin();
+  strokes_.begin(removed_seen_);
   if (structures_) structures_->begin_stroke();
 }
 
@@ -308,7 +308,7 @@ void Workbench::go_home() {
   set_spindle(false);
   camera_ = start_camera(loaded_.spot, loaded_.bone.burr.tip_radius);
   hand_.set_pose(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius));
-  post();
+  session_->carry({hand_.pose(), spindle_});
 }
 
 std::optional<Vec3d> Workbench::bone_under(double x, double y) const {
@@ -339,7 +339,7 @@ void Workbench::place_under_mouse() {
   Posed X = hand_.pose();
   X.translation() = *p + 3 * radius * to_eye;
   hand_.set_pose(X);
-  post();
+  session_->carry({hand_.pose(), spindle_});
 }
 
 void Workbench::apply(const Event& event) {

@@ -30,7 +30,10 @@ foreach(picture before after)
     message(SEND_ERROR "no ${picture}.png")
   endif()
 endforeach()
-file(APPEND ${folder}/recorded.session "9 quit\n")
+file(STRINGS ${folder}/recorded.session last REGEX " quit$")
+if(NOT last)
+  message(SEND_ERROR "recorded.session does not say when the session ended")
+endif()
 play("drilled  [1-9][0-9.]* mm3" --script ${folder}/recorded.session)
 
 # Structures: the drill takes of them, or with the veto does not; protection is recorded.

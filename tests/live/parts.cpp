@@ -13,6 +13,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <set>
 #include <string>
 
@@ -125,11 +126,13 @@ TEST_CASE("sessions: what is written is read back") {
     out.protect(0.65, Protection::kVeto);
     out.tool(0.66, "match-head-3");
     out.tool(0.67, "burr");
-    out.hand(0.7, X);  // nothing new
+    out.hand(0.7, X);             // nothing new
+    out.key(0.8, Action::kQuit);  // how it ended is no part of it
+    out.quit(0.9);
   }
   const std::vector<Event> events = read_events(path);
   std::remove(path.c_str());
-  REQUIRE(events.size() == 7);
+  REQUIRE(events.size() == 8);
   CHECK((events[0].pose.matrix() - X.matrix()).norm() < 1e-5);
   CHECK((events[1].camera.focus_W - camera.focus_W).norm() < 1e-6);
   CHECK(events[1].camera.yaw == doctest::Approx(camera.yaw).epsilon(1e-5));
@@ -141,6 +144,70 @@ TEST_CASE("sessions: what is written is read back") {
   CHECK(events[5].kind == Event::Kind::kTool);
   CHECK(events[5].file == "match-head-3");
   CHECK(events[6].file == "burr");
+  CHECK(events[7].kind == Event::Kind::kQuit);
+}
+
+TEST_CASE("sessions: every command is read with what its help names, and with nothing less") {
+  const std::string path = "commands.session";
+  const auto reads = [&](const std::string& line) {
+    std::ofstream(path) << "1 " << line << "\n";
+    try {
+      return read_events(path).size() == 1;
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+  };
+  const std::map<std::string_view, std::string> arguments{{"hand", "1 2 3 1 0 0 0"},
+                                                          {"push", "0.5"},
+                                                          {"move", "10 20"},
+                                                          {"turn", "5 6"},
+                                                          {"spindle", "on"},
+                                                          {"key", "Escape"},
+                                                          {"tool", "match-head-3"},
+                                                          {"protect", "veto"},
+                                                          {"view", "1 2 3 4 5 100"},
+                                                          {"orbit", "20"},
+                                                          {"size", "640 480"},
+                                                          {"shot", "a.png"},
+                                                          {"log", ""},
+                                                          {"quit", ""}};
+  CHECK(arguments.size() == commands().size());
+  std::set<Event::Kind> kinds;
+  for (const Command& c : commands()) {
+    CAPTURE(c.word);
+    REQUIRE(arguments.count(c.word) == 1);
+    const std::string word(c.word), given = arguments.at(c.word);
+    CHECK(reads(word + " " + given));
+    CHECK(c.arguments.empty() == given.empty());
+    if (!given.empty()) CHECK(!reads(word));
+    CHECK(!c.help.empty());
+    kinds.insert(c.kind);
+  }
+  CHECK(kinds.size() == commands().size());
+  std::remove(path.c_str());
+}
+
+TEST_CASE("sessions: what ended a recording ends a script, and gives a replay to the hand") {
+  for (const char* end : {"key Escape", "quit"}) {
+    CAPTURE(end);
+    const std::string path = "ended.session";
+    std::ofstream(path) << "0 spindle on\n1 " << end << "\n2 spindle off\n";
+    for (const Playback::End whose : {Playback::End::kProgram, Playback::End::kHand}) {
+      Playback playback(read_events(path), whose);
+      int done = 0;
+      const auto count = [&](const Event&) { ++done; };
+      CHECK(playback.play(0.5, count));
+      CHECK(!playback.is_over());
+      CHECK(playback.play(1.5, count) == (whose == Playback::End::kHand));
+      CHECK(playback.is_over());
+      CHECK(playback.play(9, count) == (whose == Playback::End::kHand));
+      CHECK(done == 1);
+    }
+    std::remove(path.c_str());
+  }
+  Playback nothing({}, Playback::End::kHand);
+  CHECK(nothing.is_over());
+  CHECK(nothing.play(0, [](const Event&) {}));
 }
 
 TEST_CASE("sessions: a wrong line is refused with its number") {
@@ -230,7 +297,7 @@ TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and who
   std::vector<std::vector<std::int16_t>> states;
   for (int stroke = 0; stroke < 6; ++stroke) {
     follow();
-    strokes.begin();
+    strokes.begin(stroke);
     states.emplace_back(voxels.size());
     grid.copy_voxels(states.back());
     for (int cut = 0; cut < 4; ++cut) {
@@ -243,7 +310,9 @@ TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and who
   std::vector<std::int16_t> now(voxels.size());
   while (!strokes.empty()) {
     follow();
-    set_bone(grid, strokes.take_last());
+    const PastBone past = strokes.take_last();
+    set_bone(grid, past.bricks);
+    CHECK(past.removed_mm3 == static_cast<double>(states.size()) - 1);
     grid.copy_voxels(now);
     CHECK(now == states.back());
     states.pop_back();

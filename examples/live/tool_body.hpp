@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "../drill/bone.hpp"
+
+#include <trephine/core/math.hpp>
+#include <trephine/stage/motion.hpp>
+#include <trephine/tool/revolved_tool.hpp>
+#include <trephine/voxel/density_field.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+namespace live {
+
+using trephine::Posed;
+using trephine::Vec3d;
+
+/// Points that fill a tool, head and shaft, so that a session can ask whether bone is in it. Immutable.
+class ToolBody {
+ public:
+  static constexpr std::size_t kMost = 4000;  ///< points: some 0.1 ms to look all of them up
+
+  /// Fills the tool to half a voxel below its surface, because a tool that rests on bone lies in it by less. `voxel` is
+  /// the bone's shortest spacing [m].
+  ToolBody(const trephine::Burr& burr, double voxel) {
+    const auto distance = [&](double rho, double z) {
+      const double shaft = std::max({rho - burr.shaft_radius, z - burr.shaft_length, -z});
+      return std::min(std::hypot(rho, z) - burr.tip_radius, shaft);
+    };
+    fill(distance, -burr.tip_radius, std::max(burr.tip_radius, burr.shaft_length), burr.tip_radius, voxel);
+  }
+  ToolBody(const trephine::RevolvedTool& tool, double voxel) {
+    const trephine::ToolBounds bounds = tool.bounds();
+    const auto distance = [&](double rho, double z) { return tool.outline().signed_distance(rho, z); };
+    fill(distance, bounds.z_low, bounds.z_high, bounds.radius, voxel);
+  }
+
+  /// True if none of the points is in bone where the tool has the pose X_WT. Haptic thread; no allocation.
+  [[nodiscard]] bool is_free(const drill::Grid& bone, double isovalue, const Posed& X_WT) const noexcept {
+    const trephine::DensityField<std::int16_t, double> field(bone, isovalue);
+    const Posed X_GT = trephine::relative_pose(bone.X_WG(), X_WT);
+    return std::none_of(points_.begin(), points_.end(), [&](const Vec3d& p_T) {
+      const Vec3d p_G = X_GT * p_T;
+      return field.value(p_G) >= 0;
+    });
+  }
+  [[nodiscard]] const std::vector<Vec3d>& points() const { return points_; }
+
+ private:
+  /// Rings of points about the axis. A part thinner than a voxel has them where it is thickest.
+  template <class Distance>
+  void fill(const Distance& distance, double z_low, double z_high, double radius, double voxel) {
+    for (double step = voxel;; step *= 1.25) {
+      points_.clear();
+      const double rim = std::max(radius - 0.5 * voxel, 0.0);
+      for (int ring = 0; ring <= static_cast<int>(rim / step) + 1; ++ring) {
+        const double rho = std::min(ring * step, rim);
+        for (double z = z_low; z <= z_high; z += step)
+          if (distance(rho, z) <= -0.5 * voxel) add_ring(rho, z, step);
+        double deepest = z_low;
+        for (double z = z_low; z <= z_high; z += voxel / 8)
+          if (distance(rho, z) < distance(rho, deepest)) deepest = z;
+        if (distance(rho, deepest) <= -0.4 * voxel) add_ring(rho, deepest, step);
+      }
+      if (points_.size() <= kMost) return;
+    }
+  }
+  void add_ring(double rho, double z, double step) {
+    const int count = std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * rho / step)));
+    for (int i = 0; i < count; ++i) {
+      const double a = 2 * std::numbers::pi * i / count;
+      points_.emplace_back(rho * std::cos(a), rho * std::sin(a), z);
+    }
+  }
+
+  std::vector<Vec3d> points_;
+};
+
+}  // namespace live
