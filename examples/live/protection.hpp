@@ -19,8 +19,6 @@ inline constexpr std::array kProtections{Protection::kOff, Protection::kWarn, Pr
 
 /// The names in scripts and on the command line, in the order of kProtections.
 inline constexpr std::array<std::string_view, 4> kProtectionNames{"off", "warn", "push", "veto"};
-/// What the instruments call them, each ended by a zero as Dear ImGui's lists are.
-inline constexpr const char* kProtectionItems = "off\0warn\0push\0push and veto\0";
 
 [[nodiscard]] constexpr std::string_view to_string(Protection p) {
   return kProtectionNames[static_cast<std::size_t>(p)];

@@ -41,7 +41,7 @@ Screen::Screen(Window& window, Workbench& bench, bool by_hand) : window_(window)
   glfwSetWindowUserPointer(w, this);
   if (by_hand) {
     glfwSetKeyCallback(w, [](GLFWwindow* h, int key, int, int action, int) {
-      if (action == GLFW_PRESS) screen_of(h).on_key(key, action);
+      if (action == GLFW_PRESS) screen_of(h).press(key);
     });
     glfwSetMouseButtonCallback(
         w, [](GLFWwindow* h, int button, int action, int) { screen_of(h).on_button(button, action == GLFW_PRESS); });
@@ -97,13 +97,17 @@ bool Screen::control() const {
          glfwGetKey(window_.handle(), GLFW_KEY_RIGHT_CONTROL) == GLFW_PRESS;
 }
 
-void Screen::on_key(int key, int) {
+void Screen::press(int key) {
   if (ImGui::GetIO().WantTextInput) return;
   // The keypad and the unshifted key of a German or English keyboard mean the same.
   if (key == GLFW_KEY_KP_ADD) key = GLFW_KEY_EQUAL;
   if (key == GLFW_KEY_KP_SUBTRACT) key = GLFW_KEY_MINUS;
-  const Action action = action_of(key);
+  Action action = action_of(key);
   if (action == Action::kNone) return;
+  if (action == Action::kQuit) {
+    if (instruments_.close_list()) return;
+    if (bench_.help()) action = Action::kHelp;
+  }
   bench_.act(action);
   pressed_.push_back(action);
 }
@@ -181,6 +185,8 @@ std::vector<std::uint8_t> Screen::shot(double time) {
   if (width_ <= 0 || height_ <= 0) return {};
   bench_.update(0, width_, height_);
   bench_.draw_full();
+  // Panels take their sizes from the frames before.
+  for (int frame = 0; frame < 3; ++frame) draw_instruments(time);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   bench_.picture().present(width_, height_);
   draw_instruments(time);

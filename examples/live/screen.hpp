@@ -23,6 +23,8 @@ class Screen {
   void frame(double dt, double time);
   /// Draws scene and instruments in full and returns them, 8-bit RGB, top row first.
   [[nodiscard]] std::vector<std::uint8_t> shot(double time);
+  /// Does what a key of this code of GLFW's does. Escape closes an open list first, then the help, then the window.
+  void press(int key);
   /// Whether the mouse moves the drill: not while a session is replayed. It turns the view in any case.
   void follow_mouse(bool follows) { follows_mouse_ = follows; }
   /// Draws the instruments for a monitor of this scale, 1 for the usual 96 dots per inch. Between frames.
@@ -33,7 +35,6 @@ class Screen {
   [[nodiscard]] std::vector<Action> pressed() { return std::exchange(pressed_, {}); }
 
  private:
-  void on_key(int key, int pressed);
   void on_button(int button, bool down);
   void on_move(double x, double y);
   void on_wheel(double notches);
