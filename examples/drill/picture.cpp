@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 namespace drill {
 namespace {
@@ -28,39 +29,77 @@ std::string in_millimetres(float metres) {
   return text.data();
 }
 
-/// Darkens the ground under a block of writing, softly, so that it can be read on bright bone too.
-void darken(Canvas& canvas, const Vec2f& lo, const Vec2f& hi) {
-  const float soft = 0.06F * static_cast<float>(canvas.height());
-  const int x0 = std::max(0, static_cast<int>(lo.x() - soft));
-  const int x1 = std::min(canvas.width() - 1, static_cast<int>(hi.x() + soft));
-  const int y0 = std::max(0, static_cast<int>(lo.y() - soft));
-  const int y1 = std::min(canvas.height() - 1, static_cast<int>(hi.y() + soft));
-  for (int y = y0; y <= y1; ++y)
-    for (int x = x0; x <= x1; ++x) {
-      const Vec2f p(static_cast<float>(x), static_cast<float>(y));
-      const Vec2f outside = (lo - p).cwiseMax(p - hi).cwiseMax(0.0F);
-      const float s = std::clamp(1 - outside.norm() / soft, 0.0F, 1.0F);
-      canvas.pixel(x, y) *= 1 - 0.78F * s * s * (3 - 2 * s);
-    }
+/// A line of the legend.
+struct Entry {
+  std::string text;
+  Vec3f colour;
+  bool ring = false;
+};
+
+std::vector<Entry> legend_of(const Picture& picture, bool shows_points) {
+  std::vector<Entry> entries;
+  if (picture.uncut != nullptr) entries.push_back({"bone cut by the drill", kCutColour()});
+  if (picture.tool) entries.push_back({picture.tool_label, colour(0xc3cad3)});
+  if (picture.ghost) entries.push_back({picture.ghost_label, kGhostColour(), true});
+  if (picture.structures != nullptr)
+    for (std::size_t i = 0; i < picture.structures->structures().size(); ++i)
+      entries.push_back({picture.structures->structures()[i].name, picture.structures->colour_of(static_cast<int>(i))});
+  if (shows_points) entries.push_back({picture.points_label, kDotColour()});
+  return entries;
 }
 
-void draw_scale_bar(Canvas& canvas, const Camera& camera) {
-  const auto w = static_cast<float>(canvas.width());
-  const auto h = static_cast<float>(canvas.height());
-  const float per_metre = h / camera.height;
-  const float length = scale_bar_length(0.22F * w / per_metre);
-  const Vec2f right(0.955F * w, 0.945F * h);
-  const Vec2f left = right - Vec2f(length * per_metre, 0);
-  const Vec2f tick(0, 0.008F * h);
-  const Vec3f white = colour(0xf2f4f7);
-  const float size = 0.019F * h;
-  darken(canvas, left - Vec2f(0, 2.1F * size), right + tick);
-  canvas.line(left, right, 3, white);
-  canvas.line(left - tick, left + tick, 3, white);
-  canvas.line(right - tick, right + tick, 3, white);
-  const std::string text = in_millimetres(length);
-  canvas.text({(left.x() + right.x() - Canvas::text_width(text, size)) / 2, left.y() - 1.1F * size}, text, size, white);
-}
+/// Where the writing stands: title above the scene, legend and scale bar below it, so that no writing hides bone.
+/// Pixels.
+class Layout {
+ public:
+  Layout(const Canvas& canvas, std::vector<Entry> entries)
+      : w_(static_cast<float>(canvas.width())), h_(static_cast<float>(canvas.height())), entries_(std::move(entries)) {
+    // Entries beside each other, as many as leave room for the scale bar.
+    float x = kLeft * w_, y = 0;
+    for (const Entry& e : entries_) {
+      const float wide = 0.0245F * w_ + Canvas::text_width(e.text, size());
+      if (x > kLeft * w_ && x + wide > kLegendEnd * w_) {
+        x = kLeft * w_;
+        y += line();
+      }
+      places_.emplace_back(x, y);
+      x += wide + 0.03F * w_;
+    }
+    foot_ = std::max(y + 2.4F * line(), 0.085F * h_);
+  }
+
+  [[nodiscard]] int first_row() const { return static_cast<int>(0.1F * h_); }
+  [[nodiscard]] int end_row() const { return static_cast<int>(h_ - foot_); }
+
+  void draw_title(Canvas& canvas, const Picture& picture) const {
+    canvas.text({kLeft * w_, 0.048F * h_}, picture.title, 0.025F * h_, white());
+    canvas.text({kLeft * w_, 0.082F * h_}, picture.subtitle, size(), colour(0xc9d1dc));
+  }
+
+  void draw_legend(Canvas& canvas) const;
+  void draw_scale_bar(Canvas& canvas, float per_metre) const {
+    const float length = scale_bar_length(0.22F * w_ / per_metre);
+    const Vec2f right(0.965F * w_, h_ - 0.022F * h_), left = right - Vec2f(length * per_metre, 0);
+    const Vec2f tick(0, 0.008F * h_);
+    canvas.line(left, right, 3, white());
+    canvas.line(left - tick, left + tick, 3, white());
+    canvas.line(right - tick, right + tick, 3, white());
+    const std::string text = in_millimetres(length);
+    const float middle = (left.x() + right.x() - Canvas::text_width(text, 0.019F * h_)) / 2;
+    canvas.text({middle, left.y() - 0.021F * h_}, text, 0.019F * h_, white());
+  }
+
+ private:
+  static constexpr float kLeft = 0.035F, kLegendEnd = 0.72F;  // [widths]
+  [[nodiscard]] static Vec3f white() { return colour(0xf2f4f7); }
+  [[nodiscard]] float size() const { return 0.0165F * h_; }
+  [[nodiscard]] float line() const { return 2.1F * size(); }
+
+  float w_, h_;
+  std::vector<Entry> entries_;
+  std::vector<Vec2f> places_;  // of the entries, from the foot's first line
+  float foot_ = 0;             // height
+};
 
 /// A dot, or for what is translucent a ring round a faint one.
 void draw_mark(Canvas& canvas, const Vec2f& at, float radius, const Vec3f& ink, bool ring) {
@@ -74,43 +113,11 @@ void draw_mark(Canvas& canvas, const Vec2f& at, float radius, const Vec3f& ink, 
   for (int i = 0; i < kSides; ++i) canvas.line(corner(i), corner(i + 1), 2, ink);
 }
 
-void draw_labels(Canvas& canvas, const Picture& picture) {
-  const auto w = static_cast<float>(canvas.width());
-  const auto h = static_cast<float>(canvas.height());
-  const Vec3f white = colour(0xf2f4f7);
-  const Vec3f grey = colour(0xc9d1dc);
-  const Vec2f corner(0.035F * w, 0.065F * h);
-  const float wide =
-      std::max(Canvas::text_width(picture.title, 0.025F * h), Canvas::text_width(picture.subtitle, 0.0165F * h));
-  darken(canvas, corner - Vec2f(0, 0.03F * h), corner + Vec2f(wide, 0.045F * h));
-  canvas.text(corner, picture.title, 0.025F * h, white);
-  canvas.text(corner + Vec2f(0, 0.038F * h), picture.subtitle, 0.0165F * h, grey);
-
-  struct Entry {
-    std::string text;
-    Vec3f colour;
-    bool ring = false;
-  };
-  std::vector<Entry> entries;  // from the bottom up
-  if (!picture.points.empty()) entries.push_back({picture.points_label, kDotColour()});
-  if (picture.structures != nullptr)
-    for (int i = static_cast<int>(picture.structures->structures().size()) - 1; i >= 0; --i)
-      entries.push_back(
-          {picture.structures->structures()[static_cast<std::size_t>(i)].name, picture.structures->colour_of(i)});
-  if (picture.ghost) entries.push_back({picture.ghost_label, kGhostColour(), true});
-  if (picture.tool) entries.push_back({picture.tool_label, colour(0xc3cad3)});
-  if (picture.uncut != nullptr) entries.push_back({"bone cut by the drill", kCutColour()});
-  const float size = 0.0165F * h;
-  const float line = 2.1F * size;
-  float widest = 0;
-  for (const Entry& e : entries) widest = std::max(widest, Canvas::text_width(e.text, size));
-  const Vec2f lowest(0.045F * w, 0.952F * h);
-  darken(canvas, lowest - Vec2f(size, line * static_cast<float>(entries.size())),
-         lowest + Vec2f(widest + 0.02F * w, 0));
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const Vec2f base = lowest - Vec2f(0, line * static_cast<float>(i));
-    draw_mark(canvas, base - Vec2f(0, size / 2), 0.55F * size, entries[i].colour, entries[i].ring);
-    canvas.text(base + Vec2f(0.017F * w, 0), entries[i].text, size, white);
+void Layout::draw_legend(Canvas& canvas) const {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Vec2f base = places_[i] + Vec2f(0.008F * w_, h_ - foot_ + 1.5F * line());
+    draw_mark(canvas, base - Vec2f(0, size() / 2), 0.55F * size(), entries_[i].colour, entries_[i].ring);
+    canvas.text(base + Vec2f(0.0165F * w_, 0), entries_[i].text, size(), white());
   }
 }
 
@@ -131,11 +138,18 @@ Camera look_at(const Vec3f& centre, const Vec3f& from, const Vec3f& up, float he
 Canvas draw(const Picture& picture, int width, int height) {
   Canvas canvas(width, height);
   const Shading shading(picture);
-  const float pixel = picture.camera.height / static_cast<float>(height);
+  const Layout layout(canvas, legend_of(picture, shading.shows_points()));
+  const int first = layout.first_row(), end = layout.end_row();
+  const float pixel = picture.camera.height / static_cast<float>(end - first);
+  const Vec3f ground = colour(0x141a22);
   std::atomic<int> next_row{0};
   const auto work = [&] {
     for (int y = next_row++; y < height; y = next_row++)
       for (int x = 0; x < width; ++x) {
+        if (y < first || y >= end) {
+          canvas.pixel(x, y) = ground;
+          continue;
+        }
         Vec3f sum = Vec3f::Zero();
         for (int s = 0; s < 4; ++s) {
           // A rotated grid: four different rows and columns, so near-horizontal and near-vertical edges get all steps.
@@ -143,7 +157,7 @@ Canvas draw(const Picture& picture, int width, int height) {
           constexpr std::array<float, 4> kY{0.125F, 0.375F, 0.625F, 0.875F};
           const auto i = static_cast<std::size_t>(s);
           const Vec2f at((static_cast<float>(x) + kX[i] - 0.5F * static_cast<float>(width)) * pixel,
-                         (0.5F * static_cast<float>(height) - static_cast<float>(y) - kY[i]) * pixel);
+                         (0.5F * static_cast<float>(first + end) - static_cast<float>(y) - kY[i]) * pixel);
           sum += shading.seen(at, 4 * (y * width + x) + s);
         }
         canvas.pixel(x, y) = sum / 4;
@@ -153,8 +167,9 @@ Canvas draw(const Picture& picture, int width, int height) {
   for (unsigned i = 1; i < std::max(1U, std::thread::hardware_concurrency()); ++i) helpers.emplace_back(work);
   work();
   for (auto& h : helpers) h.join();
-  draw_labels(canvas, picture);
-  draw_scale_bar(canvas, picture.camera);
+  layout.draw_title(canvas, picture);
+  layout.draw_legend(canvas);
+  layout.draw_scale_bar(canvas, 1 / pixel);
   return canvas;
 }
 

@@ -20,7 +20,7 @@ struct Camera {
   Vec3f right;
   Vec3f up;
   Vec3f back;        ///< toward the eye; right, up, back are unit and right-handed
-  float height = 0;  ///< of the picture [m]
+  float height = 0;  ///< of the scene in the picture [m]
 };
 
 /// A camera that looks at `centre` from the direction `from`, with `up` upward as far as that goes.
@@ -36,7 +36,7 @@ struct Picture {
   std::optional<trephine::Pose<float>> tool;      ///< the drill, in steel
   std::optional<trephine::Pose<float>> ghost;     ///< a second one, translucent
   const DrawnStructures* structures = nullptr;    ///< in their colours, labelled
-  std::vector<Vec3f> points;                      ///< red dots: where it touches
+  std::vector<Vec3f> points;                      ///< red dots where it touches, but where bone hides them
   std::optional<Vec3f> light;                     ///< toward the key light; from the upper left unless given
   bool section = false;                           ///< leave out the bone on the eye's side of the camera's centre
   std::string tool_label, ghost_label, points_label;
@@ -44,7 +44,8 @@ struct Picture {
   std::string subtitle;
 };
 
-/// Draws at the given size, with 2 x 2 rays a pixel, on all cores.
+/// Draws at the given size, with 2 x 2 rays a pixel, on all cores: the scene, and title, legend and scale bar above and
+/// below it.
 [[nodiscard]] Canvas draw(const Picture& picture, int width = 1280, int height = 960);
 
 }  // namespace drill

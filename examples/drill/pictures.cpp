@@ -53,8 +53,9 @@ class Studio {
           if (grid.at(i, j, k) >= bone_.isovalue) include(grid.spacing().cwiseProduct(Vec3d(i, j, k)).cast<float>());
     const float tool = 1.3F * static_cast<float>(bone_.burr.shaft_length);
     include(spot_ + std::min(tool, 0.35F * (surface.hi() - surface.lo()).norm()) * out_);
-    camera.centre += seen.center().x() * camera.right + (seen.center().y() + 0.05F * seen.sizes().y()) * camera.up;
-    camera.height = std::max(1.34F * seen.sizes().y(), 1.08F * 0.75F * seen.sizes().x());
+    camera.centre += seen.center().x() * camera.right + seen.center().y() * camera.up;
+    constexpr float kAspect = 0.62F;  // of the scene, height over width
+    camera.height = 1.1F * std::max(seen.sizes().y(), kAspect * seen.sizes().x());
     return camera;
   }
 
@@ -119,7 +120,7 @@ Shot shot_of_spot(const Bone& bone, const PicturedBone& surface, const Surgeon& 
   Picture close = studio.picture(surface);
   close.tool_label = "drill: " + in_millimetres(bone);
   close.subtitle = studio.about_bone();
-  close.camera = studio.oblique(14, 2.2F);
+  close.camera = studio.oblique(12, 1.9F);
   close.light = studio.raking_light();
   close.tool = studio.in_G(surgeon(surgeon.ends(Surgeon::kApproach)).X_DH);
   close.title = "The spot, before drilling";
@@ -136,7 +137,7 @@ std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, con
 
   Picture lean = studio.picture(after);
   lean.uncut = &before;
-  lean.camera = studio.oblique(12, 1.6F, 1.3F);
+  lean.camera = studio.oblique(10, 1.6F, 1.3F);
   lean.light = studio.raking_light();
   lean.tool = studio.in_G(row.drawn);
   lean.tool_label = "drill";
@@ -161,12 +162,12 @@ std::vector<Shot> shots_of_run(const Bone& bone, const PicturedBone& before, con
   Picture section = lean;
   section.section = true;
   section.light.reset();
-  section.camera = studio.along_section(8.5F, 0.4F);
+  section.camera = studio.along_section(7.5F, 0.3F);
   section.title = name + ": the same, cut open along the hole";
 
   Picture hole = studio.picture(after);
   hole.uncut = &before;
-  hole.camera = studio.oblique(7.5F, 0, 1.6F);
+  hole.camera = studio.oblique(6.5F, 0, 1.6F);
   hole.light = studio.raking_light();
   std::snprintf(figures.data(), figures.size(), "%.3g mm^3 of bone removed; %s", log.rows.back().removed_mm3,
                 in_millimetres(bone).c_str());

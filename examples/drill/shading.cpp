@@ -117,9 +117,10 @@ Vec3f Shading::lit(const Vec3f& albedo, const Vec3f& n, const Lit& light, float 
 Vec3f Shading::bone_colour(const Vec3f& p, int seed) const {
   const PicturedBone& bone = *picture_.bone;
   const Vec3f n = bone.normal(p, spread_);
-  // Thick bone under the surface is paler, thin bone and marrow show warmer.
-  const float below = bone.above(p - 2.0F * bone.voxel() * n) / bone.most_above();
-  Vec3f albedo = mix(colour(0xd9b48c), colour(0xf3e6cd), smooth(0.05F, 0.55F, below));
+  // Thick bone under the surface is paler. What the drill took from behind the surface leaves that as it was.
+  const PicturedBone& whole = picture_.uncut != nullptr ? *picture_.uncut : bone;
+  const float below = whole.above(p - 2.0F * bone.voxel() * n) / bone.most_above();
+  Vec3f albedo = mix(colour(0xdccdb0), colour(0xf3e6cd), smooth(0.05F, 0.55F, below));
   if (picture_.uncut != nullptr) {
     const float missing = picture_.uncut->above(p + 0.5F * bone.voxel() * n) / bone.most_above();
     albedo = mix(albedo, kCutColour(), 0.8F * smooth(0.0F, 0.12F, missing));
@@ -132,7 +133,7 @@ Vec3f Shading::bone_colour(const Vec3f& p, int seed) const {
 Vec3f Shading::section_colour(const Vec3f& p) const {
   const PicturedBone& bone = *picture_.bone;
   const float share = bone.above(p) / bone.most_above();
-  Vec3f c = mix(colour(0xa9694c), colour(0xfdf4e3), smooth(-0.05F, 0.60F, share));
+  Vec3f c = mix(colour(0xa89a88), colour(0xfdf4e3), smooth(-0.05F, 0.60F, share));
   // A dark line along the edge of the cut face.
   const Vec3f r = camera_.right;
   const Vec3f u = camera_.up;
@@ -178,7 +179,8 @@ Vec3f Shading::steel_colour(const Vec3f& p, Vec3f n) const {
   return groove * open * (fresnel * (0.45F + 0.55F * key) * surroundings(mirrored) + diffuse + Vec3f::Constant(0.03F));
 }
 
-Vec3f Shading::with_ghosts(Vec3f c, const Ray& ray, float nearest, const std::optional<SolidHit>& tool) const {
+Vec3f Shading::with_ghosts(Vec3f c, const Ray& ray, float nearest, float solid,
+                           const std::optional<SolidHit>& tool) const {
   const auto edge = [&](const SolidHit& hit) {
     return std::pow(std::max(0.0F, 1 - std::abs(hit.normal.dot(ray.direction))), 2.5F);
   };
@@ -192,23 +194,47 @@ Vec3f Shading::with_ghosts(Vec3f c, const Ray& ray, float nearest, const std::op
       c = mix(c, kGhostColour() * (hidden ? 0.8F : 0.9F), std::min(shown, 0.95F));
     }
   for (const Vec3f& point : picture_.points)
-    if (const auto hit = hit_ball(ray, point, dot_radius_)) {
+    if (const auto hit = hit_ball(ray, point, dot_radius_); hit && hit->t <= solid) {
       const float facing = std::max(0.0F, hit->normal.dot(to_key_));
       const Vec3f half = (to_key_ + camera_.back).normalized();
       const float shine = 0.5F * std::pow(std::max(0.0F, hit->normal.dot(half)), 30.0F);
       const Vec3f red = (0.55F + 0.55F * facing) * kDotColour() + shine * Vec3f::Ones();
-      c = mix(c, red, hit->t > nearest + dot_radius_ ? 0.88F : 1.0F);
+      c = mix(c, red, hit->t > nearest ? 0.5F : 1.0F);  // the drill lets it shine through
     }
   return c;
 }
 
-Vec3f Shading::seen(const Vec2f& at, int seed) const {
-  const Ray ray{camera_.centre + at.x() * camera_.right + at.y() * camera_.up + far_ * camera_.back, -camera_.back};
-  const float from = picture_.section ? far_ : 0.0F;
+Ray Shading::ray_at(const Vec2f& at) const {
+  return {camera_.centre + at.x() * camera_.right + at.y() * camera_.up + far_ * camera_.back, -camera_.back};
+}
+
+std::optional<float> Shading::bone_on(const Ray& ray) const {
   const float step = spread_ > 0 ? 0.5F : 0.12F;  // from near, the thin lips that a burr leaves show
-  const auto bone = picture_.bone->hit(ray, from, 2 * far_, step);
+  return picture_.bone->hit(ray, picture_.section ? far_ : 0.0F, 2 * far_, step);
+}
+
+std::optional<DrawnStructures::Hit> Shading::structure_on(const Ray& ray) const {
+  if (picture_.structures == nullptr) return std::nullopt;
+  return picture_.structures->hit(ray, picture_.section ? far_ : 0.0F, 2 * far_);
+}
+
+float Shading::solid_at(const std::optional<float>& bone, const std::optional<DrawnStructures::Hit>& structure) const {
+  return std::min(bone.value_or(2 * far_), structure ? structure->at.t : 2 * far_);
+}
+
+bool Shading::shows_points() const {
+  return std::any_of(picture_.points.begin(), picture_.points.end(), [&](const Vec3f& point) {
+    const Vec3f p = point - camera_.centre;
+    const Ray ray = ray_at({p.dot(camera_.right), p.dot(camera_.up)});
+    return far_ - p.dot(camera_.back) - dot_radius_ <= solid_at(bone_on(ray), structure_on(ray));
+  });
+}
+
+Vec3f Shading::seen(const Vec2f& at, int seed) const {
+  const Ray ray = ray_at(at);
+  const auto bone = bone_on(ray);
   const auto tool = tool_ ? tool_->hit(ray) : std::nullopt;
-  const auto structure = picture_.structures != nullptr ? picture_.structures->hit(ray, from, 2 * far_) : std::nullopt;
+  const auto structure = structure_on(ray);
   Vec3f c;
   float nearest = 2 * far_;
   if (structure && (!bone || structure->at.t <= *bone) && (!tool || structure->at.t <= tool->t)) {
@@ -226,7 +252,7 @@ Vec3f Shading::seen(const Vec2f& at, int seed) const {
   } else {
     c = background(at);
   }
-  return toned(with_ghosts(c, ray, nearest, tool));
+  return toned(with_ghosts(c, ray, nearest, solid_at(bone, structure), tool));
 }
 
 }  // namespace drill

@@ -19,6 +19,8 @@ class Shading {
 
   /// Display-linear colour at `at`, metres from the picture's middle (right, up). `seed` varies the soft shadows.
   [[nodiscard]] Vec3f seen(const Vec2f& at, int seed) const;
+  /// True if the eye sees any of the dots.
+  [[nodiscard]] bool shows_points() const;
 
  private:
   struct Lit {
@@ -35,7 +37,15 @@ class Shading {
   [[nodiscard]] Vec3f structure_colour(const DrawnStructures::Hit& hit, const Vec3f& p, bool cut_face, int seed) const;
   [[nodiscard]] Vec3f steel_colour(const Vec3f& p, Vec3f n) const;
   [[nodiscard]] Vec3f surroundings(const Vec3f& direction) const;
-  [[nodiscard]] Vec3f with_ghosts(Vec3f colour, const Ray& ray, float nearest,
+  [[nodiscard]] Ray ray_at(const Vec2f& at) const;
+  /// Where bone or a structure ends the ray [m], or beyond all of them.
+  [[nodiscard]] float solid_at(const std::optional<float>& bone,
+                               const std::optional<DrawnStructures::Hit>& structure) const;
+  [[nodiscard]] std::optional<float> bone_on(const Ray& ray) const;
+  [[nodiscard]] std::optional<DrawnStructures::Hit> structure_on(const Ray& ray) const;
+  /// Adds what is translucent, and the dots. `solid` is where bone or a structure ends the ray, `nearest` where
+  /// anything does.
+  [[nodiscard]] Vec3f with_ghosts(Vec3f colour, const Ray& ray, float nearest, float solid,
                                   const std::optional<SolidHit>& tool) const;
 
   const Picture& picture_;
