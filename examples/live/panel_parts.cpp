@@ -23,9 +23,10 @@ Fitted::Fitted(float columns, float rows) {
   scaled(ImGuiStyleVar_ItemSpacing, style.ItemSpacing);
   scaled(ImGuiStyleVar_WindowPadding, style.WindowPadding);
   scaled(ImGuiStyleVar_CellPadding, style.CellPadding);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));  // a hint is a line high
 }
 
-Fitted::~Fitted() { ImGui::PopStyleVar(4); }
+Fitted::~Fitted() { ImGui::PopStyleVar(5); }
 
 void same_line_if_fits(float width) {
   const float gap = ImGui::GetStyle().ItemSpacing.x;

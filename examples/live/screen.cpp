@@ -171,12 +171,16 @@ void Screen::frame(double dt, double time) {
   glfwSwapBuffers(window_.handle());
 }
 
-void Screen::draw_instruments(double time) {
+void Screen::lay_out_instruments(double time) {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
   instruments_.draw(bench_, time);
   ImGui::Render();
+}
+
+void Screen::draw_instruments(double time) {
+  lay_out_instruments(time);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
@@ -186,7 +190,7 @@ std::vector<std::uint8_t> Screen::shot(double time) {
   bench_.update(0, width_, height_);
   bench_.draw_full();
   // Panels take their sizes from the frames before.
-  for (int frame = 0; frame < 3; ++frame) draw_instruments(time);
+  for (int frame = 0; frame < 3; ++frame) lay_out_instruments(time);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   bench_.picture().present(width_, height_);
   draw_instruments(time);

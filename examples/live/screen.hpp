@@ -39,6 +39,7 @@ class Screen {
   void on_move(double x, double y);
   void on_wheel(double notches);
   void on_focus(bool has);
+  void lay_out_instruments(double time);
   void draw_instruments(double time);
   void read_size();
   [[nodiscard]] bool shift() const;

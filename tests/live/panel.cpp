@@ -6,7 +6,9 @@
 #include <imgui.h>
 #include <imgui_internal.h>
 
+#include <cstdlib>
 #include <utility>
+#include <vector>
 
 namespace {
 
@@ -78,6 +80,26 @@ TEST_SUITE("picture") {
     Drawn d(320, 240, true);
     check_fits("Instruments", 320, 240);
     CHECK(ImGui::FindWindowByName("Instruments")->ScrollMax.y > 0);
+  }
+
+  TEST_CASE("panel: a shot shows it as a frame does, once and with its sizes") {
+    Drawn d(640, 480, false);
+    d.bench.act(Action::kPanels);
+    (void)d.screen.shot(1);
+    d.bench.act(Action::kPanels);
+    const auto at_once = d.screen.shot(1), later = d.screen.shot(1);
+    // Beside plots and figures that change: the panel's upper left corner, and the hint's.
+    const auto pixel = [&](const std::vector<std::uint8_t>& rgb, int x, int y) {
+      return rgb[3 * static_cast<std::size_t>(y * 640 + x)];
+    };
+    const ImGuiWindow* const panel = ImGui::FindWindowByName("Instruments");
+    const ImGuiWindow* const hint = ImGui::FindWindowByName("hint");
+    for (const ImGuiWindow* w : {panel, hint}) {
+      REQUIRE(w != nullptr);
+      const int x = static_cast<int>(w->Pos.x) + 2, y = static_cast<int>(w->Pos.y + w->Size.y) - 4;
+      CHECK(pixel(at_once, x, y) == pixel(later, x, y));
+      CHECK(std::abs(pixel(at_once, x - 4, y) - pixel(later, x - 4, y)) <= 2);
+    }
   }
 
   TEST_CASE("help: all keys are seen at once") {
