@@ -173,7 +173,12 @@ TEST_SUITE("picture") {
       }
       REQUIRE(apart > 0);
       b.bench.act(Action::kPlace);
-      b.run(1);
+      double most = 0;
+      for (int i = 0; i < 40; ++i) {
+        b.run(0.025);
+        most = std::max(most, b.bench.view().wrench.force.norm());
+      }
+      CHECK(most < 0.2);
       CHECK(!b.bench.view().passes);
       CHECK(from_hand(b) < 0.5e-3);
       CHECK(b.bench.view().wrench.force.norm() < 0.05);

@@ -439,6 +439,8 @@ TEST_SUITE("picture") {
     b.run(0.4);
     CHECK(count(yellow(b)) == 0);
     CHECK(b.depths() == whole);
+    CHECK(view.structures.taken_mm3 == 0);
+    CHECK(view.removed_mm3 == 0);
     b.bench.act(Action::kRestore);
     b.run(0.3);
     CHECK(view.structures.taken_mm3 == 0);
