@@ -58,7 +58,7 @@ class Script {
     // Beside each other panels are too narrow for a key: the first writes it for all, above them.
     if (columns_ > 1 && index_ == 0)
       s_ << "\nset key at screen 0.5, screen " << 1 - 0.55 * kHead / pixels()
-         << " center top horizontal maxrows 1\nset tics font 'sans,11'\n";
+         << " center top horizontal font 'sans,11' width -1\nset tics font 'sans,11'\n";
     if (index_ == 1 && columns_ > 1) s_ << "\nunset key\n";
     s_ << "\nset size " << width << ',' << height << "\nset origin " << width * (index_ % columns_) << ','
        << top - height << "\nset tmargin 1.6\nset bmargin 1.6\nset title '" << title << "' offset 0,-0.6\nset xlabel '"
