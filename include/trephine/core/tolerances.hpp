@@ -11,8 +11,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 inline constexpr double kRotationTolerance = 1e-3;
 /// Largest distance of a pose from the world's origin [m]. No haptic scene is a kilometre wide.
 inline constexpr double kFarthestPosition = 1e3;
-/// Distance from the bone [m] at which no hand works, and the time [s] after which a scene says so. Poses in millimetres
-/// put the tool a thousand times as far off.
+/// Distance from the bone [m] at which no hand works, and the time [s] after which a scene says so. Poses in
+/// millimetres put the tool a thousand times as far off.
 inline constexpr double kFarthestHand = 2.0;
 inline constexpr double kFarTime = 1.0;
 /// Largest radius and length of a tool [m] and largest voxel spacing [m]. Larger numbers were meant in millimetres: a
