@@ -65,8 +65,11 @@ struct Rest {
     static_cast<void>(lead(depth));
   }
   [[nodiscard]] Posed at(double down) const { return moved(touch, -down * n); }
-  /// From above to `down` [m]; what it is held with there [N].
-  double lead(double down) { return lead_tool(*tool, at(-room), at(down), 10).force.dot(n); }
+  /// Anew from above to `down` [m]; what it is held with there [N].
+  double lead(double down) {
+    tool->reset();  // on its way back up it would jump
+    return lead_tool(*tool, at(-room), at(down), 10).force.dot(n);
+  }
 };
 
 constexpr double kOffWall = 1e-4;     // [m]

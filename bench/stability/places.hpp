@@ -56,7 +56,7 @@ class AnyTool {
  public:
   virtual ~AnyTool() = default;
   [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
-  virtual void reset() noexcept = 0;
+  virtual void reset() noexcept = 0;  ///< as before the first tick: no wrench acts
 };
 
 /// The bone must outlive it and, without milling, is only read. Throws std::invalid_argument for a name it has not.

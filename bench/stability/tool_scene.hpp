@@ -23,7 +23,10 @@ class Ticked final : public AnyTool {
  public:
   explicit Ticked(Scene scene) : scene_(std::move(scene)) {}
   TickResult tick(const TickInput& input, double dt) noexcept override { return scene_.tick(input, dt); }
-  void reset() noexcept override { scene_.reset(); }
+  void reset() noexcept override {
+    scene_.reset();
+    scene_.forget_wrench();
+  }
 
  private:
   Scene scene_;
