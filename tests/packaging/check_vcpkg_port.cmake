@@ -38,7 +38,7 @@ include(${port}/portfile.cmake)
 file(GLOB top RELATIVE ${CURRENT_PACKAGES_DIR} ${CURRENT_PACKAGES_DIR}/*)
 file(GLOB shared RELATIVE ${CURRENT_PACKAGES_DIR}/share ${CURRENT_PACKAGES_DIR}/share/*)
 file(GLOB packaged RELATIVE ${CURRENT_PACKAGES_DIR}/share/trephine ${CURRENT_PACKAGES_DIR}/share/trephine/*)
-set(expected copyright trephineConfig.cmake trephineConfigVersion.cmake trephineTargets.cmake)
+set(expected copyright trephineConfig.cmake trephineConfigVersion.cmake trephineItk.cmake trephineTargets.cmake)
 if(NOT top STREQUAL "include;share" OR NOT shared STREQUAL "pkgconfig;trephine" OR NOT packaged STREQUAL expected
    OR NOT EXISTS ${CURRENT_PACKAGES_DIR}/include/trephine/trephine.hpp)
   message(FATAL_ERROR "the package holds: ${top}; in share: ${shared}; in share/trephine: ${packaged}")

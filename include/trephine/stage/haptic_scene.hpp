@@ -235,8 +235,8 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     for_each_part([&](auto& part) {
       if constexpr (requires { part.sent(result.wrench); }) part.sent(result.wrench);
     });
-    const bool far = far_away_.is_far(*bone_, X_GT.translation(), context.dt);
-    if (far && result.status == Status::kOk) result.status = Status::kFarAway;
+    const bool stays_away = far_away_.is_far(*bone_, X_GT.translation(), context.dt);
+    if (stays_away && result.status == Status::kOk) result.status = Status::kFarAway;
     return result;
   }
 
