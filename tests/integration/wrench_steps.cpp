@@ -52,7 +52,7 @@ class Watch {
     const double lever = std::sqrt(kRotationalStiffness / kStiffness);
     const Vec6d motion = motion_to(X_GT_, X_GT);
     const double moved = std::hypot(motion.head<3>().norm(), lever * motion.tail<3>().norm());
-    // A jump counts as no motion; before the first tick there is no wrench and no motion to speak of.
+    // A jump counts as no motion here; before the first tick there is no wrench and no motion to speak of.
     const double counted = has_last_ && r.status < Status::kJump ? kStiffness * moved : 0;
     const double changed =
         std::hypot((r.wrench.force - last_.force).norm(), (r.wrench.torque - last_.torque).norm() / lever);
@@ -274,6 +274,50 @@ struct Shell {
     return std::max(d - radius, radius - thickness - d);
   }
 };
+
+TEST_CASE("wrench steps: a hand that withdraws at any speed gets no more energy than the springs hold") {
+  constexpr unsigned kSeed = 7741;
+  CAPTURE(kSeed);
+  Random random(kSeed);
+  Figures coupled, line;
+  for (int n = 0; n < cases(16); ++n) {
+    OverPlane over(n, random);
+    const double dt = n % 2 == 0 ? 1e-3 : 0.25e-3, deep = random.uniform(1e-3, 3e-3);
+    const Vec3d side = over.up.cross(random.unit());
+    const Vec3d way = (over.up + random.uniform(0, 0.8) * side).normalized();
+    // Pressed at 20 mm/s, held, and withdrawn; the work on the hand from then on.
+    const auto given = [&](auto scene, double speed) {
+      Wrenchd last;
+      for (double z = -2e-3; z < deep; z += 0.02 * dt) last = scene.tick({.X_WT = over.at(z)}, dt).wrench;
+      for (double t = 0; t < 0.05; t += dt) last = scene.tick({.X_WT = over.at(deep)}, dt).wrench;
+      double work = 0;
+      for (double moved = 0; moved < 0.05;) {
+        moved += speed * dt;
+        Posed X = over.at(deep);
+        X.translation() += moved * way;
+        const Wrenchd now = scene.tick({.X_WT = X}, dt).wrench;
+        work += 0.5 * speed * dt * (last.force + now.force).dot(way);
+        last = now;
+      }
+      return work;
+    };
+    // The last tick with a force takes it for its whole way.
+    const auto too_much = [](double speed, double tick) { return kStiffness * (speed * tick) * (speed * tick) / 8; };
+    const auto line_scene = [&] {
+      return HapticScene{over.bone, over.image.isovalue(), LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{}}},
+                         ReleaseLimit{}};
+    };
+    const double slow = given(over.scene(), 0.2), slow_line = given(line_scene(), 0.2);
+    REQUIRE(slow > 1e-4);
+    for (const double speed : {0.9, 1.1, 1.6, 2.5, 5.0}) {
+      coupled.add((given(over.scene(), speed) - too_much(speed, dt)) / slow);
+      line.add((given(line_scene(), speed) - too_much(speed, dt)) / slow_line);
+    }
+  }
+  MESSAGE("energy given by that of a slow withdrawal: coupled ", coupled, ", Line ", line);
+  CHECK(coupled.worst() < 1.01);
+  CHECK(line.worst() < 1.01);
+}
 
 TEST_CASE("wrench steps: cutting forces end with the thrust, without a step, where a burr breaks through a shell") {
   Random random(1204);

@@ -26,6 +26,9 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// A wrench within the bound passes unchanged, to the bit. Another one stops on its way from the wrench of a felt tool
 /// that stands still. So where the wanted wrench has less energy, the spring's energy is lost, as in something viscous,
 /// and none goes to the hand.
+///
+/// A jump counts as no motion. But a hand that is pulled away faster than that moves on: there the wrench first falls
+/// as its spring does where the device yields to it, or it would push the hand all the way.
 class ReleaseBound {
  public:
   ReleaseBound() = default;
@@ -50,6 +53,18 @@ class ReleaseBound {
   [[nodiscard]] bool acts() const noexcept { return last_.squaredNorm() > 0; }
   /// Takes it that no wrench acts on the hand.
   void reset() noexcept { last_.setZero(); }
+
+  /// Takes the device's pose in W at this tick, before `apply`, while a wrench acts. Where it jumped, the spring
+  /// unloads by the way that the device went along the wrench, down to none. Bone that jumps unloads nothing.
+  void follow(const Posed& X_WT, bool jumped) noexcept {
+    if (const double size = length(last_); jumped && size > 0) {
+      const Vec6d motion = motion_to(X_WT_, X_WT);
+      Vec6d push = spatial(-stiffness_ * linear_part(motion), -stiffness_ * lever_ * angular_part(motion));
+      if (!has_rotation_) clear_angular(push);
+      last_ *= std::clamp(1 + push.dot(last_ / size) / size, 0.0, 1.0);
+    }
+    X_WT_ = X_WT;
+  }
 
   /// Changes a wrench about T's origin to the one that the bound allows, after a tick of `dt` [s]. `motion` (δp, δθ) is
   /// the tool's relative to the bone since the last tick, in the wrench's axes. Returns true if the wrench is held
@@ -84,7 +99,8 @@ class ReleaseBound {
   double stiffness_ = 1, lever_ = 1;
   double release_ = std::numeric_limits<double>::infinity();
   bool has_rotation_ = true;
-  Vec6d last_ = Vec6d::Zero();  // the last wrench: (f, τ/r) [N]
+  Vec6d last_ = Vec6d::Zero();      // the last wrench: (f, τ/r) [N]
+  Posed X_WT_ = Posed::Identity();  // the device's at that tick
 };
 
 }  // namespace trephine

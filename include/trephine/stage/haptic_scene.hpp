@@ -94,7 +94,8 @@ class HapticScene {
 ///   likely in millimetres.
 ///
 /// With a coupled tool or a `ReleaseLimit` the wrench never steps: from tick to tick it changes, as a vector, by at
-/// most the stiffness times the tool's motion relative to the bone, and `release` times dt. A jump counts as no motion.
+/// most the stiffness times the tool's motion relative to the bone, and `release` times dt. A jump counts as no motion,
+/// but lets the wrench fall where the device yields to it.
 /// Only `kBadInput` and `kNonFinite` send zero at once. Stages after the bound add their own change.
 ///
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
@@ -222,7 +223,10 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
       if constexpr (kAddsCuttingForce<std::remove_cvref_t<decltype(part)>>) part.apply(context, result.wrench);
     });
     if constexpr (kBoundsWrench)
-      if (release_.acts() || !(result.wrench == Wrenchd::zero())) release_.apply(result.wrench, motion, context.dt);
+      if (release_.acts() || !(result.wrench == Wrenchd::zero())) {
+        release_.follow(input.X_WT, restarts);
+        release_.apply(result.wrench, motion, context.dt);
+      }
     for_each_part([&](auto& part) {
       using Part = std::remove_cvref_t<decltype(part)>;
       if constexpr (Stage<Part> && !kAddsCuttingForce<Part>) part.apply(context, result.wrench);

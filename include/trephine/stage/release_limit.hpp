@@ -57,6 +57,7 @@ class ReleaseLimit {
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     const Twist& v = context.twist_to_bone;
+    bound_.follow(context.input.X_WT, context.status >= Status::kJump);
     bound_.apply(wrench, spatial(context.dt * v.linear, context.dt * v.angular), context.dt);
   }
 
