@@ -84,7 +84,7 @@ void check_mask(double low, double high, double isovalue, const Cut& milling = {
   CAPTURE(isovalue);
   Random random(kSeed);
   Figures force, wide;
-  for (int n = 0; n < cases(2); ++n) {
+  for (int n = 0; n < (kSanitized ? 1 : 2); ++n) {
     const Vec3d up = n == 0 ? Vec3d(Vec3d::UnitX()) : random.unit();
     Vec3d top;
     auto bone = block<Density>({.image = Image::kBinary, .contrast = high - low, .air = low}, up, 1.5e-3, random, top);
@@ -166,6 +166,7 @@ TEST_CASE("coupled own hole: slices of two and a half and five times the voxels'
     Figures behind, force;
     for (const double radius : {1.0e-3, 1.5e-3, 2.0e-3})
       for (int way = 0; way < 4; ++way) {
+        if (kSanitized && radius > 1.0e-3) continue;
         const Vec3d up = way < 3 ? Vec3d(Vec3d::Unit(way)) : random.unit();
         Vec3d top;
         auto bone =
