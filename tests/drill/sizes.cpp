@@ -2,6 +2,8 @@
 // Sizes of tools are diameters, in options and in messages.
 #include "temporal_bone.hpp"
 
+#include "support/near.hpp"
+
 #include <doctest/doctest.h>
 
 #include <stdexcept>
@@ -20,8 +22,8 @@ Options parsed(std::vector<const char*> arguments) {
 
 TEST_CASE("options take diameters, and nothing that is printed says radius") {
   const Options options = parsed({"--burr-diameter", "3", "--shaft-diameter", "1.6"});
-  CHECK(options.tip_radius == doctest::Approx(0.0015).epsilon(1e-9));
-  CHECK(options.shaft_radius == doctest::Approx(0.0008).epsilon(1e-9));
+  CHECK(options.tip_radius == trephine::test::near(0.0015));
+  CHECK(options.shaft_radius == trephine::test::near(0.0008));
   CHECK_THROWS_AS((void)parsed({"--tip-radius", "1.5"}), UsageError);
   CHECK_THROWS_AS((void)parsed({"--burr-diameter", "0"}), UsageError);
   CHECK(usage().find("radius") == std::string::npos);

@@ -3,6 +3,8 @@
 #include "live_options.hpp"
 #include "workbench.hpp"
 
+#include "support/near.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -60,7 +62,7 @@ bool says(const std::vector<std::string>& notes, const std::string& text) {
 }  // namespace
 
 TEST_CASE("a number after --tool is a burr's diameter, as in a tool's name") {
-  CHECK(parsed({"--tool", "4"}).options.bone.tip_radius == doctest::Approx(0.002).epsilon(1e-9));
+  CHECK(parsed({"--tool", "4"}).options.bone.tip_radius == trephine::test::near(0.002));
   CHECK(parsed({"--tool", "round-4"}).options.bone.tool == "round-4");
   CHECK(parsed({"--largest-piece"}).options.bone.largest_piece);
   const auto help = parsed({"--help"});

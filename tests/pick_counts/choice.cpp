@@ -3,6 +3,8 @@
 #include "pick_places.hpp"
 #include "pick_study.hpp"
 
+#include "support/near.hpp"
+
 #include <doctest/doctest.h>
 
 using namespace pick;
@@ -83,8 +85,8 @@ TEST_CASE("arguments") {
   CHECK(parse({}).budget() == 50);
   CHECK(parse({"--rate", "1000"}).budget() == 500);
   CHECK(parse({"--budget", "12.5"}).budget() == 12.5);
-  CHECK(parse({"--burr-diameter", "3"}).tip_radius == doctest::Approx(0.0015));
-  CHECK(parse({"--shaft-diameter", "1.6"}).shaft_radius == doctest::Approx(0.0008));
+  CHECK(parse({"--burr-diameter", "3"}).tip_radius == trephine::test::near(0.0015));
+  CHECK(parse({"--shaft-diameter", "1.6"}).shaft_radius == trephine::test::near(0.0008));
   CHECK(parse({"--tool", "pear-2.3", "--device", "Premium 1.5 6DOF"}).tool == "pear-2.3");
   CHECK(parse({"--isovalue", "-200"}).isovalue == -200);
   CHECK(parse({"--algorithm", "surface"}).algorithms == std::vector{Algorithm::kSurface});
