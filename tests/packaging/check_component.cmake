@@ -3,18 +3,8 @@
 # it against this folder. `option` is what makes the component. A library is the one that `archive_dir` holds: built
 # once, for all tests.
 cmake_policy(VERSION 3.24)
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 
-function(run)
-  execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${work} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT status EQUAL 0)
-    list(JOIN ARGN " " command)
-    message(FATAL_ERROR "${command}\nended with ${status}:\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
-
-file(REMOVE_RECURSE ${work})
-file(MAKE_DIRECTORY ${work})
 set(common -G ${generator} -D CMAKE_BUILD_TYPE=None -D CMAKE_C_COMPILER=${CC} -D CMAKE_CXX_COMPILER=${CXX}
            -D CMAKE_CXX_FLAGS=${CXX_FLAGS})
 if(archive_dir)
@@ -27,16 +17,7 @@ run(${CMAKE_COMMAND} -S ${source} -B ${work}/trephine ${common} -D ${option}=ON 
     -D TREPHINE_BUILD_EXAMPLES=OFF -D TREPHINE_BUILD_BENCH=OFF ${archive})
 run(${CMAKE_COMMAND} --install ${work}/trephine --prefix ${work}/installed)
 file(RENAME ${work}/installed ${work}/moved)
-file(GLOB_RECURSE package_files ${work}/moved/*.cmake)
-foreach(file IN LISTS package_files)
-  file(READ ${file} text)
-  foreach(place ${source} ${work} ${archive_dir})
-    string(FIND "${text}" "${place}" at)
-    if(NOT at EQUAL -1)
-      message(FATAL_ERROR "${file} names ${place}: not relocatable")
-    endif()
-  endforeach()
-endforeach()
+check_relocatable(${work}/moved ${source} ${work} ${archive_dir})
 
 set(consumer ${source}/tests/packaging/${component}_consumer)
 run(${CMAKE_COMMAND} -S ${consumer} -B ${work}/build ${common} -D version=${version} -D CMAKE_PREFIX_PATH=${work}/moved)
