@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Folders of DICOM slices, written here: what makes a volume is read, what does not is refused with the reason.
 #include "files.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -79,7 +80,7 @@ TEST_CASE("the rescale slope is honoured") {
   CHECK(std::holds_alternative<VoxelGrid<float>>(suited));
   for (int k = 0; k < 8; ++k) {
     const double stored = (density_of(3, 2, k) + 100) / 2;
-    CHECK(static_cast<double>(exact.at(3, 2, k)) == doctest::Approx(stored * 0.3 - 100).epsilon(1e-6));
+    CHECK(static_cast<double>(exact.at(3, 2, k)) == near(stored * 0.3 - 100, 1e-6));
     CHECK(std::abs(rounded.at(3, 2, k) - (stored * 0.3 - 100)) <= 0.5 + 1e-4);
   }
 }

@@ -6,6 +6,7 @@
 #include "structure/phantom.hpp"
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <trephine/core/units.hpp>
 #include <trephine/device/replay.hpp>
@@ -148,8 +149,8 @@ void compare_guarded(const Tool& tool, const compiled::StageOptions& options, co
   CHECK(warned > 100);
   CHECK(refused > 0);
   CHECK(taken > 0);
-  CHECK(refused == doctest::Approx(floor->refused_mm3()));
-  CHECK(taken == doctest::Approx(floor->taken_mm3()));
+  CHECK(refused == near(floor->refused_mm3()));
+  CHECK(taken == near(floor->taken_mm3()));
   std::vector<std::int16_t> expected(static_cast<std::size_t>(kBlockSize * kBlockSize * kBlockSize)),
       left(expected.size());
   block.copy_voxels(expected);

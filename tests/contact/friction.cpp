@@ -2,6 +2,7 @@
 #include <trephine/contact/friction.hpp>
 
 #include "contact/proxy_helpers.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -16,9 +17,9 @@ constexpr double kCreep = 1e-6;          // m/s, the same
 TEST_CASE("Coulomb's law in distances") {
   const Coulomb law(0.5, 0.3);
   CHECK(law.slip(0.49, 1, true) == 0);
-  CHECK(law.slip(0.51, 1, true) == doctest::Approx(0.21));
+  CHECK(law.slip(0.51, 1, true) == near(0.21));
   CHECK(law.slip(0.29, 1, false) == 0);
-  CHECK(law.slip(0.40, 1, false) == doctest::Approx(0.1));
+  CHECK(law.slip(0.40, 1, false) == near(0.1));
   CHECK(law.slip(1, 0, true) == 1);
   CHECK(Frictionless{}.slip(0.7, 1, true) == 0.7);
   static_assert(Friction<Coulomb> && Friction<Frictionless>);
@@ -74,7 +75,7 @@ TEST_CASE_TEMPLATE("stick turns to slip at the static coefficient", Scalar, floa
       // only the plane along the grid is asked.
       if (mu < 0.2 && i > 0) continue;
       const double found = threshold<Scalar>(Coulomb(mu, 0.8 * mu), n, 4, Image::kClampedDistance);
-      CHECK(found == doctest::Approx(mu).epsilon(kFrictionError));
+      CHECK(found == near(mu, kFrictionError));
     }
 }
 
@@ -125,7 +126,7 @@ TEST_CASE_TEMPLATE("sliding friction is the kinetic coefficient, against the mot
     MESSAGE("mu ", mu, ": one coefficient ", same.mean, " [", same.least, ", ", same.most,
             "]; static 1.5 times higher ", lower.mean, " [", lower.least, ", ", lower.most, "]");
     for (const Sliding* s : {&same, &lower}) {
-      CHECK(s->mean == doctest::Approx(mu).epsilon(kFrictionError));
+      CHECK(s->mean == near(mu, kFrictionError));
       CHECK(s->least > (1 - kFrictionError) * mu);
       CHECK(s->most < (1 + kFrictionError) * mu);
     }
@@ -136,7 +137,7 @@ TEST_CASE_TEMPLATE("sliding friction is the kinetic coefficient, against the mot
   Random random(42);
   for (int i = 0; i < 3; ++i) {
     const Sliding tilted = slide_on_circle<Scalar>(Coulomb(0.4, 0.4), random.unit(), 4, 0.1, 3000);
-    CHECK(tilted.mean == doctest::Approx(0.4).epsilon(kFrictionError));
+    CHECK(tilted.mean == near(0.4, kFrictionError));
   }
 }
 

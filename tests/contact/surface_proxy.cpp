@@ -2,6 +2,7 @@
 #include <trephine/contact/surface_proxy.hpp>
 
 #include "contact/proxy_helpers.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -48,7 +49,7 @@ TEST_CASE("a probe led far in a tick is kept up with; one led too far says so, a
   SurfaceProxy<float> hurried(ProxyOptions{.iterations = 2});  // at most 18 moves of half a voxel
   CHECK(lead(hurried, field, from + 3 * h * Vec3d::UnitZ(), from, 0.2 * h) == Status::kOk);
   CHECK(hurried.follow(field, to.cast<float>()) == Status::kWorkBound);
-  CHECK(beside(hurried) == doctest::Approx(15 - 9).epsilon(0.02));
+  CHECK(beside(hurried) == near(15 - 9, 0.02));
   CHECK(hurried.follow(field, to.cast<float>()) == Status::kOk);
   CHECK(beside(hurried) <= 0.1);
 }
@@ -245,7 +246,7 @@ TEST_CASE_TEMPLATE("start inside and jumps are said, and the next ticks are righ
     CHECK(rest(proxy, field, p, 100) == Status::kOk);
     REQUIRE(proxy.in_contact());
     const Vec3d e = proxy.position().template cast<double>() - p;
-    CHECK(e.norm() == doctest::Approx(depth * h).epsilon(kForceError + 0.02 / depth));
+    CHECK(e.norm() == near(depth * h, kForceError + 0.02 / depth));
     CHECK(angle_deg(e, n) < kWorstDirection + 1.0 / depth);
   }
   // Deeper than the way out is looked for: no contact, no force, and said so at every tick.

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
+
 #include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
@@ -11,6 +13,7 @@
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 
 struct Comma : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
@@ -57,7 +60,7 @@ TEST_CASE("numbers have a decimal point in every locale") {
 
 TEST_CASE("tools have their names in every locale") {
   const CommaHost host;
-  CHECK(tool_by_name("twist-2.5").tool.burr().tip_radius == doctest::Approx(1.25e-3).epsilon(1e-12).scale(0));
+  CHECK(tool_by_name("twist-2.5").tool.burr().tip_radius == near(1.25e-3, 1e-12));
   std::string message;
   try {
     (void)tool_by_name("twist-2,5");

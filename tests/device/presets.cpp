@@ -8,6 +8,7 @@
 #include <trephine/tool/named_tools.hpp>
 
 #include "stage/fakes.hpp"
+#include "support/near.hpp"
 
 #include <algorithm>
 
@@ -76,7 +77,7 @@ TEST_CASE(
       r = scene.tick({.X_WT = make_pose<double>(Mat3d::Identity(), tip)}, kTick);
     }
     CHECK(r.status == Status::kOk);
-    CHECK(r.wrench.force.z() == doctest::Approx(p.stiffness * 1e-3).epsilon(0.3).scale(0));
+    CHECK(r.wrench.force.z() == near(p.stiffness * 1e-3, 0.3));
     CHECK(r.wrench.force.norm() <= p.capabilities.max_force);
     CHECK((r.wrench.torque.norm() > 1e-5) == (p.capabilities.output_dof == 6));
     CHECK(r.wrench.torque.norm() <= p.capabilities.max_torque);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Where the drill goes in: on bone that is jagged at the place asked for.
 #include "spot.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -10,6 +11,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+using trephine::test::near;
 
 namespace {
 
@@ -39,7 +42,7 @@ TEST_CASE("a place on a spike leads to the plane beside it") {
   const drill::Bone bone = spiked_plate();
   const Vec3d top = kVoxel * Vec3d(29.5, 29.5, 29);
   const drill::Spot spot = drill::spot_near(bone, top);
-  CHECK(spot.p_W.z() == doctest::Approx(19.5 * kVoxel).epsilon(0.02));
+  CHECK(spot.p_W.z() == near(19.5 * kVoxel, 0.02));
   CHECK(spot.normal_W.z() > 0.99);
   CHECK((spot.p_W - top).norm() < 6e-3);
 }

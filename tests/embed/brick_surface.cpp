@@ -5,6 +5,7 @@
 #include <trephine/core/units.hpp>
 
 #include "brick_surface.hpp"
+#include "support/near.hpp"
 
 #include <array>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include <vector>
 
 using namespace trephine;
+using namespace trephine::test;
 
 namespace {
 
@@ -70,7 +72,7 @@ TEST_CASE("the bricks' surfaces close over a ball, outward, with its volume") {
   const Whole ball = assemble(make_ball({27, 25, 29}, {13.2, 12.1, 14.4}, r));
   CHECK(ball.open_edges == 0);
   // Chords lie inside a sphere: the mesh is a little smaller.
-  CHECK(ball.volume_mm3 == doctest::Approx(4 * std::numbers::pi / 3 * r * r * r).epsilon(0.02));
+  CHECK(ball.volume_mm3 == near(4 * std::numbers::pi / 3 * r * r * r, 0.02));
 }
 
 TEST_CASE("a surface that leaves the grid is closed at its border, whole last bricks or not") {

@@ -2,6 +2,7 @@
 // Another tool in a running scene: from then on it is a new scene with that tool.
 #include "integration/scenes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/revolved_tools.hpp"
 
 #include <doctest/doctest.h>
@@ -187,12 +188,12 @@ TEST_CASE("tool change: another thread's post is taken at the next tick, whateve
   auto scene = HapticScene{bone, kIsovalue, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Milling{}, DeviceLimits{}};
   const TickInput input{.X_WT = drilling_pose(0.35), .spindle_on = true};
   (void)scene.tick({.X_WT = drilling_pose(0.34)}, kDt);
-  CHECK(scene.renderer().tool().bounds().radius == doctest::Approx(1.5e-3));
+  CHECK(scene.renderer().tool().bounds().radius == near(1.5e-3));
   tools.post(DiscBurr{.radius = 3e-3, .thickness = 1.5e-3});
   TickInput bad = input;
   bad.X_WT.translation().x() = std::numeric_limits<double>::quiet_NaN();
   CHECK(scene.tick(bad, kDt).status == Status::kBadInput);
-  CHECK(scene.renderer().tool().bounds().radius == doctest::Approx(3e-3));
+  CHECK(scene.renderer().tool().bounds().radius == near(3e-3));
   auto twin_bone = copy_of(bone);
   auto twin = HapticScene{twin_bone, kIsovalue, CoupledToolRenderer{DiscBurr{.radius = 3e-3, .thickness = 1.5e-3}},
                           Milling{}, DeviceLimits{}};

@@ -7,6 +7,7 @@
 #include "mouse_hand.hpp"
 #include "script.hpp"
 #include "strokes.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 #include <support/random.hpp>
@@ -35,7 +36,7 @@ TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and
                   .distance = random.uniform(0.05, 0.5)};
     const Mat3d R = c.axes();
     CHECK((R.transpose() * R - Mat3d::Identity()).norm() < 1e-12);
-    CHECK(R.determinant() == doctest::Approx(1));
+    CHECK(R.determinant() == near(1));
     const double w = 640, h = 480, x = random.uniform(0, w), y = random.uniform(0, h);
     const ViewRay ray = c.ray(x, y, w, h);
     const Vec3d p = ray.origin + 0.2 * ray.direction;
@@ -60,12 +61,12 @@ TEST_CASE("mouse hand: the tip goes under the pixel at its own depth, and pushes
     MouseHand hand(X);
     const double depth = c.depth(X.translation()), x = random.uniform(0, 640), y = random.uniform(0, 480);
     hand.move_under(c, x, y, 640, 480);
-    CHECK(c.depth(hand.pose().translation()) == doctest::Approx(depth));
+    CHECK(c.depth(hand.pose().translation()) == near(depth));
     const ViewRay ray = c.ray(x, y, 640, 480);
     CHECK((hand.pose().translation() - ray.origin).cross(ray.direction).norm() < 1e-12);
     const Vec3d drill = hand.pose().translation();
     for (int k = 0; k < 40; ++k) hand.push(c, 1e-3, drill);
-    CHECK((hand.pose().translation() - drill).norm() == doctest::Approx(MouseHand::kMaxLead));
+    CHECK((hand.pose().translation() - drill).norm() == near(MouseHand::kMaxLead));
     CHECK((hand.pose().translation() - c.eye_W()).norm() > (drill - c.eye_W()).norm());
     const Vec3d tip = hand.pose().translation();
     hand.turn(c, 30, -20, 480);
@@ -135,8 +136,8 @@ TEST_CASE("sessions: what is written is read back") {
   REQUIRE(events.size() == 8);
   CHECK((events[0].pose.matrix() - X.matrix()).norm() < 1e-5);
   CHECK((events[1].camera.focus_W - camera.focus_W).norm() < 1e-6);
-  CHECK(events[1].camera.yaw == doctest::Approx(camera.yaw).epsilon(1e-5));
-  CHECK(events[1].camera.distance == doctest::Approx(camera.distance));
+  CHECK(events[1].camera.yaw == near(camera.yaw, 1e-5));
+  CHECK(events[1].camera.distance == near(camera.distance));
   CHECK(events[2].on);
   CHECK(events[3].action == Action::kClip);
   CHECK(events[4].kind == Event::Kind::kProtect);
@@ -273,10 +274,10 @@ TEST_CASE("shares of bone: cells' means, at three sizes") {
   for (std::size_t k = 0; k < 8; ++k)
     for (std::size_t j = 0; j < 8; ++j)
       for (std::size_t i = 0; i < 8; ++i) all += share(i, j, k);
-  CHECK(s.of_8 == doctest::Approx(255 * all / 512).epsilon(0.01));
+  CHECK(s.of_8 == near(255 * all / 512, 0.01));
   double corner = 0;
   for (std::size_t c = 0; c < 8; ++c) corner += share(6 + c % 2, 4 + c / 2 % 2, 2 + c / 4);
-  CHECK(s.of_2[(1 * 4 + 2) * 4 + 3] == doctest::Approx(255 * corner / 8).epsilon(0.01));
+  CHECK(s.of_2[(1 * 4 + 2) * 4 + 3] == near(255 * corner / 8, 0.01));
 }
 
 TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and whole after all strokes") {
@@ -339,8 +340,8 @@ TEST_CASE("drill voice: silent at rest, a pitch that sinks under load within 20 
   CHECK(loudness(second) == 0);
   voice.fill(second, {.spindle_on = true});
   voice.fill(second, {.spindle_on = true});
-  CHECK(voice.pitch() == doctest::Approx(DrillVoice::kIdlePitch).epsilon(0.01));
-  CHECK(crossings(second) == doctest::Approx(DrillVoice::kIdlePitch).epsilon(0.02));
+  CHECK(voice.pitch() == near(DrillVoice::kIdlePitch, 0.01));
+  CHECK(crossings(second) == near(DrillVoice::kIdlePitch, 0.02));
   const double free = loudness(second);
   const DrillState cutting{.spindle_on = true, .force = 4, .removal_mm3_s = 10};
   voice.fill(piece, cutting);  // 20 ms

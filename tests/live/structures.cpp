@@ -2,6 +2,7 @@
 // Structures in the window: how they are guarded, what the burr takes of them, and how pictures show them.
 #include "held_drill.hpp"
 #include "left_structures.hpp"
+#include "support/near.hpp"
 #include "window_bench.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -23,6 +24,8 @@
 #include <string>
 #include <variant>
 #include <vector>
+
+using trephine::test::near;
 
 namespace {
 
@@ -429,8 +432,7 @@ TEST_SUITE("picture") {
     CHECK(rays > 1000);
     CHECK(most < 128);
     CHECK(view.structures.refused_mm3 == 0);
-    CHECK(view.structures.taken_mm3 ==
-          doctest::Approx(static_cast<double>(gone(b, bone)) * 0.4 * 0.4 * 0.4).epsilon(0.1));
+    CHECK(view.structures.taken_mm3 == near(static_cast<double>(gone(b, bone)) * 0.4 * 0.4 * 0.4, 0.1));
     CHECK(view.closest.distance < 0);
     // Its middle is gone: there the picture shows the hole's ground below it.
     const Tube tube(b.spot);

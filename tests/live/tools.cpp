@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Tools of other shapes in the window: how they are drawn, chosen and changed, and sliders that outlast a change.
+#include "support/near.hpp"
 #include "window_bench.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -11,6 +12,8 @@
 #include <cmath>
 #include <string>
 #include <vector>
+
+using trephine::test::near;
 
 namespace {
 
@@ -109,7 +112,7 @@ TEST_SUITE("picture") {
     // Line and surface drill with a burr as wide; the tool comes back with the coupled renderer.
     w.act(Action::kRenderer);
     CHECK(drill().shape() == nullptr);
-    CHECK(drill().burr.tip_radius == doctest::Approx(1.5e-3));
+    CHECK(drill().burr.tip_radius == near(1.5e-3));
     CHECK(!w.scene_view().shape.has_value());
     w.act(Action::kRenderer);
     w.act(Action::kRenderer);
@@ -171,7 +174,7 @@ TEST_SUITE("picture") {
     CHECK(w.view().cutting.spindle == 0);
     w.act(Action::kSpindle);
     b.run(0.2);
-    CHECK(w.view().cutting.spindle == doctest::Approx(trephine::rpm(2000)));
+    CHECK(w.view().cutting.spindle == near(trephine::rpm(2000)));
     w.act(Action::kLaw);
     b.run(0.2);
     CHECK(!drill().mills_by_law());
@@ -184,7 +187,7 @@ TEST_SUITE("picture") {
     Workbench& w = b.bench;
     const double limit = 0.4;
     Tuning tuning = w.session().options().drill.tuning;
-    CHECK(tuning.feed == doctest::Approx(w.bone().burr.tip_radius / kRadiusTime));
+    CHECK(tuning.feed == near(w.bone().burr.tip_radius / kRadiusTime));
     tuning.force = limit;
     w.session().tune(tuning);
     const auto most_force = [&] {
@@ -202,13 +205,13 @@ TEST_SUITE("picture") {
       }
       return most;
     };
-    CHECK(most_force() == doctest::Approx(limit).epsilon(1e-6));
+    CHECK(most_force() == near(limit, 1e-6));
     w.choose_tool("match-head-2.5");
-    CHECK(most_force() == doctest::Approx(limit).epsilon(1e-6));
+    CHECK(most_force() == near(limit, 1e-6));
     w.act(Action::kRenderer);
-    CHECK(most_force() == doctest::Approx(limit).epsilon(1e-6));
+    CHECK(most_force() == near(limit, 1e-6));
     w.act(Action::kLargerBurr);
-    CHECK(most_force() == doctest::Approx(limit).epsilon(1e-6));
+    CHECK(most_force() == near(limit, 1e-6));
     CHECK(w.session().options().drill.tuning == tuning);
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "clutch.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,6 +9,7 @@
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 using openhaptics::Clutched;
 
 /// What the hand does is set from outside.
@@ -48,25 +50,25 @@ TEST_CASE("clutch: the tool stays while it is held, and goes on from there") {
   CHECK(read_at(0.02, 1) == DeviceStatus::kOk);
   CHECK(state.buttons == 1);
   CHECK(read_at(0.03, 3) == DeviceStatus::kSafetyTrip);  // pressed: here it stays
-  CHECK(x() == doctest::Approx(0.03));
+  CHECK(x() == near(0.03));
   CHECK(state.buttons == 2);
   CHECK(clutched.held());
   CHECK(read_at(-0.05, 3) == DeviceStatus::kSafetyTrip);
-  CHECK(x() == doctest::Approx(0.03));
+  CHECK(x() == near(0.03));
   CHECK(read_at(-0.06, 1) == DeviceStatus::kSafetyTrip);  // let go: still no force, nothing cut
-  CHECK(x() == doctest::Approx(0.03));
+  CHECK(x() == near(0.03));
   CHECK(state.buttons == 0);
   CHECK_FALSE(clutched.held());
   CHECK(read_at(-0.05, 1) == DeviceStatus::kOk);  // joined again, 10 mm on
-  CHECK(x() == doctest::Approx(0.04));
+  CHECK(x() == near(0.04));
   CHECK(state.buttons == 1);
-  CHECK(clutched.offset().x() == doctest::Approx(0.09));
+  CHECK(clutched.offset().x() == near(0.09));
   // Again, on top of the first.
   CHECK(read_at(-0.05, 2) == DeviceStatus::kSafetyTrip);
   CHECK(read_at(0.00, 2) == DeviceStatus::kSafetyTrip);
   CHECK(read_at(0.00, 0) == DeviceStatus::kSafetyTrip);
   CHECK(read_at(0.01, 0) == DeviceStatus::kOk);
-  CHECK(x() == doctest::Approx(0.05));
+  CHECK(x() == near(0.05));
 }
 
 TEST_CASE("clutch: turning is never uncoupled; wrenches and capabilities pass") {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 namespace {
 
@@ -30,9 +31,9 @@ TEST_CASE("OpenHaptics device: capabilities are the device's, in SI units") {
   CHECK(c.name == "stand-in");
   CHECK(c.input_dof == 6);
   CHECK(c.output_dof == 6);
-  CHECK(c.max_force == doctest::Approx(3.3));
-  CHECK(c.max_torque == doctest::Approx(0.1));
-  CHECK(c.stiffness == doctest::Approx(1000));
+  CHECK(c.max_force == near(3.3));
+  CHECK(c.max_torque == near(0.1));
+  CHECK(c.stiffness == near(1000));
   CHECK(c.rate == 1000);
   CHECK(hd_standin::errors().empty());
 }

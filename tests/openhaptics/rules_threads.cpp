@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The stand-in keeps the interface's rules: each is broken on purpose and must be noticed.
 #include "openhaptics/fixture.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -121,9 +122,9 @@ TEST_CASE("stand-in: getting what there is not, or as the wrong type; outside a 
   CHECK(popped() == Codes{HD_INVALID_INPUT_TYPE});
   hdGetDoublev(HD_CURRENT_POSITION, d.data());
   CHECK(popped().empty());
-  CHECK(d[0] == doctest::Approx(10));
-  CHECK(d[1] == doctest::Approx(20));
-  CHECK(d[2] == doctest::Approx(-30));
+  CHECK(d[0] == near(10));
+  CHECK(d[1] == near(20));
+  CHECK(d[2] == near(-30));
   hdEnable(HD_CURRENT_FORCE);
   CHECK(popped() == Codes{HD_INVALID_ENUM});
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "device/archetypes.hpp"
+#include "support/near.hpp"
 
 namespace {
 
@@ -52,8 +53,8 @@ TEST_CASE("OpenHaptics servo: ticks, ramps up and leaves no force behind") {
   const RunReport report = loop.run_until([](const TickRecord& t) { return t.index >= 100 && full(t); });
   CHECK(report.end == RunEnd::kFinished);
   CHECK(report.zeroed);
-  CHECK(hd_standin::witness("Default Device").most_force == doctest::Approx(2));
-  CHECK(hd_standin::witness("Default Device").most_torque == doctest::Approx(0.01));
+  CHECK(hd_standin::witness("Default Device").most_force == near(2));
+  CHECK(hd_standin::witness("Default Device").most_torque == near(0.01));
   CHECK(felt() == Wrenchd::zero());
   CHECK_FALSE(hd_standin::scheduler_runs());
   CHECK(hd_standin::scheduled() == 0);
@@ -69,7 +70,7 @@ TEST_CASE("OpenHaptics servo: the registration's torque arrives about the driver
   // The burr 50 mm along -z of the handle: its force turns the handle about +x.
   const Registration registration(Posed::Identity(), Posed(Eigen::Translation3d(0, 0, -0.05)));
   ServoLoop(device, scene, registration).run_until(full);
-  CHECK(hd_standin::witness("Default Device").most_torque == doctest::Approx(0.05));
+  CHECK(hd_standin::witness("Default Device").most_torque == near(0.05));
   check_no_errors_but({});
 }
 
@@ -206,7 +207,7 @@ TEST_CASE("OpenHaptics servo: a clutch between loop and device takes the force o
   CHECK(held >= 50);
   CHECK(forced_while_held == 0);
   CHECK(spun_while_held == 0);
-  CHECK(last == doctest::Approx(3.3));  // the scene's 3.7 N, shortened to the device's limit
+  CHECK(last == near(3.3));  // the scene's 3.7 N, shortened to the device's limit
   CHECK(device.trips() == 0);
   check_no_errors_but({});
 }
@@ -232,9 +233,9 @@ TEST_CASE("OpenHaptics servo: two devices share the scheduler; the last one stop
     CHECK(report.zeroed);
     CHECK(report.safety_trips == 0);
   }
-  CHECK(hd_standin::witness("Left").most_force == doctest::Approx(1));
-  CHECK(hd_standin::witness("Left").most_torque == doctest::Approx(0.02));
-  CHECK(hd_standin::witness("Right").most_force == doctest::Approx(2));
+  CHECK(hd_standin::witness("Left").most_force == near(1));
+  CHECK(hd_standin::witness("Left").most_torque == near(0.02));
+  CHECK(hd_standin::witness("Right").most_force == near(2));
   CHECK(hd_standin::witness("Right").most_torque == 0);
   CHECK_FALSE(hd_standin::scheduler_runs());
   check_no_errors_but({});

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "openhaptics_units.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
+
+using trephine::test::near;
 
 using namespace openhaptics;
 using trephine::Vec3d;
@@ -18,6 +21,6 @@ TEST_CASE("OpenHaptics units: a transform is stored by columns, in millimetres")
 TEST_CASE("OpenHaptics units: newtons stay, newton metres become thousandths, newtons a millimetre become a metre's") {
   CHECK(force_to_driver(Vec3d(1, -2, 3)) == std::array<double, 3>{1, -2, 3});
   CHECK(torque_to_driver(Vec3d(0.1, -0.25, 2)) == std::array<double, 3>{100, -250, 2000});
-  CHECK(torque_from_driver(188) == doctest::Approx(0.188));
-  CHECK(stiffness_from_driver(2.35) == doctest::Approx(2350));
+  CHECK(torque_from_driver(188) == near(0.188));
+  CHECK(stiffness_from_driver(2.35) == near(2350));
 }

@@ -7,6 +7,8 @@
 
 #include <doctest/doctest.h>
 
+using trephine::test::near;
+
 using namespace pick;
 
 namespace {
@@ -92,7 +94,7 @@ TEST_CASE("arguments") {
   CHECK(parse({"--algorithm", "surface"}).algorithms == std::vector{Algorithm::kSurface});
   CHECK(parse({"--algorithm", "coupled"}).algorithms == std::vector{Algorithm::kCoupled});
   CHECK(parse({"--algorithm", "all"}).algorithms.size() == 3);
-  CHECK(parse({"--force-error", "2"}).limits.force == doctest::Approx(0.02));
+  CHECK(parse({"--force-error", "2"}).limits.force == near(0.02));
   for (const auto& wrong : std::vector<std::vector<const char*>>{{"--budget"},
                                                                  {"--budget", "x"},
                                                                  {"--budget", "inf"},

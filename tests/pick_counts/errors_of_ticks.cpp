@@ -2,10 +2,13 @@
 #include "pick_study.hpp"
 
 #include "pick_places.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
 #include <vector>
+
+using trephine::test::near;
 
 using namespace pick;
 
@@ -16,10 +19,10 @@ Wrenchd wrench(const Vec3d& force, const Vec3d& torque) { return {force, torque}
 }  // namespace
 
 TEST_CASE("errors: denominators, directions and what is left out") {
-  CHECK(relative_error({2, 0, 0}, {2, 0.1, 0}, kLeastForce) == doctest::Approx(0.05));
-  CHECK(relative_error({0.01, 0, 0}, {0.02, 0, 0}, 0.05) == doctest::Approx(0.2));
-  CHECK(angle_deg({1, 0, 0}, {1, 1, 0}) == doctest::Approx(45));
-  CHECK(angle_deg({1, 0, 0}, {-3, 0, 0}) == doctest::Approx(180));
+  CHECK(relative_error({2, 0, 0}, {2, 0.1, 0}, kLeastForce) == near(0.05));
+  CHECK(relative_error({0.01, 0, 0}, {0.02, 0, 0}, 0.05) == near(0.2));
+  CHECK(angle_deg({1, 0, 0}, {1, 1, 0}) == near(45));
+  CHECK(angle_deg({1, 0, 0}, {-3, 0, 0}) == near(180));
   CHECK(angle_deg({1, 0, 0}, {0, 0, 0}) == 180);
 
   const std::vector<Wrenchd> truth{wrench({1, 0, 0}, {0, 0.01, 0}), wrench({0, 2, 0}, {0, 0, 0}),
@@ -31,13 +34,13 @@ TEST_CASE("errors: denominators, directions and what is left out") {
   CHECK(e.samples == 3);
   CHECK(e.directions == 2);
   CHECK(e.misses == 1);
-  CHECK(e.excluded() == doctest::Approx(1.0 / 3));
-  CHECK(e.force_p50 == doctest::Approx(0.8));  // of .1, 1 and .04/.05
-  CHECK(e.force_p95 == doctest::Approx(1));
+  CHECK(e.excluded() == near(1.0 / 3));
+  CHECK(e.force_p50 == near(0.8));  // of .1, 1 and .04/.05
+  CHECK(e.force_p95 == near(1));
   CHECK(e.direction_p99 == 180);
-  CHECK(e.torque_p95 == doctest::Approx(0.5));  // .0005 over the least torque
+  CHECK(e.torque_p95 == near(0.5));  // .0005 over the least torque
   const Limits limits;
-  CHECK(limits.worst_share(e) == doctest::Approx(36));  // the direction's 180 of 5 degrees
+  CHECK(limits.worst_share(e) == near(36));  // the direction's 180 of 5 degrees
 }
 
 TEST_CASE("ticks that count") {
@@ -58,7 +61,7 @@ TEST_CASE("ticks that count") {
   CHECK(t.beyond == 2);
   CHECK(t.undecided == 2);  // by direction; by a contact that only one of them has
   CHECK(t.used == 2);
-  CHECK(t.undecided_share() == doctest::Approx(0.5));
+  CHECK(t.undecided_share() == near(0.5));
 }
 
 TEST_CASE("random directions are unit vectors, evenly over their cap") {

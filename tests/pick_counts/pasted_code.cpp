@@ -33,7 +33,7 @@ TEST_CASE("Line's code compiles, runs and is what is printed") {
   trephine::TickInput above;
   above.X_WT.translation() = trephine::Vec3d(0.015, 0.015, 0.0101);
   CHECK(scene.tick(above, 1e-3).wrench.force.norm() == 0);
-  CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() == doctest::Approx(0.08).epsilon(0.02));
+  CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() == near(0.08, 0.02));
   CHECK(as_code(LineSetting{150, 0.25}, kScene) == printed("pasted_line.inc"));
 }
 
@@ -54,6 +54,9 @@ TEST_CASE("Coupled's code compiles, runs and is what is printed") {
 TEST_CASE("Surface's code compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "pasted_surface.inc"
+#include "support/near.hpp"
+
+  using trephine::test::near;
   CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() > 0.5);
   CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, true}, kScene) == printed("pasted_surface.inc"));
 }

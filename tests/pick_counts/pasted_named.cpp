@@ -38,7 +38,7 @@ double pressed_force(AScene& scene, double height) {
 TEST_CASE("Line's code for a tool and a device by name compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "named_line.inc"
-  CHECK(pressed_force(scene, 0.010) == doctest::Approx(0.23).epsilon(0.1));  // 800 N/m, 0.29 mm below
+  CHECK(pressed_force(scene, 0.010) == near(0.23, 0.1));  // 800 N/m, 0.29 mm below
   CHECK(as_code(LineSetting{150, 0.25}, kNamed) == printed("named_line.inc"));
 }
 
@@ -52,6 +52,9 @@ TEST_CASE("Coupled's code for a tool and a device by name compiles, runs and is 
 TEST_CASE("Surface's code for a tool and a device by name compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "named_surface.inc"
+#include "support/near.hpp"
+
+  using trephine::test::near;
   CHECK(pressed_force(scene, 0.0115) > 0);
   CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, false}, kNamed) == printed("named_surface.inc"));
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "pick_places.hpp"
+#include "support/near.hpp"
 #include "volumes.hpp"
 
 #include <doctest/doctest.h>
+
+using trephine::test::near;
 
 using namespace pick;
 using namespace pick::test;
@@ -24,7 +27,7 @@ TEST_CASE("a motion's touch is where the closed form has it: straight onto a pla
     const Motion down{tool_pose({0.008, 0.015, 0.014}, shaft), -Vec3d::UnitZ(), Vec3d::Zero()};
     Feeler line(Algorithm::kLine, kBurr, 2e-4);
     Feeler surface(Algorithm::kSurface, kBurr, 2e-4);
-    CHECK(*find_touch(line, field, down, 0.02, kStep) == doctest::Approx(0.004).epsilon(kTolerance / 0.004));
+    CHECK(*find_touch(line, field, down, 0.02, kStep) == near(0.004, kTolerance / 0.004));
     // Between the feeler's points the ball reaches a little farther: spacing squared over two radii at most.
     const double touch = *find_touch(surface, field, down, 0.02, kStep);
     CHECK(touch >= 0.004 - kBurr.tip_radius - kTolerance);
@@ -42,7 +45,7 @@ TEST_CASE("a motion's touch is where the closed form has it: turned about the ti
                     turn_toward(Vec3d::UnitX(), -Vec3d::UnitZ(), height)};
   // The far end meets the plane first, after asin(above / length); s is the way along the arc at `height`.
   const double expected = height * std::asin(above / kBurr.shaft_length);
-  CHECK(*find_touch(line, field, turn, 0.02, kStep) == doctest::Approx(expected).epsilon(kTolerance / expected));
+  CHECK(*find_touch(line, field, turn, 0.02, kStep) == near(expected, kTolerance / expected));
   const Vec3d moved = turn.at(1e-6) * Vec3d(0, 0, height) - turn.at(0) * Vec3d(0, 0, height);
   CHECK((moved - Vec3d(0, 0, -1e-6)).norm() < 1e-9);
 }
@@ -62,11 +65,10 @@ TEST_CASE("press and slide: from the gap to the depth, then along") {
   std::vector<Posed> X;
   press(down, 0.004, 0.0003, 0.001, 11, X);
   REQUIRE(X.size() == 13);
-  CHECK(X.front().translation().z() == doctest::Approx(0.0063));
-  CHECK(X[10].translation().z() == doctest::Approx(0.005));
+  CHECK(X.front().translation().z() == near(0.0063));
+  CHECK(X[10].translation().z() == near(0.005));
   CHECK(X[12].translation() == X[10].translation());
-  for (std::size_t i = 1; i < 11; ++i)
-    CHECK(X[i - 1].translation().z() - X[i].translation().z() == doctest::Approx(0.00013));
+  for (std::size_t i = 1; i < 11; ++i) CHECK(X[i - 1].translation().z() - X[i].translation().z() == near(0.00013));
   slide({1e-4, 0, 0}, 4, X);
   REQUIRE(X.size() == 17);
   CHECK((X.back().translation() - Vec3d(4e-4, 0, 0.005)).norm() < 1e-12);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/render/coupled/contact_list.hpp>
@@ -57,8 +58,8 @@ TEST_CASE("contact list: forces and moments add up to the wrench of all points a
     for (const auto& c : list.contacts()) {
       sum += c.force;
       moment += (c.position - p).cross(c.force);
-      CHECK(c.normal.norm() == doctest::Approx(1));
-      CHECK(c.normal.dot(c.force) == doctest::Approx(c.force.norm()));
+      CHECK(c.normal.norm() == near(1));
+      CHECK(c.normal.dot(c.force) == near(c.force.norm()));
     }
     CHECK((sum - force).norm() <= kRounding * force.norm());
     CHECK((moment - torque).norm() <= 1e3 * kRounding * torque.norm());  // p is a thousand arms away

@@ -2,6 +2,7 @@
 // Distances of surface elements' points, many elements at a time, against the tool's distance of each point alone.
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/poses.hpp"
 
 #include <trephine/render/coupled/coupled_constants.hpp>
@@ -153,17 +154,17 @@ TEST_CASE("element batch: one element in closed form, and lattices") {
     batch.compute_distances(BallAndShaft(kDrill), PointLattice(side), Vec3<float>::UnitZ());
   };
   distances({0, 0, 0.010F}, 1);
-  CHECK(static_cast<double>(batch.distance[0][0]) == doctest::Approx(-0.0008).epsilon(1e-6));
+  CHECK(static_cast<double>(batch.distance[0][0]) == near(-0.0008, 1e-6));
   distances({0, 0.003F, 0.010F}, 1);
-  CHECK(static_cast<double>(batch.distance[0][0]) == doctest::Approx(0.0022).epsilon(1e-6));
+  CHECK(static_cast<double>(batch.distance[0][0]) == near(0.0022, 1e-6));
   distances({0.0005F, 0, 0.0315F}, 1);
-  CHECK(static_cast<double>(batch.distance[0][0]) == doctest::Approx(0.0015).epsilon(1e-5));
+  CHECK(static_cast<double>(batch.distance[0][0]) == near(0.0015, 1e-5));
   // Two points a side at half the half sides: x = .0045 ± .0005, z = .031 ± .001.
   distances({0.0045F, 0, 0.031F}, 2);
-  CHECK(static_cast<double>(batch.distance[0][0]) == doctest::Approx(0.0032).epsilon(1e-5));
-  CHECK(static_cast<double>(batch.distance[1][0]) == doctest::Approx(std::hypot(0.0032, 0.002)).epsilon(1e-5));
-  CHECK(static_cast<double>(batch.distance[2][0]) == doctest::Approx(0.0042).epsilon(1e-5));
-  CHECK(static_cast<double>(batch.distance[3][0]) == doctest::Approx(std::hypot(0.0042, 0.002)).epsilon(1e-5));
+  CHECK(static_cast<double>(batch.distance[0][0]) == near(0.0032, 1e-5));
+  CHECK(static_cast<double>(batch.distance[1][0]) == near(std::hypot(0.0032, 0.002), 1e-5));
+  CHECK(static_cast<double>(batch.distance[2][0]) == near(0.0042, 1e-5));
+  CHECK(static_cast<double>(batch.distance[3][0]) == near(std::hypot(0.0042, 0.002), 1e-5));
   CHECK(batch.min_distance[0] == batch.distance[0][0]);
   for (std::size_t side = 1; side <= PointLattice::kMaxSide; ++side) {
     const PointLattice lattice(side);

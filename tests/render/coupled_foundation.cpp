@@ -2,6 +2,7 @@
 #include "render/all_elements.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/poses.hpp"
 #include "support/profile.hpp"
 #include "support/raster.hpp"
@@ -239,14 +240,14 @@ TEST_CASE("foundation: the sum is its points', as many as there is room for, and
       // The mean of max(u − s, 0) over 0 <= s <= ramp, and of half its square.
       const double u = p.depth_slope < 1 - kRounding ? p.depth_slope * kLaw.ramp : p.depth + kLaw.ramp / 2;
       const double v = std::max(u - kLaw.ramp, 0.0);
-      CHECK(p.depth == doctest::Approx((u * u - v * v) / (2 * kLaw.ramp)));
+      CHECK(p.depth == near((u * u - v * v) / (2 * kLaw.ramp)));
       energy += kLaw.stiffness * p.weight * (u * u * u - v * v * v) / (6 * kLaw.ramp);
       deepest = std::max(deepest, u - kLaw.offset);
       wrench -= kLaw.stiffness * p.weight * p.depth * with_moment(p.normal, p.arm);
     }
     CHECK(std::abs(s.energy - energy) <= kRounding * energy);
     CHECK(size_of(Vec6d(s.wrench - wrench)) <= kRounding * size_of(wrench));
-    CHECK(s.depth == doctest::Approx(deepest));
+    CHECK(s.depth == near(deepest));
     REQUIRE(all.points().size() > 100);
     CHECK(heap_calls([&] { s = few.sum(bench.near.elements(), shape, X, kLaw); }) == 0);
     CHECK(few.points().size() == 100);

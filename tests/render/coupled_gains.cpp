@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/near.hpp"
 
 #include <trephine/render/coupled/gains.hpp>
 
@@ -77,7 +78,7 @@ TEST_CASE("gains: contact and coupling in series are felt with the stated stiffn
       secant.add(std::abs(pressure_force(g.law, R, low) / (s.stiffness * deep) - 1));
       sink_voxels.add(low / h);
     }
-    CHECK(g.coupling.translation_spring.max_force() == doctest::Approx(s.force));
+    CHECK(g.coupling.translation_spring.max_force() == near(s.force));
     CHECK(g.coupling.rotation_spring.limit == s.options().torque);
   }
   MESSAGE("secant stiffness off by ", secant, "; virtual tool sinks in by ", sink_voxels, " voxels");
@@ -105,7 +106,7 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
     CHECK(footprint <= 1.01 * CoupledConstants::kFootprint * h);
     CHECK(low <= 1.02 * std::min(h / 3, R / 4));
     // Depth slopes by footprint / R at the rim, over a cell of half a voxel.
-    CHECK(g.law.ramp == doctest::Approx(0.5 * h * footprint / R).epsilon(0.01));
+    CHECK(g.law.ramp == near(0.5 * h * footprint / R, 0.01));
     CHECK(g.law.offset > 0);
     CHECK(g.law.offset < g.law.ramp);
   }
@@ -125,7 +126,7 @@ TEST_CASE("gains: the cutting burr is larger by the contact's offset and the cho
       const double longer = 1 - s.spacing.minCoeff() / h;
       sag += h * h * (longer / 12 + (1 - longer) / 24) / s.tip_radius;
     }
-    CHECK(g.cut_allowance == doctest::Approx(g.law.offset + sag));
+    CHECK(g.cut_allowance == near(g.law.offset + sag));
   }
 }
 

@@ -2,6 +2,7 @@
 // The coupled tool in what it mills.
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
+#include "support/near.hpp"
 
 #include <trephine/core/rotation.hpp>
 #include <trephine/voxel/carving.hpp>
@@ -172,7 +173,7 @@ TEST_CASE("coupled milling: a cut at once bites by so many voxels a millisecond 
       const Vec3d p_WP = scene.proxy_pose_W().translation();
       const double way = (scene.cutting_pose_W().translation() - p_WP).norm();
       const double left = (o.middle() + (R + 2e-4 - 2.5e-3) * Vec3d::UnitZ() - p_WP).norm();
-      CHECK(way == doctest::Approx(std::min(bite * kH * std::max(dt, kShortestBite) / 1e-3, left)));
+      CHECK(way == near(std::min(bite * kH * std::max(dt, kShortestBite) / 1e-3, left)));
     }
 }
 
@@ -186,7 +187,7 @@ TEST_CASE("coupled milling: the bite goes toward the device by so many voxels at
     const auto pose = [&](double deep) { return tool_at(o.middle() + (R - deep) * Vec3d::UnitZ(), Vec3d::UnitZ()); };
     lead(scene, pose(-2e-4), pose(2e-3), 100);
     const Vec3d way = scene.cutting_pose_W().translation() - scene.proxy_pose_W().translation();
-    CHECK(way.norm() == doctest::Approx(bite * kH));
+    CHECK(way.norm() == near(bite * kH));
     if (bite > 0) CHECK(angle_deg(way, pose(2e-3).translation() - scene.proxy_pose_W().translation()) < 1e-3);
     CHECK(bone.edit_count() == 0);  // nobody carves
     const TickResult free = lead(scene, pose(-2e-3), pose(-2e-3), 3);
@@ -270,7 +271,7 @@ TEST_CASE("coupled milling: bone that restore() brings back round the tool is to
     CHECK(scene.tick({.X_WT = pose(-1e-3)}, kDt).status == Status::kOk);
     const TickResult again = lead(scene, pose(-1e-3), pose(1e-3), 100);
     CHECK(again.status == Status::kOk);
-    CHECK(again.wrench.force.z() == doctest::Approx(kK * 1e-3).epsilon(0.01));
+    CHECK(again.wrench.force.z() == near(kK * 1e-3, 0.01));
   }
 }
 

@@ -3,6 +3,7 @@
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -59,7 +60,7 @@ TEST_CASE("coupled states: a start deep in bone says so and is without force unt
   TickResult then;
   for (int i = 0; i < 5; ++i) then = shallow.tick({.X_WT = pose(1e-3)}, kDt);
   CHECK(then.status == Status::kOk);
-  CHECK(then.wrench.force.norm() == doctest::Approx(kK * 1e-3).epsilon(0.01));
+  CHECK(then.wrench.force.norm() == near(kK * 1e-3, 0.01));
   CHECK(angle_deg(then.wrench.force, up) < 0.5);
   // A start that touches nothing is none to speak of.
   auto free = coupled_scene(bone, kBall);
@@ -87,7 +88,7 @@ TEST_CASE("coupled states: jumps are told; the tool appears where that is free, 
   CHECK(r.status == Status::kJump);
   for (int i = 0; i < 100; ++i) r = scene.tick({.X_WT = pose(0.012)}, kDt);
   CHECK(r.status == Status::kOk);
-  CHECK(r.wrench.force.norm() == doctest::Approx(kForce));
+  CHECK(r.wrench.force.norm() == near(kForce));
   CHECK(angle_deg(r.wrench.force, -Vec3d::UnitX()) < 1);
   CHECK(scene.proxy_pose_W().translation().x() < m.x() + 0.009 - R + 0.5 * kH);
   CHECK(jump(0.0, 0.001).status == Status::kOk);  // as far as a hand goes in a tick

@@ -2,6 +2,7 @@
 #include <trephine/render/line/first_contact.hpp>
 
 #include "support/fields.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -214,8 +215,8 @@ TEST_CASE_TEMPLATE("a search forward finds the side it came from, and says how f
     const auto forth = go(step, near, far), back = go(step, far, near);
     REQUIRE(forth.found);
     REQUIRE(back.found);
-    CHECK(static_cast<double>(forth.point.x()) == doctest::Approx(0.00055).epsilon(1e-4));
-    CHECK(static_cast<double>(back.point.x()) == doctest::Approx(0.00085).epsilon(1e-4));
+    CHECK(static_cast<double>(forth.point.x()) == near(0.00055, 1e-4));
+    CHECK(static_cast<double>(back.point.x()) == near(0.00085, 1e-4));
     // The line handed back is free and within a step of the contact.
     CHECK(field.value(forth.line.at(Scalar(0.01))) < Scalar(0));
     CHECK(std::abs(static_cast<double>(forth.line.tip.x()) - 0.00055) < 0.5 * kVoxel);

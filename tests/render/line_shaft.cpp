@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -50,8 +51,8 @@ TEST_CASE_TEMPLATE("a shaft that leans on a hole's rim: torque k r² 2 sin(Δ/2)
       const double r2 = hole.radius * hole.radius + hole.depth * hole.depth;
       const double torque = k * r2 * 2 * std::sin(beyond / 2) * std::cos(beyond / 2);
       // Vertices stand .023 mm apart: the rim is met at most that much lower, by .6 % of r.
-      CHECK(static_cast<double>(renderer.report().torque_Nm) == doctest::Approx(torque).epsilon(0.02 + 0.004 / beyond));
-      CHECK(static_cast<double>(renderer.report().lever_m) == doctest::Approx(std::sqrt(r2)).epsilon(0.01));
+      CHECK(static_cast<double>(renderer.report().torque_Nm) == near(torque, 0.02 + 0.004 / beyond));
+      CHECK(static_cast<double>(renderer.report().lever_m) == near(std::sqrt(r2), 0.01));
       const Vec3d rim = hole.top + hole.radius * Vec3d(std::cos(azimuth), std::sin(azimuth), 0);
       CHECK((renderer.report().intersection.template cast<double>() - rim).norm() < 0.15 * kVoxel);
       // It turns the shaft back: against the lean, about the horizontal across it.
@@ -86,11 +87,11 @@ TEST_CASE_TEMPLATE("the wrench is the springs', and a thesis scene leaves the sh
   const Vec3d torque = f.wrench.torque.template cast<double>();
   CHECK((torque - r.cross(force)).norm() <= kRounding<Scalar>);
   CHECK((torque - (r.norm() * end.linear().col(2)).cross(force)).norm() <= kRounding<Scalar>);
-  CHECK(static_cast<double>(report.reaction_N) == doctest::Approx(force.norm()));
-  CHECK(static_cast<double>(report.lever_m) == doctest::Approx(r.norm()));
-  CHECK(static_cast<double>(report.torque_Nm) == doctest::Approx(torque.norm()));
+  CHECK(static_cast<double>(report.reaction_N) == near(force.norm()));
+  CHECK(static_cast<double>(report.lever_m) == near(r.norm()));
+  CHECK(static_cast<double>(report.torque_Nm) == near(torque.norm()));
   CHECK(static_cast<double>(report.spring_m) ==
-        doctest::Approx(2 * r.norm() * std::sin(0.5 * angle_deg(r, end.linear().col(2)) / degrees(1))).epsilon(1e-3));
+        near(2 * r.norm() * std::sin(0.5 * angle_deg(r, end.linear().col(2)) / degrees(1)), 1e-3));
 }
 
 TEST_CASE_TEMPLATE("tip and shaft both in contact: the two torque origins differ by the tip's own penetration", Scalar,
@@ -116,7 +117,7 @@ TEST_CASE_TEMPLATE("tip and shaft both in contact: the two torque origins differ
     REQUIRE(out.contact.tip);
     CHECK(out.contact.count == 2);
     e = renderer.tip_proxy().position() - Vec3<Scalar>(pose(lean + 0.15, 0.0005).translation().template cast<Scalar>());
-    CHECK(static_cast<double>(e.norm()) == doctest::Approx(0.0005).epsilon(0.03));
+    CHECK(static_cast<double>(e.norm()) == near(0.0005, 0.03));
     CHECK(angle_deg(renderer.report().tip_force.template cast<double>(), Vec3d::UnitZ()) < 3);
     return std::pair{renderer.report(), in_double(out.wrench)};
   };
@@ -162,7 +163,7 @@ TEST_CASE_TEMPLATE("with the shaft from the ball's centre every press of the tip
   LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 50, .start = ShaftStart::kTipCentre}));
   const auto out = lead(renderer, field, above, pressed, 60);
   CHECK(static_cast<double>(out.wrench.torque.norm()) < 1e-6);
-  CHECK(static_cast<double>(out.wrench.force.norm()) == doctest::Approx(800 * 3 * kVoxel).epsilon(0.035));
+  CHECK(static_cast<double>(out.wrench.force.norm()) == near(800 * 3 * kVoxel, 0.035));
 }
 
 TEST_CASE_TEMPLATE("the first tick searches nothing; a shaft that starts in bone waits until it was free", Scalar,
@@ -307,7 +308,7 @@ TEST_CASE_TEMPLATE("the drawn ball and shaft stand on the surface", Scalar, floa
   lead(renderer, field, tool_at(o.middle() + 3 * kVoxel * n, lean), end, 60);
   const Posed drawn = renderer.visual_pose().template cast<double>();
   // Eq. 13: the ball's centre is its radius above the plane.
-  CHECK((drawn.translation() - o.middle()).dot(n) == doctest::Approx(kBurr.tip_radius).epsilon(0.02));
+  CHECK((drawn.translation() - o.middle()).dot(n) == near(kBurr.tip_radius, 0.02));
   CHECK(angle_deg(drawn.linear().col(2), lean) < 0.01);
   CHECK((renderer.cutting_pose().template cast<double>().translation() - o.middle()).dot(n) < 0.1 * kVoxel);
   CHECK(renderer.cutting_pose().linear() == end.linear().template cast<Scalar>());
@@ -326,12 +327,12 @@ TEST_CASE_TEMPLATE("the drawn ball and shaft stand on the surface", Scalar, floa
   const Vec3d axis = on_bar.linear().col(2), from = on_bar.translation();
   // Distance of the two axes: the radii's sum (a shaft this short of tilt loses the cosine of a few degrees).
   const double apart = std::abs((bar - from).dot(axis.cross(Vec3d::UnitY()).normalized()));
-  CHECK(apart == doctest::Approx(bar_radius + kBurr.shaft_radius).epsilon(0.02));
+  CHECK(apart == near(bar_radius + kBurr.shaft_radius, 0.02));
   // The proxy's own axis touches the bar.
   const Posed proxy = across.proxy_pose().template cast<double>();
   const double touching =
       std::abs((bar - proxy.translation()).dot(proxy.linear().col(2).cross(Vec3d::UnitY()).normalized()));
-  CHECK(touching == doctest::Approx(bar_radius).epsilon(0.02));
+  CHECK(touching == near(bar_radius, 0.02));
   CHECK((proxy.linear().transpose() * proxy.linear() - Mat3d::Identity()).norm() < 1e-5);
 }
 

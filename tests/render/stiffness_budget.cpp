@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -198,7 +199,7 @@ TEST_CASE("budget: a group that enters makes no step, where a factor by count wo
       f += shared.factor(g) * 800 * (g + 1 < springs.size() ? 1e-3 : newcomer);
     return f;
   };
-  CHECK(force(1e-9) == doctest::Approx(force(0)).epsilon(1e-9));
+  CHECK(force(1e-9) == near(force(0), 1e-9));
   CHECK(force(1e-4) - force(0) < 1e-6 * force(0));
   CHECK(force(1e-3) > force(0));
 }

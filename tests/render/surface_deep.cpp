@@ -2,6 +2,7 @@
 #include "render/render_helpers.hpp"
 #include "support/cases.hpp"
 #include "support/figures.hpp"
+#include "support/near.hpp"
 
 #include <trephine/device/simulated_device.hpp>
 
@@ -109,7 +110,7 @@ double jump_at_centre(int vertices, double& slope_after) {
     // Beyond: a straight line, edge force times (1 + depth / R).
     const double at_one = force(radius + 1 * h).norm(), at_four = force(radius + 4 * h).norm();
     slope_after = (at_four / at_one) / ((1 + 4 * h / radius) / (1 + h / radius));
-    CHECK(slope_after == doctest::Approx(1).epsilon(0.035));
+    CHECK(slope_after == near(1, 0.035));
     // And out again the same way: the law does not depend on the way.
     for (double d = radius + 4 * h; d > radius; d -= 0.1 * h) static_cast<void>(force(d));
     CHECK((force(radius + 0.05 * h) - after).norm() < 0.06 * after.norm());
@@ -313,7 +314,7 @@ TEST_CASE_TEMPLATE("a user's own deep contact gives the force of a group in bone
   const auto out = render_at(renderer, field, tool_at(o.middle() - Vec3d(0, 0, kVoxel), Vec3d::UnitZ()));
   CHECK(renderer.groups()[0].deep);
   const double edge = renderer.thesis_stiffness() * mean_plane_force<AreaWeights>(renderer.tool(), 0, 1.0);
-  CHECK(static_cast<double>(out.wrench.force.z()) == doctest::Approx(edge).epsilon(1e-3));
+  CHECK(static_cast<double>(out.wrench.force.z()) == near(edge, 1e-3));
 }
 
 TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -30,19 +31,19 @@ TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
     const Vec3d n = turned.transpose() * Vec3d::UnitZ();
     return 1e3 * plane_law<CollisionRatio>(tool, 0, 1e-3 * depth, n).dot(n);
   };
-  CHECK(force(R, 0.3) == doctest::Approx(2.83).epsilon(0.002));
-  CHECK(force(R, 0.4) == doctest::Approx(2.72).epsilon(0.002));
-  CHECK(force(R, 0.5) == doctest::Approx(5.32).epsilon(0.002));
-  CHECK(force(R, 0.6) == doctest::Approx(4.45).epsilon(0.002));
+  CHECK(force(R, 0.3) == near(2.83, 0.002));
+  CHECK(force(R, 0.4) == near(2.72, 0.002));
+  CHECK(force(R, 0.5) == near(5.32, 0.002));
+  CHECK(force(R, 0.6) == near(4.45, 0.002));
   // Pole down: one vertex carries 26 k δ until the ring at 45 degrees touches at R (1 − cos 45°) = .8787; from there
   // five.
   const Mat3d down = Mat3d::Identity();
   const double ring = 3 * (1 - std::sqrt(0.5));
-  CHECK(force(down, 0.6) == doctest::Approx(15.6).epsilon(1e-9));
-  CHECK(force(down, ring - 1e-9) == doctest::Approx(26 * ring).epsilon(1e-6));
-  CHECK(force(down, ring + 1e-9) == doctest::Approx(26 * ring / 5).epsilon(1e-6));
-  CHECK(force(down, 1.0) == doctest::Approx(26.0 / 5 * (1 + 4 * (1 - ring))).epsilon(1e-6));
-  CHECK(force(down, 1.0) == doctest::Approx(7.7).epsilon(0.005));
+  CHECK(force(down, 0.6) == near(15.6, 1e-9));
+  CHECK(force(down, ring - 1e-9) == near(26 * ring, 1e-6));
+  CHECK(force(down, ring + 1e-9) == near(26 * ring / 5, 1e-6));
+  CHECK(force(down, 1.0) == near(26.0 / 5 * (1 + 4 * (1 - ring)), 1e-6));
+  CHECK(force(down, 1.0) == near(7.7, 0.005));
 }
 
 TEST_CASE("many vertices give the continuum's laws") {
@@ -274,12 +275,12 @@ TEST_CASE_TEMPLATE("a shaft laid flush on a plane", Scalar, float, double) {
   const double per_length = 1e8 * radius * 2 * (radius * std::sin(half) - (radius - depth) * half);
   const Wrenchd w = in_double(out.wrench);
   const double ball = static_cast<double>(renderer.groups()[0].force.z());
-  CHECK(ball == doctest::Approx(1e8 * std::numbers::pi * radius * depth * depth).epsilon(0.05));
-  CHECK(w.force.z() - ball == doctest::Approx(per_length * length).epsilon(kForceError));
-  CHECK(w.torque.norm() == doctest::Approx(per_length * length * length / 2).epsilon(kTorqueError));
+  CHECK(ball == near(1e8 * std::numbers::pi * radius * depth * depth, 0.05));
+  CHECK(w.force.z() - ball == near(per_length * length, kForceError));
+  CHECK(w.torque.norm() == near(per_length * length * length / 2, kTorqueError));
   CHECK(angle_deg(w.torque, -Vec3d::UnitY()) < kDirectionError);
   for (const auto& slice : renderer.slices())
-    CHECK(static_cast<double>(slice.force.z()) == doctest::Approx(per_length * length / 20).epsilon(0.05));
+    CHECK(static_cast<double>(slice.force.z()) == near(per_length * length / 20, 0.05));
 }
 
 // --- Stiffness
@@ -299,7 +300,7 @@ void check_stiffness(int sphere) {
     const Posed X = make_pose<double>(random.rotation(), Vec3d(0, 0, radius / 2));
     sum += static_cast<double>(render_at(renderer, field, X).wrench.force.z()) / (radius / 2) / kTurns;
   }
-  CHECK(sum == doctest::Approx(650).epsilon(0.03));
+  CHECK(sum == near(650, 0.03));
   // The literal k gives the same again.
   SurfaceApproxRenderer<Scalar, Weights> literal(tool,
                                                  {.stiffness = 1, .thesis_stiffness = renderer.thesis_stiffness()});
@@ -388,9 +389,9 @@ TEST_CASE("the force on a plane is quadratic in depth: the tangent is 2 k at R/2
   constexpr double k = 800, R = 0.0015;
   const Tool<float> tool(Burr{.tip_radius = R, .shaft_length = 0}, SurfaceCounts{});
   const SurfaceApproxRenderer<float> surface(tool, {.stiffness = k});
-  CHECK(surface.tangent_stiffness(0) == doctest::Approx(2 * k).epsilon(0.02));
-  CHECK(surface.tangent_stiffness(k * R / 2) == doctest::Approx(2 * k).epsilon(0.02));
-  CHECK(surface.tangent_stiffness(0.25 * k * R / 2) == doctest::Approx(k).epsilon(0.02));
+  CHECK(surface.tangent_stiffness(0) == near(2 * k, 0.02));
+  CHECK(surface.tangent_stiffness(k * R / 2) == near(2 * k, 0.02));
+  CHECK(surface.tangent_stiffness(0.25 * k * R / 2) == near(k, 0.02));
   // At R the patches beside the equator round the square off.
   CHECK(surface.tangent_stiffness(100) < 4 * k);
   CHECK(surface.tangent_stiffness(100) > 3.4 * k);

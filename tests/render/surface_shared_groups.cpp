@@ -2,6 +2,7 @@
 // The budget's share of each group of a Surface tool on a plane: in closed form, and its stiffness by differences.
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -324,7 +325,7 @@ TEST_CASE("shared groups: without contact, and with a single group in contact") 
     pressed.share(shared);
     factors.add(pressed.force().norm() / before.norm());
   }
-  CHECK(factors.worst() == doctest::Approx(factors.least()).epsilon(1e-12));
+  CHECK(factors.worst() == near(factors.least(), 1e-12));
   CHECK(factors.worst() < 0.5);
   CHECK_THROWS_AS((SharedGroups<PatchWeights, double>({0, 1}, tool, kLiteral, {}, true)), std::invalid_argument);
 }

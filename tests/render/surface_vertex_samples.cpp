@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_helpers.hpp"
+#include "support/near.hpp"
 
 #include <trephine/render/surface/vertex_samples.hpp>
 
@@ -66,8 +67,7 @@ void check_samples() {
         // A vertex without a sample is outside bone, and bone is out of its patch's reach.
         REQUIRE(bone(p.template cast<double>()) > reach(i));
       } else {
-        REQUIRE(static_cast<double>(samples[i]) ==
-                doctest::Approx(static_cast<double>(field.value(p))).scale(10).epsilon(1e-4));
+        REQUIRE(static_cast<double>(samples[i]) == within(static_cast<double>(field.value(p)), 1e-4 * 10));
       }
     }
     partly += unsampled > 0 ? 1 : 0;

@@ -14,10 +14,12 @@
 
 #include "device/archetypes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 using namespace spacemouse;
 
 /// Events that a test has written down.
@@ -90,14 +92,14 @@ TEST_CASE("6-DOF mouse: a deflection holds until the next; buttons are bits") {
   CHECK(state.buttons == 9);
   CHECK(mouse.read_after(0.01, state) == DeviceStatus::kOk);
   CHECK(mouse.read_after(0.01, state) == DeviceStatus::kOk);
-  CHECK(state.X_DH.translation().x() == doctest::Approx(0.001));
+  CHECK(state.X_DH.translation().x() == near(0.001));
   source.push({});
   source.button(0, false);
   source.button(40, true);  // more than there are bits
   source.button(-1, true);
   CHECK(mouse.read_after(0.0, state) == DeviceStatus::kOk);
   CHECK(mouse.read_after(5.0, state) == DeviceStatus::kOk);
-  CHECK(state.X_DH.translation().x() == doctest::Approx(0.001));
+  CHECK(state.X_DH.translation().x() == near(0.001));
   CHECK(state.buttons == 8);
   CHECK_FALSE(state.time.has_value());
 }
@@ -109,9 +111,9 @@ TEST_CASE("6-DOF mouse: no leap after a pause, none backward, and only so much w
   source.push({.x = 350});
   (void)mouse.read_after(0, state);
   (void)mouse.read_after(60, state);
-  CHECK(state.X_DH.translation().x() == doctest::Approx(0.05 * Mouse::kLongestStep));
+  CHECK(state.X_DH.translation().x() == near(0.05 * Mouse::kLongestStep));
   (void)mouse.read_after(-1, state);
-  CHECK(state.X_DH.translation().x() == doctest::Approx(0.05 * Mouse::kLongestStep));
+  CHECK(state.X_DH.translation().x() == near(0.05 * Mouse::kLongestStep));
   for (int i = 0; i < Mouse::kMostEvents + 10; ++i) source.button(1, i % 2 == 0);
   const std::size_t before = source.at;
   (void)mouse.read_after(0.001, state);

@@ -3,6 +3,7 @@
 #include "stage/cutting_runs.hpp"
 #include "support/cases.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/cutting_force.hpp>
@@ -298,11 +299,9 @@ TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any pat
       return scene.template part<CuttingForce>().report().chip_work / (o.law.energy * V * 1e-9);
     };
     const CoupledToolRenderer renderer{tool.tool, CoupledOptions{.stiffness = 1500}};
-    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{PressureCut{}}}) ==
-          doctest::Approx(1).epsilon(0.02));
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{PressureCut{}}}) == near(1, 0.02));
     bone.restore();
-    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{}}) ==
-          doctest::Approx(1).epsilon(0.02));
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{}}) == near(1, 0.02));
   }
 }
 

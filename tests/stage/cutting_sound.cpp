@@ -3,6 +3,7 @@
 #include "support/cases.hpp"
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 #include "support/spectrum.hpp"
 
@@ -159,15 +160,15 @@ TEST_CASE(
       if (s.bin(i) > s.bin(best)) best = i;
     return best * 5.0;  // [Hz]
   };
-  CHECK(pitch() == doctest::Approx(6 * 600 / kTurn).epsilon(0.01));
+  CHECK(pitch() == near(6 * 600 / kTurn, 0.01));
   box.post({.spindle = 500, .load = 0.01, .teeth = 6});
   static_cast<void>(fill());
-  CHECK(pitch() == doctest::Approx(6 * 500 / kTurn).epsilon(0.01));
+  CHECK(pitch() == near(6 * 500 / kTurn, 0.01));
   box.post({.spindle = 500, .load = 0.01, .teeth = 9});
   static_cast<void>(fill());
   CHECK(std::abs(out.back()) == 0);
   static_cast<void>(fill());
-  CHECK(pitch() == doctest::Approx(9 * 500 / kTurn).epsilon(0.01));
+  CHECK(pitch() == near(9 * 500 / kTurn, 0.01));
   box.post({.spindle = 500, .load = 0, .teeth = 9});
   static_cast<void>(fill());
   CHECK(out.back() == 0);

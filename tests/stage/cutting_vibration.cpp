@@ -5,6 +5,7 @@
 #include "support/cases.hpp"
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/spectrum.hpp"
 
 #include <trephine/stage/cutting_vibration.hpp>
@@ -165,13 +166,13 @@ TEST_CASE("cutting vibration: slows with the spindle, follows new teeth, and res
       if (s.bin(i) > s.bin(best)) best = i;
     return best * 1e4 / 4096;
   };
-  CHECK(loudest() == doctest::Approx(400).epsilon(0.01));
+  CHECK(loudest() == near(400, 0.01));
   inner.now.spindle = rpm(4500);
-  CHECK(loudest() == doctest::Approx(300).epsilon(0.01));
+  CHECK(loudest() == near(300, 0.01));
   CuttingForce::Options other = inner.given;
   other.edges.flutes = 6;
   vibration.adopt(other);
-  CHECK(loudest() == doctest::Approx(450).epsilon(0.01));
+  CHECK(loudest() == near(450, 0.01));
   other.edges.kind = CuttingEdges::Kind::kDiamond;
   vibration.adopt(other);
   CHECK(tick(vibration, 1e-4) == inner.now.edges);

@@ -8,6 +8,7 @@
 
 #include "fakes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <cstring>
 #include <numbers>
@@ -86,10 +87,10 @@ TEST_CASE("a tool that stays where no hand works is told, at every tick's length
         if (scene.tick({.X_WT = turned(Vec3d::Zero(), p)}, dt).status == Status::kFarAway) return k * dt;
       return 3.0;
     };
-    CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == doctest::Approx(1).epsilon(1e-3).scale(0));
+    CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == near(1, 1e-3));
     CHECK(scene.tick({.X_WT = turned(Vec3d::Zero(), there + Vec3d(0, 0, 1))}, dt).status ==
           Status::kOk);  // back, and told anew
-    CHECK(seconds_until_told(there + Vec3d(3, 0, 0)) == doctest::Approx(1).epsilon(1e-3).scale(0));
+    CHECK(seconds_until_told(there + Vec3d(3, 0, 0)) == near(1, 1e-3));
     CHECK(seconds_until_told(there + Vec3d(1.9, 0, 0)) == 3);
   }
 }
@@ -125,7 +126,7 @@ TEST_CASE("stages run in listed order") {
   CHECK(HapticScene{bone, 300, Floor<>{}, Times{2}, Add{1}}.tick(input, kTick).wrench.force.x() == 1);
   CHECK(HapticScene{bone, 300, Floor<>{}, Add{1}, Times{9}, DeviceLimits{.force = 4}}
             .tick(input, kTick)
-            .wrench.force.x() == doctest::Approx(4).epsilon(1e-14));
+            .wrench.force.x() == near(4, 1e-14));
 }
 
 TEST_CASE("the renderer's scalar is its own: float renderers answer the same to float rounding") {
@@ -137,7 +138,7 @@ TEST_CASE("the renderer's scalar is its own: float renderers answer the same to 
   const Wrenchd f = in_float.tick(input, kTick).wrench;
   CHECK((d.force - f.force).norm() < 1e-5);
   CHECK((d.torque - f.torque).norm() < 1e-5);
-  CHECK(d.force.norm() == doctest::Approx(2).epsilon(1e-9));
+  CHECK(d.force.norm() == near(2, 1e-9));
 }
 
 TEST_CASE("a grid that moves together with the tool gives the same wrench, rotated along") {
@@ -197,7 +198,7 @@ TEST_CASE("gaps: no twist and no way to carve along after bad input, a jump, a b
     const bool moving = look.twist.linear.x() > 0;
     CHECK(moving == (witness.before.translation().x() < witness.now.translation().x()));
     CHECK(witness.now.translation().x() == x);
-    if (moving) CHECK(look.twist.linear.x() == doctest::Approx(by / dt));
+    if (moving) CHECK(look.twist.linear.x() == near(by / dt));
     CHECK(is_finite(look.twist_to_bone.linear));
     return moving;
   };
@@ -312,7 +313,7 @@ TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is g
     const TickResult r = scene.tick(input, kTick);
     CHECK(r.status == Status::kStartedInside);  // the wrench belongs behind a ramp
     // The filter began at zero again.
-    CHECK(r.wrench.force.z() == doctest::Approx(-2 * std::expm1(-2 * std::numbers::pi * kTick)).epsilon(1e-12));
+    CHECK(r.wrench.force.z() == near(-2 * std::expm1(-2 * std::numbers::pi * kTick), 1e-12));
   };
   check_good();
   for (const double bad : {kNaN, kInf, -kInf}) {
@@ -350,7 +351,7 @@ TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is g
   scene.renderer().overflow = 1e200;  // finite: limited
   const TickResult r = scene.tick(input, kTick);
   CHECK(r.status == Status::kOk);
-  CHECK(r.wrench.force.norm() == doctest::Approx(3).epsilon(1e-14));
+  CHECK(r.wrench.force.norm() == near(3, 1e-14));
 }
 
 TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their sum is reported") {
@@ -365,7 +366,7 @@ TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their s
   CHECK(witness.calls == 2);
   CHECK((witness.before.translation() - Vec3d(0, 0, 0)).norm() < 1e-6);
   CHECK((witness.now.translation() - Vec3d(5e-4, 0, 0)).norm() < 1e-6);  // on the surface, where the proxy is
-  CHECK(witness.context.force_N == doctest::Approx(4).epsilon(1e-4));
+  CHECK(witness.context.force_N == near(4, 1e-4));
   CHECK(witness.context.spindle_on);
   CHECK(witness.context.dt == kTick);
   CHECK(witness.isovalue == 0.5);
@@ -400,15 +401,15 @@ TEST_CASE("carvers never see a cutting pose, a depth or a force that is not fini
   const auto way = [&] { return (witness.now.translation() - witness.before.translation()).norm(); };
   (void)tick();
   (void)tick();
-  CHECK(way() == doctest::Approx(1e-3));
+  CHECK(way() == near(1e-3));
   floor.cut_aside = 0.05;
   (void)tick();
   CHECK(way() == 0);
-  CHECK(witness.now.translation().x() == doctest::Approx(x + 0.05));
+  CHECK(witness.now.translation().x() == near(x + 0.05));
   witness.probe = true;  // the probe did not leap
   floor.cut_aside = 0;
   (void)tick();
-  CHECK(way() == doctest::Approx(1e-3));
+  CHECK(way() == near(1e-3));
   for (const double bad : {kNaN, kInf}) {
     const int calls = witness.calls;
     floor.cut_aside = bad;

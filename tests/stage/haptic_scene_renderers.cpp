@@ -7,6 +7,7 @@
 
 #include "fakes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <algorithm>
 
@@ -59,7 +60,7 @@ void check_press(const Make& make, double touches) {
   CHECK(calls == 0);
   CHECK(r.status == Status::kOk);
   CHECK(r.contact.tip);
-  CHECK(r.wrench.force.z() == doctest::Approx(kExpected).epsilon(0.05));
+  CHECK(r.wrench.force.z() == near(kExpected, 0.05));
   CHECK(r.wrench.force.head<2>().norm() < 0.05 * kExpected);
   CHECK(r.wrench.torque.norm() < 0.05 * kExpected * kBall.tip_radius);
   std::array<ContactPoint<double>, 256> points;

@@ -2,6 +2,7 @@
 #include <trephine/stage/hunt_crossley.hpp>
 
 #include "fakes.hpp"
+#include "support/near.hpp"
 
 #include <random>
 
@@ -64,7 +65,7 @@ TEST_CASE("impact: a couple without a force is bounded too and does not flicker 
   const HuntCrossley law{{.lambda = 1, .max_factor = 2, .lever = 0.04}};
   const Wrenchd couple{Vec3d(1e-12, 0, 0), Vec3d(0, 0, 0.05)};
   const Wrenchd w = struck(law, couple, {Vec3d::Zero(), Vec3d(0, 0, -0.1)});  // 4 mm/s at the lever's end
-  CHECK(w.torque.z() == doctest::Approx(0.05 * 1.004).epsilon(1e-12));
+  CHECK(w.torque.z() == near(0.05 * 1.004, 1e-12));
   CHECK(struck(law, {}, {Vec3d(1, 1, 1), Vec3d(1, 1, 1)}) == Wrenchd{});
 }
 
@@ -89,7 +90,7 @@ TEST_CASE("impact: pressing in and out takes energy, lambda 0 does not") {
   };
   constexpr double kDeep = 50 * 0.2 * kTick;
   const double spring = lost(0.0);  // what whole ticks make of a spring, the same in both
-  CHECK(lost(1.0) - spring == doctest::Approx(-1000 * kDeep * kDeep * 0.2).epsilon(1e-9));
+  CHECK(lost(1.0) - spring == near(-1000 * kDeep * kDeep * 0.2, 1e-9));
 }
 
 TEST_CASE("impact refuses what is out of range") {

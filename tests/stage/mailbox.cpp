@@ -8,6 +8,7 @@
 
 #include "fakes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 using namespace trephine;
 using namespace trephine::test;
@@ -71,13 +72,13 @@ TEST_CASE("mailbox: a posted option takes effect at the next tick, without memor
     return scene.tick({.X_WT = at(x, 0, 1)}, kTick).wrench.force.x();
   };
   CHECK(force() == 0);
-  CHECK(force() == doctest::Approx(-1));
+  CHECK(force() == near(-1));
   knob.post({.linear = 2});
   knob.post({.linear = 3});
   double with_news = 0;
   CHECK(heap_calls([&] { with_news = force(); }) == 0);
-  CHECK(with_news == doctest::Approx(-3));
-  CHECK(force() == doctest::Approx(-3));
+  CHECK(with_news == near(-3));
+  CHECK(force() == near(-3));
   knob.post({.linear = 4});
   (void)scene.tick({.X_WT = at(kNaN, 0, 0)}, kTick);  // read even where the input is bad
   CHECK(scene.part<Damping>().options().linear == 4);

@@ -6,6 +6,7 @@
 #include <trephine/stage/damping.hpp>
 
 #include "fakes.hpp"
+#include "support/near.hpp"
 
 #include <numbers>
 
@@ -55,7 +56,7 @@ TEST_CASE("passivity: what is observed is the work of the wrench that was sent, 
   }
   const double seen = scene.part<PassivityController>().given();
   CHECK(std::abs(work) > 1e-6);
-  CHECK(seen == doctest::Approx(work).epsilon(1e-9));
+  CHECK(seen == near(work, 1e-9));
 }
 
 TEST_CASE("passivity: a tick that sent zero counts as zero") {
@@ -100,7 +101,7 @@ TEST_CASE("passivity: a held spring's leak is K T/2 of v², and one within the s
   for (const auto& within : {run(1000, 1001, 0, 0.009), run(1000, 1001, 1000, 1e-3)}) {
     CHECK(std::get<0>(within));
     CHECK(std::get<1>(within) == 0);
-    CHECK(std::get<2>(within) == doctest::Approx(1).epsilon(1e-3));
+    CHECK(std::get<2>(within) == near(1, 1e-3));
   }
   for (const auto& above : {run(1000, 500, 0, 0.009), run(1000, 500, 1000, 1e-3)}) {
     CHECK(std::get<1>(above) > 0);
@@ -178,7 +179,7 @@ TEST_CASE("passivity: credit ends with the contact, debt is forgotten in its tim
   const double debt = excess();
   CHECK(debt >= 0);
   for (int k = 0; k < 50; ++k) (void)scene.tick({.X_WT = at(5e-3, 0, 1e-3)}, kTick);
-  CHECK(excess() == doctest::Approx(debt * std::exp(-1.0)).epsilon(1e-9));
+  CHECK(excess() == near(debt * std::exp(-1.0), 1e-9));
 }
 
 TEST_CASE("passivity: a force that jumps up from nothing is seen at once where the law's stiffness is known") {
@@ -197,7 +198,7 @@ TEST_CASE("passivity: a force that jumps up from nothing is seen at once where t
     return scene.template part<PassivityController>().excess();
   };
   CHECK(excess(0) == 0);
-  CHECK(excess(1000) == doctest::Approx(0.5e-3 * std::exp(-kTick / 0.2)).epsilon(1e-9));
+  CHECK(excess(1000) == near(0.5e-3 * std::exp(-kTick / 0.2), 1e-9));
 }
 
 TEST_CASE("passivity: pressing and letting go of a law with an energy is no debt, whatever its shape") {

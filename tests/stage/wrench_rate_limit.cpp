@@ -2,6 +2,7 @@
 #include <trephine/stage/wrench_rate_limit.hpp>
 
 #include "fakes.hpp"
+#include "support/near.hpp"
 
 #include <random>
 
@@ -15,8 +16,8 @@ TEST_CASE("rate limit: a step becomes a slope of exactly the rate, then stands")
   // 1 N and 2 N·m at once: .2 N and .01 N·m a tick.
   for (int k = 1; k <= 300; ++k) {
     const Wrenchd w = scene.tick({.X_WT = at(0, 0, -1e-3)}, kTick).wrench;
-    CHECK(w.force.z() == doctest::Approx(std::min(1.0, 0.2 * k)).epsilon(1e-12));
-    CHECK(w.torque.x() == doctest::Approx(std::min(2.0, 0.01 * k)).epsilon(1e-12));
+    CHECK(w.force.z() == near(std::min(1.0, 0.2 * k), 1e-12));
+    CHECK(w.torque.x() == near(std::min(2.0, 0.01 * k), 1e-12));
   }
 }
 
@@ -26,7 +27,7 @@ TEST_CASE("rate limit: the rate is one of time, not of ticks") {
     auto scene = HapticScene{bone, 300, Floor<>{}, WrenchRateLimit({.force = 20}), DeviceLimits{.force = 9}};
     Wrenchd w;
     for (double t = 0; t < 0.02 - dt / 2; t += dt) w = scene.tick({.X_WT = at(0, 0, -1e-3)}, dt).wrench;
-    CHECK(w.force.z() == doctest::Approx(0.4).epsilon(1e-9));
+    CHECK(w.force.z() == near(0.4, 1e-9));
   }
 }
 
@@ -68,10 +69,10 @@ TEST_CASE("rate limit: comes back from zero after a tick that sent nothing, and 
   auto scene = HapticScene{bone, 300, Floor<>{}, WrenchRateLimit({.force = 200}), DeviceLimits{.force = 9}};
   const auto press = [&] { return scene.tick({.X_WT = at(0, 0, -1e-3)}, kTick).wrench.force.z(); };
   for (int k = 0; k < 10; ++k) (void)press();
-  CHECK(press() == doctest::Approx(1));
+  CHECK(press() == near(1));
   CHECK(scene.tick({.X_WT = at(kNaN, 0, 0)}, kTick).wrench == Wrenchd::zero());
-  CHECK(press() == doctest::Approx(0.2));
-  CHECK(press() == doctest::Approx(0.4));
+  CHECK(press() == near(0.2));
+  CHECK(press() == near(0.4));
   scene.reset();
   CHECK(std::abs(press() - 0.6) <= 1e-12);
 }

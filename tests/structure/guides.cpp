@@ -4,6 +4,7 @@
 
 #include "stage/fakes.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <trephine/core/spatial.hpp>
 #include <trephine/stage/mailbox.hpp>
@@ -306,10 +307,9 @@ TEST_CASE("a load moves the tool off the axis by load over stiffness, and no mor
       X = moved(X, step);
     }
     const Vec3d offset = X.translation() - Random::point();
-    CHECK(offset.norm() == doctest::Approx(load / 500).epsilon(1e-6));
+    CHECK(offset.norm() == near(load / 500, 1e-6));
     CHECK(offset.norm() < 2.0 / 500);
-    CHECK(std::asin(X.linear().col(2).cross(Random::axis()).norm()) ==
-          doctest::Approx(std::asin(0.02 * load / 0.3)).epsilon(1e-6));
+    CHECK(std::asin(X.linear().col(2).cross(Random::axis()).norm()) == near(std::asin(0.02 * load / 0.3), 1e-6));
   }
 }
 
@@ -408,7 +408,7 @@ TEST_CASE("the gain rises and falls without a step when a guide is enabled, disa
   };
   CHECK(guide.gain() == 0);
   run(1);
-  CHECK(ticks == doctest::Approx(500).epsilon(0.01));
+  CHECK(ticks == near(500, 0.01));
   AxisGuide::Options off = first;
   off.enabled = false;
   guide.adopt(off);
@@ -442,7 +442,7 @@ TEST_CASE("the gain rises and falls without a step when a guide is enabled, disa
   // A stall of a tenth of a second moves the gain by its time, and no further.
   Wrenchd stalled;
   guide.apply(touching(input, 0.1), stalled);
-  CHECK(guide.gain() == doctest::Approx(0.2 * 0.2 * 2.6));
+  CHECK(guide.gain() == near(0.2 * 0.2 * 2.6));
 }
 
 TEST_CASE("guides move with the bone, add to the wrench, and allocate nothing") {
@@ -499,7 +499,7 @@ TEST_CASE("a scene takes guides, and another thread's options") {
   auto force_only = HapticScene{bone, 300, Floor<>{}, AxisGuide{{.point_G = {1e-3, 1e-3, 0}}}, ForceOnly{}};
   const TickInput leaning{.X_WT = bone.X_WG() * turned({0.3, 0, 0}, {3e-3, 1e-3, 2e-3})};
   for (int tick = 0; tick < 600; ++tick) r = force_only.tick(leaning, kTick);
-  CHECK(r.wrench.force.norm() == doctest::Approx(0.8));
+  CHECK(r.wrench.force.norm() == near(0.8));
   CHECK(r.wrench.torque == Vec3d::Zero());
 }
 
@@ -528,8 +528,8 @@ TEST_CASE("no tangent is stiffer than the options say, and a budget lowers the l
   CHECK(axes.back().options().stiffness == 125);
   CHECK(axes.back().options().force == 0.5);
   CHECK(axes.back().options().damping == 0.75);
-  CHECK(axes.back().options().angular_stiffness == doctest::Approx(0.1));
-  CHECK(axes.back().options().torque == doctest::Approx(0.02));
+  CHECK(axes.back().options().angular_stiffness == near(0.1));
+  CHECK(axes.back().options().torque == near(0.02));
   for (const AxisGuide& guide : axes) {
     const double linear = stiffest(guide, false), angular = stiffest(guide, true);
     CHECK(linear <= kRounding * guide.options().stiffness);

@@ -6,6 +6,7 @@
 #include "stage/fakes.hpp"
 #include "structure/phantom.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/units.hpp>
@@ -219,8 +220,8 @@ TEST_CASE("keep in: no place is stiffer than said, and a budget holds in a bed n
   budgeted.budget = StiffnessBudget{.linear = 300, .angular = 0.1};
   KeepIn wide(*field, 0, askew(), bed_options()), tight(*field, 0, askew(), narrow), kept(*field, 0, askew(), budgeted);
   CHECK(tight.stiffness() > 2 * narrow.stiffness);  // or this would not ask anything
-  CHECK(kept.stiffness() == doctest::Approx(300));
-  CHECK(kept.options().force / kept.options().stiffness == doctest::Approx(narrow.force / narrow.stiffness));
+  CHECK(kept.stiffness() == near(300));
+  CHECK(kept.options().force / kept.options().stiffness == near(narrow.force / narrow.stiffness));
   KeepIn firmer = kept;
   KeepIn::Options more = budgeted;
   more.force = 3;

@@ -3,6 +3,7 @@
 #include "support/cases.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/structure/build_structure_field.hpp>
@@ -238,16 +239,16 @@ TEST_CASE("Plates of one voxel, single voxels and structures that touch keep the
         }
     CHECK(wrong == 0);
     const auto at = [&](double i, double j, double k) { return field->nearest(h * Vec3d(i, j, k)).distance / h; };
-    CHECK(at(15, 15, 12) == doctest::Approx(1.5).epsilon(0.02));   // above the plate
-    CHECK(at(15, 15, 10) == doctest::Approx(-0.5).epsilon(0.02));  // in it
-    CHECK(at(20, 15, 23) == doctest::Approx(2.5).epsilon(0.1));    // above the voxel
-    CHECK(at(3, 3, -0.5) < 0.1);                                   // the volume's end
-    CHECK(at(3, 3, -2.5) < 2.1);                                   // below it
+    CHECK(at(15, 15, 12) == near(1.5, 0.02));   // above the plate
+    CHECK(at(15, 15, 10) == near(-0.5, 0.02));  // in it
+    CHECK(at(20, 15, 23) == near(2.5, 0.1));    // above the voxel
+    CHECK(at(3, 3, -0.5) < 0.1);                // the volume's end
+    CHECK(at(3, 3, -2.5) < 2.1);                // below it
     CHECK(at(3, 3, -2.5) > 1.4);
     // Where two structures touch, each ends.
-    CHECK(field->distance(2, h * Vec3d(5, 2, 2)) / h == doctest::Approx(-0.5).epsilon(0.1));
-    CHECK(field->distance(2, h * Vec3d(8, 2, 2)) / h == doctest::Approx(2.5).epsilon(0.1));
-    CHECK(field->distance(3, h * Vec3d(3, 2, 2)) / h == doctest::Approx(2.5).epsilon(0.1));
+    CHECK(field->distance(2, h * Vec3d(5, 2, 2)) / h == near(-0.5, 0.1));
+    CHECK(field->distance(2, h * Vec3d(8, 2, 2)) / h == near(2.5, 0.1));
+    CHECK(field->distance(3, h * Vec3d(3, 2, 2)) / h == near(2.5, 0.1));
   }
 }
 
@@ -372,15 +373,15 @@ TEST_CASE("Labels at their edges: refused, all one, one voxel, 255 structures") 
   CHECK_THROWS_AS((void)build_structure_field(full.view(), {.reach = 1}), std::invalid_argument);
   CHECK_THROWS_AS((void)build_structure_field(full.view(), {.threads = -1}), std::invalid_argument);
   const auto block = build_structure_field(full.view());
-  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, 3))).distance / h.x() == doctest::Approx(-3.5).epsilon(0.05));
-  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, -5))).distance / h.x() == doctest::Approx(4.25).epsilon(0.06));
+  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, 3))).distance / h.x() == near(-3.5, 0.05));
+  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, -5))).distance / h.x() == near(4.25, 0.06));
   Labels voxel({1, 1, 1}, h);
   voxel.set([](int, int, int) { return 7; });
   const auto one = build_structure_field(voxel.view());
   CHECK(one->structures() == 7);
   CHECK(one->nearest(Vec3d::Zero()).structure == 6);
-  CHECK(one->nearest(h.cwiseProduct(Vec3d(3, 0, 0))).distance / h.x() == doctest::Approx(2.25).epsilon(0.12));
-  CHECK(one->distance(6, h.cwiseProduct(Vec3d(3, 0, 0))) / h.x() == doctest::Approx(2.5).epsilon(0.1));
+  CHECK(one->nearest(h.cwiseProduct(Vec3d(3, 0, 0))).distance / h.x() == near(2.25, 0.12));
+  CHECK(one->distance(6, h.cwiseProduct(Vec3d(3, 0, 0))) / h.x() == near(2.5, 0.1));
   CHECK(one->distance(0, Vec3d::Zero()) == one->reach());  // a structure without voxels is nowhere near
   CHECK(one->brick_count(0) == 0);
   constexpr unsigned kSeed = 26;

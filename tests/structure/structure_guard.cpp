@@ -2,6 +2,7 @@
 // The push out of structures' margins: an exact derivative of one potential, bounded, without steps, passive.
 #include "structure/phantom.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -312,20 +313,20 @@ TEST_CASE("the push fades in after a start, a switch and a jump, and out when sw
     for (int i = 0; i < ticks; ++i) last = tick();
     return last;
   };
-  CHECK(tick() == doctest::Approx(0.01 * full));
-  CHECK(run(99) == doctest::Approx(full));
-  CHECK(run(50) == doctest::Approx(full));
+  CHECK(tick() == near(0.01 * full));
+  CHECK(run(99) == near(full));
+  CHECK(run(50) == near(full));
   guard.adopt({.push = false, .ramp_time = 0.1});
-  CHECK(tick() == doctest::Approx(0.99 * full));
+  CHECK(tick() == near(0.99 * full));
   CHECK(run(99) < 1e-12);
   CHECK(guard.report().depth > 0);  // it still reports
   guard.adopt({.push = true, .ramp_time = 0.1});
-  CHECK(tick() == doctest::Approx(0.01 * full));
-  CHECK(run(120) == doctest::Approx(full));
-  CHECK(tick(Status::kJump) == doctest::Approx(0.01 * full));
-  CHECK(run(120) == doctest::Approx(full));
+  CHECK(tick() == near(0.01 * full));
+  CHECK(run(120) == near(full));
+  CHECK(tick(Status::kJump) == near(0.01 * full));
+  CHECK(run(120) == near(full));
   guard.reset();
-  CHECK(tick() == doctest::Approx(0.01 * full));
+  CHECK(tick() == near(0.01 * full));
 }
 
 TEST_CASE("damping takes energy, and no push ever pulls") {

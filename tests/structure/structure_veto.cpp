@@ -2,6 +2,7 @@
 // No cut takes a structure: adversarial ticks of whole scenes, against the structures' formulas.
 #include "structure/phantom.hpp"
 #include "support/cases.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/units.hpp>
@@ -189,8 +190,8 @@ TEST_CASE("a structure that may break is counted, and a free one is not") {
   };
   CHECK(floor->taken_mm3(0) == 0);
   // Labels place the surface of a tube of two voxels radius within a tenth of a voxel: a tenth of its volume.
-  CHECK(floor->taken_mm3(1) == doctest::Approx(volume(truth.tubes[1])).epsilon(0.1));
-  CHECK(floor->refused_mm3(2) == doctest::Approx(volume(truth.tubes[2])).epsilon(0.04));
+  CHECK(floor->taken_mm3(1) == near(volume(truth.tubes[1]), 0.1));
+  CHECK(floor->refused_mm3(2) == near(volume(truth.tubes[2]), 0.04));
   CHECK(floor->refused_mm3(1) == 0);
 }
 
@@ -271,9 +272,9 @@ TEST_CASE("a huge burr drills a planned cavity and no more, and what lies far ou
   const double expected =
       Milling(ProtectedCut{GeometricCut{}, exact}).carve(ideal, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
   MESSAGE(removed << " mm³ removed, " << expected << " mm³ with exact distances, " << cavity << " mm³ by formula");
-  CHECK(removed == doctest::Approx(expected).epsilon(0.01));
-  CHECK(expected == doctest::Approx(cavity).epsilon(0.03));
-  CHECK(floor->refused_mm3(0) == doctest::Approx(all - cavity).epsilon(0.01));
+  CHECK(removed == near(expected, 0.01));
+  CHECK(expected == near(cavity, 0.03));
+  CHECK(floor->refused_mm3(0) == near(all - cavity, 0.01));
   // A second carving takes nothing and counts nothing anew; reset counts anew.
   const double refused = floor->refused_mm3();
   CHECK(Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3}) == 0);

@@ -3,6 +3,7 @@
 #include "stage/fakes.hpp"
 #include "structure/phantom.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -156,8 +157,8 @@ TEST_CASE("a tick's nearest structure, distance and push are the guard's, its vo
   CHECK(pushed > 200);
   CHECK(warned > 200);
   CHECK(refusals > 20);
-  CHECK(refused == doctest::Approx(floor->refused_mm3()).epsilon(1e-12));
-  CHECK(taken == doctest::Approx(floor->taken_mm3()).epsilon(1e-12));
+  CHECK(refused == near(floor->refused_mm3(), 1e-12));
+  CHECK(taken == near(floor->taken_mm3(), 1e-12));
   CHECK(floor->refused_mm3() > 1);
   CHECK(floor->taken_mm3() > 0.1);
   CHECK(floor->taken_mm3() == floor->taken_mm3(1));
@@ -213,15 +214,15 @@ TEST_CASE("volumes of a tick are its own with several cuts, of one floor or of t
     const StructureSummary s = scene.tick(input, kTick).structures;
     refused += s.refused_mm3;
     taken += s.taken_mm3;
-    CHECK(s.refused_mm3 + s.taken_mm3 == doctest::Approx(total() - before).epsilon(1e-9));
+    CHECK(s.refused_mm3 + s.taken_mm3 == near(total() - before, 1e-9));
     if (!input.spindle_on) quiet += s.refused_mm3 == 0 && s.taken_mm3 == 0 ? 0 : 1;
     CHECK((s.nearest == -1 && s.distance == kInf));  // no guard
   }
   CHECK(quiet == 0);
   CHECK(two->refused_mm3() > 0);
   CHECK(one->taken_mm3() > 0);
-  CHECK(refused == doctest::Approx(one->refused_mm3() + two->refused_mm3()).epsilon(1e-12));
-  CHECK(taken == doctest::Approx(one->taken_mm3() + two->taken_mm3()).epsilon(1e-12));
+  CHECK(refused == near(one->refused_mm3() + two->refused_mm3(), 1e-12));
+  CHECK(taken == near(one->taken_mm3() + two->taken_mm3(), 1e-12));
 }
 
 namespace {
@@ -268,7 +269,7 @@ TEST_CASE("several guards add their pushes, and the nearer one gives the distanc
   CHECK(r.structures.push.torque == Vec3d(0, 2e-3, 0));
   CHECK(r.structures.nearest == 4);
   CHECK(r.structures.distance == 0.5);
-  CHECK(r.wrench.force.norm() == doctest::Approx(1));
+  CHECK(r.wrench.force.norm() == near(1));
 
   // A wrench that overflows keeps the distance, and pushes no more than it applies.
   scene.part<Breaker>().breaks = true;

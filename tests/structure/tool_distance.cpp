@@ -2,6 +2,7 @@
 #include "structure/label_shapes.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/structure/build_structure_field.hpp>
@@ -69,7 +70,7 @@ TEST_CASE("The whole tool's distance is the least along its axis") {
       const bool tip = d.z_T == 0 && std::abs((d.p_S - axis_point).norm() - burr.tip_radius) < 1e-9;
       const bool shaft = std::abs((d.p_S - axis_point).norm() - burr.shaft_radius) < 1e-9;
       CHECK((tip || shaft));
-      CHECK(d.direction_S.norm() == doctest::Approx(1));
+      CHECK(d.direction_S.norm() == near(1));
       CHECK(d.structure == field->nearest(axis_point).structure);
 
       // With distances that are known at places on the axis: none, few, or as dense as a guard's.
@@ -103,7 +104,7 @@ TEST_CASE("The whole tool's distance at its edges, without memory") {
   CHECK(tool_distance(*field, burr, X_ST).structure == -1);
   X_ST.translation().x() = 100;
   const ToolDistance far = tool_distance(*field, burr, X_ST);
-  CHECK(far.distance == doctest::Approx(100).epsilon(1e-3));
+  CHECK(far.distance == near(100, 1e-3));
   CHECK(far.lookups <= 10 + burr.shaft_length * 4 / 3e-4);
   static_assert(noexcept(tool_distance(*field, burr, X_ST)));
   X_ST.translation() = 0.5 * labels.end();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/near.hpp"
 #include "support/profile.hpp"
 #include "support/raster.hpp"
 
@@ -239,9 +240,9 @@ TEST_CASE("ball and shaft: its bounds hold its surface, its core lies that deep"
     CHECK(b.z_low <= low + kRounding);
     CHECK(b.z_high >= high - kRounding);
     CHECK(b.radius >= radius - kRounding);
-    CHECK(b.z_low == doctest::Approx(low));
-    CHECK(b.z_high == doctest::Approx(high));
-    CHECK(b.radius == doctest::Approx(radius));
+    CHECK(b.z_low == near(low));
+    CHECK(b.z_high == near(high));
+    CHECK(b.radius == near(radius));
     // Within the outline's step.
     CHECK(core >= b.core_radius - 1e-7);
   }
@@ -256,8 +257,7 @@ TEST_CASE("ball and shaft: burrs that are none are refused") {
   }
   CHECK_THROWS_AS(BallAndShaft(Burr{.shaft_length = 0.0015}), std::invalid_argument);  // within the ball
   CHECK_NOTHROW(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}));           // a ball needs none
-  CHECK(answer(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}), 0.002, 0).distance ==
-        doctest::Approx(0.0005));
+  CHECK(answer(BallAndShaft(Burr{.shaft_radius = nan, .shaft_length = 0}), 0.002, 0).distance == near(0.0005));
 }
 
 }  // namespace

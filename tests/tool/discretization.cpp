@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <trephine/tool/discretization.hpp>
 
+#include "support/near.hpp"
 #include "support/raster.hpp"
 
 #include <doctest/doctest.h>
@@ -11,6 +12,7 @@
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 
 const Burr kBurr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.040};
 
@@ -24,7 +26,7 @@ TEST_CASE("26 sphere vertices are the directions of a cube, weighted for degree 
   std::set<std::array<int, 3>> seen;
   for (std::size_t n = 0; n < 26; ++n) {
     const Vec3d& d = layout.directions[n];
-    CHECK(d.norm() == doctest::Approx(1).epsilon(1e-15));
+    CHECK(d.norm() == near(1, 1e-15));
     const double largest = d.cwiseAbs().maxCoeff();
     std::array<int, 3> cube{};
     int nonzero = 0;
@@ -60,7 +62,7 @@ TEST_CASE("26 sphere vertices are the directions of a cube, weighted for degree 
         }
         const bool even = a % 2 == 0 && b % 2 == 0 && c % 2 == 0;
         const double exact = even ? odd(a - 1) * odd(b - 1) * odd(c - 1) / odd(a + b + c + 1) : 0.0;
-        CHECK(sum == doctest::Approx(exact).epsilon(1e-12));
+        CHECK(sum == near(exact, 1e-12));
       }
 }
 
@@ -74,14 +76,14 @@ TEST_CASE("other counts spread evenly") {
     for (std::size_t i = 0; i < layout.directions.size(); ++i) {
       sum += layout.weights[i];
       mean += layout.weights[i] * layout.directions[i];
-      CHECK(layout.directions[i].norm() == doctest::Approx(1).epsilon(1e-14));
+      CHECK(layout.directions[i].norm() == near(1, 1e-14));
       double own = 4;
       for (std::size_t j = 0; j < layout.directions.size(); ++j)
         if (i != j) own = std::min(own, (layout.directions[i] - layout.directions[j]).norm());
       nearest = std::min(nearest, own);
       farthest = std::max(farthest, own);
     }
-    CHECK(sum == doctest::Approx(1).epsilon(1e-12));
+    CHECK(sum == near(1, 1e-12));
     // Points packed at random would have a ratio far above 10; latitudes and longitudes above 3.
     CHECK(farthest / nearest < 2);
     // A point stands for 4π/n: neighbours nearer than half the edge of a square that large crowd.
@@ -110,7 +112,7 @@ TEST_CASE_TEMPLATE("the surface tool's areas and directions", Scalar, float, dou
         for (int i = group.first; i < group.first + group.count; ++i) {
           const Vec3d p = tool.points()[i].template cast<double>();
           const Vec3d d = tool.inward()[i].template cast<double>();
-          CHECK(d.norm() == doctest::Approx(1).epsilon(1e-6));
+          CHECK(d.norm() == near(1, 1e-6));
           // Walking a radius inward ends at the group's centre.
           CHECK((p + static_cast<double>(group.radius) * d - c).norm() < 1e-8);
           if (g > 0) CHECK(std::abs(d.z()) < 1e-12);
@@ -120,12 +122,11 @@ TEST_CASE_TEMPLATE("the surface tool's areas and directions", Scalar, float, dou
           CHECK(group.height == Scalar(0));
         } else {
           const double piece = (kBurr.shaft_length - from) / 13;
-          CHECK(static_cast<double>(group.height) ==
-                doctest::Approx(from + (static_cast<double>(g) - 0.5) * piece).epsilon(1e-6));
+          CHECK(static_cast<double>(group.height) == near(from + (static_cast<double>(g) - 0.5) * piece, 1e-6));
         }
       }
-      CHECK(ball == doctest::Approx(4 * std::numbers::pi * 0.0015 * 0.0015).epsilon(kSumTolerance<Scalar>));
-      CHECK(side == doctest::Approx(2 * std::numbers::pi * 0.0008 * (0.040 - from)).epsilon(kSumTolerance<Scalar>));
+      CHECK(ball == near(4 * std::numbers::pi * 0.0015 * 0.0015, kSumTolerance<Scalar>));
+      CHECK(side == near(2 * std::numbers::pi * 0.0008 * (0.040 - from), kSumTolerance<Scalar>));
     }
 }
 
@@ -148,7 +149,7 @@ TEST_CASE_TEMPLATE("the line's vertices run from the shaft's start to its end", 
     CHECK(centre.heights()[last] == static_cast<Scalar>(0.040));
     for (std::size_t i = 1; i < last; ++i)
       CHECK(static_cast<double>(emerging.heights()[i]) ==
-            doctest::Approx(0.0015 + 0.0385 * static_cast<double>(i) / (count - 1)).epsilon(1e-6));
+            near(0.0015 + 0.0385 * static_cast<double>(i) / (count - 1), 1e-6));
   }
   CHECK(ToolDiscretization<LineCounts, Scalar>(kBurr, {.shaft = 1}).heights()[0] == static_cast<Scalar>(0.040));
 }

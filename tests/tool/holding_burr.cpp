@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
 #include "support/random.hpp"
 #include "support/revolved_tools.hpp"
 
@@ -56,13 +57,13 @@ void check_holds(const RevolvedTool& tool) {
   }
   const double length = tool.outline().z_high() - tool.outline().z_low();
   CHECK(most <= 1e-11);
-  CHECK(burr.tip_radius == doctest::Approx(tip).epsilon(1e-4));
+  CHECK(burr.tip_radius == near(tip, 1e-4));
   CHECK(burr.tip_radius >= tip * (1 - 1e-12));
   CHECK(burr.has_shaft() == (shaft > 0));
   if (!burr.has_shaft()) return;
   // A point of the brute force is half a step from a corner at most, and the outline is no steeper than its arcs.
   CHECK(burr.shaft_radius - shaft <= std::sqrt(length / 40000 * burr.tip_radius) * 3);
-  CHECK(burr.shaft_length == doctest::Approx(std::max(tool.outline().z_high(), burr.tip_radius)));
+  CHECK(burr.shaft_length == near(std::max(tool.outline().z_high(), burr.tip_radius)));
 }
 
 struct RandomPiece {
@@ -105,26 +106,26 @@ RevolvedTool random_tool(Random& random) {
 TEST_CASE("holding burr: closed forms") {
   // A ball on a shank is the burr itself.
   const Burr round = holding_burr(RoundBurr{.radius = 2e-3, .shank = {.radius = 1e-3, .length = 0.03}});
-  CHECK(round.tip_radius == doctest::Approx(2e-3).epsilon(1e-12));
-  CHECK(round.shaft_radius == doctest::Approx(1e-3).epsilon(1e-12));
-  CHECK(round.shaft_length == doctest::Approx(0.03).epsilon(1e-12));
+  CHECK(round.tip_radius == near(2e-3, 1e-12));
+  CHECK(round.shaft_radius == near(1e-3, 1e-12));
+  CHECK(round.shaft_length == near(0.03, 1e-12));
   // Half a ball, then a head as wide.
   const Burr match = holding_burr(MatchHead{.radius = 1.5e-3});
-  CHECK(match.tip_radius == doctest::Approx(1.5e-3).epsilon(1e-12));
-  CHECK(match.shaft_radius == doctest::Approx(1.5e-3).epsilon(1e-12));
+  CHECK(match.tip_radius == near(1.5e-3, 1e-12));
+  CHECK(match.shaft_radius == near(1.5e-3, 1e-12));
   // A flat end: the rim's arc is farthest along its own centre's direction.
   const Burr flat = holding_burr(CylinderBurr{.radius = 2e-3, .length = 8e-3, .rim_radius = 0.5e-3});
-  CHECK(flat.tip_radius == doctest::Approx(1.5e-3 * std::sqrt(2.0) + 0.5e-3).epsilon(1e-12));
-  CHECK(flat.shaft_radius == doctest::Approx(2e-3).epsilon(1e-12));
+  CHECK(flat.tip_radius == near(1.5e-3 * std::sqrt(2.0) + 0.5e-3, 1e-12));
+  CHECK(flat.shaft_radius == near(2e-3, 1e-12));
   // A rod below T's origin, and nothing above it.
   ToolOutline low(1e-3, -1e-3);
   const Burr short_rod = holding_burr(RevolvedTool(low.line_to(1e-3, 0).close(), 0));
-  CHECK(short_rod.tip_radius == doctest::Approx(std::sqrt(2.0) * 1e-3).epsilon(1e-12));
+  CHECK(short_rod.tip_radius == near(std::sqrt(2.0) * 1e-3, 1e-12));
   CHECK_FALSE(short_rod.has_shaft());
   // A rod that ends where its ball does: the shaft is longer than the rod.
   ToolOutline rod(1e-3, -1e-3);
   const Burr stub = holding_burr(RevolvedTool(rod.line_to(1e-3, 1.2e-3).close(), 1.2e-3));
-  CHECK(stub.shaft_radius == doctest::Approx(1e-3).epsilon(1e-12));
+  CHECK(stub.shaft_radius == near(1e-3, 1e-12));
   CHECK(stub.shaft_length >= stub.tip_radius);
 }
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
+
 #include <trephine/tool/named_tools.hpp>
 
 #include <doctest/doctest.h>
@@ -9,6 +11,7 @@
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 
 TEST_CASE("named tools: every family's diameters make a tool of that diameter, with its edges") {
   for (const ToolFamily& family : kToolFamilies)
@@ -17,7 +20,7 @@ TEST_CASE("named tools: every family's diameters make a tool of that diameter, w
       const std::string name = std::string(family.name) + "-" + std::to_string(mm);
       CAPTURE(name);
       const NamedTool named = tool_by_name(name);
-      CHECK(2e3 * named.tool.burr().tip_radius == doctest::Approx(mm).epsilon(1e-6));
+      CHECK(2e3 * named.tool.burr().tip_radius == near(mm, 1e-6));
       CHECK(named.tool.bounds().core_radius > 0);
       CHECK(named.tool.bounds().head_top < named.tool.bounds().z_high);
       CHECK(named.edges.flutes == family.flutes);

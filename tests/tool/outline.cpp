@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/near.hpp"
 #include "support/profile.hpp"
 #include "support/random.hpp"
 
@@ -236,7 +237,7 @@ TEST_CASE("outlines: gradients and curvatures are the distance's derivatives") {
       const double rho = at.rho, z = at.z;
       const ProfilePoint p = profile_at(t.tool, rho, z);
       const auto d = [&](double a, double b) { return t.tool.outline().signed_distance(rho + a, z + b); };
-      CHECK(p.distance == doctest::Approx(d(0, 0)).epsilon(1e-9));
+      CHECK(p.distance == near(d(0, 0), 1e-9));
       unit.add(std::abs(std::hypot(p.normal_rho, p.normal_z) - 1));
       if (rho < 2 * kD) continue;
       const double sr = (d(kD, 0) - d(-kD, 0)) / (2 * kD), sz = (d(0, kD) - d(0, -kD)) / (2 * kD);
@@ -284,22 +285,22 @@ TEST_CASE("outlines: that of a round burr answers as BallAndShaft") {
   outline.arc_to(burr.shaft_radius, burr.shaft_emerges(), 0, 0).line_to(burr.shaft_radius, burr.shaft_length).close();
   const RevolvedTool tool(outline, burr.shaft_emerges());
   const BallAndShaft plain(burr);
-  CHECK(tool.burr().tip_radius == doctest::Approx(burr.tip_radius));
-  CHECK(tool.burr().shaft_radius == doctest::Approx(burr.shaft_radius));
+  CHECK(tool.burr().tip_radius == near(burr.tip_radius));
+  CHECK(tool.burr().shaft_radius == near(burr.shaft_radius));
   CHECK(tool.burr().shaft_length == burr.shaft_length);
-  CHECK(tool.bounds().arm() == doctest::Approx(plain.bounds().arm()));
-  CHECK(tool.bounds().core_radius == doctest::Approx(plain.bounds().core_radius));
-  CHECK(tool.bounds().head_top == doctest::Approx(plain.bounds().head_top));
+  CHECK(tool.bounds().arm() == near(plain.bounds().arm()));
+  CHECK(tool.bounds().core_radius == near(plain.bounds().core_radius));
+  CHECK(tool.bounds().head_top == near(plain.bounds().head_top));
   Random random(kSeed + 3);
   for (int n = 0; n < 5000; ++n) {
     const auto [rho, z] = random_place(random, tool.bounds());
     const ProfilePoint a = profile_at(tool, rho, z), b = profile_at(plain, rho, z);
     if (b.distance < 0) continue;
-    CHECK(a.distance == doctest::Approx(b.distance).epsilon(1e-9));
+    CHECK(a.distance == near(b.distance, 1e-9));
     CHECK(a.central == b.central);
     CHECK(std::abs(a.normal_rho - b.normal_rho) < 1e-9);
     CHECK(std::abs(a.normal_z - b.normal_z) < 1e-9);
-    CHECK(a.curvature == doctest::Approx(b.curvature).epsilon(1e-6));
+    CHECK(a.curvature == near(b.curvature, 1e-6));
   }
 }
 
@@ -316,13 +317,13 @@ TEST_CASE(
       if (z <= b.head_top) head = std::max(head, r);
       if (z >= b.z_low + b.core_radius && z <= b.z_high - b.core_radius) least = std::min(least, r);
     }
-    CHECK(b.radius == doctest::Approx(most).epsilon(1e-4));
-    CHECK(-b.z_low == doctest::Approx(head).epsilon(1e-4));
-    CHECK(t.tool.burr().tip_radius == doctest::Approx(head).epsilon(1e-4));
+    CHECK(b.radius == near(most, 1e-4));
+    CHECK(-b.z_low == near(head, 1e-4));
+    CHECK(t.tool.burr().tip_radius == near(head, 1e-4));
     CHECK(least >= b.core_radius * (1 - 1e-6));
     CHECK(least <= b.core_radius * (1 + 1e-2));
     const ToolOutline cuts = t.tool.cutting_head(0).outline;
-    CHECK(cuts.z_high() == doctest::Approx(b.head_top));
+    CHECK(cuts.z_high() == near(b.head_top));
     Random random(kSeed + 4);
     for (int n = 0; n < 300; ++n) {
       const auto [rho, z] = random_place(random, b);
@@ -395,12 +396,12 @@ TEST_CASE("outlines: a drill's flutes guide it as wide as its hole, and no shank
   const RevolvedTool drill = measures;
   const CuttingHead head = drill.cutting_head(0);
   const double top = drill.bounds().head_top;
-  CHECK(head.guide == doctest::Approx(measures.length - top).epsilon(1e-12));
+  CHECK(head.guide == near(measures.length - top, 1e-12));
   Random random(kSeed + 7);
   for (const double height : {1e-4, 2e-3, 1.0}) {
     const ToolOutline guided = head.with_guide(height),
                       oracle = drill.outline().below(std::min(top + height, measures.length));
-    CHECK(guided.z_high() == doctest::Approx(oracle.z_high()).epsilon(1e-12));
+    CHECK(guided.z_high() == near(oracle.z_high(), 1e-12));
     CHECK(guided.is_closed());
     for (int n = 0; n < 200; ++n) {
       const double rho = random.uniform(0, 3e-3), z = random.uniform(-3e-3, oracle.z_high() + 1e-3);

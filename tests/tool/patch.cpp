@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
+
 #include <trephine/tool/neighbours.hpp>
 
 #include <doctest/doctest.h>
@@ -10,6 +12,7 @@
 namespace {
 
 using namespace trephine;
+using namespace trephine::test;
 
 // Sums over the points of a square grid on [−1, 1]² that `on` keeps.
 template <class On, class F>
@@ -32,9 +35,9 @@ PatchMoments<double> summed(const On& on, const F& f) {
 
 template <class Scalar>
 void check_moments(const PatchMoments<Scalar>& m, const PatchMoments<double>& expected, double tolerance) {
-  CHECK(static_cast<double>(m.mean) == doctest::Approx(expected.mean).scale(1).epsilon(tolerance));
-  CHECK(static_cast<double>(m.by_u) == doctest::Approx(expected.by_u).scale(1).epsilon(tolerance));
-  CHECK(static_cast<double>(m.by_v) == doctest::Approx(expected.by_v).scale(1).epsilon(tolerance));
+  CHECK(static_cast<double>(m.mean) == within(expected.mean, tolerance));
+  CHECK(static_cast<double>(m.by_u) == within(expected.by_u, tolerance));
+  CHECK(static_cast<double>(m.by_v) == within(expected.by_v, tolerance));
 }
 
 TEST_CASE_TEMPLATE("moments over disc and rectangle against sums over their points", Scalar, float, double) {
@@ -72,8 +75,8 @@ TEST_CASE("patches cover the tool, and neighbours know each other") {
         else
           side += 4 * patch.half_arc * patch.half_length;
       }
-    CHECK(ball == doctest::Approx(4 * std::numbers::pi * 4e-6).epsilon(1e-9));
-    CHECK(side == doctest::Approx(2 * std::numbers::pi * 0.001 * (0.02 - burr.shaft_emerges())).epsilon(1e-9));
+    CHECK(ball == near(4 * std::numbers::pi * 4e-6, 1e-9));
+    CHECK(side == near(2 * std::numbers::pi * 0.001 * (0.02 - burr.shaft_emerges()), 1e-9));
     const PatchNeighbours neighbours(tool);
     for (int i = 0; i < tool.periphery(); ++i) {
       const auto mine = neighbours.of(i);
@@ -103,7 +106,7 @@ TEST_CASE("a patch on a plane: nothing far above it, the vertex's own exit dista
     const PatchSpring<double> spring = patch.spring(depth, n, inward, axis);
     CHECK(spring.length >= before);
     CHECK(spring.length - before <= 1.01e-6 / cosine);
-    if (spring.length > 0) CHECK(spring.direction.norm() == doctest::Approx(1));
+    if (spring.length > 0) CHECK(spring.direction.norm() == near(1));
     before = spring.length;
   }
   CHECK(before > 0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 #include "support/revolved_tools.hpp"
 
@@ -197,7 +198,7 @@ TEST_CASE("revolved cutter: a path whose start is cut leaves what the whole path
       parts_mm3 += carve(parts, kIso, RevolvedCutter(head, X, Y, h / 2, 0, true));
       X = Y;
     }
-    CHECK(parts_mm3 == doctest::Approx(all_mm3).epsilon(1e-9));
+    CHECK(parts_mm3 == near(all_mm3, 1e-9));
     int different = 0;
     for (int k = 0; k < size; ++k)
       for (int j = 0; j < size; ++j)

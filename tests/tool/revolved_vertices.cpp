@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/figures.hpp"
+#include "support/near.hpp"
 
 #include <trephine/render/surface/weighting.hpp>
 #include <trephine/tool/named_tools.hpp>
@@ -83,7 +84,7 @@ TEST_CASE("vertices of every named tool lie on its surface, and their springs en
       for (int i = group.first; i < next; ++i) {
         const Vec3d p = tool.points()[i], d = tool.inward()[i];
         CHECK(tool.group_of(i) == g);
-        CHECK(d.norm() == doctest::Approx(1).epsilon(1e-12));
+        CHECK(d.norm() == near(1, 1e-12));
         CHECK((p + tool.radius(i) * d - c).norm() < 1e-9 * R);
         CHECK(tool.areas()[static_cast<std::size_t>(i)] > 0);
         off_surface.add(std::abs(shape.outline().signed_distance(std::hypot(p.x(), p.y()), p.z())) / R);
@@ -93,10 +94,10 @@ TEST_CASE("vertices of every named tool lie on its surface, and their springs en
           continue;
         }
         off_normal.add((d + normal_at(shape.outline(), p)).norm());
-        CHECK(tool.along(i).dot(d) == doctest::Approx(0).epsilon(1e-12));
+        CHECK(tool.along(i).dot(d) == within(0, 1e-12));
         CHECK(tool.along(i).z() > 0);
         CHECK(tool.along(i).cross(Vec3d::UnitZ()).dot(Vec3d(-p.y(), p.x(), 0).cross(Vec3d::UnitZ())) ==
-              doctest::Approx(0).epsilon(1e-9));
+              within(0, 1e-9));
       }
     }
   }
@@ -121,7 +122,7 @@ TEST_CASE("areas of the vertices sum to the tool's surface, without faces that l
     const double flat = outline.pieces()[0].z == outline.pieces()[0].end_z ? outline.pieces()[0].end_rho : 0;
     const double tiny = 1e-9 * (end - low);
     const double exact = std::numbers::pi * flat * flat + side_area(outline, low + tiny, end, true);
-    CHECK(tip == doctest::Approx(exact).epsilon(2e-3));
+    CHECK(tip == near(exact, 2e-3));
     const double springs = side_area(outline, end, outline.z_high() - tiny, false);
     off.add(std::abs(side / springs - 1));
   }
@@ -139,8 +140,7 @@ TEST_CASE("a round burr as a surface of revolution has the vertices of its ball,
   for (int j = 0; j < ball.periphery(); ++j) {
     const Vec3d p = ball.points()[j];
     if (i == tool.groups()[0].count || (tool.points()[i] - p).norm() > 1e-12) continue;
-    CHECK(tool.areas()[static_cast<std::size_t>(i)] ==
-          doctest::Approx(ball.areas()[static_cast<std::size_t>(j)]).epsilon(0.01));
+    CHECK(tool.areas()[static_cast<std::size_t>(i)] == near(ball.areas()[static_cast<std::size_t>(j)], 0.01));
     ++i;
   }
   CHECK(i == tool.groups()[0].count);
@@ -184,7 +184,7 @@ TEST_CASE_TEMPLATE("Surface's law of a tip pressed straight down is the continuu
       const double exact = pressed_continuum(shape.outline(), share * R);
       CAPTURE(share);
       const double found = pressed<W>(tool, share * R);
-      CHECK(found == doctest::Approx(exact).epsilon(0.03).scale(0));
+      CHECK(found == near(exact, 0.03));
       off.add(std::abs(found / exact - 1));
     }
   }
@@ -192,9 +192,9 @@ TEST_CASE_TEMPLATE("Surface's law of a tip pressed straight down is the continuu
   // A half ball and a flat end in closed form: kπRδ², and at least kπ(R − r)²δ within the rim r.
   const double R = 1.5e-3, depth = 0.3 * R;
   CHECK(pressed_continuum(static_cast<RevolvedTool>(MatchHead{.radius = R}).outline(), depth) ==
-        doctest::Approx(std::numbers::pi * R * depth * depth).epsilon(1e-4).scale(0));
+        near(std::numbers::pi * R * depth * depth, 1e-4));
   CHECK(pressed_continuum(static_cast<RevolvedTool>(CylinderBurr{.radius = R, .rim_radius = R / 1000}).outline(),
-                          depth) == doctest::Approx(std::numbers::pi * R * R * depth).epsilon(3e-3).scale(0));
+                          depth) == near(std::numbers::pi * R * R * depth, 3e-3));
 }
 
 TEST_CASE("Line's vertices of a tool are those of a burr of its size, and its head cuts") {

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
+
 #include <trephine/tool/shape.hpp>
 
 #include <doctest/doctest.h>
 
 #include <limits>
+
+using trephine::test::near;
 
 namespace {
 
@@ -51,7 +55,7 @@ TEST_CASE("a ball alone needs no shaft radius") {
 
 TEST_CASE("the shaft leaves the ball where the cylinder meets the sphere") {
   // 3-4-5: at 4 from the centre a ball of radius 5 is 3 thick.
-  CHECK(Burr{.tip_radius = 0.005, .shaft_radius = 0.003}.shaft_emerges() == doctest::Approx(0.004));
+  CHECK(Burr{.tip_radius = 0.005, .shaft_radius = 0.003}.shaft_emerges() == near(0.004));
   CHECK(Burr{.tip_radius = 0.003, .shaft_radius = 0.003}.shaft_emerges() == 0);
   CHECK(Burr{.tip_radius = 0.002, .shaft_radius = 0.003}.shaft_emerges() == 0);
 }

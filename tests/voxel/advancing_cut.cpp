@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bone whose surface recedes at a speed under the cutter: AdvancingCut.
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 #include "voxel/sampled_fields.hpp"
@@ -110,7 +111,7 @@ TEST_CASE("advancing: adds no bone, goes no farther than the geometric cut and g
   }
   CHECK(added == 0);
   CHECK(farther == 0);
-  CHECK(removed == doctest::Approx(all).epsilon(0.05));
+  CHECK(removed == near(all, 0.05));
 }
 
 TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whatever the tick", Density, std::uint8_t,
@@ -168,7 +169,7 @@ TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refu
   const auto once = run(pressed, 2);
   CHECK(run(pressed, 2) == once);
   CHECK(run(AdvancingCut{.speed = 1e-3}, 0) == once);
-  CHECK(run(pressed, 1).first == doctest::Approx(run(AdvancingCut{.speed = 0.5e-3}, 0).first));
+  CHECK(run(pressed, 1).first == near(run(AdvancingCut{.speed = 0.5e-3}, 0).first));
   CHECK(run(pressed, 0).first == 0);
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   for (const double bad : {0.0, -1.0, nan, inf}) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/voxel/carving.hpp>
@@ -59,7 +60,7 @@ TEST_CASE("What a map of air says to be clear is: fresh, stale, after bone came 
   carve(grid, kIso, SphereCutter(c, c, 4e-3));
   map.begin_tick();
   check();
-  CHECK(mean == doctest::Approx(fresh).epsilon(0.1));
+  CHECK(mean == near(fresh, 0.1));
   map.refresh();
   map.begin_tick();
   check();
@@ -72,7 +73,7 @@ TEST_CASE("What a map of air says to be clear is: fresh, stale, after bone came 
   map.refresh();
   map.begin_tick();
   check();
-  CHECK(mean == doctest::Approx(fresh).epsilon(0.1));
+  CHECK(mean == near(fresh, 0.1));
 }
 
 TEST_CASE("Maps of air at their edges") {
@@ -80,7 +81,7 @@ TEST_CASE("Maps of air at their edges") {
                                      [](int, int, int) { return 200.0; });
   ClearanceMap<std::uint8_t> bone(all, 100);
   CHECK(bone.clearance_at(Vec3d::Constant(4e-3)) == 0);
-  CHECK(bone.clearance_at(Vec3d(0.02, 4e-3, 4e-3)) == doctest::Approx(0.011));  // beyond the border voxel at 9
+  CHECK(bone.clearance_at(Vec3d(0.02, 4e-3, 4e-3)) == near(0.011));  // beyond the border voxel at 9
   CHECK(bone.clearance_at(Vec3d::Constant(std::numeric_limits<double>::quiet_NaN())) == 0);
   ClearanceMap<std::uint8_t> none(all, 201);
   CHECK(none.clearance_at(Vec3d::Constant(4e-3)) > 1);

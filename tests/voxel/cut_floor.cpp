@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bone that cuts must leave: by points of the interpolant, by the shape of the wall, and by volumes of bodies.
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 #include "voxel/sampled_fields.hpp"
 
@@ -252,9 +253,9 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
   for (int pass = 0; pass < 2; ++pass) {
     (void)milling.carve(grid, 100, X, X, burr, {.spindle_on = true, .dt = 1e-3});
     milling.reset();
-    CHECK(floor->refused_mm3(3) == doctest::Approx(ball).epsilon(0.03));
+    CHECK(floor->refused_mm3(3) == near(ball, 0.03));
     CHECK(floor->refused_mm3() == floor->refused_mm3(3));
-    CHECK(floor->taken_mm3(7) == doctest::Approx(inside * std::pow(1e3 * kVoxel, 3)));
+    CHECK(floor->taken_mm3(7) == near(inside * std::pow(1e3 * kVoxel, 3)));
     CHECK(floor->taken_mm3() == floor->taken_mm3(7));
     CHECK(floor->refused_mm3(7) == 0);
   }
@@ -262,7 +263,7 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
   CHECK(floor->refused_mm3() == 0);
   milling.reset();
   (void)milling.carve(grid, 100, X, X, burr, {.spindle_on = true, .dt = 1e-3});
-  CHECK(floor->refused_mm3(3) == doctest::Approx(ball).epsilon(0.03));
+  CHECK(floor->refused_mm3(3) == near(ball, 0.03));
   CHECK(floor->taken_mm3() == 0);  // it is gone
 }
 
@@ -292,7 +293,7 @@ TEST_CASE("what is bone again counts no longer as taken, and counts anew when it
   cut_at(9.5);
   CHECK(floor->taken_mm3(7) == left);
   CHECK(floor->taken_mm3(8) == right);
-  CHECK(floor->taken_mm3() == doctest::Approx(left + right));
+  CHECK(floor->taken_mm3() == near(left + right));
 }
 
 TEST_CASE("one floor protects a body and watches its neighbour, whichever was named first") {
@@ -334,9 +335,9 @@ TEST_CASE("one floor protects a body and watches its neighbour, whichever was na
     const double voxel = std::pow(1e3 * kVoxel, 3);
     CHECK(gone_a == 0);
     CHECK(gone_b == whole_b);
-    CHECK(floor->refused_mm3(0) == doctest::Approx(voxel * whole_a));
+    CHECK(floor->refused_mm3(0) == near(voxel * whole_a));
     CHECK(floor->refused_mm3() == floor->refused_mm3(0));
-    CHECK(floor->taken_mm3(1) == doctest::Approx(voxel * gone_b));
+    CHECK(floor->taken_mm3(1) == near(voxel * gone_b));
     CHECK(floor->taken_mm3() == floor->taken_mm3(1));
     CHECK(floor->counts().refused == static_cast<std::uint64_t>(whole_a));
     CHECK(floor->counts().taken == static_cast<std::uint64_t>(gone_b));

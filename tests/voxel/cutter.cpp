@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/rotation.hpp>
@@ -176,7 +177,7 @@ TEST_CASE("A drill bit has the shape and the distances it says") {
       if (std::abs(g.norm() - 1) > 1e-5) continue;  // on a ridge, equally far from two faces
       CHECK(std::abs(cutter.signed_distance(p - d * g)) < 1e-7);
     }
-    CHECK(cutter.signed_distance(X * Vec3d(0, 0, -bit.radius)) == doctest::Approx(0).epsilon(1e-12));
+    CHECK(cutter.signed_distance(X * Vec3d(0, 0, -bit.radius)) == within(0, 1e-12));
   }
 }
 
@@ -189,7 +190,7 @@ TEST_CASE("A swept drill bit covers its way") {
     const Posed X1 =
         make_pose<double>(X0.linear() * rotation_from_vector(turn), X0.translation() + 1.3_mm * random_direction(rng));
     const double step = 0.1_mm;
-    CHECK(RevolvedCutter::way(bit, X0, X1) == doctest::Approx(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
+    CHECK(RevolvedCutter::way(bit, X0, X1) == near(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
     const RevolvedCutter cutter(bit, X0, X1, step);
     check_contract(cutter, rng);
     for (int n = 0; n < 300; ++n) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/units.hpp>
@@ -84,7 +85,7 @@ TEST_CASE("Only a turning burr cuts, and it cuts its way") {
   const auto heap = heap_calls([&] { removed = milling.carve(grid, 127.5, at(10), at(14), kBurr, kOn); });
   CHECK(heap == 0);
   const double exact = std::numbers::pi * (4.0 / 3.0 * 125 + 25 * 4) * std::pow(kVoxel * 1e3, 3);
-  CHECK(removed == doctest::Approx(exact).epsilon(0.02));
+  CHECK(removed == near(exact, 0.02));
   CHECK(milling.carve(grid, 127.5, at(10), at(14), kBurr, kOn) == 0);
 }
 
@@ -175,7 +176,7 @@ TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored 
     }
   }
   // A rounding may fall the other way where two ticks compute the same distance.
-  CHECK(removed == doctest::Approx(removed_anew).epsilon(1e-3));
+  CHECK(removed == near(removed_anew, 1e-3));
   const auto a = copy_of(step_by_step);
   const auto b = copy_of(anew);
   int worst = 0;
@@ -219,7 +220,7 @@ TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that o
     CHECK(creeping.edit_count() - edits <= most);
     Milling at_once{GeometricCut{}, {.slope = kSlope}};
     const double truth = at_once.carve(whole, kIso, at(12), at(12 + ticks * step), kBurr, kOn);
-    CHECK(told == doctest::Approx(truth).epsilon(2e-3));
+    CHECK(told == near(truth, 2e-3));
     const auto a = copy_of(creeping), b = copy_of(whole);
     double worst = 0, least = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {

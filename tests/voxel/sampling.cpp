@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/near.hpp"
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/voxel/density_field.hpp>
@@ -73,10 +74,10 @@ TEST_CASE("The border is continuous: half way to it is the mean of voxel and out
   const auto grid = make_grid<std::uint8_t>({.size = {2, 2, 2}, .spacing = Vec3d::Constant(1e-3), .outside = 20},
                                             [](int, int, int) { return 220; });
   const DensityField<std::uint8_t, double> field(grid, 0);
-  CHECK(field.value({0, 0, 0}) == doctest::Approx(220));
-  CHECK(field.value({-0.5e-3, 0, 0}) == doctest::Approx(120));
-  CHECK(field.value({1.5e-3, 0, 0}) == doctest::Approx(120));
-  CHECK(field.value({0, 1e-3, 1.75e-3}) == doctest::Approx(70));
+  CHECK(field.value({0, 0, 0}) == near(220));
+  CHECK(field.value({-0.5e-3, 0, 0}) == near(120));
+  CHECK(field.value({1.5e-3, 0, 0}) == near(120));
+  CHECK(field.value({0, 1e-3, 1.75e-3}) == near(70));
   CHECK(field.value({-1e-3, 0, 0}) == 20);
   CHECK(field.value({2e-3, 1e-3, 1e-3}) == 20);
   CHECK(field.value({0, 0, 5}) == 20);
@@ -100,9 +101,9 @@ TEST_CASE_TEMPLATE("Points that are not numbers or infinitely far are outside", 
       CHECK(field.value(p) == Scalar(-1000));
       for (const Vec3<Scalar>& g : {field.gradient(p), central.gradient(p), stored.gradient(p)}) CHECK(is_finite(g));
       Vec3<Scalar> n = Vec3<Scalar>::Zero();
-      if (field.normal(p, n)) CHECK(n.norm() == doctest::Approx(1).epsilon(1e-5));
+      if (field.normal(p, n)) CHECK(n.norm() == near(1, 1e-5));
     }
-  CHECK(field.value(Vec3<Scalar>::Constant(tiny)) == doctest::Approx(static_cast<double>(grid.at(0, 0, 0))));
+  CHECK(field.value(Vec3<Scalar>::Constant(tiny)) == near(static_cast<double>(grid.at(0, 0, 0))));
 }
 
 TEST_CASE_TEMPLATE("Batched values are the single ones", K, Kind<std::uint8_t, float>, Kind<std::int8_t, double>,
@@ -163,7 +164,7 @@ TEST_CASE("A surface between two voxels lies where the line between them crosses
   const auto grid = make_grid<std::uint8_t>({.size = {4, 3, 3}, .spacing = {1e-3, 2e-3, 3e-3}},
                                             [](int i, int, int) { return i < 2 ? 0 : 200; });
   const DensityField<std::uint8_t, double> field(grid, 50);
-  CHECK(field.value({1.25e-3, 2e-3, 3e-3}) == doctest::Approx(0).epsilon(1e-12));
+  CHECK(field.value({1.25e-3, 2e-3, 3e-3}) == within(0, 1e-12));
   Vec3d n = Vec3d::Zero();
   REQUIRE(field.normal({1.25e-3, 2e-3, 3e-3}, n));
   CHECK((n - Vec3d(-1, 0, 0)).norm() < 1e-12);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "support/fields.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -58,9 +59,9 @@ TEST_CASE_TEMPLATE("a smoothed gradient is exact for linear densities", Scalar, 
   const VoxelGrid<float> grid({.size = {12, 12, 12}, .spacing = spacing}, std::span<const float>(voxels));
   const DensityField<float, Scalar, SplineGradient> field(grid, 10);
   const Vec3<Scalar> g = field.gradient(spacing.cwiseProduct(Vec3d(5.3, 6.1, 4.8)).template cast<Scalar>());
-  CHECK(static_cast<double>(g.x()) == doctest::Approx(3000).epsilon(1e-5));
-  CHECK(static_cast<double>(g.y()) == doctest::Approx(-1000).epsilon(1e-5));
-  CHECK(static_cast<double>(g.z()) == doctest::Approx(5000.0 / 3).epsilon(1e-5));
+  CHECK(static_cast<double>(g.x()) == near(3000, 1e-5));
+  CHECK(static_cast<double>(g.y()) == near(-1000, 1e-5));
+  CHECK(static_cast<double>(g.z()) == near(5000.0 / 3, 1e-5));
 }
 
 TEST_CASE("normals on blurred planes: smoothed ones are several times as exact as those of a cell") {
