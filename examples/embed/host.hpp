@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "brick_surface.hpp"
+#include <trephine/voxel/brick_mesh.hpp>
 
 #include <array>
 #include <chrono>
@@ -61,14 +61,14 @@ inline std::vector<std::int16_t> read_volume() {
 class MeshStore {
  public:
   /// From the mesh thread.
-  void put(std::size_t brick, BrickSurface surface) {
+  void put(std::size_t brick, trephine::Mesh surface) {
     const std::lock_guard lock(between_);
     changed_[brick] = std::move(surface);
   }
 
   /// From the drawing thread, at each picture: takes what is new.
   void upload() {
-    std::map<std::size_t, BrickSurface> fresh;
+    std::map<std::size_t, trephine::Mesh> fresh;
     {
       const std::lock_guard lock(between_);
       fresh.swap(changed_);
@@ -78,13 +78,13 @@ class MeshStore {
   }
 
   /// Of the drawing thread.
-  [[nodiscard]] const BrickSurface& drawn(std::size_t brick) { return drawn_[brick]; }  // none yet: an empty one
+  [[nodiscard]] const trephine::Mesh& drawn(std::size_t brick) { return drawn_[brick]; }  // none yet: an empty one
   [[nodiscard]] std::size_t bricks() const { return drawn_.size(); }
   [[nodiscard]] std::size_t uploads() const { return uploads_; }
 
  private:
   std::mutex between_;
-  std::map<std::size_t, BrickSurface> changed_, drawn_;
+  std::map<std::size_t, trephine::Mesh> changed_, drawn_;
   std::size_t uploads_ = 0;
 };
 
@@ -103,7 +103,7 @@ bool finish(MeshStore& mesh, const trephine::VoxelGrid<Density>& bone, double is
   mesh.upload();
   trephine::GridReader<Density> reader(bone);
   std::size_t wrong = 0;
-  reader.poll([&](std::size_t brick) { wrong += extract_surface(reader, brick, isovalue) != mesh.drawn(brick); });
+  reader.poll([&](std::size_t brick) { wrong += trephine::brick_mesh(reader, brick, isovalue) != mesh.drawn(brick); });
   const std::size_t changed = mesh.uploads() - mesh.bricks();
   std::printf("removed %.1f mm3; uploaded %zu bricks once and %zu that changed; %zu differ from the bone\n",
               removed_mm3, mesh.bricks(), changed, wrong);

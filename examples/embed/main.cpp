@@ -49,7 +49,7 @@ int main() {
     GridReader<std::int16_t> reader(bone);
     for (bool last = false; !last; std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
       last = !drilling;  // taken before the poll, so that the last poll sees the last edit
-      reader.poll([&](std::size_t brick) { mesh.put(brick, embed::extract_surface(reader, brick, scene.isovalue())); });
+      reader.poll([&](std::size_t brick) { mesh.put(brick, brick_mesh(reader, brick, scene.isovalue())); });
     }
   });
 

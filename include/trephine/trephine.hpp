@@ -35,11 +35,13 @@
 #include <trephine/tool/revolved_vertices.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/version.hpp>
+#include <trephine/voxel/brick_mesh.hpp>
 #include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/isovalue_warning.hpp>
 #include <trephine/voxel/largest_piece.hpp>
+#include <trephine/voxel/mesh_file.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/resample.hpp>
