@@ -207,12 +207,13 @@ TEST_CASE_TEMPLATE("a search forward finds the side it came from, and says how f
   const LineTool<Scalar> tool(kBurr, {.shaft = 50});
   std::vector<Scalar> scratch(2 * static_cast<std::size_t>(tool.padded()));
   const ShapeField<Scalar, Plate> field({Vec3d(0.0007, 0, 0), Vec3d::UnitX(), kVoxel}, kVoxel);
-  const auto near = line<Scalar>(Vec3d::Zero(), Vec3d::UnitZ()), far = line<Scalar>(Vec3d(0.002, 0, 0), Vec3d::UnitZ());
+  const auto here = line<Scalar>(Vec3d::Zero(), Vec3d::UnitZ());
+  const auto there = line<Scalar>(Vec3d(0.002, 0, 0), Vec3d::UnitZ());
   const auto go = [&](const auto& step, const auto& from, const auto& to) {
     return find_first_contact(field, tool, step, from, to, scratch.data());
   };
   const auto check = [&](const auto& step) {
-    const auto forth = go(step, near, far), back = go(step, far, near);
+    const auto forth = go(step, here, there), back = go(step, there, here);
     REQUIRE(forth.found);
     REQUIRE(back.found);
     CHECK(static_cast<double>(forth.point.x()) == near(0.00055, 1e-4));

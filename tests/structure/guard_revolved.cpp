@@ -120,6 +120,7 @@ TEST_CASE("a guard holds all of a tool: nothing of it comes into a margin unseen
     CHECK(in_margin > 500);
     CHECK(least >= -kError);
     CHECK(1e3 * most <= bound.beyond);
+    CHECK(1e3 * most_of_distance <= bound.beyond);
   }
 }
 
