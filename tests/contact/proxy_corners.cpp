@@ -16,7 +16,7 @@ constexpr double kStandsStill = 1e-5;  // voxels: a position's rounding in singl
 // Moves shorter than this share of a step, 1/8 of half a voxel, are no longer tried at a corner.
 template <class Of>
 constexpr double kCornerError = Of::Gradient::kSmooth ? 0.1 : 0.03;  // voxels: smoothed normals round corners
-constexpr double kStiffness = 800;    // N/m
+constexpr double kStiffness = 800;                                   // N/m
 
 // A V-shaped valley along y that opens upward by `opening` about a mean direction that leans by `lean`.
 auto valley(const Vec3d& bottom, double opening, double lean) {
@@ -65,8 +65,7 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of
           restless = std::max(restless, restlessness(proxy, field, p, 200));
         }
       }
-  MESSAGE("valleys: farther than the nearest free point by ", farther, " voxels, moves at rest ",
-          restless);
+  MESSAGE("valleys: farther than the nearest free point by ", farther, " voxels, moves at rest ", restless);
   CHECK(farther <= kCornerError<Of>);
   CHECK(restless <= kStandsStill);
 }

@@ -28,7 +28,8 @@ TEST_CASE_TEMPLATE("rotation_between takes one unit vector to another by the sma
     // Where the vectors are nearly opposite any axis is as good.
     if (a.dot(b) > Scalar(-0.99)) {
       const double angle = std::atan2(static_cast<double>(a.cross(b).norm()), static_cast<double>(a.dot(b)));
-      CHECK(static_cast<double>(rotation_vector(R).norm()) == within(angle, std::is_same_v<Scalar, float> ? 2.5e-6 : 1e-14));
+      CHECK(static_cast<double>(rotation_vector(R).norm()) ==
+            within(angle, std::is_same_v<Scalar, float> ? 2.5e-6 : 1e-14));
     }
   }
 }

@@ -249,7 +249,8 @@ TEST_CASE("outlines: gradients and curvatures are the distance's derivatives") {
                          back = profile_at(t.tool, rho - step * tr, z - step * tz);
       const double turn = ((on.normal_rho - back.normal_rho) * tr + (on.normal_z - back.normal_z) * tz) / (2 * step);
       // Across a joint it steps.
-      if (std::abs(on.curvature - back.curvature) <= 1e-3 * std::abs(p.curvature)) bend.add(std::abs(turn - p.curvature) * 1e-3);
+      if (std::abs(on.curvature - back.curvature) <= 1e-3 * std::abs(p.curvature))
+        bend.add(std::abs(turn - p.curvature) * 1e-3);
     }
     MESSAGE(t.name, ": gradient off by ", slope, ", curvature [1/mm] ", bend);
     CHECK(unit.worst() <= 1e-12);

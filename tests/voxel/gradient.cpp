@@ -133,7 +133,8 @@ TEST_CASE_TEMPLATE("Stored and central gradients agree away from the border", De
     const Vec3d p = inner_point(rng, size, 0.0);
     const Vec3d central = gradient_at<Density, CentralGradient>(grid, p);
     // Float densities: their difference is stored rounded.
-    CHECK((gradient_at<Density, StoredGradient>(grid, p) - central).norm() <= (std::is_same_v<Density, float> ? 2.5e-7 : 6e-11) * (1 / kSpacing.minCoeff()));
+    CHECK((gradient_at<Density, StoredGradient>(grid, p) - central).norm() <=
+          (std::is_same_v<Density, float> ? 2.5e-7 : 6e-11) * (1 / kSpacing.minCoeff()));
   }
 }
 
