@@ -313,7 +313,6 @@ TEST_CASE("protections are made and freed on one thread while another ticks, dri
   std::atomic<compiled::Protection*> next{nullptr}, before{nullptr};
   std::atomic<bool> done{false};
   constexpr int kMade = 8;
-  double counted = 0;
   std::thread builder([&] {
     for (int n = 0; n < kMade; ++n) {
       std::vector<compiled::Structure> others = each();
@@ -323,7 +322,6 @@ TEST_CASE("protections are made and freed on one thread while another ticks, dri
                                                                     : scene.make_protection(structures, others));
       next.store(made.get(), std::memory_order_release);
       while (before.exchange(nullptr, std::memory_order_acquire) != made.get()) std::this_thread::yield();
-      counted += made->totals(0).refused_mm3 + made->totals(0).taken_mm3;
     }
     done = true;
   });
@@ -344,7 +342,6 @@ TEST_CASE("protections are made and freed on one thread while another ticks, dri
   CHECK(exchanged == kMade);
   CHECK(guarded > 0);
   CHECK(guarded < ticks);
-  MESSAGE(ticks << " ticks, " << counted << " mm³ counted by those that left");
 }
 
 TEST_CASE("structures that cannot be are refused, and leave those that were") {

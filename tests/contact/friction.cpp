@@ -12,7 +12,6 @@ using namespace trephine;
 using namespace trephine::test;
 
 constexpr double kFrictionError = 0.05;  // evaluation.md scenario 11
-constexpr double kCreep = 1e-6;          // m/s, the same
 
 TEST_CASE("Coulomb's law in distances") {
   const Coulomb law(0.5, 0.3);
@@ -126,26 +125,27 @@ TEST_CASE_TEMPLATE("sliding friction is the kinetic coefficient, against the mot
     MESSAGE("mu ", mu, ": one coefficient ", same.mean, " [", same.least, ", ", same.most,
             "]; static 1.5 times higher ", lower.mean, " [", lower.least, ", ", lower.most, "]");
     for (const Sliding* s : {&same, &lower}) {
-      CHECK(s->mean == near(mu, kFrictionError));
-      CHECK(s->least > (1 - kFrictionError) * mu);
-      CHECK(s->most < (1 + kFrictionError) * mu);
+      // Along the grid the normals are exact: what is left is rounding.
+      CHECK(s->mean == near(mu, 1e-7));
+      CHECK(s->least > (1 - 1.5e-5) * mu);
+      CHECK(s->most < (1 + 1.5e-5) * mu);
     }
     // On a circle of 12 voxels the proxy trails by μ · 4 voxels: that many degrees behind.
     const double trail = degrees(std::asin(mu * 4 / 12));
-    CHECK(same.against < trail + 3);
+    CHECK(same.against < trail + 1.5e-3);
   }
   Random random(42);
   for (int i = 0; i < 3; ++i) {
     const Sliding tilted = slide_on_circle<Scalar>(Coulomb(0.4, 0.4), random.unit(), 4, 0.1, 3000);
-    CHECK(tilted.mean == near(0.4, kFrictionError));
+    CHECK(tilted.mean == near(0.4, 4e-3));
   }
 }
 
 TEST_CASE_TEMPLATE("no friction where the coefficient is zero", Scalar, float, double) {
   const Sliding none = slide_on_circle<Scalar>(Frictionless{}, Vec3d::UnitZ(), 4, 0.1, 1000);
   const Sliding zero = slide_on_circle<Scalar>(Coulomb(0, 0), Vec3d::UnitZ(), 4, 0.1, 1000);
-  CHECK(none.most < 0.02);
-  CHECK(zero.most < 0.02);
+  CHECK(none.most < 1.5e-6);
+  CHECK(zero.most < 1.5e-6);
 }
 
 TEST_CASE_TEMPLATE("a proxy that sticks does not creep, whatever the image", Scalar, float, double) {
@@ -174,7 +174,7 @@ TEST_CASE_TEMPLATE("a proxy that sticks does not creep, whatever the image", Sca
       worst = std::max(worst, (proxy.position().template cast<double>() - start).norm() / (1000 * dt));
     }
   MESSAGE("creep under load ", worst, " m/s");
-  CHECK(worst < kCreep);
+  CHECK(worst == 0);
 }
 
 TEST_CASE_TEMPLATE("on an incline a hanging load holds below the friction angle and runs above", Scalar, float,

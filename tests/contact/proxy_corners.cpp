@@ -12,10 +12,11 @@ namespace {
 using namespace trephine;
 using namespace trephine::test;
 
-constexpr double kStandsStill = 1e-3;  // voxels
+constexpr double kStandsStill = 1e-5;  // voxels: a position's rounding in single precision
 // Moves shorter than this share of a step, 1/8 of half a voxel, are no longer tried at a corner.
-constexpr double kCornerError = 0.1;  // voxels
-constexpr double kStiffness = 800;    // N/m
+template <class Of>
+constexpr double kCornerError = Of::Gradient::kSmooth ? 0.1 : 0.03;  // voxels: smoothed normals round corners
+constexpr double kStiffness = 800;                                   // N/m
 
 // A V-shaped valley along y that opens upward by `opening` about a mean direction that leans by `lean`.
 auto valley(const Vec3d& bottom, double opening, double lean) {
@@ -34,7 +35,7 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of
                    CellNormals<double>, SplineNormals<float>, SplineNormals<double>) {
   using Scalar = typename Of::Scalar;
   const double h = kVoxel;
-  double farther = 0, restless = 0, away = 0;
+  double farther = 0, restless = 0;
   for (const Image image : {Image::kCtBlur, Image::kPartialVolume})
     for (const double opening : {60.0, 90.0, 120.0})
       for (const double lean : {0.0, 0.2, 0.7}) {
@@ -61,13 +62,11 @@ TEST_CASE_TEMPLATE("concave corners: the nearest free point, and no chatter", Of
                                              o.middle() + 12 * h * Vec3d::Ones());
           const Vec3d q = proxy.position().template cast<double>();
           farther = std::max(farther, ((q - p).norm() - (nearest - p).norm()) / h);
-          away = std::max(away, (q - nearest).norm() / h);
           restless = std::max(restless, restlessness(proxy, field, p, 200));
         }
       }
-  MESSAGE("valleys: farther than the nearest free point by ", farther, " voxels, from it ", away, ", moves at rest ",
-          restless);
-  CHECK(farther <= kCornerError);
+  MESSAGE("valleys: farther than the nearest free point by ", farther, " voxels, moves at rest ", restless);
+  CHECK(farther <= kCornerError<Of>);
   CHECK(restless <= kStandsStill);
 }
 
@@ -104,7 +103,7 @@ TEST_CASE_TEMPLATE("a spherical socket and the inner edge of a slot", Of, CellNo
                  Vec3d(r.uniform(-3, 3), (r.uniform() < 0.5 ? -1 : 1) * r.uniform(6, 12), -r.uniform(6, 12)) * h);
   });
   MESSAGE("socket and slot: farther than the nearest free point by ", farther, " voxels, moves at rest ", restless);
-  CHECK(farther <= kCornerError);
+  CHECK(farther <= 0.02);
   CHECK(restless <= kStandsStill);
 }
 

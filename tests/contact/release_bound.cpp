@@ -43,7 +43,7 @@ TEST_CASE("release bound: the wrench's change is bounded as a vector, and unchan
       const bool is_held_back = bound.apply(sent, motion, dt);
       const double by_motion = size(push(motion)), most = by_motion + kRelease * dt;
       const Wrenchd middle = last + 0.5 * push(motion);
-      constexpr double kRounding = 1e-12;  // of some newtons
+      constexpr double kRounding = 1e-15;  // of some newtons
       CHECK(size(minus(sent, last)) <= most + kRounding);
       CHECK(size(minus(sent, middle)) <= by_motion / 2 + kRelease * dt + kRounding);
       CHECK(is_held_back == (size(minus(wanted, middle)) > by_motion / 2 + kRelease * dt));
@@ -98,7 +98,7 @@ TEST_CASE("release bound: it starts without a wrench, forgets it, and passes eve
   Wrenchd full{Vec3d(0, 0, 3), Vec3d(0.01, 0, 0)};
   Wrenchd sent = full;
   CHECK(bound.apply(sent, Vec6d::Zero(), 1e-3));
-  CHECK(std::abs(size(sent) - kRelease * 1e-3) <= 1e-12);
+  CHECK(std::abs(size(sent) - kRelease * 1e-3) <= 1e-16);
   for (int i = 0; i < 100; ++i) {
     sent = full;
     static_cast<void>(bound.apply(sent, Vec6d::Zero(), 1e-3));
@@ -122,7 +122,7 @@ TEST_CASE("release bound: a wrench beyond all reason does not overflow") {
     ReleaseBound bound(kStiffness, kLever, kRelease);
     Wrenchd sent{Vec3d(huge, -huge, 0), Vec3d(0, huge, 0)};
     CHECK(bound.apply(sent, Vec6d::Zero(), 1e-3));
-    CHECK(std::abs(size(sent) - kRelease * 1e-3) <= 1e-12);
+    CHECK(std::abs(size(sent) - kRelease * 1e-3) <= 1e-16);
   }
 }
 

@@ -13,7 +13,7 @@ using namespace trephine::test;
 
 // What must hold: a rotation, takes a to b, and turns by no more than the angle between them.
 TEST_CASE_TEMPLATE("rotation_between takes one unit vector to another by the smallest turn", Scalar, float, double) {
-  const Scalar tolerance = std::is_same_v<Scalar, float> ? Scalar(2e-5) : Scalar(1e-12);
+  const Scalar tolerance = std::is_same_v<Scalar, float> ? Scalar(5e-6) : Scalar(1.1e-14);
   Random random(3);
   for (int i = 0; i < 2000; ++i) {
     const Vec3<Scalar> a = random.unit().cast<Scalar>().normalized();
@@ -28,7 +28,8 @@ TEST_CASE_TEMPLATE("rotation_between takes one unit vector to another by the sma
     // Where the vectors are nearly opposite any axis is as good.
     if (a.dot(b) > Scalar(-0.99)) {
       const double angle = std::atan2(static_cast<double>(a.cross(b).norm()), static_cast<double>(a.dot(b)));
-      CHECK(static_cast<double>(rotation_vector(R).norm()) == within(angle, 1e-3));
+      CHECK(static_cast<double>(rotation_vector(R).norm()) ==
+            within(angle, std::is_same_v<Scalar, float> ? 2.5e-6 : 1e-14));
     }
   }
 }
@@ -45,7 +46,7 @@ TEST_CASE_TEMPLATE("exponential map: Eigen's rotation about the axis, undone by 
     const Mat3<Scalar> R = rotation_from_vector<Scalar>(angle * axis);
     CHECK((R - Eigen::AngleAxis<Scalar>(angle, axis).toRotationMatrix()).norm() <= tolerance);
     const Vec3<Scalar> back = rotation_vector(R);
-    CHECK((back - angle * axis).norm() <= (angle > Scalar(3) ? 1000 : 4) * tolerance);
+    CHECK((back - angle * axis).norm() <= (angle > Scalar(3) ? 200 : 1) * tolerance);
     CHECK((transposed(R) - R.transpose()).norm() == 0);
   }
 }
@@ -58,10 +59,10 @@ TEST_CASE("poses and spatial vectors: the same as Eigen's expressions") {
   };
   for (int i = 0; i < 200; ++i) {
     const Posed a = pose(), b = pose();
-    CHECK((inverse(a).matrix() - a.inverse().matrix()).norm() <= 1e-14);
-    CHECK((compose(a, b).matrix() - (a * b).matrix()).norm() <= 1e-14);
-    CHECK((compose(inverse(a), a).matrix() - Posed::Identity().matrix()).norm() <= 1e-14);
-    CHECK((moved(a, motion_to(a, b)).matrix() - b.matrix()).norm() <= 1e-13);
+    CHECK((inverse(a).matrix() - a.inverse().matrix()).norm() <= 1e-15);
+    CHECK((compose(a, b).matrix() - (a * b).matrix()).norm() <= 1.5e-15);
+    CHECK((compose(inverse(a), a).matrix() - Posed::Identity().matrix()).norm() <= 4e-15);
+    CHECK((moved(a, motion_to(a, b)).matrix() - b.matrix()).norm() <= 4e-15);
     CHECK(to_float(a.translation()) == a.translation().cast<float>());
 
     const Vec6d v = spatial(a.translation(), b.translation());
@@ -93,7 +94,7 @@ TEST_CASE("rotation_defect: the largest entry of |RᵀR − I|, infinite for wha
     Mat3d stretched = R;
     stretched(i % 3, (i / 3) % 3) += random.uniform(-1, 1);
     const double off = (stretched.transpose() * stretched - Mat3d::Identity()).cwiseAbs().maxCoeff();
-    CHECK(rotation_defect(stretched) == near(off, 1e-12));
+    CHECK(rotation_defect(stretched) == near(off, 1e-14));
     for (const double bad :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
       Mat3d broken = R;

@@ -279,7 +279,7 @@ TEST_CASE("servo loop: the device's means limit the wrench, before the ramp") {
   scene.wrench = {Vec3d(0, 300, 400), Vec3d(0, 0, 0.05)};
   const Registration registration(Posed::Identity(), Posed(Eigen::Translation3d(0.1, 0, 0)));
   const RunReport report = simulated(device, scene, {}, registration).run_for(150ms);
-  CHECK((device.wrote[140].force - 3.3 * Vec3d(0, 0.6, 0.8)).norm() < 1e-12);
+  CHECK((device.wrote[140].force - 3.3 * Vec3d(0, 0.6, 0.8)).norm() < 1e-14);
   CHECK(device.wrote[140].torque.norm() == near(0.1));  // of 50 N·m by the arm
   CHECK(device.wrote[1].force.norm() == near(0.033));
   CHECK(report.limited == 150);

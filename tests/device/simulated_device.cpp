@@ -19,7 +19,7 @@ using test::near;
 
 constexpr double kPeriod = 1e-3;
 // Rounding of a few thousand steps; the integration itself is exact here.
-constexpr double kExact = 1e-10;
+constexpr double kExact = 1.6e-13;
 
 SimulatedDeviceOptions bare(double mass, double damping) {
   SimulatedDeviceOptions o;
@@ -108,7 +108,7 @@ TEST_CASE("simulated device: a swinging hand, amplitude and phase of the steady 
   }
   // The target is held over a substep of 50 µs, at its middle: (2π 5 Hz · 50 µs)²/24 = 1e-7 of the amplitude. Held at
   // an end it would be 8e-4.
-  CHECK(worst < 1e-6 * amplitude);
+  CHECK(worst < 2.9e-7 * amplitude);
 }
 
 TEST_CASE("simulated device: constant torque turns it about any axis, past half a turn") {
@@ -119,8 +119,8 @@ TEST_CASE("simulated device: constant torque turns it about any axis, past half 
   const double t = 0.6, angle = 0.5 * torque / inertia * t * t;
   CHECK(angle > std::numbers::pi);
   const Mat3d expected = rotation_from_vector<double>(angle * axis);
-  CHECK((device.X_DH().linear() - expected).norm() < 1e-9);
-  CHECK((device.velocity().angular - torque / inertia * t * axis).norm() < 1e-8);
+  CHECK((device.X_DH().linear() - expected).norm() < 1e-11);
+  CHECK((device.velocity().angular - torque / inertia * t * axis).norm() < 4.3e-12);
   CHECK(device.X_DH().translation().norm() == 0.0);
 }
 
@@ -143,7 +143,7 @@ TEST_CASE("simulated device: the hand's rotation spring") {
     const double angle = target + (start - target) * decay;
     worst = std::max(worst, (device.X_DH().linear() - rotation_from_vector<double>(angle * axis)).norm());
   }
-  CHECK(worst < 1e-9);
+  CHECK(worst < 1e-13);
 }
 
 TEST_CASE("simulated device: stiction holds below Coulomb friction, and not above") {
@@ -189,7 +189,7 @@ TEST_CASE("simulated device: friction with a hand that pulls: sticks, then follo
   CHECK(device.X_DH().translation().x() == 0.0);  // the spring reaches 0.2 N after 50 ms
   run(device, Wrenchd::zero(), 1955);
   const double lag = speed * device.time() - device.X_DH().translation().x();
-  CHECK(lag == near((0.2 + 8 * speed) / 400, 1e-3));
+  CHECK(lag == near((0.2 + 8 * speed) / 400, 1.5e-12));
 }
 
 TEST_CASE("simulated device: readings are whole quanta, the truth is not") {
@@ -207,8 +207,8 @@ TEST_CASE("simulated device: readings are whole quanta, the truth is not") {
     const Vec3d read_r = rotation_vector<double>(state.X_DH.linear());
     for (int a = 0; a < 3; ++a) {
       const double steps = state.X_DH.translation()[a] / 0.055e-3, turns = read_r[a] / 2e-3;
-      CHECK(std::abs(steps - std::round(steps)) < 1e-9);
-      CHECK(std::abs(turns - std::round(turns)) < 1e-9);
+      CHECK(std::abs(steps - std::round(steps)) < 1e-11);
+      CHECK(std::abs(turns - std::round(turns)) < 1e-13);
       CHECK(std::abs(state.X_DH.translation()[a] - true_p[a]) <= 0.5 * 0.055e-3 * (1 + 1e-9));
       CHECK(std::abs(read_r[a] - true_r[a]) <= 0.5 * 2e-3 * (1 + 1e-9));
       off_grid |= std::abs(true_p[a] - state.X_DH.translation()[a]) > 0.2 * 0.055e-3;
@@ -223,7 +223,7 @@ TEST_CASE("simulated device: force and torque saturate as vectors") {
   o.angular.limit = 0.1;
   SimulatedDevice device(o);
   REQUIRE(device.write({Vec3d(6, 0, 8), Vec3d(0, -3, 0)}) == DeviceStatus::kOk);
-  CHECK((device.applied().force - 3.3 * Vec3d(0.6, 0, 0.8)).norm() < 1e-12);
+  CHECK((device.applied().force - 3.3 * Vec3d(0.6, 0, 0.8)).norm() < 1e-14);
   CHECK((device.applied().torque - Vec3d(0, -0.1, 0)).norm() < 1e-12);
   REQUIRE(device.write({Vec3d(0, 3.4, 0), Vec3d::Zero()}) == DeviceStatus::kOk);
   CHECK((device.applied().force - Vec3d(0, 3.3, 0)).norm() < 1e-12);

@@ -153,7 +153,7 @@ constexpr Row kRows[] = {
 };
 
 // Two bisections; the device's rounding is far below.
-constexpr double kAgainstEigenvalues = 2e-3;
+constexpr double kAgainstEigenvalues = 5e-4;  // what bisection leaves
 // The figures above are rounded: 33 stands for 33.3.
 constexpr double kAgainstPublished = 0.02;
 
@@ -186,7 +186,7 @@ TEST_CASE("stability: the wall's own damping, by backward difference, helps less
       CAPTURE(delay);
       CHECK(found == near(exact, kAgainstEigenvalues));
       CHECK(found < 1.02 * rule);
-      if (B > 5) CHECK(found == near(28985, kAgainstPublished));
+      if (B > 5) CHECK(found == near(28985, 1e-3));
     }
 }
 
@@ -203,7 +203,7 @@ TEST_CASE("stability: one tick of delay costs a factor of three") {
   const Plant p = kRows[0].plant;
   const double now = critical(1000, 1.1, [&](double K) { return settles(Motion::kTranslation, p, K, 0, 0, 1); });
   const double later = critical(333, 1.1, [&](double K) { return settles(Motion::kTranslation, p, K, 0, 1, 1); });
-  CHECK(now / later == near(3, 0.01));
+  CHECK(now / later == near(3, 0.0036));
 }
 
 /// Energy that a held spring makes in a sinusoidal contact, over K (T/2 + dT) ∫ v² dt, in the steady state.
@@ -255,7 +255,7 @@ TEST_CASE("stability: a held spring in sustained contact makes K (T/2 + dT) ∫ 
         CAPTURE(frequency);
         CAPTURE(delay);
         CHECK(ratio == near(expected, 0.02));
-        if (frequency < 10) CHECK(ratio == near(1, 0.02));
+        if (frequency < 10) CHECK(ratio == near(1, 0.0048));
       }
   CHECK(leak_ratio(Motion::kTranslation, 300, 150, 150, 1000, 0) == near(0.93, 0.01));
 }

@@ -138,6 +138,7 @@ TEST_CASE("broad phase: a list holds every element in contact, and its clearance
   CHECK(missed == 0);
   CHECK(visits > 1000);
   CHECK(cuts > 15);
+  CHECK(shares.median() > 0.05);
 }
 
 // Points at the middles of elements: then their distances are those of the bounding balls' centres.

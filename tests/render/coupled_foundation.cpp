@@ -141,7 +141,7 @@ void differentiate(Bench& bench, const Shape& shape, const Posed& X, Random& ran
 // crease between ball and shaft may be on either side of it.
 TEST_CASE("foundation: the wrench is the energy's slope, stiffness and geometric stiffness its second derivative") {
   CAPTURE(kSeed);
-  constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
+  constexpr double kFirstError = 6e-8, kSecondError = 1.7e-7;
   Bench bench(kBone);
   struct Case {
     const char* name;
@@ -169,7 +169,7 @@ TEST_CASE("foundation: the wrench is the energy's slope, stiffness and geometric
 // Ball and shaft at once: the drill lies across the rim of a hole that its ball is in.
 TEST_CASE("foundation: derivatives with ball and shaft in contact") {
   CAPTURE(kSeed);
-  constexpr double kFirstError = 1e-6, kSecondError = 1e-5;
+  constexpr double kFirstError = 5e-8, kSecondError = 1e-6;
   const Vec3d m = kRoom.middle();
   Bench bench(Either{HalfSpace{m, Vec3d::UnitZ()}, Block{m + Vec3d(0.003, 0, 0.001), Vec3d(0.001, 0.009, 0.001)}});
   Random random(kSeed + 1);
@@ -196,7 +196,7 @@ TEST_CASE("foundation: derivatives with ball and shaft in contact") {
 
 TEST_CASE("foundation: forces through T's origin add up as any others do") {
   CAPTURE(kSeed);
-  constexpr double kRounding = 1e-12;
+  constexpr double kRounding = 3e-15;
   Bench bench(kBone);
   Random random(kSeed + 2);
   Figures off;
@@ -224,7 +224,7 @@ TEST_CASE("foundation: forces through T's origin add up as any others do") {
 
 TEST_CASE("foundation: the sum is its points', as many as there is room for, and takes no memory") {
   CAPTURE(kSeed);
-  constexpr double kRounding = 1e-12;
+  constexpr double kRounding = 4e-15;
   Bench bench(kBone);
   Random random(kSeed + 3);
   const BallAndShaft shape(kDrill);
@@ -307,6 +307,7 @@ TEST_CASE("foundation: a list within reach of the tool has the same sum, and its
   CHECK(over.count() > 20);
   CHECK(off.worst() <= kRounding);
   CHECK(over.worst() == 0);
+  CHECK(shares.median() > 0.05);
 }
 
 /// Least distance of an element's points from contact [m], over the elements that are free.
@@ -389,6 +390,7 @@ TEST_CASE("foundation: sums by a list of another pose are those by a new one, bi
   MESSAGE("points ", points, "; small motions ", small, "; clearance told, as a share of the true one: ", clearances);
   CHECK(points > 10000);
   CHECK(small > 1000);
+  CHECK(clearances.median() > 0.2);
 }
 
 }  // namespace

@@ -108,7 +108,7 @@ TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in i
     }
     MESSAGE(name, ": at rest ", rest, " N, behind ", behind / kH, " voxels, removed over swept ", removed / volume);
     CHECK(rest <= 0.04);
-    CHECK(behind <= kH);
+    CHECK(behind <= 0.5 * kH);
     CHECK(removed == near(volume, 0.05));
     // A drill's flank and a burr's shank do not cut: pushed sideways in its hole, the tool is held by the wall.
     if (name != "twist drill") continue;
@@ -154,7 +154,7 @@ TEST_CASE("coupled, any shape: closed paths in contact gain nothing") {
       if (i > 0) work->go(X, r.wrench);
     }
     MESSAGE(name, ": net work over work ", work->net / work->length);
-    CHECK(std::abs(work->net) <= 0.01 * work->length);
+    CHECK(std::abs(work->net) <= 2.8e-7 * work->length);
   }
 }
 

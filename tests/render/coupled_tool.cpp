@@ -55,7 +55,7 @@ TEST_CASE("coupled tool: a ball on a plane is felt with K, along the plane's nor
     MESSAGE("sigma ", c.sigma, ": force off by ", p.force, "; direction [deg] ", p.direction, ", p99 ",
             p.direction.share(0.99));
     CHECK(p.force.worst() <= c.force);
-    CHECK(p.force.median() <= 0.01);
+    CHECK(p.force.median() <= 0.0021);
     CHECK(p.direction.worst() <= c.direction);
   }
 }
@@ -63,14 +63,14 @@ TEST_CASE("coupled tool: a ball on a plane is felt with K, along the plane's nor
 // Densities that are linear in depth: the interpolant's isosurface is the plane itself, however unequal the spacings.
 TEST_CASE("coupled tool: planes in voxels as long as 5 mm are felt as they are") {
   CAPTURE(kSeed);
-  // Asked for are 1 % and half a degree, always. Reached are .1 % and 1.8 degrees, at 5 mm 1.4 % and 3.8 degrees:
+  // Asked for are 1 % and half a degree, always. Reached are .1 % and .2 degrees, at 5 mm .3 % and .8 degrees:
   // elements as long as these, in at most eight parts, are parallelograms that do not tile so small a contact.
   struct Case {
     Vec3d h;
     double force, direction, typical;
   };
   for (const auto& [h, force_error, most, typical] :
-       {Case{{2e-4, 2e-4, 15e-4}, 0.01, 2.0, 0.5}, Case{{5e-4, 5e-4, 5e-3}, 0.016, 4.2, 0.6}}) {
+       {Case{{2e-4, 2e-4, 15e-4}, 0.003, 0.5, 0.045}, Case{{5e-4, 5e-4, 5e-3}, 0.0085, 2.2, 0.11}}) {
     Random random(kSeed + 1);
     Figures force, direction, firm;
     for (int i = 0; i < 12; ++i) {
@@ -102,9 +102,9 @@ TEST_CASE("coupled tool: planes in voxels as long as 5 mm are felt as they are")
 }
 
 TEST_CASE("coupled tool: held still after a path on noise it rests") {
-  constexpr double kRest = 1e-3;  // [N] peak to peak, asked for
+  constexpr double kRest = 4e-7;  // [N] peak to peak
   Random random(kSeed + 2);
-  Figures rest, afterwards;
+  Figures rest;
   const auto check = [&](auto law, const Burr& burr) {
     for (int i = 0; i < 5; ++i) {
       const ImageOptions o{.noise = 100, .seed = 50 + static_cast<unsigned>(i)};
@@ -120,7 +120,6 @@ TEST_CASE("coupled tool: held still after a path on noise it rests") {
         const TickResult r = scene.tick({.X_WT = pose(1.5e-3, 1e-3)}, kDt);
         low = low.cwiseMin(r.wrench.force);
         high = high.cwiseMax(r.wrench.force);
-        if (t > 0) afterwards.add((r.wrench.force - last).norm());
         last = r.wrench.force;
       }
       rest.add((high - low).norm());
@@ -130,13 +129,12 @@ TEST_CASE("coupled tool: held still after a path on noise it rests") {
   check(Frictionless{}, kBall);
   check(Frictionless{}, kDrill);
   check(Coulomb(0.3, 0.3), kBall);
-  MESSAGE("peak to peak [N] ", rest, "; from tick to tick ", afterwards);
+  MESSAGE("peak to peak [N] ", rest);
   CHECK(rest.worst() <= kRest);
 }
 
 TEST_CASE("coupled tool: contacts' forces and moments add up to the wrench") {
-  constexpr double kBalance =
-      0.015;  // .01 is asked for; .0094 and .0101 are reached, by compiler, with friction on noise
+  constexpr double kBalance = 0.006;
   Random random(kSeed + 3);
   Figures off;
   const auto check = [&](const std::string& name, const Burr& burr, auto law, double noise, bool lying) {
@@ -171,7 +169,7 @@ TEST_CASE("coupled tool: contacts' forces and moments add up to the wrench") {
 
 TEST_CASE("coupled tool: without friction no closed path does work") {
   CAPTURE(kSeed);
-  constexpr double kWork = 1e-4;  // of ∮|F||dx|, asked for
+  constexpr double kWork = 2.7e-5;  // of ∮|F||dx|
   constexpr int kBones = 5, kPaths = 20, kSteps = 800;
   Random random(kSeed + 4);
   Figures work, signed_work;
@@ -227,8 +225,7 @@ std::pair<double, int> apart(A& a, B& b, const Vec3d& top, int ticks) {
 }
 
 TEST_CASE("coupled tool: float and double, held rotation and translation only, and a shaft in the air") {
-  constexpr double kSinglePrecision =
-      2e-3;  // [N]: poses to 1e-9 m at 800 N/m, and what a search leaves of its last step
+  constexpr double kSinglePrecision = 1e-6;  // [N]: poses to 1e-9 m at 800 N/m
   const ImageOptions o;
   const Vec3d top = o.middle() + Vec3d(1e-4, 0, 5e-5);
   Bone bone = image(Ball{top - 12 * kH * Vec3d::UnitZ(), 12 * kH}, o);
@@ -241,7 +238,7 @@ TEST_CASE("coupled tool: float and double, held rotation and translation only, a
   // A shaft that touches nothing changes no more than how steps are bounded.
   auto ball = coupled_scene(bone, kBall);
   auto drill = coupled_scene(bone, kDrill);
-  constexpr double kSearch = 0.03 * kK * 1.1e-4;  // [N]: a search ends with a step of .05 of what the device moved
+  constexpr double kSearch = 0.0018 * kK * 1.1e-4;  // [N]: what a search leaves of its last step
   const auto [by_shaft, also] = apart(ball, drill, top, 800);
   MESSAGE("with a shaft in the air [N] ", by_shaft);
   CHECK(by_shaft <= kSearch);

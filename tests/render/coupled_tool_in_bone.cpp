@@ -53,7 +53,7 @@ TEST_CASE("tool in bone: the core's test finds all bone along the axis that is l
   BoneSurface<std::uint8_t> surface(bone, kIsovalue);
   const ToolBounds bounds = BallAndShaft(kDrill).bounds();
   const Vec3d middle = 0.5 * 47 * Vec3d::Constant(kH);
-  int in_bone = 0, missed = 0, false_alarms = 0, grazed = 0;
+  int in_bone = 0, missed = 0, false_alarms = 0;
   for (int i = 0; i < 600; ++i) {
     const Posed X = random_pose(random, middle, 0.008);
     const bool found = is_core_in_bone(surface.view(), bounds, X);
@@ -69,11 +69,9 @@ TEST_CASE("tool in bone: the core's test finds all bone along the axis that is l
       longest = std::max(longest, run);
     }
     missed += !found && longest > kH ? 1 : 0;
-    grazed += !found && highest >= kIsovalue ? 1 : 0;
     // Between fine samples the density rises by less than two contrasts a voxel over half a step.
     false_alarms += found && highest < kIsovalue - 3 * 255.0 / kFine ? 1 : 0;
   }
-  MESSAGE("in bone ", in_bone, " of 600, grazing unnoticed ", grazed);
   CHECK(missed == 0);
   CHECK(false_alarms == 0);
   CHECK(in_bone > 60);

@@ -35,7 +35,7 @@ Vec6d random_motion(Random& random) {
 // Error of central differences over 1e-7 m: rounding of 1e-16 J over it, and the law's third derivative.
 TEST_CASE("virtual coupling: the wrench is the energy's descent, the Hessian its second derivative") {
   CAPTURE(kSeed);
-  constexpr double kStep = 1e-7, kFirst = 1e-6, kSecond = 1e-4;
+  constexpr double kStep = 1e-7, kFirst = 3e-10, kSecond = 2.5e-10;
   Random random(kSeed);
   const VirtualCoupling c = coupling(true);
   Figures first, second;

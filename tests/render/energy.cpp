@@ -4,9 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <iomanip>
-#include <sstream>
-
 /// Net work on closed loops of poses, rotation included. A law that is the gradient of an energy does none; what it
 /// does beyond friction is energy that the loop feeds into the hand or takes from it.
 namespace {
@@ -32,7 +29,6 @@ struct Loop {
 struct Energy {
   double mean = 0, worst = 0;  ///< |∮ F·dx + T·dθ| / ∮ |F||dx| + |T||dθ|
   double gained = 0;           ///< mean of the signed ratio: > 0 is energy given to the hand
-  double jump = 0;             ///< largest change of force in a step [N]
   int loops = 0;
 };
 
@@ -70,7 +66,6 @@ Energy closed_loops(Renderer& renderer, const Field& field, const Vec3d& bone, d
       const Posed X = loop.at(6.283185307179586 * s / kSteps);
       work.go(X, in_double(render_at(renderer, field, X).wrench));
     }
-    e.jump = std::max(e.jump, work.jump);
     if (!(work.length > 1e-7)) continue;
     ++e.loops;
     e.mean += std::abs(work.net) / work.length;
@@ -89,88 +84,91 @@ struct Bench {
   double radius = 20 * kVoxel;
   VoxelGrid<std::uint8_t> grid = rasterise<std::uint8_t>(Ball{o.middle(), radius}, o);
   DensityField<std::uint8_t, double> field{grid, o.isovalue()};
-  std::ostringstream text;
 
+  /// `most`: of the worst loop [%].
   template <class R>
-  Energy row(const char* name, R renderer, Place place) {
+  Energy row(const char* name, R renderer, Place place, double most) {
+    CAPTURE(name);
+    CAPTURE(static_cast<int>(place));
     const Energy e = closed_loops(renderer, field, o.middle(), radius, place, kLoops);
-    static constexpr const char* kPlaces[] = {"tip", "shaft", "deep"};
-    text << std::setw(44) << name << std::setw(7) << kPlaces[static_cast<int>(place)] << std::setprecision(2)
-         << std::fixed << std::setw(9) << 100 * e.mean << std::setw(9) << 100 * e.worst << std::setw(9)
-         << 100 * e.gained << std::setw(9) << 1e3 * e.jump << std::setw(6) << e.loops << "\n";
     CHECK(e.loops > kLoops / 2);
+    CHECK(100 * e.worst <= most);
     return e;
   }
 };
 
 TEST_CASE("closed loops: net work of every law") {
   Bench bench;
-  bench.text << "\n                                      policies  place   mean %  worst %   gain %  step mN loops\n";
   using Surface = ToolDiscretization<SurfaceCounts, double>;
-  const auto surface = [&]<class W, class D, class S>(const char* name, W, D, S, int sphere, Place place) {
+  const auto surface = [&]<class W, class D, class S>(const char* name, W, D, S, int sphere, Place place, double most) {
     return bench.row(
         name, SurfaceApproxRenderer<double, W, D, S>(Surface(kBurr, {.sphere = sphere, .slices = 10, .per_slice = 16})),
-        place);
+        place, most);
   };
   const ExtendAlongSurface extend;
   const HoldForce hold;
   const FullWrench full;
   const TorqueOnly torque;
-  const Energy ratio26 = surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kTip);
-  const Energy area26 = surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kTip);
-  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kTip);
-  surface("Surface ratio extend full 100", CollisionRatio{}, extend, full, 100, Place::kTip);
-  const Energy area100 = surface("Surface area extend full 100", AreaWeights{}, extend, full, 100, Place::kTip);
-  surface("Surface mean extend full 100", MeanWeights{}, extend, full, 100, Place::kTip);
-  const Energy area400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kTip);
+  const Energy ratio26 = surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kTip, 31);
+  const Energy area26 = surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kTip, 32);
+  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kTip, 33);
+  surface("Surface ratio extend full 100", CollisionRatio{}, extend, full, 100, Place::kTip, 3.5);
+  const Energy area100 = surface("Surface area extend full 100", AreaWeights{}, extend, full, 100, Place::kTip, 3.1);
+  surface("Surface mean extend full 100", MeanWeights{}, extend, full, 100, Place::kTip, 2.9);
+  const Energy area400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kTip, 0.39);
   const Energy shaft_torque =
-      surface("Surface area extend torque 26", AreaWeights{}, extend, torque, 26, Place::kShaft);
-  const Energy shaft_full = surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kShaft);
-  surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kShaft);
-  surface("Surface ratio extend full 26", CollisionRatio{}, extend, full, 26, Place::kShaft);
-  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kShaft);
-  surface("Surface area hold full 26", AreaWeights{}, hold, full, 26, Place::kDeep);
-  surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kDeep);
-  const Energy deep_400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kDeep);
-  surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kDeep);
+      surface("Surface area extend torque 26", AreaWeights{}, extend, torque, 26, Place::kShaft, 100);
+  const Energy shaft_full =
+      surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kShaft, 0.45);
+  const Energy ratio_torque =
+      surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kShaft, 100);
+  surface("Surface ratio extend full 26", CollisionRatio{}, extend, full, 26, Place::kShaft, 0.9);
+  surface("Surface mean extend full 26", MeanWeights{}, extend, full, 26, Place::kShaft, 1);
+  surface("Surface area hold full 26", AreaWeights{}, hold, full, 26, Place::kDeep, 4.5);
+  surface("Surface area extend full 26", AreaWeights{}, extend, full, 26, Place::kDeep, 1.6);
+  const Energy deep_400 = surface("Surface area extend full 400", AreaWeights{}, extend, full, 400, Place::kDeep, 1.6);
+  surface("Surface ratio hold torque 26", CollisionRatio{}, hold, torque, 26, Place::kDeep, 2.7);
 
   using Line = ToolDiscretization<LineCounts, double>;
-  const auto line = [&]<class T, class S>(const char* name, T, S, Place place, Trigger trigger) {
+  const auto line = [&]<class T, class S>(const char* name, T, S, Place place, Trigger trigger, double most) {
     return bench.row(name,
                      LineApproxRenderer<double, TranslateRotate, T, Frictionless, S>(Line(kBurr, {.shaft = 100}),
                                                                                      {.proxy = {.trigger = trigger}}),
-                     place);
+                     place, most);
   };
   const ConstrainedTracking constrained;
   const CentrelineTracking centreline;
   const ProjectedTracking projected;
-  const Energy tip = line("Line constrained full swept", constrained, full, Place::kTip, Trigger::kSwept);
-  line("Line constrained full thesis", constrained, full, Place::kTip, Trigger::kThesis);
-  line("Line constrained torque swept", constrained, torque, Place::kTip, Trigger::kSwept);
-  const Energy line_full = line("Line constrained full swept", constrained, full, Place::kShaft, Trigger::kSwept);
-  const Energy line_torque = line("Line constrained torque swept", constrained, torque, Place::kShaft, Trigger::kSwept);
-  const Energy thesis = line("Line projected torque thesis", projected, torque, Place::kShaft, Trigger::kThesis);
-  line("Line projected full swept", projected, full, Place::kShaft, Trigger::kSwept);
-  line("Line centreline torque thesis", centreline, torque, Place::kShaft, Trigger::kThesis);
-  line("Line centreline full swept", centreline, full, Place::kShaft, Trigger::kSwept);
-  const Energy deep_line = line("Line constrained full swept", constrained, full, Place::kDeep, Trigger::kSwept);
-  MESSAGE(bench.text.str());
+  const Energy tip = line("Line constrained full swept", constrained, full, Place::kTip, Trigger::kSwept, 1.9);
+  line("Line constrained full thesis", constrained, full, Place::kTip, Trigger::kThesis, 1.9);
+  line("Line constrained torque swept", constrained, torque, Place::kTip, Trigger::kSwept, 1.9);
+  const Energy line_full = line("Line constrained full swept", constrained, full, Place::kShaft, Trigger::kSwept, 8);
+  const Energy line_torque =
+      line("Line constrained torque swept", constrained, torque, Place::kShaft, Trigger::kSwept, 100);
+  const Energy thesis = line("Line projected torque thesis", projected, torque, Place::kShaft, Trigger::kThesis, 100);
+  line("Line projected full swept", projected, full, Place::kShaft, Trigger::kSwept, 97);
+  const Energy centreline_torque =
+      line("Line centreline torque thesis", centreline, torque, Place::kShaft, Trigger::kThesis, 100);
+  line("Line centreline full swept", centreline, full, Place::kShaft, Trigger::kSwept, 10);
+  const Energy deep_line = line("Line constrained full swept", constrained, full, Place::kDeep, Trigger::kSwept, 10);
 
-  // Bounds with a reason. Pulls toward a centre are no gradient, but ever more nearly one the more vertices share it.
+  // Pulls toward a centre are no gradient, but ever more nearly one the more vertices share it.
   CHECK(area400.mean < area100.mean);
   CHECK(area100.mean < area26.mean);
-  CHECK(area400.worst < 0.01);
+  CHECK(area400.worst < 0.0039);
   CHECK(ratio26.mean > area400.mean);
   // Torque without its force is the gradient of no energy; with it, it nearly is one.
   CHECK(shaft_torque.mean > 3 * shaft_full.mean);
   CHECK(line_torque.mean > 3 * line_full.mean);
   CHECK(thesis.mean > 3 * line_full.mean);
+  CHECK(ratio_torque.mean > 3 * shaft_full.mean);
+  CHECK(centreline_torque.mean > 3 * line_full.mean);
   // A frictionless proxy on the nearest point of a surface is the gradient of ½ k times distance squared; what is left
   // is the dents of the trilinear surface it snaps between.
-  CHECK(tip.mean < 0.01);
+  CHECK(tip.mean < 0.0089);
   CHECK(deep_line.mean < 0.05);
   CHECK(deep_line.gained < 0.005);  // snaps lose energy, they do not make it
-  CHECK(deep_400.mean < 0.05);
+  CHECK(deep_400.mean < 0.0039);
 }
 
 }  // namespace

@@ -15,8 +15,7 @@ using namespace trephine::test;
 template <class Scalar>
 using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
-constexpr double kForceError = 0.035, kForceFloor = 0.05;   // half a JND, or .05 N
-constexpr double kDirectionError = 2;                       // degrees, where |F| >= .05 N
+constexpr double kForceFloor = 0.05;                        // [N]: lighter forces count as this, without direction
 constexpr double kTorqueError = 0.06, kTorqueFloor = 1e-3;  // 6 % or 1 mN·m
 
 // --- The law on a plane
@@ -31,18 +30,18 @@ TEST_CASE("Eq. 16 falls when one more vertex touches: the numbers") {
     const Vec3d n = turned.transpose() * Vec3d::UnitZ();
     return 1e3 * plane_law<CollisionRatio>(tool, 0, 1e-3 * depth, n).dot(n);
   };
-  CHECK(force(R, 0.3) == near(2.83, 0.002));
-  CHECK(force(R, 0.4) == near(2.72, 0.002));
-  CHECK(force(R, 0.5) == near(5.32, 0.002));
-  CHECK(force(R, 0.6) == near(4.45, 0.002));
+  CHECK(force(R, 0.3) == within(2.83, 0.005));
+  CHECK(force(R, 0.4) == within(2.72, 0.005));
+  CHECK(force(R, 0.5) == within(5.32, 0.005));
+  CHECK(force(R, 0.6) == within(4.45, 0.005));
   // Pole down: one vertex carries 26 k δ until the ring at 45 degrees touches at R (1 − cos 45°) = .8787; from there
   // five.
   const Mat3d down = Mat3d::Identity();
   const double ring = 3 * (1 - std::sqrt(0.5));
   CHECK(force(down, 0.6) == near(15.6, 1e-9));
-  CHECK(force(down, ring - 1e-9) == near(26 * ring, 1e-6));
-  CHECK(force(down, ring + 1e-9) == near(26 * ring / 5, 1e-6));
-  CHECK(force(down, 1.0) == near(26.0 / 5 * (1 + 4 * (1 - ring)), 1e-6));
+  CHECK(force(down, ring - 1e-9) == near(26 * ring, 3.4e-9));
+  CHECK(force(down, ring + 1e-9) == near(26 * ring / 5, 1.7e-8));
+  CHECK(force(down, 1.0) == near(26.0 / 5 * (1 + 4 * (1 - ring)), 4.8e-15));
   CHECK(force(down, 1.0) == near(7.7, 0.005));
 }
 
@@ -71,7 +70,7 @@ TEST_CASE("many vertices give the continuum's laws") {
     MESSAGE(count, " vertices from the continuum: area ", worst_area, ", collision ratio ", worst_ratio, ", mean ",
             worst_mean);
   }
-  CHECK(worst_area < 0.01);
+  CHECK(worst_area < 4e-4);
   CHECK(worst_ratio < 0.01);
   CHECK(worst_mean < 0.35);
 }
@@ -205,10 +204,10 @@ Tally compare(const Shape& shape, const Vec3d& near, const RasterOptions& o, boo
     Vec3d torque = Vec3d::Zero(), sum = Vec3d::Zero();
     for (const auto& slice : renderer.slices()) {
       const Vec3d lever = static_cast<double>(slice.lever_m) * X.linear().col(2);
-      CHECK((lever.cross(slice.force.template cast<double>()) - slice.torque.template cast<double>()).norm() < 1e-7);
+      CHECK((lever.cross(slice.force.template cast<double>()) - slice.torque.template cast<double>()).norm() < 1.9e-9);
       torque += slice.torque.template cast<double>();
     }
-    CHECK((torque - got.torque).norm() < 1e-6);
+    CHECK((torque - got.torque).norm() < 4.7e-9);
     for (const auto& c : renderer.contacts()) sum += c.force.template cast<double>();
     Vec3d groups = Vec3d::Zero();
     for (const auto& g : renderer.groups()) groups += g.force.template cast<double>();
@@ -217,6 +216,11 @@ Tally compare(const Shape& shape, const Vec3d& near, const RasterOptions& o, boo
   return tally;
 }
 
+/// Bounds of a tally: shares of the exact force and torque, degrees.
+struct Most {
+  double force, direction, torque;
+};
+
 template <class Weights, class Scalar>
 void check_renderer(const char* name) {
   Random random(73);
@@ -224,26 +228,27 @@ void check_renderer(const char* name) {
   const Vec3d n = Vec3d(0.3, -0.4, 1).normalized();
   const HalfSpace plane{o.middle(), n};
   const Ball ball{o.middle() - 30 * kVoxel * n, 30 * kVoxel};
-  const auto report = [&](const char* where, const Tally& t, double share) {
+  const auto report = [&](const char* where, const Tally& t, const Most& most) {
     MESSAGE(std::string(name), ", ", std::string(where), ": force ", t.force, ", direction ", t.direction,
             " deg, torque ", t.torque, " of ", t.cases, " poses (", t.with_force, " with .05 N and more)");
     CHECK(t.cases >= 40);
     CHECK(t.with_force > 20);
-    CHECK(t.force <= share * kForceError);
-    CHECK(t.direction <= share * kDirectionError);
-    CHECK(t.torque <= share * kTorqueError);
-    CHECK(t.contacts < 1e-4);
+    CHECK(t.force <= most.force);
+    CHECK(t.direction <= most.direction);
+    CHECK(t.torque <= most.torque);
+    CHECK(t.contacts < 1.5e-6);
   };
   // Against the surface that the voxels show, the renderer has only its search's tolerance to answer for.
-  report("plane as imaged", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, true, 40, random), 0.2);
+  constexpr Most kImaged{4e-4, 9e-3, 4.4e-4}, kShape{0.035, 0.9, 0.006};
+  report("plane as imaged", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, true, 40, random), kImaged);
   report("plane as imaged, torque only", compare<Weights, TorqueOnly, Scalar>(plane, o.middle(), o, true, 40, random),
-         0.2);
-  report("sphere as imaged", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, true, 40, random), 0.2);
+         kImaged);
+  report("sphere as imaged", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, true, 40, random), kImaged);
   // Against the shape itself. The other two laws are linear in depth, where an image that errs by .03 voxels is felt as
   // 7 mN at any depth: more than 3.5 % of the lightest touches, and not the renderer's doing.
   if constexpr (std::is_same_v<Weights, AreaWeights>) {
-    report("plane", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, false, 60, random), 1);
-    report("sphere", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, false, 60, random), 1);
+    report("plane", compare<Weights, FullWrench, Scalar>(plane, o.middle(), o, false, 60, random), kShape);
+    report("sphere", compare<Weights, FullWrench, Scalar>(ball, o.middle(), o, false, 60, random), kShape);
   }
 }
 
@@ -275,12 +280,12 @@ TEST_CASE_TEMPLATE("a shaft laid flush on a plane", Scalar, float, double) {
   const double per_length = 1e8 * radius * 2 * (radius * std::sin(half) - (radius - depth) * half);
   const Wrenchd w = in_double(out.wrench);
   const double ball = static_cast<double>(renderer.groups()[0].force.z());
-  CHECK(ball == near(1e8 * std::numbers::pi * radius * depth * depth, 0.05));
-  CHECK(w.force.z() - ball == near(per_length * length, kForceError));
-  CHECK(w.torque.norm() == near(per_length * length * length / 2, kTorqueError));
-  CHECK(angle_deg(w.torque, -Vec3d::UnitY()) < kDirectionError);
+  CHECK(ball == near(1e8 * std::numbers::pi * radius * depth * depth, 0.0015));
+  CHECK(w.force.z() - ball == near(per_length * length, 3.7e-5));
+  CHECK(w.torque.norm() == near(per_length * length * length / 2, 3.7e-5));
+  CHECK(angle_deg(w.torque, -Vec3d::UnitY()) < 2.7e-7);
   for (const auto& slice : renderer.slices())
-    CHECK(static_cast<double>(slice.force.z()) == near(per_length * length / 20, 0.05));
+    CHECK(static_cast<double>(slice.force.z()) == near(per_length * length / 20, 3.7e-5));
 }
 
 // --- Stiffness
@@ -300,7 +305,7 @@ void check_stiffness(int sphere) {
     const Posed X = make_pose<double>(random.rotation(), Vec3d(0, 0, radius / 2));
     sum += static_cast<double>(render_at(renderer, field, X).wrench.force.z()) / (radius / 2) / kTurns;
   }
-  CHECK(sum == near(650, 0.03));
+  CHECK(sum == near(650, 0.01));
   // The literal k gives the same again.
   SurfaceApproxRenderer<Scalar, Weights> literal(tool,
                                                  {.stiffness = 1, .thesis_stiffness = renderer.thesis_stiffness()});
@@ -389,9 +394,9 @@ TEST_CASE("the force on a plane is quadratic in depth: the tangent is 2 k at R/2
   constexpr double k = 800, R = 0.0015;
   const Tool<float> tool(Burr{.tip_radius = R, .shaft_length = 0}, SurfaceCounts{});
   const SurfaceApproxRenderer<float> surface(tool, {.stiffness = k});
-  CHECK(surface.tangent_stiffness(0) == near(2 * k, 0.02));
-  CHECK(surface.tangent_stiffness(k * R / 2) == near(2 * k, 0.02));
-  CHECK(surface.tangent_stiffness(0.25 * k * R / 2) == near(k, 0.02));
+  CHECK(surface.tangent_stiffness(0) == near(2 * k, 1.8e-4));
+  CHECK(surface.tangent_stiffness(k * R / 2) == near(2 * k, 0.0027));
+  CHECK(surface.tangent_stiffness(0.25 * k * R / 2) == near(k, 0.0058));
   // At R the patches beside the equator round the square off.
   CHECK(surface.tangent_stiffness(100) < 4 * k);
   CHECK(surface.tangent_stiffness(100) > 3.4 * k);

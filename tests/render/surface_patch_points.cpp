@@ -43,7 +43,7 @@ TEST_CASE("patch points: batches give the gradients of single points, from any p
       Vec3d n = Vec3d::Zero();
       REQUIRE(field.normal(X * expected[static_cast<std::size_t>(j)], n));
       // Densities fall outward: the gradient is opposite to the normal.
-      CHECK((points.gradient(j).normalized() + n).norm() < 1e-9);
+      CHECK((points.gradient(j).normalized() + n).norm() < 1.6e-14);
     }
   };
   check(0);

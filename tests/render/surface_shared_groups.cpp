@@ -247,7 +247,7 @@ TEST_CASE_TEMPLATE("shared groups: a group and its contacts shrink by one factor
   CHECK(grown == 0);
   CHECK(moved == 0);
   CHECK(touched == 0);
-  CHECK(sums.worst() <= 10 * kRounding);  // a sum of tens of contacts
+  CHECK(sums.worst() <= 0.1 * kRounding);  // a sum of tens of contacts
   CHECK(std::min({deep, shallow, free}) > 1000);
   CHECK(factors.least() < 0.01);
 }
@@ -325,7 +325,7 @@ TEST_CASE("shared groups: without contact, and with a single group in contact") 
     pressed.share(shared);
     factors.add(pressed.force().norm() / before.norm());
   }
-  CHECK(factors.worst() == near(factors.least(), 1e-12));
+  CHECK(factors.worst() == near(factors.least(), 1.2e-15));
   CHECK(factors.worst() < 0.5);
   CHECK_THROWS_AS((SharedGroups<PatchWeights, double>({0, 1}, tool, kLiteral, {}, true)), std::invalid_argument);
 }

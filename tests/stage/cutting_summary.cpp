@@ -66,8 +66,8 @@ TEST_CASE("cutting summary: each tick tells the thrust, torque, speed and feed o
   CHECK(in_air.cutting.spindle == p.options.speed);
   const TickResult r = p.run(scene);
   // The device gets a quarter of the thrust along the axis, and of the torque against the teeth.
-  CHECK(r.wrench.force.z() == near(p.options.felt * r.cutting.thrust, 0.03));
-  CHECK(r.wrench.torque.z() == near(p.options.felt * r.cutting.torque, 0.05));
+  CHECK(r.wrench.force.z() == near(p.options.felt * r.cutting.thrust, 8.4e-7));
+  CHECK(r.wrench.torque.z() == near(p.options.felt * r.cutting.torque, 2.2e-8));
   CHECK(r.cutting.torque > 5e-3);
   // On the mean over a voxel the spindle slows in proportion to the torque, and the hole deepens as the feed says.
   constexpr int kTicks = 400;
@@ -81,7 +81,7 @@ TEST_CASE("cutting summary: each tick tells the thrust, torque, speed and feed o
     feed += now.feed / kTicks;
   }
   CHECK(spindle / p.options.speed == near(1 - torque / p.options.stall_torque, 0.01));
-  CHECK(feed == near((before - height()) / (kTicks * 1e-3), 0.03));
+  CHECK(feed == near((before - height()) / (kTicks * 1e-3), 0.0074));
 }
 
 TEST_CASE("cutting summary: nothing without a law, for bad input, and where the wrench overflows") {
@@ -98,7 +98,7 @@ TEST_CASE("cutting summary: nothing without a law, for bad input, and where the 
   TickInput bad = p.at(900);
   bad.X_WT.translation().x() = std::numeric_limits<double>::quiet_NaN();
   CHECK(same_bits(scene.tick(bad, 1e-3).cutting, CuttingSummary{}));
-  CHECK(scene.tick(p.at(900), 1e-3).cutting.thrust == near(thrust, 0.1));
+  CHECK(scene.tick(p.at(900), 1e-3).cutting.thrust == near(thrust, 0.0023));
   scene.part<Breaker>().breaks = true;
   const TickResult broken = scene.tick(p.at(901), 1e-3);
   CHECK(broken.status == Status::kNonFinite);

@@ -54,7 +54,7 @@ TEST_CASE("the energy a damper takes from a sine motion is b A² ω² t / 2 · s
   const double sinc = std::sin(half) / half;
   const double expected =
       -1.5 * kAmplitude * kAmplitude * omega * omega * (kPeriods * kTicksPerPeriod * kTick) / 2 * sinc * sinc;
-  CHECK(work == near(expected, 1e-12));
+  CHECK(work == near(expected, 1e-14));
 }
 
 TEST_CASE("on a free mass the damped loop is stable up to b = 2 m / dt, as documented") {

@@ -131,10 +131,10 @@ TEST_CASE("The coupled tool feels the same with a map of air and without") {
   const CoupledToolRenderer tool{Burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0.01}};
   HapticScene without{looked, iso, tool};
   HapticScene with{skipped, iso, tool, EmptySpaceSkipping{map}};
-  // Either search ends within a fraction of the device's motion, which counts as half a voxel at most. A tool that
+  // Either search ends within a quarter of the device's motion, which counts as half a voxel at most. A tool that
   // misses bone for a tick is a whole motion in.
   const double bound =
-      CoupledOptions{}.stiffness * CoupledConstants::kMaxCountedMotion * RasterOptions{}.spacing.minCoeff();
+      0.25 * CoupledOptions{}.stiffness * CoupledConstants::kMaxCountedMotion * RasterOptions{}.spacing.minCoeff();
   const Vec3d far(0.03, 0.025, 0.02), middle = RasterOptions{.size = {90, 70, 60}}.middle();
   Posed X = Posed::Identity();
   bool touches = false;

@@ -55,13 +55,13 @@ void check_press(const Make& make, double touches) {
       t = turned_scene.tick(turned_input, kTick);
     });
     if (k == 0) CHECK(r.wrench == Wrenchd{});
-    CHECK((X_WG.linear() * r.wrench.force - t.wrench.force).norm() < 1e-3);
+    CHECK((X_WG.linear() * r.wrench.force - t.wrench.force).norm() < 3.3e-16);
   }
   CHECK(calls == 0);
   CHECK(r.status == Status::kOk);
   CHECK(r.contact.tip);
-  CHECK(r.wrench.force.z() == near(kExpected, 0.05));
-  CHECK(r.wrench.force.head<2>().norm() < 0.05 * kExpected);
+  CHECK(r.wrench.force.z() == near(kExpected, 4.9e-4));
+  CHECK(r.wrench.force.head<2>().norm() < 0.0039 * kExpected);
   CHECK(r.wrench.torque.norm() < 0.05 * kExpected * kBall.tip_radius);
   std::array<ContactPoint<double>, 256> points;
   const auto found = turned_scene.contacts_W(points);

@@ -44,7 +44,7 @@ TEST_CASE("impact: at one contact anywhere on the tool the rate is that point's 
     const double factor = std::clamp(1 + 0.5 * rate, 0.0, 10.0);
     const Wrenchd w = struck(law, Wrenchd::of_force_at(f, r), v);
     CHECK((w.force - factor * f).norm() < 1e-13);
-    CHECK((w.torque - factor * r.cross(f)).norm() < 1e-13);
+    CHECK((w.torque - factor * r.cross(f)).norm() < 1e-15);
   }
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("impact: pressing in and out takes energy, lambda 0 does not") {
   };
   constexpr double kDeep = 50 * 0.2 * kTick;
   const double spring = lost(0.0);  // what whole ticks make of a spring, the same in both
-  CHECK(lost(1.0) - spring == near(-1000 * kDeep * kDeep * 0.2, 1e-9));
+  CHECK(lost(1.0) - spring == near(-1000 * kDeep * kDeep * 0.2, 1e-14));
 }
 
 TEST_CASE("impact refuses what is out of range") {

@@ -31,7 +31,7 @@ namespace {
 constexpr double kVoxel = 0.35e-3;
 constexpr int kSize = 50;
 constexpr double kSurface = 10e-3;  // z of the bone's plane [m]
-constexpr double kAtRest = 20e-6;   // range of a tip at rest [m]
+constexpr double kAtRest = 15e-6;   // range of a tip at rest [m]
 
 /// Bone below a plane, blurred over a voxel.
 VoxelGrid<std::int16_t> plate() {

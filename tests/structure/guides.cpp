@@ -199,7 +199,7 @@ TEST_CASE("the wrench of a guide is the negative gradient of its energy, in posi
 
 TEST_CASE("a guide does no work along closed paths, also through its capture") {
   // Trapezoids over 40000 steps.
-  constexpr double kWorkError = 1e-5;
+  constexpr double kWorkError = 6.7e-6;
   double worst = 0;
   int free = 0;
   for (const double size : {1e-3, 4e-3, 15e-3})
@@ -228,12 +228,12 @@ TEST_CASE("near the guide an axis guide is two linear springs; along the line an
         const Vec3d p = Random::point() + along * Random::axis();
         CHECK(guide.energy(make_pose<double>(R, p)) < 1e-20);
         const Wrenchd off = guide.spring(make_pose<double>(R, p + 0.5e-3 * side));
-        CHECK((off.force - Vec3d(-500 * 0.5e-3 * side)).norm() < 1e-9);
-        CHECK(off.torque.norm() < 1e-9);
+        CHECK((off.force - Vec3d(-500 * 0.5e-3 * side)).norm() < 1e-12);
+        CHECK(off.torque.norm() < 1e-15);
         const Mat3d tilted = rotation_from_vector<double>(0.02 * side) * R;
         const Wrenchd leaning = guide.spring(make_pose<double>(tilted, p));
-        CHECK(leaning.force.norm() < 1e-9);
-        CHECK((leaning.torque - Vec3d(-0.3 * std::sin(0.02) * side)).norm() < 1e-9);
+        CHECK(leaning.force.norm() < 1e-12);
+        CHECK((leaning.torque - Vec3d(-0.3 * std::sin(0.02) * side)).norm() < 1e-15);
       }
   }
 }
@@ -277,7 +277,7 @@ TEST_CASE("force and torque of a guide are bounded, and end at its capture") {
   CHECK(angled.spring(at_angle(0.301)) == Wrenchd::zero());
   // Turned round, the axis has no side to turn to, and no torque.
   const AxisGuide open{axis_options()};
-  CHECK(open.spring(at_angle(std::numbers::pi)).torque.norm() < 1e-12);
+  CHECK(open.spring(at_angle(std::numbers::pi)).torque.norm() < 1e-16);
   CHECK(open.spring(at_angle(3.14)).torque.norm() < 1e-4);
 }
 
@@ -289,8 +289,8 @@ TEST_CASE("forces of guides change no faster than stated") {
   for (const DepthStop& stop : depth_stops()) CHECK(steepest(stop) <= 6 * 800 + kRounding);
   CHECK(steepest(depth_stops()[0]) <= 800 + kRounding);
   // Beyond stiffness times distance a step of 10 µm stays far below 0.1 N.
-  for (const AxisGuide& guide : axis_guides()) CHECK((steepest(guide) - 500) * 1e-5 < 0.1);
-  for (const DepthStop& stop : depth_stops()) CHECK((steepest(stop) - 800) * 1e-5 < 0.1);
+  for (const AxisGuide& guide : axis_guides()) CHECK((steepest(guide) - 500) * 1e-5 < 0.024);
+  for (const DepthStop& stop : depth_stops()) CHECK((steepest(stop) - 800) * 1e-5 < 0.047);
 }
 
 TEST_CASE("a load moves the tool off the axis by load over stiffness, and no more than force over stiffness") {
@@ -307,9 +307,9 @@ TEST_CASE("a load moves the tool off the axis by load over stiffness, and no mor
       X = moved(X, step);
     }
     const Vec3d offset = X.translation() - Random::point();
-    CHECK(offset.norm() == near(load / 500, 1e-6));
+    CHECK(offset.norm() == near(load / 500, 5.6e-13));
     CHECK(offset.norm() < 2.0 / 500);
-    CHECK(std::asin(X.linear().col(2).cross(Random::axis()).norm()) == near(std::asin(0.02 * load / 0.3), 1e-6));
+    CHECK(std::asin(X.linear().col(2).cross(Random::axis()).norm()) == near(std::asin(0.02 * load / 0.3), 4.8e-13));
   }
 }
 
@@ -340,8 +340,8 @@ TEST_CASE("damping dissipates, keeps the bounds, and does not act beyond the cap
     // Along the line and about it nothing is damped.
     const Posed X = make_pose<double>(rotation_between<double>({0, 0, 1}, Random::axis()), Random::point());
     const Wrenchd along = wrench_of(damping, X, {0.3 * Random::axis(), 4 * Random::axis()});
-    CHECK(along.force.norm() < 1e-12);
-    CHECK(along.torque.norm() < 1e-12);
+    CHECK(along.force.norm() < 1e-14);
+    CHECK(along.torque.norm() < 1e-15);
   }
   CHECK(damped > 500);
   CHECK(free > 500);
@@ -373,7 +373,7 @@ TEST_CASE("a depth stop pushes back beyond its plane alone, in proportion to the
   };
   CHECK(wrench_of(stop, at_height(1.001e-3)) == Wrenchd::zero());
   for (const double aside : {0.0, 5e-3, 1.0}) {
-    CHECK((wrench_of(stop, at_height(0.5e-3, aside)).force - Vec3d(800 * 0.5e-3 * Random::axis())).norm() < 1e-9);
+    CHECK((wrench_of(stop, at_height(0.5e-3, aside)).force - Vec3d(800 * 0.5e-3 * Random::axis())).norm() < 1e-12);
     CHECK((wrench_of(stop, at_height(-1, aside)).force - Vec3d(3 * Random::axis())).norm() < 1e-9);
   }
   // A peg: full on its axis, up to half its radius, nothing beyond its side.
@@ -381,7 +381,7 @@ TEST_CASE("a depth stop pushes back beyond its plane alone, in proportion to the
   for (const double height : {0.9e-3, 0.0, -2e-3, -3.9e-3})
     CHECK((peg.spring(at_height(height)).force - stop.spring(at_height(height)).force).norm() < 1e-9);
   CHECK(peg.spring(at_height(-2e-3, 10.01e-3)) == Wrenchd::zero());
-  CHECK(std::abs(peg.spring(at_height(-20e-3, 9e-3)).force.dot(Random::axis())) < 1e-12);
+  CHECK(std::abs(peg.spring(at_height(-20e-3, 9e-3)).force.dot(Random::axis())) < 1e-15);
   CHECK(peg.spring(at_height(-20e-3, 9e-3)).force.dot(Random::axis().unitOrthogonal()) > 0.1);
 }
 
@@ -456,8 +456,9 @@ TEST_CASE("guides move with the bone, add to the wrench, and allocate nothing") 
     const Posed X_GT = random.pose();
     const Posed X_WT = X_WG * X_GT;
     CHECK((spatial(wrench_of(guide, X_WT, {}, X_WG)) - spatial(guide.spring(X_GT).rotated(X_WG.linear()))).norm() <
-          1e-9);
-    CHECK((spatial(wrench_of(stop, X_WT, {}, X_WG)) - spatial(stop.spring(X_GT).rotated(X_WG.linear()))).norm() < 1e-9);
+          1e-12);
+    CHECK((spatial(wrench_of(stop, X_WT, {}, X_WG)) - spatial(stop.spring(X_GT).rotated(X_WG.linear()))).norm() <
+          1e-12);
   }
   const TickInput input{.X_WT = X_WG};
   const TickContext context = touching(input, kTick, X_WG);
@@ -469,8 +470,8 @@ TEST_CASE("guides move with the bone, add to the wrench, and allocate nothing") 
     const auto allocations = guard.allocations();
     CHECK(allocations == 0);
   }
-  CHECK((wrench.force - Vec3d(1, 2, 3) - own.force).norm() < 1e-12);
-  CHECK((wrench.torque - Vec3d(0.1, 0.2, 0.3) - own.torque).norm() < 1e-12);
+  CHECK((wrench.force - Vec3d(1, 2, 3) - own.force).norm() < 1e-14);
+  CHECK((wrench.torque - Vec3d(0.1, 0.2, 0.3) - own.torque).norm() < 1e-15);
 }
 
 TEST_CASE("a scene takes guides, and another thread's options") {
@@ -488,13 +489,13 @@ TEST_CASE("a scene takes guides, and another thread's options") {
   for (int tick = 0; tick < 600; ++tick) r = scene.tick(input, kTick);
   CHECK(r.status == Status::kOk);
   // 400 N/m over 2 mm, and 800 N/m over 1 mm.
-  CHECK((bone.X_WG().linear().transpose() * r.wrench.force - Vec3d(-0.8, 0, 0.8)).norm() < 1e-9);
+  CHECK((bone.X_WG().linear().transpose() * r.wrench.force - Vec3d(-0.8, 0, 0.8)).norm() < 1e-13);
   options.enabled = false;
   knob.post(options);
   for (int tick = 0; tick < 600; ++tick) r = scene.tick(input, kTick);
-  CHECK((bone.X_WG().linear().transpose() * r.wrench.force - Vec3d(0, 0, 0.8)).norm() < 1e-9);
+  CHECK((bone.X_WG().linear().transpose() * r.wrench.force - Vec3d(0, 0, 0.8)).norm() < 1e-14);
   scene.reset();
-  CHECK(scene.tick(input, kTick).wrench.force.norm() < 0.01);
+  CHECK(scene.tick(input, kTick).wrench.force.norm() < 2.8e-5);
   // Three degrees of freedom: the position alone.
   auto force_only = HapticScene{bone, 300, Floor<>{}, AxisGuide{{.point_G = {1e-3, 1e-3, 0}}}, ForceOnly{}};
   const TickInput leaning{.X_WT = bone.X_WG() * turned({0.3, 0, 0}, {3e-3, 1e-3, 2e-3})};

@@ -103,7 +103,7 @@ TEST_CASE("keep in: the force is the derivative of the energy, and closed paths 
     strongest = std::max(strongest, f.norm());
   }
   // The gradient is continuous; its derivative steps at knots by up to 4/H.
-  CHECK(worst <= 1e-7 * (500 * 8.0 / 3 + 4 * 1.5 / kSmoothing));
+  CHECK(worst <= 3e-10 * (500 * 8.0 / 3 + 4 * 1.5 / kSmoothing));
   CHECK(strongest > 1);
   CHECK(strongest <= 1.5 + 1e-9);
 
@@ -123,7 +123,7 @@ TEST_CASE("keep in: the force is the derivative of the energy, and closed paths 
     turned_over += total;
   }
   MESSAGE("net work of closed paths " << 100 * net / turned_over << " %");
-  CHECK(net < 1e-4 * turned_over);
+  CHECK(net < 4e-7 * turned_over);
 }
 
 TEST_CASE("keep in: no step anywhere, none at all inside, none when switched, and no memory") {

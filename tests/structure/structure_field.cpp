@@ -133,10 +133,13 @@ TEST_CASE("Distances to analytic shapes sampled as labels, raw and smoothed") {
   CHECK(smoothed_p99 < kSmoothed);
   CHECK(smoothed.all.share(0.99) < kSmoothed);
   CHECK(smoothed.band.share(0.99) < kSmoothed);
+  CHECK(raw.all.worst() < 1.5);
+  CHECK(smoothed.all.worst() < 1.2);
+  CHECK(smoothed.band.worst() < 1.2);
   CHECK(raw.excess.worst() < kSlack);
   CHECK(smoothed.excess.worst() < kSlack);
   // The band of a lone structure is the nearest structure's distance, but for the volume's end.
-  CHECK(smoothed.own.worst() < 1e-9);
+  CHECK(smoothed.own.worst() < 1e-13);
 }
 
 TEST_CASE("The search among cells gives what all surfels give") {
@@ -174,8 +177,8 @@ TEST_CASE("The search among cells gives what all surfels give") {
       }
     }
   std::cout << "search against all surfels [longest spacings]: " << errors << "; beyond reach: " << beyond << '\n';
-  CHECK(errors.worst() < 0.02);
-  CHECK(beyond.share(0.99) < 0.02);
+  CHECK(errors.worst() < 0.0058);
+  CHECK(beyond.share(0.99) < 0.0057);
   CHECK(beyond.worst() < disc);
 }
 
@@ -209,6 +212,7 @@ TEST_CASE("Tubes thinner than three voxels, at random places between the voxels 
     std::cout << "tube of radius " << bound.radius << " voxels: ";
     print("error", errors);
     if (!kSanitized) CHECK(errors.share(0.99) < bound.p99);  // of all the cases
+    CHECK(errors.worst() < 1.5);
     CHECK(errors.worst() < bound.worst);
     CHECK(errors.median() < kMedian);
   }
@@ -239,14 +243,14 @@ TEST_CASE("Plates of one voxel, single voxels and structures that touch keep the
         }
     CHECK(wrong == 0);
     const auto at = [&](double i, double j, double k) { return field->nearest(h * Vec3d(i, j, k)).distance / h; };
-    CHECK(at(15, 15, 12) == near(1.5, 0.02));   // above the plate
-    CHECK(at(15, 15, 10) == near(-0.5, 0.02));  // in it
-    CHECK(at(20, 15, 23) == near(2.5, 0.1));    // above the voxel
-    CHECK(at(3, 3, -0.5) < 0.1);                // the volume's end
-    CHECK(at(3, 3, -2.5) < 2.1);                // below it
+    CHECK(at(15, 15, 12) == near(1.5, 0.02));     // above the plate
+    CHECK(at(15, 15, 10) == near(-0.5, 0.02));    // in it
+    CHECK(at(20, 15, 23) == near(2.5, 8.5e-15));  // above the voxel
+    CHECK(at(3, 3, -0.5) < 1e-9);                 // the volume's end
+    CHECK(at(3, 3, -2.5) < 2.1);                  // below it
     CHECK(at(3, 3, -2.5) > 1.4);
     // Where two structures touch, each ends.
-    CHECK(field->distance(2, h * Vec3d(5, 2, 2)) / h == near(-0.5, 0.1));
+    CHECK(field->distance(2, h * Vec3d(5, 2, 2)) / h == within(-0.5, 0.1));
     CHECK(field->distance(2, h * Vec3d(8, 2, 2)) / h == near(2.5, 0.1));
     CHECK(field->distance(3, h * Vec3d(3, 2, 2)) / h == near(2.5, 0.1));
   }
@@ -298,7 +302,7 @@ TEST_CASE("Gradients are those of the interpolant") {
     }
     kinks += (by_step - nearest).norm() > 1e-4 || (own_by_step - own).norm() > 1e-4 ? 1 : 0;
   }
-  CHECK(kinks < 10);  // points within a step of a cell's face
+  CHECK(kinks < 3);  // points within a step of a cell's face
 }
 
 TEST_CASE("A structure's bricks hold every sample within reach") {
@@ -373,7 +377,7 @@ TEST_CASE("Labels at their edges: refused, all one, one voxel, 255 structures") 
   CHECK_THROWS_AS((void)build_structure_field(full.view(), {.reach = 1}), std::invalid_argument);
   CHECK_THROWS_AS((void)build_structure_field(full.view(), {.threads = -1}), std::invalid_argument);
   const auto block = build_structure_field(full.view());
-  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, 3))).distance / h.x() == near(-3.5, 0.05));
+  CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, 3))).distance / h.x() == near(-3.5, 0.0033));
   CHECK(block->nearest(h.cwiseProduct(Vec3d(4, 4, -5))).distance / h.x() == near(4.25, 0.06));
   Labels voxel({1, 1, 1}, h);
   voxel.set([](int, int, int) { return 7; });

@@ -62,14 +62,14 @@ TEST_CASE("head elements: areas and lengths of every head add up to the outline'
       length += static_cast<double>(e.length[i]);
       const double normal = std::hypot(static_cast<double>(e.normal_x[i]), static_cast<double>(e.normal_y[i]),
                                        static_cast<double>(e.normal_z[i]));
-      CHECK(normal == near(1, 1e-6));
+      CHECK(normal == near(1, 1.2e-7));
       // The place lies on the head.
       const double rho = std::hypot(static_cast<double>(e.x[i]), static_cast<double>(e.y[i]));
-      CHECK(std::abs(head.outline.signed_distance(rho, static_cast<double>(e.z[i]))) < 1e-8);
+      CHECK(std::abs(head.outline.signed_distance(rho, static_cast<double>(e.z[i]))) < 3e-10);
     }
     const std::string& name = t.name;
     CAPTURE(name);
-    CHECK(length == near(2 * kPi * head.outline.side_length(), 1e-5));
+    CHECK(length == near(2 * kPi * head.outline.side_length(), 6e-8));
     // Level pieces have no height: their rings are added.
     double level = 0, level_length = 0;
     for (double z = head.outline.z_low(); z < head.outline.z_high(); z += (head.outline.z_high() - z) * 2) {
@@ -81,8 +81,8 @@ TEST_CASE("head elements: areas and lengths of every head add up to the outline'
     }
     const Surface side = side_of(head.outline);
     if (name == "disc") continue;  // its upper side is level too
-    CHECK(area == near(side.area + level, 2e-3));
-    CHECK(length == near(side.length + level_length, 2e-3));
+    CHECK(area == near(side.area + level, 3.5e-4));
+    CHECK(length == near(side.length + level_length, 4e-4));
   }
 }
 
@@ -126,7 +126,7 @@ TEST_CASE("engagement: every head cuts as its outline's integrals say, along its
     along_area.add(std::abs(front.area / along.area - 1));
     along_pressed.add(std::abs(front.pressed / along.pressed - 1));
     CHECK(along_area.all().back() < 2.5e-3);
-    CHECK(along_pressed.all().back() < 2.5e-3);
+    CHECK(along_pressed.all().back() < 1.8e-3);
     // Whatever the direction, within what four elements a band see; on the mean over directions within arcs' φ²/24.
     double area = 0, pressed = 0;
     constexpr int kDirections = 36;
@@ -141,7 +141,7 @@ TEST_CASE("engagement: every head cuts as its outline's integrals say, along its
     across_area.add(std::abs(area / across.area - 1));
     across_pressed.add(std::abs(pressed / across.pressed - 1));
     CHECK(across_area.all().back() < 2.5e-3);
-    CHECK(across_pressed.all().back() < 2.5e-3);
+    CHECK(across_pressed.all().back() < 6e-4);
   }
   MESSAGE("off: along, area ", along_area, ", pressed ", along_pressed, "; across, area ", across_area, ", pressed ",
           across_pressed, "; area in any direction ", across_any);
@@ -182,8 +182,8 @@ TEST_CASE("engagement: every head cuts as brute force says, in any direction") {
       CAPTURE(t.name);
       CAPTURE(feed.transpose());
       CHECK(area.all().back() < 0.015);
-      CHECK(pressed.all().back() < 0.01);
-      CHECK(around.all().back() < 0.04);
+      CHECK(pressed.all().back() < 0.008);
+      CHECK(around.all().back() < 0.027);
     }
   }
   MESSAGE("off: area ", area, ", pressed ", pressed, ", around ", around);
@@ -201,7 +201,7 @@ TEST_CASE("engagement: a ball whose front half cuts has closed forms, in any dir
     // An element is 2 % of it, and faces the feed as a whole or not at all.
     CHECK(e.facing_area == near(2 * kPi * kR * kR, 0.09));
     // ∫ (d·n)₊² dA/ρ = R ∫∫ (d·n)₊² dθ dφ over polar and azimuth angle: (π² R / 4) (1 + d_z²).
-    CHECK(e.pressed == near(2 * kPi * kPi * kR / 4 * (1 + d.z() * d.z()), 0.005));
+    CHECK(e.pressed == near(2 * kPi * kPi * kR / 4 * (1 + d.z() * d.z()), 0.004));
     // ∫ (d·n)₊ t dA/ρ: of d across the axis π R along z × d, none along the axis.
     const Vec3d across = Vec3d::UnitZ().cross(d);
     CHECK((e.around - 2 * kPi * kR * across).norm() < 0.02 * kPi * kR);
@@ -218,15 +218,15 @@ TEST_CASE("engagement: half of a cylinder that mills a slot") {
   HeadElements::Numbers side;
   for (std::size_t i = 0; i < HeadElements::kCount; ++i) side[i] = e.normal_z[i] < -0.5F ? 0.0F : 1.0F;
   const Engagement s = engagement_of(e, Vec3d::UnitX(), side, all(1));
-  CHECK(s.area == near(2 * kR * b, 0.03));
-  CHECK(s.pressed == near(kPi / 2 * b, 0.03));
-  CHECK(s.around.y() == near(kPi / 2 * b, 0.03));
-  CHECK(std::abs(s.around.x()) < 0.03 * s.around.y());
+  CHECK(s.area == near(2 * kR * b, 0.0085));
+  CHECK(s.pressed == near(kPi / 2 * b, 7.5e-7));
+  CHECK(s.around.y() == near(kPi / 2 * b, 7.5e-7));
+  CHECK(std::abs(s.around.x()) < 2.5e-8 * s.around.y());
   // Half of the slot is bone: y > 0 alone. Then the pull has a part against the feed.
   for (std::size_t i = 0; i < HeadElements::kCount; ++i) side[i] = e.y[i] > 0 ? side[i] : 0.0F;
   const Engagement half = engagement_of(e, Vec3d::UnitX(), side, all(1));
-  CHECK(half.area == near(kR * b, 0.05));
-  CHECK(half.around.x() == near(-b / 2, 0.06));
+  CHECK(half.area == near(kR * b, 0.021));
+  CHECK(half.around.x() == near(-b / 2, 0.043));
 }
 
 TEST_CASE("head elements: a head larger by an allowance has the tool's own elements") {
@@ -237,8 +237,8 @@ TEST_CASE("head elements: a head larger by an allowance has the tool's own eleme
   const auto area = [](const ToolOutline& outline) {
     return engagement_of(HeadElements(outline), -Vec3d::UnitZ(), all(1), all(1)).area;
   };
-  CHECK(area(outline_of(ball)) == near(kPi * kR * kR, 0.01));
-  CHECK(area(outline_of(round.cutting_head(allowance))) == near(kPi * kR * kR, 0.01));
+  CHECK(area(outline_of(ball)) == near(kPi * kR * kR, 3.2e-3));
+  CHECK(area(outline_of(round.cutting_head(allowance))) == near(kPi * kR * kR, 3.2e-3));
 }
 
 TEST_CASE("cutting law: the feed is the one whose thrust is the force") {
@@ -257,7 +257,7 @@ TEST_CASE("cutting law: the feed is the one whose thrust is the force") {
     const double x = law.feed_under(force, on, edges, 0.002);
     CAPTURE(force);
     CHECK(x > 0);
-    CHECK(law.thrust(x, on, edges, 0.002) == near(force, 1e-5));
+    CHECK(law.thrust(x, on, edges, 0.002) == near(force, 3e-6));
   }
   CHECK(CuttingLaw{}.feed_under(1, Engagement{}, {}, 0.002) == 0);
   Engagement on;
@@ -273,8 +273,8 @@ TEST_CASE("cutting law: thin chips take energy in proportion, thick ones u and t
   on.pressed = 0.005;
   const CuttingEdges edges{.flutes = 6};
   const double thin = 1e-12, thick = 1e-3;
-  CHECK(law.thrust(2 * thin, on, edges, 0) == near(2 * law.thrust(thin, on, edges, 0), 1e-4));
-  CHECK(law.edges_around(thin, 6) == near(law.edge_force * thin / law.edge_radius, 1e-4));
+  CHECK(law.thrust(2 * thin, on, edges, 0) == near(2 * law.thrust(thin, on, edges, 0), 1.3e-7));
+  CHECK(law.edges_around(thin, 6) == near(law.edge_force * thin / law.edge_radius, 1.6e-7));
   CHECK(law.edges_around(thick, 6) == near(law.edge_force * 6 / (2 * kPi), 1e-6));
 }
 
@@ -305,8 +305,8 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
   // Feed: thin chips take force in proportion, thick ones less, since the edge's own force is whole.
   const auto by_feed = [&](double v) { return at(v, spindle, 2).thrust; };
   const auto torque_by_feed = [&](double v) { return at(v, spindle, 2).torque; };
-  CHECK(exponent(by_feed, 1e-8) == near(1, 0.001));
-  CHECK(exponent(torque_by_feed, 1e-8) == near(1, 0.001));
+  CHECK(exponent(by_feed, 1e-8) == near(1, 4.2e-5));
+  CHECK(exponent(torque_by_feed, 1e-8) == near(1, 3e-5));
   for (const double v : {2e-4, 2e-3, 2e-2}) {
     CHECK(exponent(by_feed, v) > 0);
     CHECK(exponent(by_feed, v) < 1);
@@ -315,7 +315,7 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
     // A law's own torque is that sum.
     CHECK(law.torque(v / spindle, on, {.flutes = 2}) == near(at(v, spindle, 2).torque, 1e-12));
     // Spindle: the chip is feed by turn, so the exponent is the feed's with the other sign.
-    CHECK(exponent([&](double w) { return at(v, w, 2).thrust; }, spindle) == near(-exponent(by_feed, v), 1e-6));
+    CHECK(exponent([&](double w) { return at(v, w, 2).thrust; }, spindle) == near(-exponent(by_feed, v)));
     // Teeth: thinner chips, and each has an edge.
     CHECK(at(v, spindle, 3).torque > at(v, spindle, 2).torque);
     CHECK(at(v, spindle, 3).torque < 1.5 * at(v, spindle, 2).torque);
@@ -324,15 +324,15 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
   CHECK(exponent([&](double w) { return at(2e-3, w, 2).thrust; }, 1.2 * spindle) ==
         near(std::log(176.0 / 198) / std::log(1.5), 0.3));
   CHECK(exponent([&](double w) { return at(2e-3, w, 2).torque; }, 1.2 * spindle) ==
-        near(std::log(140.0 / 186) / std::log(1.5), 0.3));
+        near(std::log(140.0 / 186) / std::log(1.5), 0.2));
 
   // Size: a burr of twice the radius has twice the edge, at twice the lever.
   const auto ball = [&](double radius) {
     const HeadElements head(outline_of(Burr{.tip_radius = radius, .shaft_length = 0}));
     return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(1)), {}, radius, 1e-3, 3000);
   };
-  CHECK(exponent([&](double r) { return ball(r).thrust; }, kR) == near(1, 0.01));
-  CHECK(exponent([&](double r) { return ball(r).torque; }, kR) == near(2, 0.01));
+  CHECK(exponent([&](double r) { return ball(r).thrust; }, kR) == near(1, 2e-7));
+  CHECK(exponent([&](double r) { return ball(r).torque; }, kR) == near(2, 2e-7));
 
   // Density: both with its square.
   const BoneStrength strength{.soft = 0, .cortical = 1700};
@@ -341,8 +341,8 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
     const HeadElements head(outline_of(Burr{.tip_radius = kR, .shaft_length = 0}));
     return forces_of(law, engagement_of(head, -Vec3d::UnitZ(), all(1), all(s)), {}, kR, 1e-3, 3000);
   };
-  CHECK(exponent([&](double d) { return by_density(d).thrust; }, 1200) == near(2, 0.001));
-  CHECK(exponent([&](double d) { return by_density(d).torque; }, 1200) == near(2, 0.001));
+  CHECK(exponent([&](double d) { return by_density(d).thrust; }, 1200) == near(2, 1e-8));
+  CHECK(exponent([&](double d) { return by_density(d).torque; }, 1200) == near(2, 2e-7));
 
   // Depth of a ball that mills along x: the torque is that of the segment's area, 4/3 √(2R) a^1.5 at small depths a.
   const auto by_depth = [&](double a) {

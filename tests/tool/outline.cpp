@@ -248,12 +248,15 @@ TEST_CASE("outlines: gradients and curvatures are the distance's derivatives") {
       const ProfilePoint on = profile_at(t.tool, rho + step * tr, z + step * tz),
                          back = profile_at(t.tool, rho - step * tr, z - step * tz);
       const double turn = ((on.normal_rho - back.normal_rho) * tr + (on.normal_z - back.normal_z) * tz) / (2 * step);
-      bend.add(std::abs(turn - p.curvature) * 1e-3);
+      // Across a joint it steps.
+      if (std::abs(on.curvature - back.curvature) <= 1e-3 * std::abs(p.curvature))
+        bend.add(std::abs(turn - p.curvature) * 1e-3);
     }
     MESSAGE(t.name, ": gradient off by ", slope, ", curvature [1/mm] ", bend);
     CHECK(unit.worst() <= 1e-12);
-    CHECK(slope.worst() <= 1e-5);
-    CHECK(bend.share(0.99) <= 1e-2);
+    CHECK(slope.worst() <= 3.5e-8);
+    CHECK(bend.count() > 1900);
+    CHECK(bend.worst() <= 4.5e-4);
   }
 }
 
@@ -274,7 +277,7 @@ TEST_CASE("outlines: single precision lanes differ from double by rounding") {
       t.tool.distances(rho_f, z_f, d_f);
       for (std::size_t l = 0; l < kProfileLanes; ++l) off.add(std::abs(d[l] - static_cast<double>(d_f[l])));
     }
-    CHECK(off.worst() <= 2e-8);
+    CHECK(off.worst() <= 4e-9);
   }
 }
 
@@ -298,9 +301,9 @@ TEST_CASE("outlines: that of a round burr answers as BallAndShaft") {
     if (b.distance < 0) continue;
     CHECK(a.distance == near(b.distance, 1e-9));
     CHECK(a.central == b.central);
-    CHECK(std::abs(a.normal_rho - b.normal_rho) < 1e-9);
-    CHECK(std::abs(a.normal_z - b.normal_z) < 1e-9);
-    CHECK(a.curvature == near(b.curvature, 1e-6));
+    CHECK(std::abs(a.normal_rho - b.normal_rho) < 1.5e-12);
+    CHECK(std::abs(a.normal_z - b.normal_z) < 1.5e-12);
+    CHECK(a.curvature == near(b.curvature, 1.5e-12));
   }
 }
 
@@ -317,9 +320,9 @@ TEST_CASE(
       if (z <= b.head_top) head = std::max(head, r);
       if (z >= b.z_low + b.core_radius && z <= b.z_high - b.core_radius) least = std::min(least, r);
     }
-    CHECK(b.radius == near(most, 1e-4));
-    CHECK(-b.z_low == near(head, 1e-4));
-    CHECK(t.tool.burr().tip_radius == near(head, 1e-4));
+    CHECK(b.radius == near(most, 2.5e-9));
+    CHECK(-b.z_low == near(head, 2.5e-9));
+    CHECK(t.tool.burr().tip_radius == near(head, 2.5e-9));
     CHECK(least >= b.core_radius * (1 - 1e-6));
     CHECK(least <= b.core_radius * (1 + 1e-2));
     const ToolOutline cuts = t.tool.cutting_head(0).outline;
@@ -345,7 +348,7 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
           with_sharper_rims(RevolvedTool(CylinderBurr{.radius = R, .length = 6e-3, .rim_radius = r}).outline(), h);
       const double lacks = std::min(3 * h * h / 8 * (1 / r - 1 / R), 0.44 * h * root_half);
       const double out = r + std::min(lacks, r * (std::sqrt(2) - 1));
-      CHECK(std::abs(sharper.signed_distance(R - r + out * root_half, -R + r - out * root_half)) < 2e-3 * r);
+      CHECK(std::abs(sharper.signed_distance(R - r + out * root_half, -R + r - out * root_half)) < 1.3e-3 * r);
     }
   Random random(kSeed + 7);
   for (const Named& t : tools()) {
@@ -361,10 +364,10 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
       for (std::size_t i = 0; i < pieces.size(); ++i) {
         const ToolOutline::Piece& p = pieces[i];
         const double gap = i > 0 ? std::hypot(p.rho - pieces[i - 1].end_rho, p.z - pieces[i - 1].end_z) : 0.0;
-        CHECK(gap < 1e-12);
+        CHECK(gap < 1e-15);
         if (p.side == 0) continue;
-        CHECK(std::abs(std::hypot(p.rho - p.centre_rho, p.z - p.centre_z) - p.radius) < 1e-9);
-        CHECK(std::abs(std::hypot(p.end_rho - p.centre_rho, p.end_z - p.centre_z) - p.radius) < 1e-9);
+        CHECK(std::abs(std::hypot(p.rho - p.centre_rho, p.z - p.centre_z) - p.radius) < 1e-17);
+        CHECK(std::abs(std::hypot(p.end_rho - p.centre_rho, p.end_z - p.centre_z) - p.radius) < 1e-17);
       }
       double most = 0;
       for (int n = 0; n < 300; ++n) {
@@ -381,7 +384,7 @@ TEST_CASE("outlines: sharper rims move out by what voxels lack, and flanks and e
     const ToolOutline same = with_sharper_rims(plain, 1e-9);
     for (int n = 0; n < 100; ++n) {
       const auto [rho, z] = random_place(random, t.tool.bounds());
-      CHECK(std::abs(same.signed_distance(rho, z) - plain.signed_distance(rho, z)) < 1e-12);
+      CHECK(std::abs(same.signed_distance(rho, z) - plain.signed_distance(rho, z)) < 1e-17);
     }
   }
 }
@@ -405,7 +408,7 @@ TEST_CASE("outlines: a drill's flutes guide it as wide as its hole, and no shank
     CHECK(guided.is_closed());
     for (int n = 0; n < 200; ++n) {
       const double rho = random.uniform(0, 3e-3), z = random.uniform(-3e-3, oracle.z_high() + 1e-3);
-      CHECK(std::abs(guided.signed_distance(rho, z) - oracle.signed_distance(rho, z)) < 1e-12);
+      CHECK(std::abs(guided.signed_distance(rho, z) - oracle.signed_distance(rho, z)) < 1e-17);
     }
   }
 }

@@ -104,7 +104,7 @@ TEST_CASE("tooth lines: below a tenth of the rate each is the train's Fourier co
       const double expected = std::abs(amplitude_by_quadrature(of.teeth, of.pattern, order));
       if (expected < 1e-3 * strongest) continue;
       const double error = std::abs(decibel(spectrum.at(order * of.turns) / expected));
-      CHECK(error < 0.01);  // dB
+      CHECK(error < 2e-3);  // dB
       off.add(error);
       ++lines_seen;
     }
@@ -117,14 +117,14 @@ TEST_CASE("tooth lines: below a tenth of the rate each is the train's Fourier co
     for (int i = 0; i < spectrum.bins(); ++i)
       if (far_from_lines(i / 2048.0)) most = std::max(most, spectrum.bin(i));
     elsewhere.add(decibel(std::max(most, 1e-9 * strongest) / strongest));
-    CHECK(most < 1e-3 * strongest);  // −60 dB
+    CHECK(most < 7e-5 * strongest);  // −83 dB
     // Where orders above half the rate would come back.
     for (int m = 1; m <= 64; ++m) {
       const double alias = std::abs(std::remainder(m * of.teeth * of.turns, 1.0));
       if (m * of.teeth * of.turns < 0.5 || !far_from_lines(alias)) continue;
       const double level = spectrum.at(alias);
       aliases.add(decibel(std::max(level, 1e-9 * strongest) / strongest));
-      CHECK(level < 1e-2 * strongest);  // −40 dB
+      CHECK(level < 7e-5 * strongest);  // −83 dB
     }
   }
   CHECK(lines_seen > cases(480) / 2);
@@ -210,7 +210,7 @@ TEST_CASE("tooth lines: a spindle that runs up makes no step larger than its lin
 TEST_CASE("tooth lines: sums stay within their bound, however long and whatever they weigh") {
   CAPTURE(kSeed);
   Random random(kSeed + 2);
-  Figures constant, varied;
+  Figures constant;
   for (int run = 0; run < cases(160); ++run) {
     const int z = 1 + random.below(16);
     const ToothPattern p{.arc = random.uniform(0.1, 3), .runout = run % 2 == 0 ? 0 : random.uniform()};
@@ -234,10 +234,10 @@ TEST_CASE("tooth lines: sums stay within their bound, however long and whatever 
     }
     CHECK(over == 0);
     CHECK(worst <= bound + 1e-9);
-    if (bound > 0) constant.add(worst / bound), varied.add(std::abs(weighed) / (bound * (std::abs(u) + variation)));
+    if (bound > 0) constant.add(worst / bound);
   }
-  MESSAGE("sums by their bound: constant weights ", constant, "; random walks ", varied);
-  CHECK(constant.worst() > 0.3);
+  MESSAGE("sums by their bound: ", constant);
+  CHECK(constant.worst() > 0.9);
 }
 
 TEST_CASE("tooth lines: teeth without lines, and refusals") {
@@ -250,7 +250,7 @@ TEST_CASE("tooth lines: teeth without lines, and refusals") {
   // The arc at which the coefficient's formula is 0/0: x = π/2.
   const double arc = std::numbers::pi / 2;
   CHECK(std::abs(ToothLines(2, {.arc = arc}).sample(0.1, 0.3) - ToothLines(2, {.arc = arc + 1e-9}).sample(0.1, 0.3)) <
-        1e-7);
+        5e-9);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {0.0, -1.0, 3.2, nan}) check_refused("arc", [&] { ToothPattern{.arc = bad}.validate(); });
   for (const double bad : {-0.1, 1.1, nan}) check_refused("runout", [&] { ToothPattern{.runout = bad}.validate(); });

@@ -63,7 +63,7 @@ TEST_CASE_TEMPLATE("advancing: the surface recedes at the speed, on every contra
     CAPTURE(slope);
     constexpr double kRounding = 0.07;  // a sharp edge is rounded first
     CHECK(std::abs((before - last) / (kSpeed * kDt * kTicks) - 1) <= kRounding);
-    CHECK(most <= 0.1 * kVoxel);  // a density or two of the ramp: integers fall by whole ones
+    CHECK(most <= 0.02 * kVoxel);  // a density or two of the ramp: integers fall by whole ones
   }
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("advancing: bone ahead of the surface keeps its densities, and nothing
     return step;
   };
   bool kept = false;
-  CHECK(greatest_step(AdvancingCut{.speed = 1e-3}, 450, kept) <= 0.1 * kVoxel);
+  CHECK(greatest_step(AdvancingCut{.speed = 1e-3}, 450, kept) <= 0.05 * kVoxel);  // whole densities
   CHECK(kept);
   // What wears all that the burr covers alike goes through it in a tick.
   CHECK(greatest_step(RateLimitedCut<>{.rate = 150}, 900, kept) > kVoxel);
@@ -111,7 +111,8 @@ TEST_CASE("advancing: adds no bone, goes no farther than the geometric cut and g
   }
   CHECK(added == 0);
   CHECK(farther == 0);
-  CHECK(removed == near(all, 0.05));
+  // Voxels a hair within the reach have next to no rate.
+  CHECK(removed == near(all, 1e-4));
 }
 
 TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whatever the tick", Density, std::uint8_t,
@@ -141,7 +142,7 @@ TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whate
   };
   const auto check = [&](const std::string& name, const auto& policy) {
     // Bytes fall by whole densities, each some hundredth of a voxel of this face.
-    constexpr double kBound = kBytes ? 0.04 : 0.01;
+    constexpr double kBound = kBytes ? 0.028 : 0.01;
     const double truth = removed(policy, kDt / 16);
     for (const double dt : {kDt / 4, kDt, 4 * kDt}) {
       const double off = removed(policy, dt) / truth - 1;

@@ -302,7 +302,8 @@ TEST_CASE("bone surface: a hole's points lie on its wall, and its rim does not l
 // A window that falls off smoothly: a sum over elements is its integral but for what elements stand for.
 TEST_CASE("bone surface: areas add up to a plane's and a sphere's, whatever the orientation and the spacing") {
   CAPTURE(kSeed);
-  constexpr double kAreaError = 0.01;  // asked for
+  // Elements tile a plane, but for its densities' rounding.
+  constexpr double kAreaError = 0.01, kPlaneError = 4e-4;
   for (const Vec3d& h : {Vec3d(kH, kH, kH), Vec3d(0.7 * kH, kH, 1.4 * kH)}) {
     Random random(kSeed + 1);
     Figures plane, sphere;
@@ -325,7 +326,7 @@ TEST_CASE("bone surface: areas add up to a plane's and a sphere's, whatever the 
     }
     MESSAGE("spacing ", 1e3 * h.x(), " x ", 1e3 * h.y(), " x ", 1e3 * h.z(), " mm: area of planes off by ", plane,
             ", of spheres by ", sphere);
-    CHECK(plane.worst() <= kAreaError);
+    CHECK(plane.worst() <= kPlaneError);
     CHECK(sphere.worst() <= kAreaError);
   }
 }
@@ -345,7 +346,8 @@ TEST_CASE_TEMPLATE("bone surface: voxels just below the isovalue are air", Densi
     for (const auto& [key, p] : above.elements)
       if (const auto it = just_above.elements.find(key); it != just_above.elements.end())
         apart = std::max(apart, (it->second.position - p.position).norm());
-    CHECK(apart < 0.01 * kH);
+    // The isovalues' difference over the slope.
+    CHECK(apart < 2.5e-4 * kH);
   }
   CHECK(tried > 0);
 }

@@ -193,8 +193,8 @@ TEST_CASE_TEMPLATE("Fast cuts change the bits that plain ones change", Density, 
         removed = carve(grid, iso, cutter, GeometricCut{}, {}, 16);
         plain_cut(grid, voxels, iso, 16, cutter, GeometricCut{}.limit<Density>({}));
       }
-      // Sums of so many cells in another order, each in single precision; a tick never tells less than none.
-      const double rounding = 1e-6 * bone_before;
+      // Sums of so many cells in another order; a tick never tells less than none.
+      const double rounding = 1e-15 * bone_before;
       CHECK(std::abs(removed - std::max(bone_before - bone_mm3(grid, iso), 0.0)) <= rounding);
       const auto after = voxels_of(grid);
       CHECK(std::memcmp(after.data(), voxels.data(), after.size() * sizeof(Density)) == 0);

@@ -175,9 +175,9 @@ TEST_CASE("A drill bit has the shape and the distances it says") {
         g[a] = (cutter.signed_distance(p + e) - cutter.signed_distance(p - e)) / 2e-8;
       }
       if (std::abs(g.norm() - 1) > 1e-5) continue;  // on a ridge, equally far from two faces
-      CHECK(std::abs(cutter.signed_distance(p - d * g)) < 1e-7);
+      CHECK(std::abs(cutter.signed_distance(p - d * g)) < 5e-11);
     }
-    CHECK(cutter.signed_distance(X * Vec3d(0, 0, -bit.radius)) == within(0, 1e-12));
+    CHECK(cutter.signed_distance(X * Vec3d(0, 0, -bit.radius)) == within(0, 1e-17));
   }
 }
 

@@ -138,7 +138,7 @@ TEST_CASE("A limited milling takes its time, its force and its repeatable dither
   CHECK(run(first, 2, 300).second == a.second);
   CHECK(run(second, 2, 300).second != a.second);  // its tick counter went on
   second.reset();
-  CHECK(run(second, 1, 300).first < 0.8 * a.first);
+  CHECK(run(second, 1, 600).first == near(a.first, 0.01));
   second.reset();
   CHECK(run(second, 0, 300).first == 0);
 }
@@ -176,7 +176,7 @@ TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored 
     }
   }
   // A rounding may fall the other way where two ticks compute the same distance.
-  CHECK(removed == near(removed_anew, 1e-3));
+  CHECK(removed == near(removed_anew, 1.5e-4));
   const auto a = copy_of(step_by_step);
   const auto b = copy_of(anew);
   int worst = 0;
@@ -228,7 +228,7 @@ TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that o
       least = std::min(least, double(a[i]) - double(b[i]));
     }
     CHECK(worst <= kLeft);
-    CHECK(least >= -(std::is_floating_point_v<Density> ? 1e-3 : 1));
+    CHECK(least >= -(std::is_floating_point_v<Density> ? 1e-4 : 1));
   }
 }
 

@@ -21,7 +21,7 @@ using namespace trephine::test;
 constexpr unsigned kSeed = 1903;
 constexpr double kVoxel = 3e-4;
 constexpr double kRadius = 5 * kVoxel;
-constexpr double kBound = 0.01;
+constexpr double kBound = 0.005;
 constexpr std::array kBlurs{0.5, 0.7, 1.0};
 
 /// What a density type's scanner gives: air, bone.
@@ -114,8 +114,9 @@ TEST_CASE_TEMPLATE("removed volume: plunges, with drill bits too", Density, std:
     plunge(bit, told_by_bit, 4 * n.unitOrthogonal());
     off_with_bits.add(std::abs(told_by_bit / lost_by_bit.mm3() - 1));
   }
-  CHECK(off.worst() <= kBound);
-  CHECK(off_with_bits.worst() <= kBound);
+  // A bit's sweep is a sequence of still poses.
+  CHECK(off.worst() <= 6e-5);
+  CHECK(off_with_bits.worst() <= 1.8e-3);
   MESSAGE("ball: off by ", off.median(), ", worst ", off.worst(), "; bit ", off_with_bits.median(), ", ",
           off_with_bits.worst());
 }
@@ -201,7 +202,7 @@ TEST_CASE("removed volume: exact on planes, zero without bone, never negative") 
     for (int k = 0; k < kSize - 1; ++k)
       for (int j = 0; j < kSize - 1; ++j) volume.add_row(j, k, 0, kSize - 2);
     const double cells = std::pow(kSize - 1, 3);
-    CHECK(volume.cells() == near(cells / 2, 1e-4));
+    CHECK(volume.cells() == near(cells / 2, 1e-8));
     for (const double iso : {-1.0, 0.0, 80.0, 1e9}) {
       BoneVolume<float> all(grid, iso);
       for (int k = 0; k < kSize - 1; ++k)
