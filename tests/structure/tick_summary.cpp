@@ -260,9 +260,9 @@ static_assert(!StructureReporter<Milling<>> && !StructureReporter<DeviceLimits> 
 TEST_CASE("several guards add their pushes, and the nearer one gives the distance") {
   Bone bone = solid();
   const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(bone.X_WG() * Vec3d(8_mm, 8_mm, 30_mm)));
-  Pusher near{.distance = 0.5, .number = 4, .force = 2};
+  Pusher nearer{.distance = 0.5, .number = 4, .force = 2};
   OtherPusher far;
-  HapticScene scene{bone, kIso, renderer(), near, far, Breaker{}, DeviceLimits{.force = 1}};
+  HapticScene scene{bone, kIso, renderer(), nearer, far, Breaker{}, DeviceLimits{.force = 1}};
   static_assert(decltype(scene)::kReportsStructures);
   const TickResult r = scene.tick({.X_WT = X}, kTick);
   CHECK(r.structures.push.force == Vec3d(3, 0, 0));
@@ -273,7 +273,7 @@ TEST_CASE("several guards add their pushes, and the nearer one gives the distanc
 
   // A wrench that overflows keeps the distance, and pushes no more than it applies.
   scene.part<Breaker>().breaks = true;
-  HapticScene unlimited{bone, kIso, renderer(), near, Breaker{.breaks = true}};
+  HapticScene unlimited{bone, kIso, renderer(), nearer, Breaker{.breaks = true}};
   const TickResult broken = unlimited.tick({.X_WT = X}, kTick);
   CHECK(broken.status == Status::kNonFinite);
   CHECK(broken.wrench == Wrenchd::zero());
@@ -281,7 +281,7 @@ TEST_CASE("several guards add their pushes, and the nearer one gives the distanc
   CHECK(broken.structures.nearest == 4);
 
   // A scene of forces alone has pushes of forces alone.
-  HapticScene forces{bone, kIso, renderer(), near, ForceOnly{}};
+  HapticScene forces{bone, kIso, renderer(), nearer, ForceOnly{}};
   CHECK(forces.tick({.X_WT = X}, kTick).structures.push == Wrenchd{Vec3d(2, 0, 0), Vec3d::Zero()});
 }
 

@@ -62,7 +62,7 @@ TEST_CASE("26 sphere vertices are the directions of a cube, weighted for degree 
         }
         const bool even = a % 2 == 0 && b % 2 == 0 && c % 2 == 0;
         const double exact = even ? odd(a - 1) * odd(b - 1) * odd(c - 1) / odd(a + b + c + 1) : 0.0;
-        CHECK(sum == near(exact, 1e-12));
+        CHECK(sum == within(exact, 1e-12));
       }
 }
 
