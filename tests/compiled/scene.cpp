@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <trephine/compiled/library.hpp>
 #include <trephine/compiled/scene.hpp>
 
 #include "integration/scenes.hpp"
@@ -137,6 +138,12 @@ void compare_bare(const char* name) {
 
 const Coulomb kFriction{0.3, 0.2};
 
+/// Structs of numbers in the same order.
+bool same(const auto& ours, const auto& theirs) {
+  static_assert(sizeof ours == sizeof theirs);
+  return std::memcmp(&ours, &theirs, sizeof ours) == 0;
+}
+
 }  // namespace
 
 TEST_CASE("a compiled scene equals the header scene bit for bit: every renderer, every stage but cutting") {
@@ -153,6 +160,103 @@ TEST_CASE("a compiled scene equals the header scene bit for bit: every renderer,
       SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts::thesis()}, SurfaceOptions{.stiffness = 600}},
       {.renderer = compiled::RendererKind::kSurface,
        .surface = {.stiffness = 600, .sphere = 26, .slices = 20, .per_slice = 8}});
+}
+
+TEST_CASE("every option reaches its stage") {
+  const compiled::StageOptions o{
+      .release_limit = compiled::ReleaseLimit{.stiffness = 901, .rotational_stiffness = 0.4, .release = 33},
+      .hunt_crossley = compiled::HuntCrossley{.lambda = 0.7, .max_factor = 1.6, .lever = 0.03},
+      .cutting = compiled::CuttingForce{.edges = {.flutes = 3, .chisel = true},
+                                        .speed = 800,
+                                        .clockwise = false,
+                                        .stall_torque = 0.3,
+                                        .felt = 0.2,
+                                        .soft = 20,
+                                        .cortical = 950},
+      .vibration = compiled::MillingVibration{
+          .frequency = 90, .per_force = 0.05, .per_removal = 0.01, .amplitude_limit = 0.4},
+      .damping = compiled::Damping{.linear = 0.6, .angular = 2e-4, .only_in_contact = true},
+      .filter = compiled::FirstOrderFilter{.cutoff = 70},
+      .passivity = compiled::PassivityController{.stiffness = 301,
+                                                 .angular_stiffness = 0.11,
+                                                 .delay = 2e-3,
+                                                 .quantum = 3e-5,
+                                                 .angular_quantum = 4e-4,
+                                                 .contact_stiffness = 502,
+                                                 .contact_angular_stiffness = 0.25,
+                                                 .damping = 6,
+                                                 .angular_damping = 7e-3,
+                                                 .force = 0.8,
+                                                 .torque = 0.02,
+                                                 .force_rate = 90,
+                                                 .torque_rate = 5,
+                                                 .reserve = 1e-3,
+                                                 .memory = 0.12},
+      .rate_limit = compiled::WrenchRateLimit{.force = 130, .torque = 14},
+      .limits = compiled::DeviceLimits{.force = 1.5, .torque = 0.05}};
+  const compiled::SceneParts parts(o);
+  CHECK(same(*o.release_limit, *parts.release_limit));
+  CHECK(same(*o.hunt_crossley, *parts.hunt_crossley));
+  CHECK(same(*o.vibration, *parts.vibration));
+  CHECK(same(*o.filter, *parts.filter));
+  CHECK(same(*o.passivity, *parts.passivity));
+  CHECK(same(*o.rate_limit, *parts.rate_limit));
+  CHECK(same(*o.limits, parts.limits));
+  CHECK(parts.damping->linear == 0.6);
+  CHECK(parts.damping->angular == 2e-4);
+  CHECK(parts.damping->only_in_contact);
+  const CuttingForce::Options& law = *parts.cutting;
+  CHECK(law.edges.flutes == 3);
+  CHECK(law.edges.chisel);
+  CHECK(law.speed == 800);
+  CHECK(!law.clockwise);
+  CHECK(law.stall_torque == 0.3);
+  CHECK(law.felt == 0.2);
+  CHECK(law.strength.soft == 20);
+  CHECK(law.strength.cortical == 950);
+}
+
+TEST_CASE("every option reaches its renderer and its cut: with others than the defaults bits are still equal") {
+  const StiffnessBudget budget{.linear = 350, .angular = 0.02};
+  compare_with_every_stage(
+      "line",
+      LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{.shaft = 33}},
+                         LineOptions{.stiffness = 700, .shaft_stiffness = 300, .budget = budget}},
+      {.renderer = compiled::RendererKind::kLine,
+       .line = {.stiffness = 700, .shaft_stiffness = 300, .vertices = 33, .budget = budget}});
+  compare_with_every_stage(
+      "surface",
+      SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts{.sphere = 40, .slices = 11, .per_slice = 6}},
+                            SurfaceOptions{.stiffness = 700, .budget = budget}},
+      {.renderer = compiled::RendererKind::kSurface,
+       .surface = {.stiffness = 700, .sphere = 40, .slices = 11, .per_slice = 6, .budget = budget}});
+  const CoupledOptions coupled{.stiffness = 500, .rotational_stiffness = 0.2, .force = 2, .torque = 0.05, .bite = 0.5};
+  compare_with_every_stage("coupled", CoupledToolRenderer{kDrill, coupled}, {.coupled = coupled});
+
+  const auto compare_cut = [](const char* name, const compiled::Milling& milling, auto header_milling) {
+    CAPTURE(name);
+    auto block = make_block<std::int16_t>();
+    compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {.renderer = compiled::RendererKind::kLine},
+                          {.milling = milling});
+    HapticScene header{block, kIsovalue, LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{}}}, header_milling};
+    drill_both<std::int16_t>(header, scene);
+  };
+  // Forces below and above the bound of a tenth of a newton.
+  compare_cut("rate",
+              {.cut = compiled::Cut::kRateLimited,
+               .rate = 3e4,
+               .reference_force = 0.2,
+               .most_force_factor = 0.5,
+               .slope = 25},
+              Milling{RateLimitedCut<>{.rate = 3e4, .reference_force = 0.2, .most_force_factor = 0.5}, {.slope = 25}});
+  compare_cut(
+      "speed",
+      {.cut = compiled::Cut::kAdvancing,
+       .speed = 5e-3,
+       .reference_force = 0.2,
+       .most_force_factor = 0.5,
+       .follow_probe = true},
+      Milling{AdvancingCut{.speed = 5e-3, .reference_force = 0.2, .most_force_factor = 0.5}, {.follow_probe = true}});
 }
 
 TEST_CASE("absent stages change no bit, with every kind of density") {
@@ -219,11 +323,13 @@ TEST_CASE("stages change between ticks as a header scene's options do") {
       other.milling->rate = 5e4;
       other.damping->linear = 2;
       other.filter->cutoff = 80;
+      other.rate_limit->force = 100;
       other.limits->force = 1;
       scene.set_stages(other);
       header.part<Milling<RateLimitedCut<>>>().adopt({.rate = 5e4});
       header.part<Damping>().adopt({.linear = 2, .angular = 1e-4});
       header.part<FirstOrderFilter>().adopt({.cutoff = 80});
+      header.part<WrenchRateLimit>().adopt({.force = 100});
       header.part<DeviceLimits>().adopt({.force = 1, .torque = kTorqueLimit});
     }
     different += equal(header.tick(input_at(tick), kDt), scene.tick(input_at(tick), kDt)) ? 0 : 1;
@@ -427,10 +533,6 @@ TEST_CASE("options of a compiled scene have the headers' defaults") {
   CHECK(milling.most_force_factor == AdvancingCut{}.most_force_factor);
   CHECK(milling.slope == MillingOptions{}.slope);
   CHECK(milling.follow_probe == MillingOptions{}.follow_probe);
-  const auto same = [](const auto& ours, const auto& theirs) {
-    static_assert(sizeof ours == sizeof theirs);
-    return std::memcmp(&ours, &theirs, sizeof ours) == 0;
-  };
   CHECK(same(compiled::HuntCrossley{}, HuntCrossley::Options{}));
   CHECK(same(compiled::MillingVibration{}, MillingVibration::Options{}));
   CHECK(same(compiled::FirstOrderFilter{}, FirstOrderFilter::Options{}));

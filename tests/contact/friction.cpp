@@ -141,6 +141,12 @@ TEST_CASE_TEMPLATE("sliding friction is the kinetic coefficient, against the mot
   }
 }
 
+TEST_CASE_TEMPLATE("a slide by less than the search's tolerance a tick is a slide, not a stick", Scalar, float, double) {
+  // Else it would stop at each tick, and the next one had the static coefficient.
+  const Sliding s = slide_on_circle<Scalar>(Coulomb(0.5, 0.2), Vec3d::UnitZ(), 4, 0.4 * kSurfaceTolerance, 16000);
+  CHECK(s.mean == near(0.2, kFrictionError));
+}
+
 TEST_CASE_TEMPLATE("no friction where the coefficient is zero", Scalar, float, double) {
   const Sliding none = slide_on_circle<Scalar>(Frictionless{}, Vec3d::UnitZ(), 4, 0.1, 1000);
   const Sliding zero = slide_on_circle<Scalar>(Coulomb(0, 0), Vec3d::UnitZ(), 4, 0.1, 1000);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bound on a wrench's change from tick to tick.
 #include "support/cases.hpp"
+#include "support/near.hpp"
 #include "support/random.hpp"
 
 #include <trephine/contact/release_bound.hpp>
@@ -115,6 +116,28 @@ TEST_CASE("release bound: it starts without a wrench, forgets it, and passes eve
   sent = full;
   CHECK_FALSE(none.apply(sent, Vec6d::Zero(), 1e-3));
   CHECK(sent == full);
+}
+
+TEST_CASE("release bound: at a jump the wrench falls as its spring does where the device yields to it, and else stays") {
+  const double dt = 1e-3, slope = kRelease * dt;
+  const auto after_jump = [&](const Wrenchd& held, const Vec3d& shift, const Vec3d& turn, bool jumped) {
+    ReleaseBound bound(kStiffness, kLever, std::numeric_limits<double>::infinity());
+    Wrenchd sent = held;
+    bound.follow(Posed::Identity(), false);
+    static_cast<void>(bound.apply(sent, Vec6d::Zero(), dt));
+    bound.set(kStiffness, kLever, kRelease);
+    bound.follow(make_pose<double>(rotation_from_vector(turn), shift), jumped);
+    sent = {};
+    static_cast<void>(bound.apply(sent, Vec6d::Zero(), dt));
+    return sent;
+  };
+  const Wrenchd pushed{Vec3d(0, 0, 2), Vec3d::Zero()}, turned{Vec3d::Zero(), Vec3d(0, 2 * kLever, 0)};
+  const Vec3d away(0, 0, 1 / kStiffness), none = Vec3d::Zero(), back(0, 1 / (kStiffness * kLever), 0);
+  CHECK(after_jump(pushed, away, none, true).force.z() == near(1 - slope));
+  CHECK(after_jump(pushed, -away, none, true).force.z() == near(2 - slope));
+  CHECK(after_jump(pushed, 9 * away, none, true) == Wrenchd::zero());
+  CHECK(after_jump(pushed, away, none, false).force.z() == near(2 - slope));
+  CHECK(after_jump(turned, none, back, true).torque.y() == near((1 - slope) * kLever));
 }
 
 TEST_CASE("release bound: a wrench beyond all reason does not overflow") {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/coupled_helpers.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <doctest/doctest.h>
 
@@ -61,6 +62,19 @@ TEST_CASE("coupled tool: a ball on a plane is felt with K, along the plane's nor
 }
 
 // Densities that are linear in depth: the interpolant's isosurface is the plane itself, however unequal the spacings.
+TEST_CASE("coupled tool: a mask whose bone is just at the isovalue is felt as below it") {
+  // Up to voxel 21, where the face is then too.
+  Bone bone = make_bone(ImageOptions{}, [](int, int, int k) { return k <= 21 ? 100 : 0; });
+  const Vec3d at(ImageOptions{}.middle().x(), ImageOptions{}.middle().y(), 21 * kH);
+  const auto force = [&](double isovalue) {
+    HapticScene scene{bone, isovalue, CoupledToolRenderer{kBall, kGains}};
+    const auto pose = [&](double deep) { return tool_at(at + Vec3d(0, 0, kBall.tip_radius - deep), Vec3d::UnitZ()); };
+    return lead(scene, pose(-2e-4), pose(2e-3), 60).wrench.force.z();
+  };
+  CHECK(force(100) == near(kK * 2e-3, 0.05));
+  CHECK(force(100) == near(force(99.9), 0.01));
+}
+
 TEST_CASE("coupled tool: planes in voxels as long as 5 mm are felt as they are") {
   CAPTURE(kSeed);
   // Asked for are 1 % and half a degree, always. Reached are .1 % and .2 degrees, at 5 mm .3 % and .8 degrees:

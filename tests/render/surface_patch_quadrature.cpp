@@ -3,6 +3,7 @@
 #include "render/render_helpers.hpp"
 #include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
+#include "support/near.hpp"
 
 #include <trephine/render/surface/patch_quadrature.hpp>
 #include <trephine/render/surface/ray_exits.hpp>
@@ -122,6 +123,25 @@ TEST_CASE(
   CHECK(of_far == 0);
   CHECK(hit_without == 0);
   CHECK(calls == 0);
+}
+
+TEST_CASE("patch quadrature: a small ball of bone in voxels has the force of the ball itself") {
+  CAPTURE(kSeed);
+  Random random(kSeed + 5);
+  const RasterOptions o{.size = {32, 32, 32}, .image = Image::kClampedDistance};
+  SurfaceApproxRenderer<double> renderer{Tool(Burr{.tip_radius = 0.0015, .shaft_length = 0}, {.sphere = 260})};
+  Figures share;
+  for (int turn = 0; turn < 8; ++turn) {
+    const Ball bone{o.middle() + kVoxel * random.arrow(), 2.5 * kVoxel};
+    const auto grid = rasterise<float>(bone, o);
+    const auto voxels = field_of<double>(grid, o);
+    const ShapeField<double, Ball> exact(bone, kVoxel);
+    const Vec3d n = random.unit();
+    const Posed X = tool_at(bone.centre + (bone.radius + 0.0015 - 2e-4) * n, random.unit());
+    share.add(render_at(renderer, voxels, X).wrench.force.dot(n) / render_at(renderer, exact, X).wrench.force.dot(n));
+  }
+  MESSAGE("force in voxels over the ball's own ", share);
+  CHECK(share.median() == near(1, 0.1));
 }
 
 TEST_CASE("patch quadrature: springs enter continuously as the tool is lowered") {

@@ -109,6 +109,51 @@ TEST_CASE("passivity: a held spring's leak is K T/2 of v², and one within the s
   }
 }
 
+TEST_CASE("passivity: just what a device bears is left alone: of hold, delay and readings, in place and angle") {
+  const double v = 0.05, w = 2, hold = kTick / 2 + 1.5e-3;
+  const Options o{.stiffness = 700,
+                  .angular_stiffness = 0.4,
+                  .delay = 1.5e-3,
+                  .quantum = 5e-5,
+                  .angular_quantum = 1e-3,
+                  .reserve = 1};
+  // A push along the motion gives F v; the device bears K v (hold v + quantum / 2), likewise in angle.
+  const double force = o.stiffness * (hold * v + o.quantum / 2);
+  const double torque = o.angular_stiffness * (hold * w + o.angular_quantum / 2);
+  const TickInput input{};
+  const Vec3d along = Vec3d(1, -2, 2) / 3;
+  for (const bool turns : {false, true})
+    for (const double more : {0.95, 1.1}) {
+      PassivityController controller(o);
+      TickContext context = touching(input);
+      context.twist_to_bone = {turns ? Vec3d::Zero() : Vec3d(v * along), turns ? Vec3d(w * along) : Vec3d::Zero()};
+      for (int k = 0; k < 60; ++k) {
+        controller.begin_tick();
+        Wrenchd push{turns ? Vec3d::Zero() : Vec3d(more * force * along),
+                     turns ? Vec3d(more * torque * along) : Vec3d::Zero()};
+        const Wrenchd sent = push;
+        controller.apply(context, push);
+        controller.sent(sent);  // as if nothing were injected
+      }
+      CAPTURE(turns);
+      CHECK((controller.excess() > 0) == (more > 1));
+      // It brakes: against the motion, in force as in torque.
+      CHECK((turns ? controller.injected().torque : controller.injected().force).dot(along) <= 0);
+      CHECK((controller.injected() == Wrenchd::zero()) == (more < 1));
+    }
+}
+
+TEST_CASE("passivity: energy that springs store counts at once, that of torque too") {
+  const Options o{.contact_stiffness = 500, .contact_angular_stiffness = 0.25, .reserve = 1};
+  const TickInput input{};
+  PassivityController controller(o);
+  controller.begin_tick();
+  Wrenchd wrench{Vec3d(0, 2, 0), Vec3d(0, 0, 0.1)};
+  controller.apply(touching(input), wrench);
+  const double stored = 2.0 * 2.0 / (2 * 500) + 0.1 * 0.1 / (2 * 0.25);
+  CHECK(controller.excess() == near(stored * std::exp(-kTick / o.memory), 1e-12));
+}
+
 TEST_CASE("passivity: bursts are bounded in size and rate, and no motion is no division by nothing") {
   auto bone = small_grid();
   const Options o{.stiffness = 0, .damping = 20, .force = 0.8, .force_rate = 100, .torque_rate = 1};

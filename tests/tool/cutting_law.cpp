@@ -160,7 +160,9 @@ Engagement brute_force(const ToolOutline& head, const Vec3d& feed) {
       if (!(facing > 0)) continue;
       sum.area += facing * p.rho * angle * step;
       sum.pressed += facing * facing * angle * step;
-      sum.around += facing * angle * step * Vec3d::UnitZ().cross(radial);
+      const Vec3d around = facing * angle * step * Vec3d::UnitZ().cross(radial);
+      sum.around += around;
+      sum.moment += (p.rho * radial + p.z * Vec3d::UnitZ()).cross(around);
     }
   }
   return sum;
@@ -168,7 +170,7 @@ Engagement brute_force(const ToolOutline& head, const Vec3d& feed) {
 
 TEST_CASE("engagement: every head cuts as brute force says, in any direction") {
   Random random(13);
-  Figures area, pressed, around;
+  Figures area, pressed, around, moment;
   for (const ToolOfShape& t : every_tool()) {
     const ToolOutline head = t.tool.cutting_head(0).outline;
     const HeadElements elements(head);
@@ -179,14 +181,16 @@ TEST_CASE("engagement: every head cuts as brute force says, in any direction") {
       area.add(std::abs(on.area / truth.area - 1));
       pressed.add(std::abs(on.pressed / truth.pressed - 1));
       around.add((on.around - truth.around).norm() / truth.pressed);
+      moment.add((on.moment - truth.moment).norm() / (truth.pressed * head.side_length()));
       CAPTURE(t.name);
       CAPTURE(feed.transpose());
       CHECK(area.all().back() < 0.015);
       CHECK(pressed.all().back() < 0.008);
       CHECK(around.all().back() < 0.027);
+      CHECK(moment.all().back() < 0.015);
     }
   }
-  MESSAGE("off: area ", area, ", pressed ", pressed, ", around ", around);
+  MESSAGE("off: area ", area, ", pressed ", pressed, ", around ", around, ", moment ", moment);
 }
 
 TEST_CASE("engagement: a ball whose front half cuts has closed forms, in any direction") {

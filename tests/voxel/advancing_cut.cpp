@@ -67,6 +67,25 @@ TEST_CASE_TEMPLATE("advancing: the surface recedes at the speed, on every contra
   }
 }
 
+TEST_CASE("advancing: in thick slices the surface recedes at the speed, along them and across") {
+  constexpr double kSpeed = 1e-3;
+  constexpr int kTicks = 600;
+  for (int across = 0; across < 3; ++across) {
+    Vec3d h = Vec3d::Constant(kVoxel);
+    h[across] *= 3;
+    auto grid = make_grid<float>({.size = {40, 40, 40}, .spacing = h, .outside = 10}, [&](int, int, int k) {
+      return std::clamp(kIso + 60 * (20.3 * h.z() - k * h.z()) / h.z(), 10.0, 245.0);
+    });
+    const Vec3d p = 20 * h;
+    const DensityField<float, double> field(grid, kIso);
+    const double before = height(field, p, 30 * h.z());
+    for (std::uint32_t t = 0; t < kTicks; ++t) (void)cut(grid, p, 13 * kVoxel, AdvancingCut{.speed = kSpeed}, t);
+    CAPTURE(across);
+    constexpr double kRounding = 0.07;  // a sharp edge is rounded first
+    CHECK(before - height(field, p, 30 * h.z()) == near(kSpeed * kDt * kTicks, kRounding));
+  }
+}
+
 TEST_CASE("advancing: bone ahead of the surface keeps its densities, and nothing lets go at once") {
   const Vec3d p = kVoxel * Vec3d(16, 16, 20);
   const auto greatest_step = [&](const auto& policy, int ticks, bool& kept) {

@@ -352,6 +352,24 @@ TEST_CASE_TEMPLATE("bone surface: voxels just below the isovalue are air", Densi
   CHECK(tried > 0);
 }
 
+TEST_CASE_TEMPLATE("bone surface: voxels at the isovalue are bone, of a mask too", Density, std::uint8_t, std::int16_t,
+                   float) {
+  const RasterOptions o{.size = {24, 24, 24}, .image = Image::kBinary, .contrast = 40};
+  const auto grid = rasterise<Density>(Ball{o.middle(), 5.3 * kH}, o);
+  const AllPatches at = all_anew(grid, 40), below = all_anew(grid, 39.99);
+  CHECK(at.elements.size() > 300);
+  CHECK(at.elements.size() == below.elements.size());
+  double apart = 0;
+  for (const auto& [key, p] : below.elements)
+    if (const auto it = at.elements.find(key); it != at.elements.end())
+      apart = std::max(apart, (it->second.position - p.position).norm());
+  CHECK(apart < 0.01 * kH);
+  const BoneSurface<Density> surface(grid, 40);
+  CHECK(surface.is_bone(o.middle()));
+  CHECK(surface.has_bone(grid.brick_index(1, 1, 1)));
+  CHECK(surface.crosses(grid.brick_index(1, 1, 1)));
+}
+
 TEST_CASE("bone surface: bone that the volume cuts off ends in a face") {
   for (const int n : {15, 16, 17}) {
     CAPTURE(n);

@@ -83,6 +83,8 @@ TEST_CASE("Maps of air at their edges") {
   CHECK(bone.clearance_at(Vec3d::Constant(4e-3)) == 0);
   CHECK(bone.clearance_at(Vec3d(0.02, 4e-3, 4e-3)) == near(0.011));  // beyond the border voxel at 9
   CHECK(bone.clearance_at(Vec3d::Constant(std::numeric_limits<double>::quiet_NaN())) == 0);
+  ClearanceMap<std::uint8_t> at_isovalue(all, 200);
+  CHECK(at_isovalue.clearance_at(Vec3d::Constant(4e-3)) == 0);
   ClearanceMap<std::uint8_t> none(all, 201);
   CHECK(none.clearance_at(Vec3d::Constant(4e-3)) > 1);
   // Bone beyond the grid: nowhere is clear.
@@ -91,5 +93,7 @@ TEST_CASE("Maps of air at their edges") {
   ClearanceMap<std::uint8_t> hollow(inverted, 100);
   CHECK(hollow.clearance_at(Vec3d::Constant(4e-3)) == 0);
   CHECK(hollow.clearance_at(Vec3d::Constant(1.0)) == 0);
+  CHECK_FALSE(DensityField<std::uint8_t, double>(inverted, 100).is_beyond(Vec3d::Constant(1.0), 1e-3));
+  CHECK(DensityField<std::uint8_t, double>(all, 100).is_beyond(Vec3d::Constant(1.0), 1e-3));
   CHECK_THROWS_AS(ClearanceMap<std::uint8_t>(all, std::numeric_limits<double>::infinity()), std::invalid_argument);
 }
