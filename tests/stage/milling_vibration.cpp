@@ -59,7 +59,8 @@ TEST_CASE("vibration: the same at the same time at any tick rate") {
     const auto signal = added(vibration, dt, static_cast<int>(rate));
     CHECK(amplitude_at(signal, 130, dt) == near(0.2, 1e-9));
     for (std::size_t k = 0; k < signal.size(); k += 7)
-      CHECK(signal[k].y() == within(0.2 * std::sin(2 * std::numbers::pi * 130 * dt * static_cast<double>(k + 1)), 1e-8));
+      CHECK(signal[k].y() ==
+            within(0.2 * std::sin(2 * std::numbers::pi * 130 * dt * static_cast<double>(k + 1)), 1e-8));
   }
   MillingVibration unsteady{{.frequency = 130, .per_force = 0.04}};
   double t = 0;
