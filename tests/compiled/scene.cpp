@@ -173,8 +173,8 @@ TEST_CASE("every option reaches its stage") {
                                         .felt = 0.2,
                                         .soft = 20,
                                         .cortical = 950},
-      .vibration = compiled::MillingVibration{
-          .frequency = 90, .per_force = 0.05, .per_removal = 0.01, .amplitude_limit = 0.4},
+      .vibration =
+          compiled::MillingVibration{.frequency = 90, .per_force = 0.05, .per_removal = 0.01, .amplitude_limit = 0.4},
       .damping = compiled::Damping{.linear = 0.6, .angular = 2e-4, .only_in_contact = true},
       .filter = compiled::FirstOrderFilter{.cutoff = 70},
       .passivity = compiled::PassivityController{.stiffness = 301,
@@ -218,12 +218,11 @@ TEST_CASE("every option reaches its stage") {
 
 TEST_CASE("every option reaches its renderer and its cut: with others than the defaults bits are still equal") {
   const StiffnessBudget budget{.linear = 350, .angular = 0.02};
-  compare_with_every_stage(
-      "line",
-      LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{.shaft = 33}},
-                         LineOptions{.stiffness = 700, .shaft_stiffness = 300, .budget = budget}},
-      {.renderer = compiled::RendererKind::kLine,
-       .line = {.stiffness = 700, .shaft_stiffness = 300, .vertices = 33, .budget = budget}});
+  compare_with_every_stage("line",
+                           LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{.shaft = 33}},
+                                              LineOptions{.stiffness = 700, .shaft_stiffness = 300, .budget = budget}},
+                           {.renderer = compiled::RendererKind::kLine,
+                            .line = {.stiffness = 700, .shaft_stiffness = 300, .vertices = 33, .budget = budget}});
   compare_with_every_stage(
       "surface",
       SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts{.sphere = 40, .slices = 11, .per_slice = 6}},
@@ -242,13 +241,10 @@ TEST_CASE("every option reaches its renderer and its cut: with others than the d
     drill_both<std::int16_t>(header, scene);
   };
   // Forces below and above the bound of a tenth of a newton.
-  compare_cut("rate",
-              {.cut = compiled::Cut::kRateLimited,
-               .rate = 3e4,
-               .reference_force = 0.2,
-               .most_force_factor = 0.5,
-               .slope = 25},
-              Milling{RateLimitedCut<>{.rate = 3e4, .reference_force = 0.2, .most_force_factor = 0.5}, {.slope = 25}});
+  compare_cut(
+      "rate",
+      {.cut = compiled::Cut::kRateLimited, .rate = 3e4, .reference_force = 0.2, .most_force_factor = 0.5, .slope = 25},
+      Milling{RateLimitedCut<>{.rate = 3e4, .reference_force = 0.2, .most_force_factor = 0.5}, {.slope = 25}});
   compare_cut(
       "speed",
       {.cut = compiled::Cut::kAdvancing,

@@ -141,7 +141,8 @@ TEST_CASE_TEMPLATE("sliding friction is the kinetic coefficient, against the mot
   }
 }
 
-TEST_CASE_TEMPLATE("a slide by less than the search's tolerance a tick is a slide, not a stick", Scalar, float, double) {
+TEST_CASE_TEMPLATE("a slide by less than the search's tolerance a tick is a slide, not a stick", Scalar, float,
+                   double) {
   // Else it would stop at each tick, and the next one had the static coefficient.
   const Sliding s = slide_on_circle<Scalar>(Coulomb(0.5, 0.2), Vec3d::UnitZ(), 4, 0.4 * kSurfaceTolerance, 16000);
   CHECK(s.mean == near(0.2, kFrictionError));

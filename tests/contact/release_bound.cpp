@@ -118,7 +118,8 @@ TEST_CASE("release bound: it starts without a wrench, forgets it, and passes eve
   CHECK(sent == full);
 }
 
-TEST_CASE("release bound: at a jump the wrench falls as its spring does where the device yields to it, and else stays") {
+TEST_CASE(
+    "release bound: at a jump the wrench falls as its spring does where the device yields to it, and else stays") {
   const double dt = 1e-3, slope = kRelease * dt;
   const auto after_jump = [&](const Wrenchd& held, const Vec3d& shift, const Vec3d& turn, bool jumped) {
     ReleaseBound bound(kStiffness, kLever, std::numeric_limits<double>::infinity());

@@ -15,6 +15,17 @@
 using namespace trephine;
 using namespace trephine::test;
 
+TEST_CASE("presets: the passivity controller knows the device's readings and the contact's stiffness") {
+  CHECK(device_preset("Touch").passivity.quantum == 0.055e-3);
+  CHECK(device_preset("Premium 1.5 6DOF").passivity.quantum == 0.03e-3);
+  for (const std::string_view name : device_preset_names()) {
+    const DevicePreset p = device_preset(name);
+    CHECK(p.passivity.contact_stiffness == p.stiffness);
+    CHECK(p.passivity.contact_angular_stiffness == p.capabilities.angular_stiffness);
+    CHECK(p.passivity.stiffness < p.stiffness);
+  }
+}
+
 TEST_CASE("presets: every device's figures are those published, its options valid, its scene within its means") {
   const auto names = device_preset_names();
   CHECK(names.size() == 7);

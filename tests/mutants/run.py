@@ -8,7 +8,7 @@ compiles once. Each mutant is then run with its tests alone, until one fails, cr
 Fails if under 95 % are killed, if a survivor has no reason, and if one with a reason is killed.
 
 The list: a comment about what a user would feel, `in HEADER` or `in HEADER after TEXT`, `- original`, `+ mutated`,
-`by TEST...`, and for a survivor `survives because ...`. The original occurs once in the header, or first after a text
+`by TEST...`, `case NAME` where a part of a test will do, and for a survivor `survives because ...`. The original occurs once in the header, or first after a text
 that does; blanks and line ends are alike. It is a statement if it ends with a semicolon, else an expression."""
 
 import argparse
@@ -49,8 +49,7 @@ def read_list():
             header, _, after = rest.partition(" after ")
             block = {"number": len(mutants) + 1, "line": number, "felt": " ".join(comment), "in": header, "after": after}
             mutants.append(block)
-            comment = []
-        elif key in ("-", "+", "by", "survives"):
+        elif key in ("-", "+", "by", "case", "survives"):
             block[key] = f"{block[key]} {rest}" if key in block else rest
         elif not key:
             comment = []
@@ -129,19 +128,19 @@ def build(tests, jobs):
     subprocess.run(["cmake", "--build", WORK / "build", "-j", str(jobs), "--target", *programs], check=True)
 
 
-def run(test, mutant, limit=None):
-    """Returns what a test says: whether it passes, its time, and the first case that fails."""
+def run(test, case, mutant, limit=None):
+    """Returns what a test, or its cases with this in their names, says: whether it passes, its time, the first failure."""
     folder = test.split("/")[0]
     program = next(p for p in (WORK / "build/tests" / f"tests_{folder}", WORK / "build/tests" / folder / f"tests_{folder}") if p.exists())
     start = time.monotonic()
     try:
-        done = subprocess.run([program, f"--source-file=*/{test}", "--abort-after=1"], cwd=WORK, timeout=limit, stdout=subprocess.PIPE,
+        done = subprocess.run([program, f"--source-file=*/{test}", f"--test-case=*{case}*", "--abort-after=1"], cwd=WORK, timeout=limit, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, errors="replace", env={**os.environ, "TREPHINE_MUTANT": str(mutant)})
     except subprocess.TimeoutExpired:
         return False, limit, "hangs"
-    case = re.search(r"TEST CASE: *(.*)", done.stdout)
+    failed = re.search(r"TEST CASE: *(.*)", done.stdout)
     passes = done.returncode == 0 and re.search(r"test cases: *[1-9]", done.stdout) is not None
-    return passes, time.monotonic() - start, case.group(1).strip() if case else f"ends with {done.returncode}"
+    return passes, time.monotonic() - start, failed.group(1).strip() if failed else f"ends with {done.returncode}"
 
 
 def main():
@@ -161,17 +160,18 @@ def main():
 
     chosen = [m for m in mutants if not options.only or m["number"] in options.only]
     times = {}
-    for test in sorted({test for m in chosen for test in m["by"].split()}):
-        passes, times[test], case = run(test, 0)
-        print(f"{test}: {times[test]:.1f} s", flush=True)
+    for test in sorted({(test, m.get("case", "")) for m in chosen for test in m["by"].split()}):
+        passes, times[test], failure = run(*test, 0)
+        print(f"{times[test]:5.1f} s {' '.join(test)}", flush=True)
         if not passes:
-            sys.exit(f"{test} fails without a mutant: {case}")
+            sys.exit(f"{test[0]} fails without a mutant: {failure}")
 
     def kill(m):
         for test in m["by"].split():
-            passes, _, case = run(test, m["number"], 10 * times[test] + 10)
+            case = m.get("case", "")
+            passes, _, failure = run(test, case, m["number"], 10 * times[test, case] + 10)
             if not passes:
-                return f"{test}: {case}"
+                return f"{test}: {failure}"
         return None
 
     killed, wrong = 0, 0
@@ -181,7 +181,7 @@ def main():
             killed += killer is not None
             wrong += (killer is None) != (reason is not None)
             verdict = f"killed by {killer}" if killer else f"survives {reason}" if reason else "SURVIVES"
-            print(f"{m['number']:3} {verdict}\n    {m['in']}: {m['felt']}", flush=True)
+            print(f"{m['number']:3} {verdict}\n    {m['in']}: {m['felt']}: {m['+']}", flush=True)
     print(f"{killed} of {len(chosen)} mutants killed; longest test {max(times.values()):.1f} s")
     return 1 if wrong or killed < 0.95 * len(chosen) else 0
 

@@ -225,6 +225,23 @@ TEST_CASE("coupled milling: a fast plunge at any tick rate removes the same") {
   check("at once", Milling{}, 1e-12);
 }
 
+TEST_CASE("coupled milling: a reset forgets the last bite: the first cut after it is a new scene's") {
+  const ImageOptions o{.size = {50, 30, 30}};
+  const Vec3d up = Vec3d::UnitZ();
+  const auto left_by = [&](bool was_elsewhere) {
+    Bone bone = image(HalfSpace{o.middle(), up}, o);
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Milling{});
+    const auto pose = [&](double x) { return tool_at(o.middle() + Vec3d(x, 0, R - 4e-4), up); };
+    for (int i = 0; was_elsewhere && i < 5; ++i) static_cast<void>(scene.tick({.X_WT = pose(-4e-3)}, 1e-4));
+    scene.reset();
+    CHECK(scene.tick({.X_WT = pose(3e-3), .spindle_on = true}, 1e-4).removed_mm3 > 0);
+    std::vector<std::int16_t> voxels(std::size_t{50} * 30 * 30);
+    bone.copy_voxels(voxels);
+    return voxels;
+  };
+  CHECK(left_by(true) == left_by(false));
+}
+
 TEST_CASE("coupled milling: at high rates a cut at once bites every millisecond") {
   const ImageOptions o{.size = {30, 30, 40}};
   const Vec3d up = Vec3d::UnitZ();

@@ -75,6 +75,18 @@ TEST_CASE("coupled tool: a mask whose bone is just at the isovalue is felt as be
   CHECK(force(100) == near(force(99.9), 0.01));
 }
 
+TEST_CASE("coupled tool: pressed by two millimetres it is drawn on the surface") {
+  const Vec3d at = ImageOptions{}.middle();
+  Bone bone = image(HalfSpace{at, Vec3d::UnitZ()}, {});
+  auto scene = coupled_scene(bone, kBall);
+  const auto pose = [&](double deep) { return tool_at(at + Vec3d(0, 0, kBall.tip_radius - deep), Vec3d::UnitZ()); };
+  lead(scene, pose(-2e-4), pose(2e-3), 200);
+  for (int i = 0; i < 20; ++i) {
+    static_cast<void>(scene.tick({.X_WT = pose(2e-3)}, kDt));
+    CHECK(scene.visual_pose_W().translation().z() - at.z() == within(kBall.tip_radius, kH / 3));
+  }
+}
+
 TEST_CASE("coupled tool: planes in voxels as long as 5 mm are felt as they are") {
   CAPTURE(kSeed);
   // Asked for are 1 % and half a degree, always. Reached are .1 % and .2 degrees, at 5 mm .3 % and .8 degrees:

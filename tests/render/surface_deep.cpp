@@ -137,6 +137,11 @@ TEST_CASE_TEMPLATE("a jump starts deep contact anew and is said", Scalar, float,
   const auto out = render_at(held, field, in);
   CHECK(out.status == Status::kJump);
   CHECK(out.wrench == Wrench<Scalar>{});
+  // Nor from contact straight into bone elsewhere.
+  for (double z = 6; z > -3; z -= 0.2)
+    static_cast<void>(render_at(held, field, ball_at(o.middle() + Vec3d(0, 0, z * kVoxel))));
+  CHECK(held.groups()[0].force.norm() > Scalar(0.5));
+  CHECK(render_at(held, field, ball_at(o.middle() + Vec3d(0.008, 0, -0.001))).wrench == Wrench<Scalar>{});
   CHECK(render_at(extended, field, far).status == Status::kJump);
   CHECK(render_at(extended, field, in).status == Status::kJump);
   const auto again = render_at(extended, field, in);
@@ -203,6 +208,22 @@ double step_where_centre_enters(const Shape& shape, const Vec3d& way, double ste
     before = force;
   }
   return 1e9;
+}
+
+TEST_CASE("a slice whose axis is in bone has its own force at the axis, and as much again a radius deeper") {
+  const Burr burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.010};
+  const ShapeField<double, HalfSpace> field({Vec3d::Zero(), Vec3d::UnitZ()}, kVoxel);
+  SurfaceApproxRenderer<double> renderer(
+      ToolDiscretization<SurfaceCounts, double>(burr, {.sphere = 150, .slices = 10, .per_slice = 16}));
+  const auto force_at = [&](double deep) {  // of the shaft's axis, which lies along the plane
+    static_cast<void>(lead(renderer, field, tool_at(Vec3d(0, 0, 1e-3), Vec3d::UnitX()),
+                           tool_at(Vec3d(0, 0, -deep), Vec3d::UnitX()), 60));
+    return renderer.slices()[5].force.z();
+  };
+  const double edge = force_at(-1e-6);
+  CHECK(edge > 0.1);
+  CHECK(force_at(1e-6) == near(edge, 0.05));
+  CHECK(force_at(burr.shaft_radius / 2) == near(1.5 * edge, 0.05));
 }
 
 TEST_CASE_TEMPLATE("in a corner and over an edge too the extension begins where the vertices' law ends", Scalar, float,

@@ -275,6 +275,37 @@ TEST_CASE("cutting force: a burr that climbs is pulled forward, one that mills u
   CHECK(a.pull.x() > 0);
 }
 
+TEST_CASE("cutting force: pull and torque of a ball's lower half belong together, whichever way the bone is turned") {
+  const BoneBlock<std::int16_t> block{.length = 10e-3};
+  const NamedTool tool = tool_by_name("round-3");
+  const Posed turned = make_pose<double>(rotation_from_vector(Vec3d(1.1, -0.7, 2)), Vec3d(0.1, -0.2, 0.3));
+  std::array<Wrenchd, 2> edges{};
+  for (std::size_t n = 0; n < 2; ++n) {
+    const Posed X_WG = n == 0 ? Posed::Identity() : turned;
+    VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
+    bone.set_X_WG(X_WG);
+    CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
+    o.strength = block.strength();
+    HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 1500}},
+                      CuttingForce(o), Milling{PressureCut{}}};
+    // Down to its middle, then aside.
+    for (int i = 0; i < 900; ++i) {
+      const Vec3d way(-1.5e-3 + std::max(0, i - 400) * 4e-6, 0, std::max(0.0, 1.5e-3 - i * 5e-6));
+      static_cast<void>(
+          scene.tick({.X_WT = X_WG * tool_at(block.middle() + way, Vec3d::UnitZ(), 0.7), .spindle_on = true}, 1e-3));
+      if (i >= 700) edges[n] += 0.005 * scene.part<CuttingForce>().report().edges.rotated(X_WG.linear().transpose());
+    }
+  }
+  // Teeth pull across the axis at heights from −R to 0, and turn the tool by as much.
+  const double R = tool.tool.burr().tip_radius;
+  const Vec3d pull(edges[0].force.x(), edges[0].force.y(), 0);
+  CHECK(pull.norm() > 1);
+  const double height = edges[0].torque.dot(Vec3d::UnitZ().cross(pull)) / pull.squaredNorm();
+  CHECK(height == within(-0.5 * R, 0.4 * R));
+  CHECK((edges[1].force - edges[0].force).norm() < 0.03 * edges[0].force.norm());
+  CHECK((edges[1].torque - edges[0].torque).norm() < 0.03 * edges[0].torque.norm());
+}
+
 TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any path and with any cut") {
   Random random(kSeed + 1);
   for (int n = 0; n < cases(8); ++n) {

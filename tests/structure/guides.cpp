@@ -385,6 +385,27 @@ TEST_CASE("a depth stop pushes back beyond its plane alone, in proportion to the
   CHECK(peg.spring(at_height(-20e-3, 9e-3)).force.dot(Random::axis().unitOrthogonal()) > 0.1);
 }
 
+TEST_CASE("a jump fades each guide in anew") {
+  const auto after = [](auto guide, const Posed& X, Status last) {
+    const TickInput input{.X_WT = X};
+    Wrenchd wrench;
+    for (int tick = 0; tick <= 1000; ++tick) {
+      TickContext context = touching(input);
+      context.status = tick == 1000 ? last : Status::kOk;
+      wrench = {};
+      guide.apply(context, wrench);
+    }
+    return wrench.force.norm();
+  };
+  const AxisGuide axis{AxisGuide::Options{}};
+  const DepthStop stop{DepthStop::Options{}};
+  const Posed aside = at(2e-3, 0, 0), beyond = at(0, 0, -2e-3);
+  CHECK(after(axis, aside, Status::kOk) == near(0.8));
+  CHECK(after(axis, aside, Status::kJump) < 0.01);
+  CHECK(after(stop, beyond, Status::kOk) == near(1.6));
+  CHECK(after(stop, beyond, Status::kJump) < 0.01);
+}
+
 TEST_CASE("the gain rises and falls without a step when a guide is enabled, disabled, replaced or reset") {
   const Posed X = make_pose<double>(Mat3d::Identity(), Random::point() + Vec3d(8e-3, 0, 0));
   const AxisGuide::Options first = axis_options();

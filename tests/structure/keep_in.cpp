@@ -175,6 +175,25 @@ TEST_CASE("keep in: no step anywhere, none at all inside, none when switched, an
   CHECK(largest < 0.02);
 }
 
+TEST_CASE("keep in: bone that lies askew turns the push with it, and a jump fades it in anew") {
+  const auto field = ball().field(5_mm);
+  KeepIn keep(*field, 0, askew(), {.radius = 1_mm, .ramp = 0.05});
+  const Vec3d p_G = askew() * Vec3d(9.5_mm, 9.5_mm, 13.5_mm), push = keep.spring(p_G);
+  REQUIRE(push.norm() > 0.1);
+  const Posed X_WG = make_pose<double>(rotation_from_vector(Vec3d(1.2, 0.4, -2)), Vec3d(0.1, 0.2, -0.1));
+  const TickInput input{.X_WT = make_pose<double>(Mat3d::Identity(), Vec3d(X_WG * p_G))};
+  const auto force = [&](Status status) {
+    TickContext context{.input = input, .X_WG = X_WG, .dt = 1e-3};
+    context.status = status;
+    Wrenchd wrench;
+    keep.apply(context, wrench);
+    return wrench.force;
+  };
+  for (int n = 0; n < 60; ++n) (void)force(Status::kOk);
+  CHECK((force(Status::kOk) - X_WG.linear() * push).norm() < 1e-9);
+  CHECK(force(Status::kJump).norm() < 0.01 * push.norm());
+}
+
 TEST_CASE("keep in: damping takes energy, and what the guide cannot use is refused") {
   const LabelledTubes truth = ball();
   const auto field = truth.field(5_mm);
