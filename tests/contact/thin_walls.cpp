@@ -85,7 +85,7 @@ TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at a
         tries += c.tries;
       }
     }
-  MESSAGE(tries, " ticks behind plates, none of them through");
+  CHECK(tries > 10000);
 }
 
 // A plate of one voxel, blurred by half a voxel: its image is thin in places, and in some directions there are gaps.
@@ -96,7 +96,7 @@ TEST_CASE("swept: a plate of one blurred voxel holds where its image is a tenth 
   const double h = kVoxel, width = 0.5 * h * std::sqrt(2.0);
   Random random(seed);
   const RasterOptions o{.size = {40, 40, 40}};
-  int whole = 0, held_with_gaps = 0;
+  int whole = 0;
   std::array<int, 3> held{};
   for (int i = 0; i < 60; ++i) {
     const Vec3d n = random.unit(), at = o.middle() + h * random.arrow(), u = n.unitOrthogonal(), v = n.cross(u);
@@ -131,15 +131,10 @@ TEST_CASE("swept: a plate of one blurred voxel holds where its image is a tenth 
         if ((p - at).dot(n) > -1.5 * h) continue;
         on = on && proxy.in_contact() && (proxy.position().cast<double>() - at).dot(n) > -0.6 * h;
       }
-      if (gap)
-        held_with_gaps += on ? 1 : 0;
-      else
-        held[which] += on ? 1 : 0;
+      if (!gap) held[which] += on ? 1 : 0;
       ++which;
     }
   }
-  MESSAGE(whole, " of 60 images without a gap, held at .01, .1 and 1 m/s: ", held[0], ", ", held[1], ", ", held[2],
-          "; of passes where there are gaps ", held_with_gaps, " of ", 3 * (60 - whole));
   CHECK(whole > 20);
   for (const int count : held) CHECK(count == whole);
 }
@@ -227,7 +222,8 @@ TEST_CASE_TEMPLATE("work is bounded whatever the probe does", Scalar, float, dou
       CHECK(is_finite(proxy.position()));
     }
   }
-  MESSAGE("samples a call: most ", most, " of ", work_bound({.path_steps = 64}), " allowed, mean ", typical / calls);
+  CHECK(most < 3000);
+  CHECK(typical / calls < 1000);
 }
 
 TEST_CASE_TEMPLATE("an ordinary tick takes a few dozen samples", Scalar, float, double) {

@@ -279,12 +279,12 @@ TEST_CASE("a fine grid far from the world's origin is felt as accurately as one 
     return std::pair(a, b);
   };
   const auto here = force(Vec3d::Zero());
-  CHECK(here.first == near(0.16, 0.02));  // .2 mm at 800 N/m
+  CHECK(here.first == near(0.16, 0.011));  // .2 mm at 800 N/m
   CHECK(here.second > 0.05);
   // 800 m away a double resolves 1e-13 m; single precision alone would resolve .06 mm, half a voxel.
   for (const double metres : {1.0, 30.0, 800.0}) {
     const auto there = force(Vec3d(metres, -0.3 * metres, 0.1 * metres));
-    CHECK(there.first == near(here.first, 1e-4));
-    CHECK(there.second == near(here.second, 1e-4));
+    CHECK(there.first == near(here.first, 3e-6));
+    CHECK(there.second == near(here.second, 3e-6));
   }
 }

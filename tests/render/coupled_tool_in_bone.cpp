@@ -75,7 +75,7 @@ TEST_CASE("tool in bone: the core's test finds all bone along the axis that is l
   CHECK(missed == 0);
   CHECK(false_alarms == 0);
   CHECK(in_bone > 60);
-  CHECK(in_bone < 540);
+  CHECK(in_bone < 240);
 }
 
 /// Clearance of a half space of bone, known for balls of less than a fifth of the volume.

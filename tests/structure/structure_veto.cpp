@@ -283,7 +283,7 @@ TEST_CASE("a huge burr drills a planned cavity and no more, and what lies far ou
   CHECK(floor->refused_mm3() == 0);
   (void)Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
   CHECK(floor->refused_mm3() == refused);
-  CHECK(static_cast<double>(floor->bytes()) < 8.0 * kSize * kSize * kSize);
+  CHECK(static_cast<double>(floor->bytes()) < 1.8 * kSize * kSize * kSize);
 }
 
 TEST_CASE("what a veto cannot use is refused") {

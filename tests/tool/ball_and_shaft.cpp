@@ -156,7 +156,7 @@ TEST_CASE("ball and shaft: normal and curvature are the distance's derivatives")
     }
     MESSAGE(case_of.name, ": normal off its difference ", normal, "; curvature ", curvature);
     CHECK(normal.count() > 4000);
-    CHECK(creases < 50);
+    CHECK(creases < 18);
     CHECK(length.worst() <= kUnit);
     CHECK(normal.worst() <= kNormalError);
     CHECK(curvature.worst() <= kCurvatureError);

@@ -145,7 +145,7 @@ TEST_CASE("resampled: coarser samples are means, so waves finer than a voxel van
   for (int k = 3; k < 17; ++k)
     for (int j = 3; j < 17; ++j)
       for (int i = 3; i < 17; ++i) most = std::max(most, std::abs(static_cast<double>(coarse.at(i, j, k))));
-  CHECK(most <= 100);
+  CHECK(most <= 12);
 }
 
 TEST_CASE("resampled: single voxels, integer ranges, and what is refused") {
