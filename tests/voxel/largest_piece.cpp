@@ -165,9 +165,10 @@ TEST_CASE("largest piece: the grid keeps its place and its memory, and restore b
   Posed X_WG = Posed::Identity();
   X_WG.translation() = Vec3d(0.1, 0.2, 0.3);
   for (const bool keeps : {false, true}) {
+    const double isovalue = keeps ? 1 : 0.5;  // of a mask, just its bone's density too
     VoxelGrid<float> grid({.size = {6, 5, 4}, .spacing = Vec3d::Constant(1e-3), .X_WG = X_WG, .outside = -2}, voxels,
                           {.keep_original = keeps, .stored_gradients = true});
-    const RemovedPieces removed = keep_largest_piece(grid, 0.5);
+    const RemovedPieces removed = keep_largest_piece(grid, isovalue);
     CHECK(removed.pieces == 1);
     CHECK(removed.voxels == 1);
     CHECK(grid.at(5, 4, 3) == -2);
