@@ -107,10 +107,17 @@ TEST_CASE("patches on a ball press as infinitely many vertices do: flat, convex,
           CHECK(std::abs(p.bias) <= 0.006);
           CHECK(degrees <= 0.4);
           CHECK(place <= 0.03);  // 0.05 to 0.08 were the contact where the mean way ends
+          CHECK(p.errors.back() <= (share < 0.2 ? 0.06 : 0.03));
+          CHECK(p.degrees.back() <= 1);
+          CHECK(p.places.back() <= 0.1);
         } else {
           const double R = bone.radius, touching = count * share / 2 * (R == 0 ? 1 : R / (R + kRadius));
           CHECK(error <= 0.5 / touching);
           CHECK(degrees <= 4);
+          CHECK(place <= 0.7);
+          CHECK(p.errors.back() <= 1.5 / touching);
+          CHECK(p.degrees.back() <= 12);
+          CHECK(p.places.back() <= 1.6);
         }
       }
 }
@@ -160,6 +167,7 @@ TEST_CASE("patches of a shaft across a round bar turn it as infinitely many vert
   MESSAGE("torque p95 ", errors[57], ", of vertices without patches ", without[57]);
   // The image of the bar is off by h² / 12 R, 2.5 µm of 200, and force grows with the depth's power of 1.5 and more.
   CHECK(errors[57] <= 0.05);
+  CHECK(errors.back() <= 0.1);
   CHECK(errors[57] < 0.5 * without[57]);
 }
 

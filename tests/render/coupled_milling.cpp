@@ -61,7 +61,7 @@ TEST_CASE("coupled milling: a ball turned in its pit, socket, hole and slot, a s
     MESSAGE(name, std::string(burr.has_shaft() ? ", shaft about its axis" : ""), ": force changes by ", found.force,
             "; torque ", found.torque);
     CHECK(found.force.worst() <= kChange);
-    CHECK(found.torque.worst() <= kChange);
+    CHECK(found.torque.worst() <= kChange / 50);
   };
   const auto mill = [](double from, double to, double aside) {
     return [=](Bone& bone, const Vec3d& at, const Vec3d& n) {
@@ -125,7 +125,7 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
   // 2.1 %; the rim, which the image shows rounded, adds .6 to 1.1 % by where the block's top lies in its voxel. In 120
   // plunges of six other seeds it is 3.1 % at most.
   constexpr double kRemoved = 0.033;
-  constexpr double kBehind = kH / 2;
+  constexpr double kBehind = 1e-3 * kH;
   constexpr double kSpeed = 5e-3;
   Random random(kSeed + 1);
   const auto check = [&](const std::string& name, double depth, const auto& milling, const auto& law, double at_rest) {

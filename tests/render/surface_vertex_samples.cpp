@@ -67,7 +67,7 @@ void check_samples() {
         // A vertex without a sample is outside bone, and bone is out of its patch's reach.
         REQUIRE(bone(p.template cast<double>()) > reach(i));
       } else {
-        REQUIRE(static_cast<double>(samples[i]) == within(static_cast<double>(field.value(p)), 1e-4 * 10));
+        REQUIRE(static_cast<double>(samples[i]) == within(static_cast<double>(field.value(p)), 1e-5));
       }
     }
     partly += unsampled > 0 ? 1 : 0;
