@@ -220,9 +220,9 @@ TEST_CASE("every option reaches its renderer and its cut: with others than the d
   const StiffnessBudget budget{.linear = 350, .angular = 0.02};
   compare_with_every_stage("line",
                            LineApproxRenderer{ToolDiscretization{kDrill, LineCounts{.shaft = 33}},
-                                              LineOptions{.stiffness = 700, .shaft_stiffness = 300, .budget = budget}},
+                                              LineOptions{.stiffness = 700, .shaft_stiffness = 90, .budget = budget}},
                            {.renderer = compiled::RendererKind::kLine,
-                            .line = {.stiffness = 700, .shaft_stiffness = 300, .vertices = 33, .budget = budget}});
+                            .line = {.stiffness = 700, .shaft_stiffness = 90, .vertices = 33, .budget = budget}});
   compare_with_every_stage(
       "surface",
       SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts{.sphere = 40, .slices = 11, .per_slice = 6}},
@@ -319,14 +319,14 @@ TEST_CASE("stages change between ticks as a header scene's options do") {
       other.milling->rate = 5e4;
       other.damping->linear = 2;
       other.filter->cutoff = 80;
-      other.rate_limit->force = 100;
-      other.limits->force = 1;
+      other.rate_limit->force = 30;
+      other.limits->force = 0.2;
       scene.set_stages(other);
       header.part<Milling<RateLimitedCut<>>>().adopt({.rate = 5e4});
       header.part<Damping>().adopt({.linear = 2, .angular = 1e-4});
       header.part<FirstOrderFilter>().adopt({.cutoff = 80});
-      header.part<WrenchRateLimit>().adopt({.force = 100});
-      header.part<DeviceLimits>().adopt({.force = 1, .torque = kTorqueLimit});
+      header.part<WrenchRateLimit>().adopt({.force = 30});
+      header.part<DeviceLimits>().adopt({.force = 0.2, .torque = kTorqueLimit});
     }
     different += equal(header.tick(input_at(tick), kDt), scene.tick(input_at(tick), kDt)) ? 0 : 1;
   }

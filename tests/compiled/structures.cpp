@@ -81,7 +81,7 @@ const Labelled& labelled() {
 }
 
 std::vector<compiled::Structure> each() {
-  return {{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 1.5, .damping = 3, .veto_margin = 0.2_mm},
+  return {{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 0.3, .damping = 3, .veto_margin = 0.2_mm},
           {.guard = compiled::GuardMode::kWarn, .margin = 1_mm, .veto = compiled::VetoMode::kWatch}};
 }
 
@@ -112,11 +112,11 @@ void compare_guarded(const Tool& tool, const compiled::StageOptions& options, co
   const compiled::Structures structures(labelled().geometry, labelled().labels);
   CHECK(structures.count() == 2);
   // Numbers that no default has: each option must arrive.
-  const StiffnessBudget budget{.linear = 400, .angular = 0.05};
+  const StiffnessBudget budget{.linear = 2000, .angular = 0.05};
   scene.set_structures(structures, each(), {.ramp_time = 0.1, .smoothing = 0.5e-3, .budget = budget});
 
   const Posed X_GS = labelled().geometry.X_GS;
-  const std::vector<GuardedStructure> guards{{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 1.5, .damping = 3},
+  const std::vector<GuardedStructure> guards{{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 0.3, .damping = 3},
                                              {.mode = GuardMode::kWarn, .margin = 1_mm}};
   const std::vector<StructureVeto> vetoes{{.margin = 0.2_mm}, {.mode = StructureVeto::Mode::kWatch}};
   const auto floor = make_cut_floor(*labelled().field, X_GS, block, kIsovalue, vetoes);
@@ -208,6 +208,13 @@ TEST_CASE("a planned cavity keeps cuts within it") {
     lost += bone && left[v] < kIsovalue && labelled().field->distance(1, X_SG * p_G) > -0.3_mm ? 1 : 0;
   }
   CHECK(lost == 0);
+  // With less of a margin less is refused.
+  compiled::Scene without(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
+  cavity[1].veto_margin = 0;
+  without.set_structures(compiled::Structures(labelled().geometry, labelled().labels), cavity);
+  double less = 0;
+  for (int tick = 0; tick < kDeep; ++tick) less += without.tick(input_at(tick), kDt).structures.refused_mm3;
+  CHECK(less < refused);
 }
 
 TEST_CASE("structures come and go between ticks, and other stages leave them") {

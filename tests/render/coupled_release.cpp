@@ -5,6 +5,8 @@
 
 #include <trephine/voxel/carving.hpp>
 
+#include <trephine/core/rotation.hpp>
+
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -62,6 +64,26 @@ TEST_CASE("release: where bone gives way the force falls with the stated slope, 
   CHECK(drawn.worst() <= 8.5e-14);
   CHECK(duration.worst() <= 1);
   CHECK(drawn_duration.worst() <= 1);
+}
+
+TEST_CASE("release: in bone that is turned the bound counts the same motion") {
+  CoupledOptions gains = kGains;
+  gains.release = 60;
+  const Vec3d at = ImageOptions{}.middle(), up = Vec3d::UnitZ();
+  const Posed X_WG = make_pose<double>(rotation_from_vector(Vec3d(1.1, -0.7, 2)), Vec3d(0.1, -0.2, 0.3));
+  Bone bone = image(HalfSpace{at, up}, {}), turned = image(HalfSpace{at, up}, {});
+  turned.set_X_WG(X_WG);
+  auto scene = coupled_scene(bone, kBall, Frictionless{}, gains);
+  auto other = coupled_scene(turned, kBall, Frictionless{}, gains);
+  double most = 0, off = 0;
+  for (int i = 0; i < 40; ++i) {  // in and out by 0.3 mm a tick, far faster than the bound's slope
+    const Posed X = tool_at(at + (kBall.tip_radius + 3e-4 * (std::abs(i - 20) - 12)) * up, up);
+    const Vec3d force = scene.tick({.X_WT = X}, kDt).wrench.force;
+    off = std::max(off, (other.tick({.X_WT = X_WG * X}, kDt).wrench.force - X_WG.linear() * force).norm());
+    most = std::max(most, force.norm());
+  }
+  CHECK(most > 1.5);
+  CHECK(off < 1e-6);
 }
 
 TEST_CASE("release: a hand that draws back, or slides, feels the same without the bound") {

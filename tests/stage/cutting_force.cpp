@@ -280,6 +280,7 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
   const NamedTool tool = tool_by_name("round-3");
   const Posed turned = make_pose<double>(rotation_from_vector(Vec3d(1.1, -0.7, 2)), Vec3d(0.1, -0.2, 0.3));
   std::array<Wrenchd, 2> edges{};
+  Engagement on;
   for (std::size_t n = 0; n < 2; ++n) {
     const Posed X_WG = n == 0 ? Posed::Identity() : turned;
     VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
@@ -295,6 +296,7 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
           scene.tick({.X_WT = X_WG * tool_at(block.middle() + way, Vec3d::UnitZ(), 0.7), .spindle_on = true}, 1e-3));
       if (i >= 700) edges[n] += 0.005 * scene.part<CuttingForce>().report().edges.rotated(X_WG.linear().transpose());
     }
+    on = scene.part<CuttingForce>().engagement();
   }
   // Teeth pull across the axis at heights from −R to 0, and turn the tool by as much.
   const double R = tool.tool.burr().tip_radius;
@@ -302,6 +304,8 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
   CHECK(pull.norm() > 1);
   const double height = edges[0].torque.dot(Vec3d::UnitZ().cross(pull)) / pull.squaredNorm();
   CHECK(height == within(-0.5 * R, 0.4 * R));
+  // As the elements that cut do.
+  CHECK(height == near(on.moment.dot(Vec3d::UnitZ().cross(on.around)) / on.around.squaredNorm(), 0.05));
   CHECK((edges[1].force - edges[0].force).norm() < 0.03 * edges[0].force.norm());
   CHECK((edges[1].torque - edges[0].torque).norm() < 0.03 * edges[0].torque.norm());
 }
@@ -464,6 +468,7 @@ TEST_CASE("cutting force: the device gets its share, the report the true forces"
       const CuttingReport& now = scene.part<CuttingForce>().report();
       const Wrenchd contact = r.wrench + (-felt) * now.edges;
       CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 1.4e-4);
+      CHECK(std::abs(contact.torque.z()) < 0.01 * felt * now.torque);  // of contact without friction there is none
       CHECK(std::abs(now.edges.torque.z() / now.torque - 1) < 1e-9);
       mean.thrust += now.thrust / 300;
       mean.torque += now.torque / 300;
@@ -508,6 +513,7 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   for (int i = 0; i < 400; ++i)
     removed += tick(Vec3d(-6e-3, 0, 3e-3 - i * 5e-6), Vec3d(1, 0, -0.08).normalized(), true).removed_mm3;
   CHECK(removed < 1e-3);
+  CHECK(scene.part<CuttingForce>().report().thrust == 0);
 }
 
 TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the thrust and torque") {

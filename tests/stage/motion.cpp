@@ -81,3 +81,18 @@ TEST_CASE("relative pose keeps sub-micrometre accuracy far from the world's orig
   const auto near = make_pose<double>(X_WG.linear(), Vec3d(X_WG.translation() + step));
   CHECK((relative_pose(X_WG, near).translation() - X_WG.linear().transpose() * step).norm() < 1e-20);
 }
+
+TEST_CASE("a jump is what no hand moves or turns in a tick") {
+  const Posed here = turned(Vec3d(0.3, -0.2, 1), Vec3d(0.1, 0.2, 0.3));
+  const auto jumps = [&](double shift, double turn, double dt) {
+    const Vec3d along = Vec3d(2, -1, 2) / 3;
+    const Mat3d R = rotation_from_vector(Vec3d(turn * along)) * here.linear();
+    return is_jump(here, make_pose<double>(R, here.translation() + shift * along), dt);
+  };
+  for (const double dt : {1e-3, 4e-3}) {
+    CHECK_FALSE(jumps(0.99 * kHandSpeed * dt, 0, dt));
+    CHECK(jumps(1.01 * kHandSpeed * dt, 0, dt));
+    CHECK_FALSE(jumps(0, 0.99 * kHandTurn * dt, dt));
+    CHECK(jumps(0, 1.01 * kHandTurn * dt, dt));
+  }
+}
