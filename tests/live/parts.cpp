@@ -21,6 +21,7 @@
 namespace {
 
 using namespace live;
+using trephine::test::near;
 using trephine::test::Random;
 
 Vec3d random_point(Random& random, double size) {

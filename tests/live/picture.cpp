@@ -18,6 +18,7 @@
 namespace {
 
 using namespace live_test;
+using trephine::test::near;
 using trephine::test::Random;
 
 TEST_SUITE("picture") {
