@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Structures of a compiled scene, against the header scene that lists the same parts.
+#include <trephine/compiled/library.hpp>
 #include <trephine/compiled/structures.hpp>
 
 #include "integration/scenes.hpp"
@@ -208,13 +209,17 @@ TEST_CASE("a planned cavity keeps cuts within it") {
     lost += bone && left[v] < kIsovalue && labelled().field->distance(1, X_SG * p_G) > -0.3_mm ? 1 : 0;
   }
   CHECK(lost == 0);
-  // With less of a margin less is refused.
-  compiled::Scene without(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
-  cavity[1].veto_margin = 0;
-  without.set_structures(compiled::Structures(labelled().geometry, labelled().labels), cavity);
-  double less = 0;
-  for (int tick = 0; tick < kDeep; ++tick) less += without.tick(input_at(tick), kDt).structures.refused_mm3;
-  CHECK(less < refused);
+}
+
+TEST_CASE("each mode of a veto, and its margin, reaches the floor") {
+  using enum compiled::VetoMode;
+  using Mode = StructureVeto::Mode;
+  for (const auto& [ours, theirs] : {std::pair(kFree, Mode::kFree), std::pair(kWatch, Mode::kWatch),
+                                     std::pair(kProtect, Mode::kProtect), std::pair(kKeepIn, Mode::kKeepIn)}) {
+    const StructureVeto veto = compiled::veto_of({.veto = ours, .veto_margin = 0.3_mm});
+    CHECK(veto.mode == theirs);
+    CHECK(veto.margin == 0.3_mm);
+  }
 }
 
 TEST_CASE("structures come and go between ticks, and other stages leave them") {

@@ -513,7 +513,19 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   for (int i = 0; i < 400; ++i)
     removed += tick(Vec3d(-6e-3, 0, 3e-3 - i * 5e-6), Vec3d(1, 0, -0.08).normalized(), true).removed_mm3;
   CHECK(removed < 1e-3);
-  CHECK(scene.part<CuttingForce>().report().thrust == 0);
+  // Nor does a shank that leans on the plane, its head in the air, press a burr's edges.
+  const NamedTool burr = tool_by_name("match-head-3");
+  o.edges = burr.edges;
+  HapticScene leaning{bone, block.isovalue(), CoupledToolRenderer{burr.tool, CoupledOptions{}}, CuttingForce(o),
+                      Milling{PressureCut{}}};
+  TickResult r;
+  for (int i = 0; i < 400; ++i)
+    r = leaning.tick(
+        {.X_WT = tool_at(block.middle() + Vec3d(-5e-3, 0, 3.2e-3 - i * 3e-6), Vec3d(1, 0, -0.15).normalized()),
+         .spindle_on = true},
+        1e-3);
+  CHECK(r.wrench.force.norm() > 0.1);
+  CHECK(r.cutting.thrust == 0);
 }
 
 TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the thrust and torque") {
