@@ -14,7 +14,8 @@
 using namespace trephine;
 
 int main(int argc, char** argv) try {
-  const double isovalue = argc > 2 ? std::stod(argv[2]) : 300;  // Hounsfield units; bone has at least this density
+  const double isovalue =
+      argc > 2 ? parse_number(argv[2]).value_or(NAN) : 300;  // bone has at least this density, in HU
   VoxelGrid<std::int16_t> bone = read_volume_as<std::int16_t>(argc > 1 ? argv[1] : "scan", {.isovalue = isovalue});
   keep_largest_piece(bone, isovalue);  // leaves out a head rest, a table, specks
 
@@ -22,7 +23,7 @@ int main(int argc, char** argv) try {
   HapticScene scene{bone, isovalue, tool, DeviceLimits{.force = 3.3}};
   for (const std::string& warning : scene.warnings()) std::fprintf(stderr, "%s\n", warning.c_str());
 
-  // From above the volume's middle down along the patient's z axis, at 20 mm/s, until the device can give no more.
+  // From above the volume's middle down along the patient's z axis, at 20 mm/s, until the device gives no more.
   const Vec3d end = bone.spacing().cwiseProduct(Vec3d(bone.size()[0] - 1, bone.size()[1] - 1, bone.size()[2] - 1));
   Posed X_GT = Posed::Identity();
   double surface = 0;
@@ -34,9 +35,9 @@ int main(int argc, char** argv) try {
     const double depth = surface - height;
     if (depth > 0 && std::fmod(depth + 1e-9, 1_mm) < 0.02_mm)
       std::printf("%.0f mm into contact: %.2f N\n", 1e3 * depth, r.wrench.force.norm());
-    if (r.wrench.force.norm() >= 3.3) return 0;
+    if (r.wrench.force.norm() > 3.29) return 0;
   }
-  std::printf("no bone on this way\n");
+  std::printf("no more bone on this way\n");
 } catch (const std::exception& e) {
   std::fprintf(stderr, "%s\n", e.what());
   return 1;

@@ -8,8 +8,11 @@
 
 #include <doctest/doctest.h>
 
+#include "support/near.hpp"
+
 using namespace pick;
 using namespace pick::test;
+using trephine::test::near;
 
 namespace {
 
@@ -54,9 +57,6 @@ TEST_CASE("Coupled's code compiles, runs and is what is printed") {
 TEST_CASE("Surface's code compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "pasted_surface.inc"
-#include "support/near.hpp"
-
-  using trephine::test::near;
   CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() > 0.5);
   CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, true}, kScene) == printed("pasted_surface.inc"));
 }

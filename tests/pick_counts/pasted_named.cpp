@@ -8,8 +8,11 @@
 
 #include <doctest/doctest.h>
 
+#include "support/near.hpp"
+
 using namespace pick;
 using namespace pick::test;
+using trephine::test::near;
 
 namespace {
 
@@ -52,9 +55,6 @@ TEST_CASE("Coupled's code for a tool and a device by name compiles, runs and is 
 TEST_CASE("Surface's code for a tool and a device by name compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "named_surface.inc"
-#include "support/near.hpp"
-
-  using trephine::test::near;
   CHECK(pressed_force(scene, 0.0115) > 0);
   CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, false}, kNamed) == printed("named_surface.inc"));
 }
