@@ -88,6 +88,8 @@ TEST_CASE("a tool that stays where no hand works is told, at every tick's length
       return 3.0;
     };
     CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == near(1, 1e-3));
+    scene.reset();  // as a replay begins
+    CHECK(seconds_until_told(there + Vec3d(0, 0, 16)) == near(1, 1e-3));
     CHECK(scene.tick({.X_WT = turned(Vec3d::Zero(), there + Vec3d(0, 0, 1))}, dt).status ==
           Status::kOk);  // back, and told anew
     CHECK(seconds_until_told(there + Vec3d(3, 0, 0)) == near(1, 1e-3));

@@ -257,6 +257,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     renderer_.reset();
     history_.invalidate();
     cutting_poses_.reset();
+    far_away_ = {};
     last_increase_stamp_ = 0;
     for_each_part([](auto& part) {
       if constexpr (requires { part.reset(); }) part.reset();
