@@ -48,7 +48,7 @@ TEST_CASE("temporal bone: outside of a structure its distance is one, and struct
     std::sort(d.begin(), d.end());
     nearest = std::min(nearest, d[0] + d[1]);  // at least the gap between two structures
   }
-  CHECK(std::max(steepest, -flattest) < 1e-5);
+  CHECK(std::max(steepest, -flattest) < 4e-14);
   CHECK(nearest > 0.3e-3);
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("temporal bone: each way meets its structure at its depth, with room t
       for (int other = 0; other < kCount; ++other)
         if (other != s) room = std::min(room, temporal_bone::distance(other, way.entry_W - depth * Vec3d::UnitZ()));
     CHECK(room > burr.tip_radius + 0.9e-3);
-    CHECK(std::abs(temporal_bone::distance(s, way.entry_W - way.depth * Vec3d::UnitZ())) < 1e-5);
+    CHECK(std::abs(temporal_bone::distance(s, way.entry_W - way.depth * Vec3d::UnitZ())) < 2.9e-6);
   }
   CHECK_THROWS_AS((void)temporal_bone::structures({.tip_radius = 8e-3}), std::runtime_error);
 }

@@ -23,6 +23,7 @@ namespace {
 using namespace live;
 using trephine::test::near;
 using trephine::test::Random;
+using trephine::test::within;
 
 Vec3d random_point(Random& random, double size) {
   return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
@@ -36,7 +37,7 @@ TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and
                   .pitch = random.uniform(-1.5, 1.5),
                   .distance = random.uniform(0.05, 0.5)};
     const Mat3d R = c.axes();
-    CHECK((R.transpose() * R - Mat3d::Identity()).norm() < 1e-12);
+    CHECK((R.transpose() * R - Mat3d::Identity()).norm() < 1.5e-15);
     CHECK(R.determinant() == near(1));
     const double w = 640, h = 480, x = random.uniform(0, w), y = random.uniform(0, h);
     const ViewRay ray = c.ray(x, y, w, h);
@@ -44,11 +45,11 @@ TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and
     // Where the pixel's plane at that depth says it is.
     const double m = OrbitCamera::metres_per_pixel(c.depth(p), h);
     const Vec3d expected = c.eye_W() - c.depth(p) * R.col(2) + m * (x - w / 2) * R.col(0) - m * (y - h / 2) * R.col(1);
-    CHECK((p - expected).norm() < 1e-12);
-    CHECK((c.ray(w / 2, h / 2, w, h).direction + R.col(2)).norm() < 1e-12);
+    CHECK((p - expected).norm() < 2.5e-16);
+    CHECK((c.ray(w / 2, h / 2, w, h).direction + R.col(2)).norm() < 6e-16);
     OrbitCamera seen = c;
     seen.look_from(R.col(2));
-    CHECK((seen.axes() - R).norm() < 1e-9);
+    CHECK((seen.axes() - R).norm() < 3e-15);
   }
 }
 
@@ -64,7 +65,7 @@ TEST_CASE("mouse hand: the tip goes under the pixel at its own depth, and pushes
     hand.move_under(c, x, y, 640, 480);
     CHECK(c.depth(hand.pose().translation()) == near(depth));
     const ViewRay ray = c.ray(x, y, 640, 480);
-    CHECK((hand.pose().translation() - ray.origin).cross(ray.direction).norm() < 1e-12);
+    CHECK((hand.pose().translation() - ray.origin).cross(ray.direction).norm() < 5e-17);
     const Vec3d drill = hand.pose().translation();
     for (int k = 0; k < 40; ++k) hand.push(c, 1e-3, drill);
     CHECK((hand.pose().translation() - drill).norm() == near(MouseHand::kMaxLead));
@@ -135,7 +136,7 @@ TEST_CASE("sessions: what is written is read back") {
   const std::vector<Event> events = read_events(path);
   std::remove(path.c_str());
   REQUIRE(events.size() == 8);
-  CHECK((events[0].pose.matrix() - X.matrix()).norm() < 1e-5);
+  CHECK((events[0].pose.matrix() - X.matrix()).norm() < 5e-6);
   CHECK((events[1].camera.focus_W - camera.focus_W).norm() < 1e-6);
   CHECK(events[1].camera.yaw == near(camera.yaw, 1e-5));
   CHECK(events[1].camera.distance == near(camera.distance));
@@ -275,10 +276,10 @@ TEST_CASE("shares of bone: cells' means, at three sizes") {
   for (std::size_t k = 0; k < 8; ++k)
     for (std::size_t j = 0; j < 8; ++j)
       for (std::size_t i = 0; i < 8; ++i) all += share(i, j, k);
-  CHECK(s.of_8 == near(255 * all / 512, 0.01));
+  CHECK(s.of_8 == within(255 * all / 512, 0.5));  // a byte
   double corner = 0;
   for (std::size_t c = 0; c < 8; ++c) corner += share(6 + c % 2, 4 + c / 2 % 2, 2 + c / 4);
-  CHECK(s.of_2[(1 * 4 + 2) * 4 + 3] == near(255 * corner / 8, 0.01));
+  CHECK(s.of_2[(1 * 4 + 2) * 4 + 3] == within(255 * corner / 8, 0.5));
 }
 
 TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and whole after all strokes") {

@@ -72,12 +72,12 @@ TEST_CASE("OpenHaptics device: pose and buttons in, force and torque out, in one
     felt = hd_standin::witness("Default Device").felt;
   }));
   CHECK(good == 10);
-  CHECK((unmoved.X_DH.translation() - Vec3d(0.011, -0.022, 0.033)).norm() < 1e-6);
-  CHECK((unmoved.X_DH.linear() - R).norm() < 1e-3);
+  CHECK((unmoved.X_DH.translation() - Vec3d(0.011, -0.022, 0.033)).norm() < 1e-15);
+  CHECK((unmoved.X_DH.linear() - R).norm() < 1e-14);
   CHECK(state.buttons == 5);
   CHECK_FALSE(state.time.has_value());
-  CHECK((felt.force - wrench.force).norm() < 1e-12);
-  CHECK((felt.torque - wrench.torque).norm() < 1e-12);
+  CHECK((felt.force - wrench.force).norm() < 1e-15);
+  CHECK((felt.torque - wrench.torque).norm() < 1e-15);
   CHECK(hd_standin::witness("Default Device").frames == 10);
   CHECK(hd_standin::witness("Default Device").felt == Wrenchd::zero());  // stopped
   CHECK(hd_standin::errors().empty());
@@ -112,7 +112,7 @@ TEST_CASE("OpenHaptics device: wrenches are gated by degrees of freedom and shor
       CHECK(device.write({Vec3d(30, 0, 40), Vec3d(0, 5, 0)}) == DeviceStatus::kOk);
       felt = hd_standin::witness("Default Device").felt;
     }));
-    CHECK((felt.force - 3.3 * Vec3d(0.6, 0, 0.8)).norm() < 1e-9);
+    CHECK((felt.force - 3.3 * Vec3d(0.6, 0, 0.8)).norm() < 7e-16);
     CHECK((felt.torque - (dof == 6 ? Vec3d(0, 0.1, 0) : Vec3d(0, 0, 0))).norm() < 1e-9);
     CHECK(hd_standin::errors().empty());
   }

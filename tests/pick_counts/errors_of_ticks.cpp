@@ -71,10 +71,10 @@ TEST_CASE("random directions are unit vectors, evenly over their cap") {
   constexpr int kN = 20000;
   for (int i = 0; i < kN; ++i) {
     const Vec3d d = direction_near(axis, 0.5, random);
-    CHECK(std::abs(d.norm() - 1) < 1e-12);
+    CHECK(std::abs(d.norm() - 1) < 7e-16);
     CHECK(d.dot(axis) > 0.5 - 1e-12);
     mean += d.dot(axis) / kN;
   }
-  CHECK(std::abs(mean - 0.75) < 0.005);  // the cosine is even over [.5, 1]
-  CHECK(std::abs(square_to(axis, random).dot(axis)) < 1e-12);
+  CHECK(std::abs(mean - 0.75) < 0.0021);  // even over [.5, 1], so the mean of all deviates by 0.001
+  CHECK(std::abs(square_to(axis, random).dot(axis)) < 1e-16);
 }

@@ -36,7 +36,7 @@ TEST_CASE("Line's code compiles, runs and is what is printed") {
   trephine::TickInput above;
   above.X_WT.translation() = trephine::Vec3d(0.015, 0.015, 0.0101);
   CHECK(scene.tick(above, 1e-3).wrench.force.norm() == 0);
-  CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() == near(0.08, 0.02));
+  CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() == near(0.08, 2e-5));
   CHECK(as_code(LineSetting{150, 0.25}, kScene) == printed("pasted_line.inc"));
 }
 

@@ -15,7 +15,7 @@ using trephine::Vec3d;
 namespace {
 
 constexpr double kStep = 1.5e-4;                     // of the search for the touch
-constexpr double kTolerance = 0.012 * kStep + 2e-6;  // its hundredth, and the rounding of densities
+constexpr double kTolerance = 0.004 * kStep + 5e-7;  // its last halving, and the rounding of densities
 
 }  // namespace
 
@@ -47,7 +47,7 @@ TEST_CASE("a motion's touch is where the closed form has it: turned about the ti
   const double expected = height * std::asin(above / kBurr.shaft_length);
   CHECK(*find_touch(line, field, turn, 0.02, kStep) == near(expected, kTolerance / expected));
   const Vec3d moved = turn.at(1e-6) * Vec3d(0, 0, height) - turn.at(0) * Vec3d(0, 0, height);
-  CHECK((moved - Vec3d(0, 0, -1e-6)).norm() < 1e-9);
+  CHECK((moved - Vec3d(0, 0, -1e-6)).norm() < 1.4e-10);
 }
 
 TEST_CASE("no touch: in bone from the start, or out of reach") {

@@ -135,7 +135,7 @@ TEST_CASE("libspnav: poses agree with the library's own helper for moving object
     ours.advance(1.0);
   }
   const spacemouse::test::PosRot theirs = spacemouse::test::moved_by_libspnav(events);
-  constexpr double kSinglePrecision = 1e-4;  // 60 products of floats
+  constexpr double kSinglePrecision = 1e-6;  // 60 products of floats
   const Quatd q(ours.pose().linear());
   const Quatd p(theirs.quaternion[3], theirs.quaternion[0], theirs.quaternion[1], theirs.quaternion[2]);
   CHECK(q.angularDistance(p) < kSinglePrecision);
