@@ -99,7 +99,7 @@ template <VoxelDensity Density>
 }
 
 /// The whole bone's surface, vertices that bricks share joined: to save or measure, while no other thread edits the
-/// grid. Takes about a second for each ten million voxels.
+/// grid. Takes half a second for ten million voxels.
 template <VoxelDensity Density>
 [[nodiscard]] Mesh bone_mesh(const VoxelGrid<Density>& bone, double isovalue) {
   GridReader<Density> reader(bone);
