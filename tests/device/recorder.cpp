@@ -236,7 +236,7 @@ TEST_CASE("recording file: files of older versions still load, without what they
     old[12] = static_cast<char>(version);
     old[16] = static_cast<char>(bytes & 255);
     old[17] = static_cast<char>(bytes >> 8);
-    recording_detail::put(old, recording_detail::fnv1a(old));
+    append_number(old, recording_detail::fnv1a(old));
     file.write(old);
     const std::vector<RecordedTick> back = load_recording(file.path);
     REQUIRE(back.size() == 2);

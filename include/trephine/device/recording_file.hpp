@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/file_bytes.hpp>
 #include <trephine/core/throwing.hpp>
 #include <trephine/device/recorder.hpp>
 
@@ -30,12 +31,6 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace recording_detail {
 
-/// A path in a message: as UTF-8, which every path has.
-[[nodiscard]] inline std::string shown(const std::filesystem::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
-
 inline constexpr char kMagic[8] = {'T', 'R', 'E', 'P', 'H', 'R', 'E', 'C'};
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
 inline constexpr std::uint32_t kVersion = 3;
@@ -49,15 +44,7 @@ constexpr std::size_t tick_bytes_of(std::uint32_t version) noexcept {
 }
 inline constexpr std::size_t kTickBytes = tick_bytes_of(kVersion);
 
-template <class Value>
-void put(std::string& bytes, const Value& value) {
-  static_assert(std::is_arithmetic_v<Value>);
-  char raw[sizeof(Value)];
-  std::memcpy(raw, &value, sizeof(Value));
-  bytes.append(raw, sizeof(Value));
-}
-
-/// Reads values in the order in which `put` wrote them. The caller checks the length first.
+/// Reads values in the order in which `append_number` wrote them. The caller checks the length first.
 class Cursor {
  public:
   explicit Cursor(const char* at) : at_(at) {}
@@ -85,31 +72,31 @@ inline std::uint64_t fnv1a(std::span<const char> bytes) noexcept {
 
 inline void put_tick(std::string& bytes, const RecordedTick& tick) {
   const auto put3 = [&bytes](const Vec3d& v) {
-    for (int i = 0; i < 3; ++i) put(bytes, v[i]);
+    for (int i = 0; i < 3; ++i) append_number(bytes, v[i]);
   };
   for (int column = 0; column < 3; ++column) put3(tick.input.X_WT.linear().col(column));
   put3(tick.input.X_WT.translation());
-  put(bytes, tick.dt);
+  append_number(bytes, tick.dt);
   put3(tick.result.wrench.force);
   put3(tick.result.wrench.torque);
-  put(bytes, tick.result.contact.depth);
-  put(bytes, tick.result.removed_mm3);
-  put(bytes, static_cast<std::int32_t>(tick.result.contact.count));
-  put(bytes, static_cast<std::uint8_t>(tick.input.spindle_on));
-  put(bytes, static_cast<std::uint8_t>(tick.result.contact.tip));
-  put(bytes, static_cast<std::uint8_t>(tick.result.contact.shaft));
-  put(bytes, static_cast<std::uint8_t>(tick.result.status));
+  append_number(bytes, tick.result.contact.depth);
+  append_number(bytes, tick.result.removed_mm3);
+  append_number(bytes, static_cast<std::int32_t>(tick.result.contact.count));
+  append_number(bytes, static_cast<std::uint8_t>(tick.input.spindle_on));
+  append_number(bytes, static_cast<std::uint8_t>(tick.result.contact.tip));
+  append_number(bytes, static_cast<std::uint8_t>(tick.result.contact.shaft));
+  append_number(bytes, static_cast<std::uint8_t>(tick.result.status));
   const StructureSummary& s = tick.result.structures;
-  put(bytes, s.distance);
+  append_number(bytes, s.distance);
   put3(s.push.force);
   put3(s.push.torque);
-  put(bytes, s.refused_mm3);
-  put(bytes, s.taken_mm3);
-  put(bytes, static_cast<std::int32_t>(s.nearest));
-  put(bytes, static_cast<std::uint8_t>(s.warns));
+  append_number(bytes, s.refused_mm3);
+  append_number(bytes, s.taken_mm3);
+  append_number(bytes, static_cast<std::int32_t>(s.nearest));
+  append_number(bytes, static_cast<std::uint8_t>(s.warns));
   bytes.append(3, '\0');
   const CuttingSummary& c = tick.result.cutting;
-  for (const double number : {c.thrust, c.torque, c.spindle, c.feed}) put(bytes, number);
+  for (const double number : {c.thrust, c.torque, c.spindle, c.feed}) append_number(bytes, number);
 }
 
 inline void take_structures(Cursor& cursor, StructureSummary& s) {
@@ -152,17 +139,14 @@ inline void save_recording(const std::filesystem::path& path, std::span<const Re
   std::string bytes;
   bytes.reserve(detail::kHeaderBytes + ticks.size() * detail::kTickBytes + 8);
   bytes.append(detail::kMagic, sizeof(detail::kMagic));
-  detail::put(bytes, detail::kByteOrder);
-  detail::put(bytes, detail::kVersion);
-  detail::put(bytes, static_cast<std::uint32_t>(detail::kTickBytes));
-  detail::put(bytes, std::uint32_t{0});
-  detail::put(bytes, static_cast<std::uint64_t>(ticks.size()));
+  append_number(bytes, detail::kByteOrder);
+  append_number(bytes, detail::kVersion);
+  append_number(bytes, static_cast<std::uint32_t>(detail::kTickBytes));
+  append_number(bytes, std::uint32_t{0});
+  append_number(bytes, static_cast<std::uint64_t>(ticks.size()));
   for (const RecordedTick& tick : ticks) detail::put_tick(bytes, tick);
-  detail::put(bytes, detail::fnv1a(bytes));
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw_error<std::runtime_error>("trephine::save_recording: cannot write " + detail::shown(path));
+  append_number(bytes, detail::fnv1a(bytes));
+  write_file(path, "save_recording", bytes);
 }
 
 /// Reads a file of `save_recording`. Throws std::runtime_error with path and reason if the file is missing, no
@@ -171,7 +155,7 @@ inline void save_recording(const std::filesystem::path& path, std::span<const Re
 [[nodiscard]] inline std::vector<RecordedTick> load_recording(const std::filesystem::path& path) {
   namespace detail = recording_detail;
   const auto fail = [&path](const std::string& what) {
-    throw_error<std::runtime_error>("trephine::load_recording: " + detail::shown(path) + ": " + what);
+    throw_error<std::runtime_error>("trephine::load_recording: " + path_text(path) + ": " + what);
   };
   std::ifstream in(path, std::ios::binary);
   if (!in) fail("cannot be opened");

@@ -1,30 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/throwing.hpp>
+#include <trephine/core/file_bytes.hpp>
 #include <trephine/voxel/brick_mesh.hpp>
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 #include <string>
-#include <string_view>
 
 /// Saves meshes for printers, CAD and viewers, which expect millimetres. Not for the haptic thread.
 namespace trephine::inline TREPHINE_ALIGNED {
 
 namespace mesh_detail {
 
+/// A number as the formats have it: the least byte first.
 template <class Number>
 void put(std::string& bytes, Number value) {
-  char raw[sizeof(Number)];
-  std::memcpy(raw, &value, sizeof(Number));
-  if constexpr (std::endian::native == std::endian::big) std::reverse(raw, raw + sizeof(Number));
-  bytes.append(raw, sizeof(Number));
+  append_number(bytes, value);
+  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.end() - sizeof(Number), bytes.end());
 }
 
 inline void put(std::string& bytes, const Vec3d& v) {
@@ -35,15 +30,6 @@ inline void put(std::string& bytes, const Vec3d& v) {
 [[nodiscard]] inline Vec3d placed(const Mesh& mesh, std::uint32_t vertex, const Posed& X_WG) {
   const auto& p = mesh.vertices[vertex];
   return 1e3 * (X_WG * Vec3d(p[0], p[1], p[2]));
-}
-
-inline void write(const std::filesystem::path& path, std::string_view function, const std::string& bytes) {
-  std::ofstream file(path, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (file.flush()) return;
-  const std::u8string shown = path.u8string();
-  throw_error<std::runtime_error>("trephine::" + std::string(function) + ": cannot write " +
-                                  std::string(shown.begin(), shown.end()));
 }
 
 }  // namespace mesh_detail
@@ -61,7 +47,7 @@ inline void save_stl(const std::filesystem::path& path, const Mesh& mesh, const 
     for (const Vec3d& p : {a, b, c}) mesh_detail::put(bytes, p);
     mesh_detail::put(bytes, std::uint16_t{0});
   }
-  mesh_detail::write(path, "save_stl", bytes);
+  write_file(path, "save_stl", bytes);
 }
 
 /// Writes a binary PLY file, in millimetres, in which triangles share their vertices. Otherwise as `save_stl`.
@@ -75,7 +61,7 @@ inline void save_ply(const std::filesystem::path& path, const Mesh& mesh, const 
     mesh_detail::put(bytes, std::uint8_t{3});
     for (const std::uint32_t v : t) mesh_detail::put(bytes, v);
   }
-  mesh_detail::write(path, "save_ply", bytes);
+  write_file(path, "save_ply", bytes);
 }
 
 }  // namespace trephine
