@@ -21,7 +21,7 @@ int main() {
   for (int tick = 0; tick < 3000; ++tick) {
     Posed X_WD = Posed::Identity(), X_WP = Posed::Identity();
     X_WD.translation() = Vec3d(6_mm + 5e-6 * tick, 16_mm, 12_mm);  // a groove along x, at 5 mm/s
-    X_WP.translation() = Vec3d(14_mm, 16_mm, 12.2_mm);             // half a millimetre in bone, for now
+    X_WP.translation() = Vec3d(14_mm, 16_mm, 12.2_mm);             // 0.3 mm deep, until the groove is there
     // Always the same order: each tick sees the bone as the one before left it.
     const TickResult d = drill.tick({.X_WT = X_WD, .spindle_on = true}, 1e-3);
     const TickResult p = probe.tick({.X_WT = X_WP, .spindle_on = false}, 1e-3);
