@@ -44,9 +44,9 @@ struct trephine_reader {
 
 struct trephine_structures {
   compiled::Structures distances;
-  std::vector<compiled::Structure> each;
+  std::vector<ProtectedStructure> each;
   std::vector<std::string> names;
-  compiled::GuardOptions guard{};
+  ProtectionOptions options{};
 
   /// Throws std::invalid_argument for a number that is none.
   [[nodiscard]] std::size_t index(const char* function, std::int32_t structure) const {
@@ -117,20 +117,20 @@ trephine_scene_options default_scene_options() {
   o.isovalue = std::numeric_limits<double>::quiet_NaN();
   o.tool = {burr.tip_radius, burr.shaft_radius, burr.shaft_length};
   o.stiffness = renderer.surface.stiffness;
-  o.sphere_vertices = renderer.surface.sphere;
-  o.slices = renderer.surface.slices;
-  o.per_slice = renderer.surface.per_slice;
-  o.shaft_vertices = renderer.line.vertices;
+  o.sphere_vertices = renderer.surface_counts.sphere;
+  o.slices = renderer.surface_counts.slices;
+  o.per_slice = renderer.surface_counts.per_slice;
+  o.shaft_vertices = renderer.line_counts.shaft;
   o.milling = TREPHINE_MILL_GEOMETRIC;
-  o.milling_rate = compiled::Milling{}.rate;
+  o.milling_rate = RateLimitedCut<>{}.rate;
   o.force_limit = 3.3;
   o.torque_limit = 0.1;
   o.rotational_stiffness = renderer.coupled.rotational_stiffness;
-  const compiled::CuttingForce law;
+  const CuttingForceOptions law;
   o.spindle_speed = law.speed;
   o.felt = law.felt;
-  o.soft_density = law.soft;
-  o.cortical_density = law.cortical;
+  o.soft_density = law.strength.soft;
+  o.cortical_density = law.strength.cortical;
   return o;
 }
 
@@ -142,14 +142,12 @@ compiled::RendererOptions renderer_of(const trephine_scene_options& o) {
     case TREPHINE_LINE:
       r.renderer = compiled::RendererKind::kLine;
       r.line.stiffness = o.stiffness;
-      r.line.vertices = o.shaft_vertices;
+      r.line_counts.shaft = o.shaft_vertices;
       return r;
     case TREPHINE_SURFACE:
       r.renderer = compiled::RendererKind::kSurface;
       r.surface.stiffness = o.stiffness;
-      r.surface.sphere = o.sphere_vertices;
-      r.surface.slices = o.slices;
-      r.surface.per_slice = o.per_slice;
+      r.surface_counts = {.sphere = o.sphere_vertices, .slices = o.slices, .per_slice = o.per_slice};
       return r;
     case TREPHINE_COUPLED:
       r.renderer = compiled::RendererKind::kCoupled;
@@ -167,11 +165,12 @@ compiled::RendererOptions renderer_of(const trephine_scene_options& o) {
   }
 }
 
-compiled::CuttingForce law_of(const trephine_scene_options& o, const CuttingEdges& edges) {
-  compiled::CuttingForce law{.edges = edges, .speed = o.spindle_speed, .felt = o.felt};
+CuttingForceOptions law_of(const trephine_scene_options& o, const CuttingEdges& edges) {
+  CuttingForceOptions law{.edges = edges,
+                          .speed = o.spindle_speed,
+                          .strength = {.soft = o.soft_density, .cortical = o.cortical_density},
+                          .felt = o.felt};
   if (o.stall_torque != 0) law.stall_torque = o.stall_torque;
-  law.soft = o.soft_density;
-  law.cortical = o.cortical_density;
   return law;
 }
 
@@ -181,24 +180,23 @@ compiled::StageOptions stages_of(const trephine_scene_options& o, const CuttingE
     case TREPHINE_MILL_NOTHING:
       break;
     case TREPHINE_MILL_GEOMETRIC:
-      s.milling = compiled::Milling{};
+      s.cut = GeometricCut{};
       break;
     case TREPHINE_MILL_RATE_LIMITED:
-      s.milling = compiled::Milling{
-          .cut = compiled::Cut::kRateLimited, .rate = o.milling_rate, .reference_force = o.milling_force};
+      s.cut = RateLimitedCut<>{.rate = o.milling_rate, .reference_force = o.milling_force};
       break;
     case TREPHINE_MILL_BY_LAW:
       require(o.algorithm == TREPHINE_COUPLED, "trephine_scene_create: TREPHINE_MILL_BY_LAW is for TREPHINE_COUPLED");
-      s.milling = compiled::Milling{.cut = compiled::Cut::kPressure};
-      s.cutting = law_of(o, edges);
+      s.cut = PressureCut{};
+      s.law = law_of(o, edges);
       break;
     default:
       fail("trephine_scene_create: no such milling: ", o.milling);
   }
   // Line's tip is a point, and drops off an edge at once; tip and shaft add up.
-  if (o.algorithm == TREPHINE_LINE) s.release_limit = compiled::ReleaseLimit{.stiffness = 2 * o.stiffness};
-  s.damping = compiled::Damping{.linear = o.damping, .angular = o.angular_damping, .only_in_contact = true};
-  s.limits = compiled::DeviceLimits{.force = o.force_limit, .torque = o.torque_limit};
+  if (o.algorithm == TREPHINE_LINE) s.release_limit = ReleaseLimit::Options{.stiffness = 2 * o.stiffness};
+  s.damping = Damping::Options{.linear = o.damping, .angular = o.angular_damping, .only_in_contact = true};
+  s.limits = {.force = o.force_limit, .torque = o.torque_limit};
   return s;
 }
 
@@ -222,55 +220,56 @@ trephine_tick_result default_tick_result() {
 trephine_labels_options default_labels_options() {
   trephine_labels_options o{};
   o.X_GS = kIdentity;
-  o.reach = compiled::LabelGeometry{}.reach;
+  o.reach = compiled::LabelGeometry{}.field.reach;
   return o;
 }
 
 trephine_structure_options default_structure_options() {
-  const compiled::Structure s;
+  const auto [guard, veto] = ProtectedStructure{};
   trephine_structure_options o{};
-  o.guard = static_cast<std::int32_t>(s.guard);
-  o.margin = s.margin;
-  o.stiffness = s.stiffness;
-  o.greatest_force = s.greatest_force;
-  o.damping = s.damping;
-  o.veto = static_cast<std::int32_t>(s.veto);
-  o.veto_margin = s.veto_margin;
+  o.guard = static_cast<std::int32_t>(guard.mode);
+  o.margin = guard.margin;
+  o.stiffness = guard.stiffness;
+  o.greatest_force = guard.greatest_force;
+  o.damping = guard.damping;
+  o.veto = static_cast<std::int32_t>(veto.mode);
+  o.veto_margin = veto.margin;
   return o;
 }
 
-static_assert(static_cast<int>(compiled::GuardMode::kWarn) == TREPHINE_GUARD_WARN &&
-              static_cast<int>(compiled::GuardMode::kPush) == TREPHINE_GUARD_PUSH);
-static_assert(static_cast<int>(compiled::VetoMode::kWatch) == TREPHINE_VETO_WATCH &&
-              static_cast<int>(compiled::VetoMode::kProtect) == TREPHINE_VETO_PROTECT &&
-              static_cast<int>(compiled::VetoMode::kKeepIn) == TREPHINE_VETO_KEEP_IN);
+static_assert(static_cast<int>(GuardMode::kWarn) == TREPHINE_GUARD_WARN &&
+              static_cast<int>(GuardMode::kPush) == TREPHINE_GUARD_PUSH);
+static_assert(static_cast<int>(StructureVeto::Mode::kWatch) == TREPHINE_VETO_WATCH &&
+              static_cast<int>(StructureVeto::Mode::kProtect) == TREPHINE_VETO_PROTECT &&
+              static_cast<int>(StructureVeto::Mode::kKeepIn) == TREPHINE_VETO_KEEP_IN);
 
-compiled::Structure structure_of(const trephine_structure_options& o) {
+ProtectedStructure structure_of(const trephine_structure_options& o) {
   require(o.guard >= TREPHINE_GUARD_OFF && o.guard <= TREPHINE_GUARD_PUSH,
           "trephine_structures_set: no such guard: ", o.guard);
   require(o.veto >= TREPHINE_VETO_FREE && o.veto <= TREPHINE_VETO_KEEP_IN,
           "trephine_structures_set: no such veto: ", o.veto);
-  return {.guard = static_cast<compiled::GuardMode>(o.guard),
-          .margin = o.margin,
-          .stiffness = o.stiffness,
-          .greatest_force = o.greatest_force,
-          .damping = o.damping,
-          .veto = static_cast<compiled::VetoMode>(o.veto),
-          .veto_margin = o.veto_margin};
+  return {.guard = {.mode = static_cast<GuardMode>(o.guard),
+                    .margin = o.margin,
+                    .stiffness = o.stiffness,
+                    .greatest_force = o.greatest_force,
+                    .damping = o.damping},
+          .veto = {.mode = static_cast<StructureVeto::Mode>(o.veto), .margin = o.veto_margin}};
 }
 
 trephine_guard_options default_guard_options() {
-  const compiled::GuardOptions g;
+  const auto [potential, guard] = ProtectionOptions{};
   trephine_guard_options o{};
-  o.push = g.push ? 1 : 0;
-  o.ramp_time = g.ramp_time;
-  o.smoothing = g.smoothing;
+  o.push = guard.push ? 1 : 0;
+  o.ramp_time = guard.ramp_time;
+  o.smoothing = potential.smoothing;
   return o;
 }
 
-compiled::GuardOptions guard_of(const trephine_guard_options& o) {
-  compiled::GuardOptions g{.push = o.push != 0, .ramp_time = o.ramp_time, .smoothing = o.smoothing};
-  if (o.linear_budget != 0 || o.angular_budget != 0) g.budget = StiffnessBudget{o.linear_budget, o.angular_budget};
+ProtectionOptions guard_of(const trephine_guard_options& o) {
+  ProtectionOptions g{.potential = {.smoothing = o.smoothing},
+                      .guard = {.push = o.push != 0, .ramp_time = o.ramp_time}};
+  if (o.linear_budget != 0 || o.angular_budget != 0)
+    g.potential.budget = StiffnessBudget{o.linear_budget, o.angular_budget};
   return g;
 }
 
@@ -395,8 +394,8 @@ trephine_result trephine_scene_set_tool(trephine_scene* scene, const char* name)
     const NamedTool named = tool_by_name(name);
     scene->scene.set_tool(named.tool);
     compiled::StageOptions stages = scene->scene.stages();
-    if (!stages.cutting) return;
-    stages.cutting->edges = named.edges;
+    if (!stages.law) return;
+    stages.law->edges = named.edges;
     scene->scene.set_stages(stages);
   });
 }
@@ -420,11 +419,9 @@ trephine_result trephine_structures_create(const trephine_labels_options* option
     const compiled::LabelGeometry geometry{.size = {o.size[0], o.size[1], o.size[2]},
                                            .spacing = Vec3d(o.spacing[0], o.spacing[1], o.spacing[2]),
                                            .X_GS = checked_pose(o.X_GS),
-                                           .reach = o.reach,
-                                           .threads = o.threads,
-                                           .smooth = o.raw == 0};
+                                           .field = {.smooth = o.raw == 0, .reach = o.reach, .threads = o.threads}};
     compiled::Structures made(geometry, std::span(labels, bytes));
-    std::vector<compiled::Structure> each(static_cast<std::size_t>(made.count()));
+    std::vector<ProtectedStructure> each(static_cast<std::size_t>(made.count()));
     std::vector<std::string> names;
     for (int s = 1; s <= made.count(); ++s) names.push_back("structure " + std::to_string(s));
     *structures =
@@ -483,7 +480,7 @@ trephine_result trephine_structures_set_guard(trephine_structures* structures,
                                               const trephine_guard_options* options) noexcept {
   return guarded([&] {
     require_pointers(structures, options);
-    structures->guard = guard_of(read_struct(*options, default_guard_options()));
+    structures->options = guard_of(read_struct(*options, default_guard_options()));
   });
 }
 
@@ -491,7 +488,7 @@ trephine_result trephine_scene_set_structures(trephine_scene* scene, const treph
   return guarded([&] {
     require_pointers(scene);
     if (structures != nullptr)
-      scene->scene.set_structures(structures->distances, structures->each, structures->guard);
+      scene->scene.set_structures(structures->distances, structures->each, structures->options);
     else
       scene->scene.clear_structures();
   });
@@ -505,7 +502,7 @@ trephine_result trephine_protection_create(const trephine_scene* scene, const tr
     *protection =
         std::make_unique<trephine_protection>(
             trephine_protection{structures != nullptr
-                                    ? of.make_protection(structures->distances, structures->each, structures->guard)
+                                    ? of.make_protection(structures->distances, structures->each, structures->options)
                                     : of.make_protection()})
             .release();
   });

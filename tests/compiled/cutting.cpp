@@ -35,11 +35,7 @@ TickInput input_at(int tick, double dt) {
   return input;
 }
 
-compiled::CuttingForce law_of(const CuttingEdges& edges) {
-  return {
-      .edges = edges, .speed = 1000, .clockwise = false, .stall_torque = 0.2, .felt = 0.1, .soft = 10, .cortical = 900};
-}
-CuttingForce::Options header_law_of(const CuttingEdges& edges) {
+CuttingForceOptions law_of(const CuttingEdges& edges) {
   return {.edges = edges,
           .speed = 1000,
           .clockwise = false,
@@ -48,12 +44,8 @@ CuttingForce::Options header_law_of(const CuttingEdges& edges) {
           .felt = 0.1};
 }
 
-const compiled::Milling kPressed{.cut = compiled::Cut::kPressure};
-
-compiled::StageOptions stages_with(const std::optional<compiled::CuttingForce>& law, const compiled::Milling& milling) {
-  return {.milling = milling,
-          .cutting = law,
-          .limits = compiled::DeviceLimits{.force = kForceLimit, .torque = kTorqueLimit}};
+compiled::StageOptions stages_with(const std::optional<CuttingForceOptions>& law, const AnyCut& cut) {
+  return {.cut = cut, .law = law, .limits = {.force = kForceLimit, .torque = kTorqueLimit}};
 }
 
 /// How often two scenes differ over a second, in any bit of their results, poses or bone.
@@ -74,7 +66,7 @@ int differences(HeaderScene& header, compiled::Scene& scene, double dt = 1e-3, i
   header.bone().copy_voxels(expected);
   scene.bone().copy_voxels(std::span(left));
   CHECK(removed > 1);
-  if (scene.stages().cutting) CHECK(torque > 1e-4);
+  if (scene.stages().law) CHECK(torque > 1e-4);
   return different + (expected == left ? 0 : 1);
 }
 
@@ -85,42 +77,34 @@ TEST_CASE("a compiled scene with the law of cutting equals the header scene with
   for (const double dt : {1e-3, 0.25e-3}) {
     CAPTURE(dt);
     auto block = make_block<std::int16_t>();
-    compiled::Scene scene(bone_like(block), kIsovalue, tool.tool, {}, stages_with(law_of(tool.edges), kPressed));
-    HapticScene header{block,
-                       kIsovalue,
-                       CoupledToolRenderer{tool.tool},
-                       CuttingForce(header_law_of(tool.edges)),
-                       Milling{PressureCut{}},
+    compiled::Scene scene(bone_like(block), kIsovalue, tool.tool, {}, stages_with(law_of(tool.edges), PressureCut{}));
+    HapticScene header{block, kIsovalue, CoupledToolRenderer{tool.tool},
+                       Cutting{PressureCut{}, CuttingForce(law_of(tool.edges))},
                        DeviceLimits{kForceLimit, kTorqueLimit}};
     CHECK(differences(header, scene, dt) == 0);
   }
   const CuttingEdges diamond{.kind = CuttingEdges::Kind::kDiamond, .flutes = 0};
   auto block = make_block<std::int16_t>();
   compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {.friction = Coulomb{0.3, 0.2}},
-                        stages_with(law_of(diamond), kPressed));
-  HapticScene header{block,
-                     kIsovalue,
-                     CoupledToolRenderer{kDrill, CoupledOptions{}, Coulomb{0.3, 0.2}},
-                     CuttingForce(header_law_of(diamond)),
-                     Milling{PressureCut{}},
-                     DeviceLimits{kForceLimit, kTorqueLimit}};
+                        stages_with(law_of(diamond), PressureCut{}));
+  HapticScene header{block, kIsovalue, CoupledToolRenderer{kDrill, CoupledOptions{}, Coulomb{0.3, 0.2}},
+                     Cutting{PressureCut{}, CuttingForce(law_of(diamond))}, DeviceLimits{kForceLimit, kTorqueLimit}};
   CHECK(differences(header, scene) == 0);
 }
 
-TEST_CASE("the law works beside other cuts and renderers as in header scenes, after impact and before vibration") {
+TEST_CASE("the law works beside other cuts and renderers as in header scenes") {
   auto block = make_block<std::int16_t>();
-  compiled::StageOptions stages = stages_with(law_of({}), {.cut = compiled::Cut::kRateLimited, .rate = 2e4});
-  stages.hunt_crossley = compiled::HuntCrossley{};
-  stages.filter = compiled::FirstOrderFilter{};
+  compiled::StageOptions stages = stages_with(law_of({}), RateLimitedCut<>{.rate = 2e4});
+  stages.hunt_crossley = HuntCrossley::Options{};
+  stages.filter = FirstOrderFilter::Options{};
   compiled::Scene scene(bone_like(block), kIsovalue, kDrill,
-                        {.renderer = compiled::RendererKind::kSurface, .surface = {.sphere = 26, .slices = 20}},
+                        {.renderer = compiled::RendererKind::kSurface, .surface_counts = SurfaceCounts::thesis()},
                         stages);
   HapticScene header{block,
                      kIsovalue,
                      SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts::thesis()}},
-                     Milling{{.rate = 2e4}},
+                     Cutting{RateLimitedCut<>{.rate = 2e4}, CuttingForce(law_of({}))},
                      HuntCrossley(HuntCrossley::Options{}),
-                     CuttingForce(header_law_of({})),
                      FirstOrderFilter(FirstOrderFilter::Options{}),
                      DeviceLimits{kForceLimit, kTorqueLimit}};
   CHECK(differences(header, scene) == 0);
@@ -130,8 +114,8 @@ TEST_CASE("a geometric cut goes ahead by a speed in compiled scenes too, at any 
   for (const double dt : {0.25e-3, 1e-3, 2e-3}) {
     CAPTURE(dt);
     auto block = make_block<std::int16_t>();
-    compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages_with({}, {}));
-    HapticScene header{block, kIsovalue, CoupledToolRenderer{kDrill}, Milling{},
+    compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages_with({}, GeometricCut{}));
+    HapticScene header{block, kIsovalue, CoupledToolRenderer{kDrill}, Cutting{},
                        DeviceLimits{kForceLimit, kTorqueLimit}};
     CHECK(differences(header, scene, dt) == 0);
   }
@@ -140,12 +124,9 @@ TEST_CASE("a geometric cut goes ahead by a speed in compiled scenes too, at any 
 TEST_CASE("the law comes and goes between ticks, follows the tool, and takes nothing from the heap") {
   const NamedTool first = tool_by_name("match-head-3"), second = tool_by_name("diamond-4");
   auto block = make_block<std::int16_t>();
-  compiled::Scene scene(bone_like(block), kIsovalue, first.tool, {}, stages_with({}, {}));
-  HapticScene header{block,
-                     kIsovalue,
-                     CoupledToolRenderer{first.tool},
-                     CuttingForce(header_law_of(first.edges)),
-                     Milling{PressureCut{}},
+  compiled::Scene scene(bone_like(block), kIsovalue, first.tool, {}, stages_with({}, GeometricCut{}));
+  HapticScene header{block, kIsovalue, CoupledToolRenderer{first.tool},
+                     Cutting{PressureCut{}, CuttingForce(law_of(first.edges))},
                      DeviceLimits{kForceLimit, kTorqueLimit}};
   // In the air, without the law: a tick has none of it.
   for (int tick = 0; tick < 100; ++tick) {
@@ -154,19 +135,19 @@ TEST_CASE("the law comes and goes between ticks, follows the tool, and takes not
     REQUIRE(same_bits(got.cutting, CuttingSummary{}));
   }
   // The law comes, and then another tool with its own edges.
-  scene.set_stages(stages_with(law_of(first.edges), kPressed));
+  scene.set_stages(stages_with(law_of(first.edges), PressureCut{}));
   CHECK(differences(header, scene, 1e-3, 100, 500) == 0);
   header.renderer().set_tool(second.tool);
-  header.part<CuttingForce>().adopt(header_law_of(second.edges));
+  header.cutting().law().adopt(law_of(second.edges));
   scene.set_tool(second.tool);
-  scene.set_stages(stages_with(law_of(second.edges), kPressed));
+  scene.set_stages(stages_with(law_of(second.edges), PressureCut{}));
   CHECK(differences(header, scene, 1e-3, 500, 700) == 0);
   // It goes: cuts are geometric, and nothing of it is left when it comes back.
-  scene.set_stages(stages_with({}, {}));
+  scene.set_stages(stages_with({}, GeometricCut{}));
   const TickResult without = scene.tick(input_at(701, 1e-3), 1e-3);
   CHECK(same_bits(without.cutting, CuttingSummary{}));
 
-  const auto with = stages_with(law_of(second.edges), kPressed), none = stages_with({}, {});
+  const auto with = stages_with(law_of(second.edges), PressureCut{}), none = stages_with({}, GeometricCut{});
   double torque = 0;
   const auto calls = heap_calls([&] {
     for (int tick = 0; tick < 700; ++tick) {
@@ -183,20 +164,20 @@ TEST_CASE("the law comes and goes between ticks, follows the tool, and takes not
 
 TEST_CASE("a law that is out of range, or has no place, is refused") {
   const compiled::Bone bone = bone_like(make_block<std::int16_t>());
-  const auto refuse_law = [&](const std::string& word, compiled::CuttingForce law) {
-    check_refused(word, [&] { compiled::Scene(bone, kIsovalue, kDrill, {}, stages_with(law, kPressed)); });
+  const auto refuse_law = [&](const std::string& word, const CuttingForceOptions& law) {
+    check_refused(word, [&] { compiled::Scene(bone, kIsovalue, kDrill, {}, stages_with(law, PressureCut{})); });
   };
   refuse_law("speed", {.speed = 0});
   refuse_law("stall_torque", {.stall_torque = -1});
   refuse_law("felt", {.felt = 1.5});
-  refuse_law("cortical", {.soft = 100, .cortical = 100});
+  refuse_law("cortical", {.strength = {.soft = 100, .cortical = 100}});
   refuse_law("flutes", {.edges = {.flutes = 0}});
-  check_refused("needs a law", [&] { compiled::Scene(bone, kIsovalue, kDrill, {}, stages_with({}, kPressed)); });
+  check_refused("needs a law", [&] { compiled::Scene(bone, kIsovalue, kDrill, {}, stages_with({}, PressureCut{})); });
   for (const auto kind : {compiled::RendererKind::kLine, compiled::RendererKind::kSurface})
     check_refused("for the coupled tool", [&] {
-      compiled::Scene(bone, kIsovalue, kDrill, {.renderer = kind}, stages_with(law_of({}), kPressed));
+      compiled::Scene(bone, kIsovalue, kDrill, {.renderer = kind}, stages_with(law_of({}), PressureCut{}));
     });
-  compiled::Scene scene(bone, kIsovalue, kDrill, {}, stages_with(law_of({}), kPressed));
-  check_refused("needs a law", [&] { scene.set_stages(stages_with({}, kPressed)); });
-  CHECK(scene.stages().cutting.has_value());
+  compiled::Scene scene(bone, kIsovalue, kDrill, {}, stages_with(law_of({}), PressureCut{}));
+  check_refused("needs a law", [&] { scene.set_stages(stages_with({}, PressureCut{})); });
+  CHECK(scene.stages().law.has_value());
 }

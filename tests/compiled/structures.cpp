@@ -12,11 +12,11 @@
 #include <trephine/core/units.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>
 
@@ -74,21 +74,21 @@ const Labelled& labelled() {
     l.geometry = {.size = local.size,
                   .spacing = Vec3d::Constant(local.voxel),
                   .X_GS = make_pose<double>(Mat3d::Identity(), corner),
-                  .reach = kReach};
+                  .field = {.reach = kReach}};
     l.field = local.field(kReach);
     return l;
   }();
   return made;
 }
 
-std::vector<compiled::Structure> each() {
-  return {{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 0.3, .damping = 3, .veto_margin = 0.2_mm},
-          {.guard = compiled::GuardMode::kWarn, .margin = 1_mm, .veto = compiled::VetoMode::kWatch}};
+std::vector<ProtectedStructure> each() {
+  return {
+      {.guard = {.margin = 0.8_mm, .stiffness = 700, .greatest_force = 0.3, .damping = 3}, .veto = {.margin = 0.2_mm}},
+      {.guard = {.mode = GuardMode::kWarn, .margin = 1_mm}, .veto = {.mode = StructureVeto::Mode::kWatch}}};
 }
 
 compiled::StageOptions stages() {
-  return {.milling = compiled::Milling{.cut = compiled::Cut::kRateLimited, .rate = 2e5},
-          .limits = compiled::DeviceLimits{.force = kForceLimit, .torque = kTorqueLimit}};
+  return {.cut = RateLimitedCut<>{.rate = 2e5}, .limits = {.force = kForceLimit, .torque = kTorqueLimit}};
 }
 
 template <class Density>
@@ -105,16 +105,17 @@ TickInput input_at(int tick) {
   return input;
 }
 
-/// `policy` is the cut of `options`, and `law` its law of cutting, if it has one.
-template <class Tool, class Policy, class... Law>
-void compare_guarded(const Tool& tool, const compiled::StageOptions& options, const Policy& policy, const Law&... law) {
+/// `cutting` is that of `options`.
+template <class Tool, class Cut>
+void compare_guarded(const Tool& tool, const compiled::StageOptions& options, const Cut& cutting) {
   auto block = make_block<std::int16_t>();
   compiled::Scene scene(bone_like(block), kIsovalue, tool, {}, options);
   const compiled::Structures structures(labelled().geometry, labelled().labels);
   CHECK(structures.count() == 2);
   // Numbers that no default has: each option must arrive.
   const StiffnessBudget budget{.linear = 2000, .angular = 0.05};
-  scene.set_structures(structures, each(), {.ramp_time = 0.1, .smoothing = 0.5e-3, .budget = budget});
+  scene.set_structures(structures, each(),
+                       {.potential = {.smoothing = 0.5e-3, .budget = budget}, .guard = {.ramp_time = 0.1}});
 
   const Posed X_GS = labelled().geometry.X_GS;
   const std::vector<GuardedStructure> guards{{.margin = 0.8_mm, .stiffness = 700, .greatest_force = 0.3, .damping = 3},
@@ -124,8 +125,8 @@ void compare_guarded(const Tool& tool, const compiled::StageOptions& options, co
   HapticScene header{block,
                      kIsovalue,
                      CoupledToolRenderer{tool},
-                     law...,
-                     Milling{ProtectedCut{policy, floor}},
+                     cutting,
+                     Veto{floor},
                      StructureGuard{std::make_shared<const GuardPotential>(
                                         labelled().field, X_GS, tool, guards,
                                         GuardPotentialOptions{.smoothing = 0.5e-3, .budget = budget}),
@@ -171,26 +172,25 @@ void compare_guarded(const Tool& tool, const compiled::StageOptions& options, co
 }  // namespace
 
 TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
-  const RateLimitedCut<> policy{.rate = 2e5};
-  compare_guarded(kDrill, stages(), policy);
-  compare_guarded(tool_by_name("match-head-3").tool, stages(), policy);
+  const Cutting cutting{{.rate = 2e5}};
+  compare_guarded(kDrill, stages(), cutting);
+  compare_guarded(tool_by_name("match-head-3").tool, stages(), cutting);
 }
 
 TEST_CASE("a cut by the law of cutting spares structures as in the header scene, bit for bit") {
   const NamedTool tool = tool_by_name("match-head-3");
   compiled::StageOptions options = stages();
-  options.milling = compiled::Milling{.cut = compiled::Cut::kPressure};
-  options.cutting = compiled::CuttingForce{.edges = tool.edges, .felt = 0.1, .cortical = 900};
-  compare_guarded(tool.tool, options, PressureCut{},
-                  CuttingForce({.edges = tool.edges, .strength = {.cortical = 900}, .felt = 0.1}));
+  options.cut = PressureCut{};
+  options.law = CuttingForceOptions{.edges = tool.edges, .strength = {.cortical = 900}, .felt = 0.1};
+  compare_guarded(tool.tool, options, Cutting{PressureCut{}, CuttingForce(*options.law)});
 }
 
 TEST_CASE("a planned cavity keeps cuts within it") {
   compiled::Scene scene(bone_like(make_block<std::int16_t>()), kIsovalue, kDrill, {}, stages());
-  std::vector<compiled::Structure> cavity = each();
-  for (compiled::Structure& s : cavity) s = {.guard = compiled::GuardMode::kOff, .veto = compiled::VetoMode::kFree};
-  cavity[1].veto = compiled::VetoMode::kKeepIn;
-  cavity[1].veto_margin = 0.3_mm;
+  std::vector<ProtectedStructure> cavity = each();
+  for (ProtectedStructure& s : cavity)
+    s = {.guard = {.mode = GuardMode::kOff}, .veto = {.mode = StructureVeto::Mode::kFree}};
+  cavity[1].veto = {.mode = StructureVeto::Mode::kKeepIn, .margin = 0.3_mm};
   scene.set_structures(compiled::Structures(labelled().geometry, labelled().labels), cavity);
   double refused = 0;
   for (int tick = 0; tick < kDeep; ++tick) refused += scene.tick(input_at(tick), kDt).structures.refused_mm3;
@@ -209,17 +209,6 @@ TEST_CASE("a planned cavity keeps cuts within it") {
     lost += bone && left[v] < kIsovalue && labelled().field->distance(1, X_SG * p_G) > -0.3_mm ? 1 : 0;
   }
   CHECK(lost == 0);
-}
-
-TEST_CASE("each mode of a veto, and its margin, reaches the floor") {
-  using enum compiled::VetoMode;
-  using Mode = StructureVeto::Mode;
-  for (const auto& [ours, theirs] : {std::pair(kFree, Mode::kFree), std::pair(kWatch, Mode::kWatch),
-                                     std::pair(kProtect, Mode::kProtect), std::pair(kKeepIn, Mode::kKeepIn)}) {
-    const StructureVeto veto = compiled::veto_of({.veto = ours, .veto_margin = 0.3_mm});
-    CHECK(veto.mode == theirs);
-    CHECK(veto.margin == 0.3_mm);
-  }
 }
 
 TEST_CASE("structures come and go between ticks, and other stages leave them") {
@@ -244,13 +233,13 @@ TEST_CASE("structures come and go between ticks, and other stages leave them") {
   CHECK(scene.tick(input_at(251), kDt).structures.nearest >= 0);
   // A change of milling keeps the veto.
   compiled::StageOptions others = stages();
-  others.milling = compiled::Milling{};
+  others.cut = GeometricCut{};
   scene.set_stages(others);
   double refused = 0;
   for (int tick = 301; tick < kDeep; ++tick) refused += scene.tick(input_at(tick), kDt).structures.refused_mm3;
   CHECK(refused > 0);
   // Without milling nothing is refused; with it again, the floor is still there, and its counts go on.
-  others.milling.reset();
+  others.cut = {};
   scene.set_stages(others);
   CHECK(scene.tick(input_at(kDeep), kDt).structures.refused_mm3 == 0);
   scene.set_stages(stages());
@@ -333,9 +322,9 @@ TEST_CASE("protections are made and freed on one thread while another ticks, dri
   constexpr int kMade = 8;
   std::thread builder([&] {
     for (int n = 0; n < kMade; ++n) {
-      std::vector<compiled::Structure> others = each();
-      others[0].margin = (0.3 + 0.1 * n) * 1e-3;
-      others[0].veto = n % 2 == 0 ? compiled::VetoMode::kProtect : compiled::VetoMode::kWatch;
+      std::vector<ProtectedStructure> others = each();
+      others[0].guard.margin = (0.3 + 0.1 * n) * 1e-3;
+      others[0].veto.mode = n % 2 == 0 ? StructureVeto::Mode::kProtect : StructureVeto::Mode::kWatch;
       auto made = std::make_unique<compiled::Protection>(n % 4 == 3 ? scene.make_protection()
                                                                     : scene.make_protection(structures, others));
       next.store(made.get(), std::memory_order_release);
@@ -369,23 +358,23 @@ TEST_CASE("structures that cannot be are refused, and leave those that were") {
   for (int tick = 0; tick < 20; ++tick) (void)scene.tick(input_at(kDeep), kDt);
   const TickResult before = scene.tick(input_at(kDeep), 1e-9);
   const auto refuse = [&](const std::string& word, auto&& change) {
-    std::vector<compiled::Structure> bad = each();
-    compiled::GuardOptions options;
+    std::vector<ProtectedStructure> bad = each();
+    ProtectionOptions options;
     change(bad, options);
     check_refused(word, [&] { scene.set_structures(structures, bad, options); });
   };
-  using All = std::vector<compiled::Structure>;
-  using Options = compiled::GuardOptions;
+  using All = std::vector<ProtectedStructure>;
+  using Options = ProtectionOptions;
   refuse("one entry", [](All& s, Options&) { s.pop_back(); });
-  refuse("margin", [](All& s, Options&) { s[0].margin = -1; });
-  refuse("stiffness", [](All& s, Options&) { s[0].stiffness = 0; });
-  refuse("bands", [](All& s, Options&) { s[0].margin = 20e-3; });
-  refuse("margin", [](All& s, Options&) { s[1].veto_margin = -1; });
-  refuse("bands", [](All& s, Options&) { s[0].veto_margin = 5.9e-3; });
-  refuse("guard", [](All& s, Options&) { s[0].guard = static_cast<compiled::GuardMode>(7); });
-  refuse("veto", [](All& s, Options&) { s[0].veto = static_cast<compiled::VetoMode>(7); });
-  refuse("ramp_time", [](All&, Options& o) { o.ramp_time = 0; });
-  refuse("smoothing", [](All&, Options& o) { o.smoothing = 0; });
+  refuse("margin", [](All& s, Options&) { s[0].guard.margin = -1; });
+  refuse("stiffness", [](All& s, Options&) { s[0].guard.stiffness = 0; });
+  refuse("bands", [](All& s, Options&) { s[0].guard.margin = 20e-3; });
+  refuse("margin", [](All& s, Options&) { s[1].veto.margin = -1; });
+  refuse("bands", [](All& s, Options&) { s[0].veto.margin = 5.9e-3; });
+  refuse("guard", [](All& s, Options&) { s[0].guard.mode = static_cast<GuardMode>(7); });
+  refuse("veto", [](All& s, Options&) { s[0].veto.mode = static_cast<StructureVeto::Mode>(7); });
+  refuse("ramp_time", [](All&, Options& o) { o.guard.ramp_time = 0; });
+  refuse("smoothing", [](All&, Options& o) { o.potential.smoothing = 0; });
   CHECK(scene.tick(input_at(kDeep), 1e-9).structures.nearest == before.structures.nearest);
   CHECK(scene.tick(input_at(kDeep), 1e-9).structures.push.force.norm() > 0);
 
@@ -398,25 +387,8 @@ TEST_CASE("structures that cannot be are refused, and leave those that were") {
   refuse_labels("spacing");
   g.size[0] = 47;
   refuse_labels("one number a voxel");
-  g.reach = 0;
+  g.field.reach = 0;
   refuse_labels("reach");
   g.X_GS.linear() *= 2;
   refuse_labels("X_GS");
-}
-
-TEST_CASE("options of structures have the headers' defaults") {
-  const compiled::Structure s;
-  const GuardedStructure g;
-  CHECK(s.margin == g.margin);
-  CHECK(s.stiffness == g.stiffness);
-  CHECK(s.greatest_force == g.greatest_force);
-  CHECK(s.damping == g.damping);
-  CHECK(static_cast<int>(s.guard) == static_cast<int>(g.mode));
-  CHECK(static_cast<int>(s.veto) == static_cast<int>(StructureVeto{}.mode));
-  CHECK(s.veto_margin == StructureVeto{}.margin);
-  const compiled::GuardOptions options;
-  CHECK(options.push == StructureGuard::Options{}.push);
-  CHECK(options.ramp_time == StructureGuard::Options{}.ramp_time);
-  CHECK(options.smoothing == GuardPotentialOptions{}.smoothing);
-  CHECK(options.budget.has_value() == GuardPotentialOptions{}.budget.has_value());
 }

@@ -3,6 +3,7 @@
 
 #include <trephine/compiled/options.hpp>
 #include <trephine/core/tick.hpp>
+#include <trephine/structure/protected_structure.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
 
@@ -15,6 +16,7 @@
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
+class AnyTool;
 class RevolvedTool;
 class StructureField;
 struct TickContext;
@@ -69,10 +71,9 @@ class AnyStructures : public Interface {
   [[nodiscard]] virtual const StructureField& field() const noexcept = 0;
   [[nodiscard]] virtual const Posed& X_GS() const noexcept = 0;
   [[nodiscard]] virtual int count() const noexcept = 0;
-  [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
-                                                             const GuardOptions& options) const = 0;
-  [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const RevolvedTool& tool, std::span<const Structure> each,
-                                                             const GuardOptions& options) const = 0;
+  [[nodiscard]] virtual std::shared_ptr<AnyGuard> make_guard(const AnyTool& tool,
+                                                             std::span<const ProtectedStructure> each,
+                                                             const ProtectionOptions& options) const = 0;
 };
 
 class AnyScene : public Interface {
@@ -86,8 +87,8 @@ class AnyScene : public Interface {
   virtual void set_tool(const RevolvedTool& tool) = 0;
   /// Null structures: one that protects nothing.
   [[nodiscard]] virtual std::unique_ptr<AnyProtection> make_protection(const AnyStructures* structures,
-                                                                       std::span<const Structure> each,
-                                                                       const GuardOptions& options) const = 0;
+                                                                       std::span<const ProtectedStructure> each,
+                                                                       const ProtectionOptions& options) const = 0;
   virtual void exchange(AnyProtection& protection) = 0;
   virtual void clear_structures() noexcept = 0;
   [[nodiscard]] virtual StructureTotals totals(int structure) const noexcept = 0;

@@ -88,11 +88,11 @@ class BoneReader {
   std::unique_ptr<AnyReader> reader_;
 };
 
-/// A scene whose templates the library `trephine::compiled` holds: renderer and stages are chosen at run time, and a
-/// program that uses it compiles in seconds.
+/// The easy API: a scene whose renderer and stages are chosen at run time, by the same options as a HapticScene's. The
+/// library `trephine::compiled` holds its templates, so a program that uses it compiles in seconds.
 /// \code
 /// Scene scene(bone, 300, Burr{.tip_radius = 1.5_mm}, {.coupled = {.stiffness = 800, .force = 3.3, .torque = 0.1}},
-///             {.milling = Milling{}, .limits = DeviceLimits{.force = 3.3, .torque = 0.1}});
+///             {.cut = GeometricCut{}, .limits = {.force = 3.3, .torque = 0.1}});
 /// TickResult r = scene.tick({.X_WT = pose, .spindle_on = true}, dt);
 /// \endcode
 /// Results equal those of the `HapticScene` that lists the same parts, bit for bit, under the same compiler and flags.
@@ -132,21 +132,22 @@ class Scene {
     stages_ = stages;
   }
 
-  /// Takes another tool between ticks, on the haptic thread, without memory from the heap: a RevolvedTool in a scene
-  /// made with one, a Burr in one made with a burr, for the coupled tool alone. From the next tick on the scene is as a
-  /// new one with that tool. Throws std::invalid_argument for another scene, a tool larger than the bone, or while
+  /// Takes another tool between ticks, on the haptic thread, without memory from the heap: a burr or a revolved tool,
+  /// whichever the scene was made with, for the coupled tool alone. From the next tick on the scene is as a new one
+  /// with that tool. Throws std::invalid_argument for another renderer, a tool larger than the bone, or while
   /// structures are guarded: a guard is made for its tool.
   void set_tool(const RevolvedTool& tool) { scene_->set_tool(tool); }
   void set_tool(const Burr& burr) { scene_->set_tool(burr); }
 
   /// Guards structures and keeps cuts from them, instead of those before: include compiled/structures.hpp.
-  void set_structures(const Structures& structures, std::span<const Structure> each, const GuardOptions& options = {});
+  void set_structures(const Structures& structures, std::span<const ProtectedStructure> each,
+                      const ProtectionOptions& options = {});
   /// Takes guard and vetoes out; between ticks, haptic thread.
   void clear_structures() noexcept { scene_->clear_structures(); }
   /// Makes guard and vetoes for `exchange`, on any thread and while this scene ticks. Without arguments they protect
   /// nothing. Include compiled/structures.hpp.
-  [[nodiscard]] Protection make_protection(const Structures& structures, std::span<const Structure> each,
-                                           const GuardOptions& options = {}) const;
+  [[nodiscard]] Protection make_protection(const Structures& structures, std::span<const ProtectedStructure> each,
+                                           const ProtectionOptions& options = {}) const;
   [[nodiscard]] Protection make_protection() const;
   /// Puts guard and vetoes in, and those before into `protection`; between ticks, haptic thread.
   void exchange(Protection& protection);

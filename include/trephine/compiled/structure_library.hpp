@@ -6,6 +6,7 @@
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/structure_guard.hpp>
+#include <trephine/tool/any_tool.hpp>
 
 #include <memory>
 #include <span>
@@ -43,43 +44,20 @@ class StructuresOf final : public AnyStructures {
   const StructureField& field() const noexcept override { return *field_; }
   const Posed& X_GS() const noexcept override { return X_GS_; }
   int count() const noexcept override { return field_->structures(); }
-  std::shared_ptr<AnyGuard> make_guard(const Burr& burr, std::span<const Structure> each,
-                                       const GuardOptions& options) const override {
-    return guard_round(burr, each, options);
-  }
-  std::shared_ptr<AnyGuard> make_guard(const RevolvedTool& tool, std::span<const Structure> each,
-                                       const GuardOptions& options) const override {
-    return guard_round(tool, each, options);
+  std::shared_ptr<AnyGuard> make_guard(const AnyTool& tool, std::span<const ProtectedStructure> each,
+                                       const ProtectionOptions& options) const override {
+    std::vector<GuardedStructure> guarded;
+    for (const ProtectedStructure& s : each) guarded.push_back(s.guard);
+    const auto potential = tool.visit([&](const auto& one) {
+      if constexpr (requires { one.outline(); })
+        return std::make_shared<const GuardPotential>(field_, X_GS_, one, guarded, options.potential);
+      else
+        return std::make_shared<const GuardPotential>(field_, X_GS_, one.burr(), guarded, options.potential);
+    });
+    return std::make_shared<GuardOf>(potential, options.guard);
   }
 
  private:
-  template <class Tool>
-  [[nodiscard]] std::shared_ptr<AnyGuard> guard_round(const Tool& tool, std::span<const Structure> each,
-                                                      const GuardOptions& options) const {
-    std::vector<GuardedStructure> guarded;
-    for (const Structure& s : each) guarded.push_back(guarded_structure(s));
-    GuardPotentialOptions of_all{.smoothing = options.smoothing};
-    of_all.budget = options.budget;
-    return std::make_shared<GuardOf>(std::make_shared<const GuardPotential>(field_, X_GS_, tool, guarded, of_all),
-                                     StructureGuard::Options{.push = options.push, .ramp_time = options.ramp_time});
-  }
-
-  [[nodiscard]] static GuardedStructure guarded_structure(const Structure& s) {
-    GuardedStructure g{
-        .margin = s.margin, .stiffness = s.stiffness, .greatest_force = s.greatest_force, .damping = s.damping};
-    switch (s.guard) {
-      case GuardMode::kOff:
-        g.mode = trephine::GuardMode::kOff;
-        return g;
-      case GuardMode::kWarn:
-        g.mode = trephine::GuardMode::kWarn;
-        return g;
-      case GuardMode::kPush:
-        return g;
-    }
-    refuse("compiled::Structure", "guard must be one of GuardMode's", static_cast<int>(s.guard));
-  }
-
   std::shared_ptr<const StructureField> field_;
   Posed X_GS_;
 };
@@ -89,9 +67,7 @@ std::shared_ptr<const AnyStructures> StructuresMaker<kAlignment>::make(const Lab
                                                                        std::span<const std::uint8_t> labels) {
   if (!is_usable_pose(geometry.X_GS)) refuse("compiled::Structures", "X_GS must be rigid", "not so");
   return std::make_shared<const StructuresOf>(
-      build_structure_field(LabelVolume{geometry.size, geometry.spacing, labels},
-                            {.smooth = geometry.smooth, .reach = geometry.reach, .threads = geometry.threads}),
-      geometry.X_GS);
+      build_structure_field(LabelVolume{geometry.size, geometry.spacing, labels}, geometry.field), geometry.X_GS);
 }
 
 }  // namespace trephine::compiled

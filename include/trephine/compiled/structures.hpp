@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/compiled/scene.hpp>
+#include <trephine/structure/label_volume.hpp>
 
 #include <array>
 #include <cstdint>
@@ -17,9 +18,7 @@ struct LabelGeometry {
   std::array<int, 3> size{};       ///< voxels along x (fastest in memory), y, z; each >= 1
   Vec3d spacing = Vec3d::Zero();   ///< [m], each > 0
   Posed X_GS = Posed::Identity();  ///< pose of the labels' frame in the bone's: identity where both share a grid
-  double reach = 6e-3;             ///< half width of the bands with distances of each structure [m]
-  int threads = 0;                 ///< that build; 0: as many as the machine has
-  bool smooth = true;              ///< surfaces are fitted to the labels; false: they lie midway between voxels
+  StructureFieldOptions field{.reach = 6e-3};  ///< surfaces, the bands' reach, and the threads that build
 };
 
 /// Makes distances to structures. The library defines `make`; the alignment is part of its name, as for BoneMaker.
@@ -32,15 +31,15 @@ struct StructuresMaker {
 /// Distances to the structures of a segmentation. Copies are the same; immutable, for any number of scenes and threads.
 /// \code
 /// const Structures nerves({.size = {256, 256, 108}, .spacing = {0.957_mm, 0.957_mm, 1.5_mm}}, labels);
-/// scene.set_structures(nerves, std::vector<Structure>{{.margin = 2_mm, .veto_margin = 0.5_mm}});
+/// scene.set_structures(nerves, std::vector<ProtectedStructure>{{.guard = {.margin = 2_mm}}});
 /// scene.tick(input, dt).structures.distance;  // of the whole tool
 /// \endcode
 class Structures {
  public:
-  /// Builds the distances: seconds, on `threads` threads; not for the haptic thread. A label is 0 for none and s + 1
-  /// for structure s, x fastest. `reach` must be at least a margin and the tool's largest radius, and 2.6 times the
-  /// guard's smoothing more, and for a veto its margin and a bone voxel's diagonal. Throws std::invalid_argument as
-  /// `build_structure_field` does, and for a pose that is not rigid.
+  /// Builds the distances: seconds, on `field.threads` threads; not for the haptic thread. A label is 0 for none and s
+  /// + 1 for structure s, x fastest. `field.reach` must be at least a margin and the tool's largest radius, and 2.6
+  /// times the guard's smoothing more, and for a veto its margin and a bone voxel's diagonal. Throws
+  /// std::invalid_argument as `build_structure_field` does, and for a pose that is not rigid.
   Structures(const LabelGeometry& geometry, std::span<const std::uint8_t> labels)
       : structures_(StructuresMaker<>::make(geometry, labels)) {}
 
@@ -75,8 +74,8 @@ class Protection {
 /// `each` has an entry for each structure. Takes memory and up to seconds. The scene must outlive the call, and may
 /// tick meanwhile on its own thread. Bone that cuts take between this and `exchange` is as for `make_cut_floor`. Throws
 /// std::invalid_argument for options out of range, another number of entries, or a reach that is too short.
-inline Protection Scene::make_protection(const Structures& structures, std::span<const Structure> each,
-                                         const GuardOptions& options) const {
+inline Protection Scene::make_protection(const Structures& structures, std::span<const ProtectedStructure> each,
+                                         const ProtectionOptions& options) const {
   return Protection(scene_->make_protection(structures.structures_.get(), each, options));
 }
 inline Protection Scene::make_protection() const { return Protection(scene_->make_protection(nullptr, {}, {})); }
@@ -88,8 +87,8 @@ inline void Scene::exchange(Protection& protection) { scene_->exchange(*protecti
 
 /// As `make_protection` and `exchange`, with memory and up to seconds on the haptic thread, between ticks. Where it
 /// throws, all stays as it was.
-inline void Scene::set_structures(const Structures& structures, std::span<const Structure> each,
-                                  const GuardOptions& options) {
+inline void Scene::set_structures(const Structures& structures, std::span<const ProtectedStructure> each,
+                                  const ProtectionOptions& options) {
   Protection protection = make_protection(structures, each, options);
   exchange(protection);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/tool/counts.hpp>
 #include <trephine/tool/patch.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/sampling.hpp>
@@ -11,35 +12,6 @@
 
 /// Discretization of a burr into vertices, for the Line and Surface approximations.
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// Lower end of the shaft's vertices. The thesis starts the cylinder at the ball's centre. Its part inside the ball
-/// touches no bone that the ball does not touch, and a vertex at the centre makes every press of the tip a shaft
-/// contact.
-enum class ShaftStart {
-  kEmerging,   ///< at the height where the shaft leaves the ball
-  kTipCentre,  ///< at the ball's centre (thesis)
-};
-
-/// Vertex count of the Line approximation (thesis 3.1): vertices along the shaft's centreline, both ends included.
-struct LineCounts {
-  int shaft = 50;
-  ShaftStart start = ShaftStart::kEmerging;
-};
-
-/// Vertex counts of the Surface approximation (thesis 3.2). Each group (ball, slice) has a further vertex at its
-/// centre. With the defaults the force on smooth bone is within 1 % of the limit of infinitely many vertices
-/// (`bench/run`).
-struct SurfaceCounts {
-  int sphere = 260;   ///< vertices on the ball
-  int slices = 70;    ///< slices along the shaft
-  int per_slice = 8;  ///< vertices round each slice
-  ShaftStart start = ShaftStart::kEmerging;
-
-  /// Counts of the thesis: 207 vertices with the centres.
-  [[nodiscard]] static constexpr SurfaceCounts thesis() noexcept {
-    return {.sphere = 26, .slices = 20, .per_slice = 8};
-  }
-};
 
 /// Points as separate coordinate arrays, padded to a multiple of kLane by copies of the last point. Padding therefore
 /// finds no contact of its own.

@@ -13,9 +13,8 @@ int main() {
   compiled::Bone bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
 
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  compiled::Scene scene(
-      bone, 300 /* isovalue */, burr, {.coupled = {.stiffness = 800, .force = 3.3, .torque = 0.1}},
-      {.milling = compiled::Milling{}, .limits = compiled::DeviceLimits{.force = 3.3, .torque = 0.1}});
+  compiled::Scene scene(bone, 300 /* isovalue */, burr, {.coupled = {.stiffness = 800, .force = 3.3, .torque = 0.1}},
+                        {.cut = GeometricCut{}, .limits = {.force = 3.3, .torque = 0.1}});
 
   for (int tick = 0; tick < 1000; ++tick) {
     Posed X_WT = Posed::Identity();
