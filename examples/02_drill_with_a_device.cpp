@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Drills with a device by name, here a simulated one in a simulated hand: the servo loop reads, ticks and writes.
 // See the hand come down on the bone, lean on it, and sink in once the spindle turns.
+#include <trephine/devices.hpp>
 #include <trephine/trephine.hpp>
 
 #include <chrono>
@@ -17,7 +18,7 @@ int main() {
 
   const DevicePreset touch = device_preset("Touch");
   const CoupledToolRenderer drill{Burr{.tip_radius = 1.5_mm}, touch};
-  HapticScene scene{bone, 300, drill, Milling{AdvancingCut{.speed = 4_mm /* a second */}}, touch.limits};
+  HapticScene scene{bone, 300, drill, Cutting{AdvancingCut{.speed = 4_mm /* a second */}}, touch.limits};
 
   // The hand goes down by 2 mm/s from 15 mm, and presses the button after two seconds.
   const auto hand = [](double t) {

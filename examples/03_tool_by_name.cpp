@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Tools by the names of catalogues, and the cutting law: feeding takes thrust, and the spindle's torque is felt.
 // See the same push feed each tool as its edges and its size let it, and the torque that the spindle takes for it.
+#include <trephine/cutting.hpp>
+#include <trephine/tools.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstdint>
@@ -22,7 +24,7 @@ int main() {
                       700,
                       CoupledToolRenderer{tool, CoupledOptions{.stiffness = 800}},
                       cutting,
-                      Milling{PressureCut{}},
+                      Cutting{PressureCut{}},
                       DeviceLimits{.force = 3.3, .torque = 0.1}};
 
     double removed = 0, torque = 0;

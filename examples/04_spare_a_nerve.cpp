@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Spares a nerve of a segmentation: a guard pushes the tool out of a margin, and a veto keeps every cut out of another.
 // See the push rise as the drill comes near, and the bone around the nerve stay however far the hand goes.
-#include <trephine/structure/labelled_field.hpp>
-#include <trephine/structure/structure_guard.hpp>
-#include <trephine/structure/structure_veto.hpp>
+#include <trephine/structures.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <memory>
 #include <vector>
 
 using namespace trephine;
@@ -25,16 +22,12 @@ int main() {
       for (int i = 0; i < 84; ++i) voxels.push_back(std::hypot(0.3 * j - 12.6, 0.3 * k - 8.6) < 0.8 ? 1 : 0);
   const LabelGrid<std::uint8_t> labels({.size = {84, 84, 64}, .spacing = {0.3_mm, 0.3_mm, 0.3_mm}}, voxels,
                                        {{.label = 1, .name = "facial nerve"}});
-  const std::shared_ptr<const StructureField> field = build_structure_field(labels, {.reach = 5_mm});
-  const Posed X_GS = relative_pose(bone.X_WG(), labels.X_WS());
 
   const Burr burr{.tip_radius = 1.5_mm};
-  const std::vector<GuardedStructure> guarded{{.margin = 1_mm, .stiffness = 500, .greatest_force = 1.5}};
-  const std::vector<StructureVeto> vetoes{{.margin = 0.3_mm}};
-  const auto floor = make_cut_floor(*field, X_GS, bone, 300, vetoes);
-  HapticScene scene{bone, 300, CoupledToolRenderer{burr, CoupledOptions{.stiffness = 500}},
-                    Milling{ProtectedCut{GeometricCut{}, floor}},
-                    StructureGuard{std::make_shared<const GuardPotential>(field, X_GS, burr, guarded)}};
+  const std::vector<ProtectedStructure> spared{
+      {.guard = {.margin = 1_mm, .stiffness = 500, .greatest_force = 1.5}, .veto = {.margin = 0.3_mm}}};
+  const Protection protection{labels, bone, 300, burr, spared};
+  HapticScene scene{bone, 300, CoupledToolRenderer{burr, CoupledOptions{.stiffness = 500}}, Cutting{}, protection};
 
   double removed = 0;
   for (int tick = 0; tick < 2000; ++tick) {
@@ -44,6 +37,7 @@ int main() {
     removed += r.removed_mm3;
     if (tick % 250 == 249)
       std::printf("%5.2f mm to the %s: guard %.2f N, %4.1f mm3 cut, %4.1f mm3 refused\n", 1e3 * r.structures.distance,
-                  labels.structures()[0].name.c_str(), r.structures.push.force.norm(), removed, floor->refused_mm3());
+                  labels.structures()[0].name.c_str(), r.structures.push.force.norm(), removed,
+                  protection.cut_floor()->refused_mm3());
   }
 }

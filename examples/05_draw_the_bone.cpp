@@ -3,6 +3,8 @@
 //   05_draw_the_bone [FILE.stl]
 // See how few bricks a cut changes: a picture of 60 Hz makes those anew, on a thread of its own (examples/embed).
 #include <trephine/trephine.hpp>
+#include <trephine/voxel/brick_mesh.hpp>
+#include <trephine/voxel/mesh_file.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +18,7 @@ int main(int argc, char** argv) {
   std::vector<std::int16_t> hounsfield(64 * 64 * 24, 1200);  // bone below, x fastest
   hounsfield.resize(64 * 64 * 48, -1000);                    // air above
   VoxelGrid<std::int16_t> bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
-  HapticScene scene{bone, 300, CoupledToolRenderer{Burr{.tip_radius = 2_mm}, CoupledOptions{}}, Milling{}};
+  HapticScene scene{bone, 300, CoupledToolRenderer{Burr{.tip_radius = 2_mm}, CoupledOptions{}}, Cutting{}};
 
   GridReader<std::int16_t> reader(bone);  // any thread; the haptic thread never waits for it
   std::map<std::size_t, Mesh> drawn;

@@ -2,6 +2,7 @@
 // Records a session, replays it bit by bit on another day's bone, and goes on from where it ended.
 //   06_record_and_replay [FILE]
 // See no tick differ: a recording that a user sends shows you what the hand felt.
+#include <trephine/devices.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstddef>
@@ -18,7 +19,7 @@ int main(int argc, char** argv) {
     return VoxelGrid<std::int16_t>({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
   };
   const auto drill_in = [](VoxelGrid<std::int16_t>& bone) {
-    return HapticScene{bone, 300, CoupledToolRenderer{Burr{.tip_radius = 1.5_mm}, CoupledOptions{}}, Milling{}};
+    return HapticScene{bone, 300, CoupledToolRenderer{Burr{.tip_radius = 1.5_mm}, CoupledOptions{}}, Cutting{}};
   };
   const auto input = [](int tick) {
     Posed X_WT = Posed::Identity();

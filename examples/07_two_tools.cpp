@@ -15,7 +15,7 @@ int main() {
   VoxelGrid<std::int16_t> bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
 
   const Burr burr{.tip_radius = 2_mm}, ball{.tip_radius = 0.8_mm, .shaft_radius = 0.5_mm};
-  HapticScene drill{bone, 300, CoupledToolRenderer{burr, CoupledOptions{}}, Milling{}};
+  HapticScene drill{bone, 300, CoupledToolRenderer{burr, CoupledOptions{}}, Cutting{}};
   HapticScene probe{bone, 300, CoupledToolRenderer{ball, CoupledOptions{}}};
 
   for (int tick = 0; tick < 3000; ++tick) {

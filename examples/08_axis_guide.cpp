@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Guides a pedicle drill along a planned axis, and stops it at a depth. The hand is 1 mm and 5 degrees off.
 // See the guide pull sideways and turn, nothing along the axis until the depth, and then the stop.
-#include <trephine/structure/guides.hpp>
+#include <trephine/structures.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstdint>
@@ -23,7 +23,7 @@ int main() {
   HapticScene scene{bone,
                     300,
                     CoupledToolRenderer{drill, CoupledOptions{.stiffness = 800}},
-                    Milling{},
+                    Cutting{},
                     axis,
                     stop,
                     DeviceLimits{.force = 8.5, .torque = 0.2}};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The thesis' two algorithms and the coupled tool, side by side on one path: over a bone, into it, and along it.
 // See Line and the coupled tool feel stiffness times depth, and Surface sink in by its springs' own law.
+#include <trephine/thesis.hpp>
 #include <trephine/trephine.hpp>
 
 #include <algorithm>

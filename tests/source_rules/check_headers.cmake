@@ -7,7 +7,7 @@
 # With `expect`, exactly these files must break a rule: how the check itself is tested.
 cmake_policy(VERSION 3.24)
 set(layers core voxel tool contact render stage structure device compiled adapter)
-set(umbrella_rank 7)  # trephine.hpp holds everything up to device; the rest is chosen one by one
+set(umbrella_rank 7)  # umbrellas hold everything up to device; the rest is chosen one by one
 
 file(GLOB_RECURSE headers RELATIVE ${include}/trephine ${include}/trephine/*.hpp)
 if(NOT headers)
@@ -71,8 +71,9 @@ foreach(header IN LISTS headers)
       if(included_rank EQUAL -1 OR included_rank GREATER rank)
         list(APPEND faults "includes <${included}>, which is not above it in: ${layers}")
       endif()
-    elseif(included STREQUAL "trephine/trephine.hpp" AND NOT layer STREQUAL "adapter")
-      list(APPEND faults "includes <${included}>, which includes it")
+    elseif(included MATCHES "^trephine/[a-z]+\\.hpp$" AND NOT included STREQUAL "trephine/version.hpp"
+           AND NOT layer MATCHES "^(adapter)?$")
+      list(APPEND faults "includes <${included}>, which is for programs")
     elseif(layer STREQUAL "device" AND included MATCHES "^(pthread|sched|sys/[a-z]+)\\.h$")
       # The operating system's: threads of a servo loop ask for priority and locked memory.
     elseif(included MATCHES "[./]" AND NOT included MATCHES "^(trephine|Eigen)/" AND NOT layer STREQUAL "adapter")

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Devices: presets, servo loop, simulated device, recordings; and the stages that a device may need.
+#include <trephine/device/presets.hpp>
+#include <trephine/device/recorder.hpp>
+#include <trephine/device/recording_file.hpp>
+#include <trephine/device/replay.hpp>
+#include <trephine/device/servo_loop.hpp>
+#include <trephine/device/simulated_device.hpp>
+#include <trephine/stage/first_order_filter.hpp>
+#include <trephine/stage/hunt_crossley.hpp>
+#include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/release_limit.hpp>
+#include <trephine/stage/wrench_rate_limit.hpp>
