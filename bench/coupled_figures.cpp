@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "common/any_milling.hpp"
 #include "common/command_line.hpp"
+#include "common/cuts.hpp"
 #include "common/on_all_cores.hpp"
 #include "common/table.hpp"
 #include "render/coupled_helpers.hpp"
@@ -156,7 +156,7 @@ void plunge(const Spot& spot, const Law& law, const std::string& with, double bo
   const Vec3d n = spot.n(), at = o.middle() + (spot.at(0, 0, 0) - spot.image().middle());
   const Vec3d top = at + 3e-3 * n;
   Bone bone = image(HalfSpace{top, n}, o);
-  auto scene = coupled_scene(bone, kDrill, law, kGains, bench::AnyMilling(cut, 2e5, 0.05));
+  auto scene = coupled_scene(bone, kDrill, law, kGains, Cutting{bench::cut_of(cut, 2e5, 0.05)});
   const int ticks = static_cast<int>(std::lround(depth / (speed * kDt)));
   double removed = 0, at_rest = 0, behind = 0;
   for (int i = -kLead; i < ticks + kRest; ++i) {

@@ -7,8 +7,8 @@
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/everything.hpp>
 #include <trephine/tool/named_tools.hpp>
-#include <trephine/trephine.hpp>
 
 #include <algorithm>
 #include <array>
@@ -90,9 +90,9 @@ struct Cut {
   const double R = tool.tool.burr().tip_radius;
   // A stiff coupling that feels little: as steady as a machine, within the coupling's largest force.
   const double felt = std::min(1.0, 2 / by_law(law, tool, turns, feed).thrust);
-  HapticScene scene{bone, kIso, CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                    CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .felt = felt}),
-                    Milling{PressureCut{}}};
+  HapticScene scene{
+      bone, kIso, CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
+      Cutting{PressureCut{}, CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .felt = felt})}};
   const double deep = 6.5e-3;
   const int ticks = static_cast<int>(deep / (feed * dt));
   Cut sum;
@@ -101,7 +101,7 @@ struct Cut {
     const Vec3d at(edge / 2 + 1.1e-4, edge / 2 - 0.7e-4, top + R - i * feed * dt);
     static_cast<void>(scene.tick({.X_WT = test::tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, dt));
     if (i < 3 * ticks / 4) continue;
-    const CuttingReport& now = scene.part<CuttingForce>().report();
+    const CuttingReport& now = scene.cutting().law().report();
     ++count;
     sum.thrust += now.thrust;
     sum.torque += now.torque;
@@ -274,7 +274,7 @@ void compare_operators(Report& report) {
   const Vec3d start(7e-3, 7e-3, top + burr.tool.burr().tip_radius + 0.2e-3);
   const auto with_law = [&](VoxelGrid<std::int16_t>& bone) {
     return HapticScene{bone, kIso, CoupledToolRenderer{burr.tool, CoupledOptions{.stiffness = 3000, .force = 20}},
-                       CuttingForce({.edges = burr.edges, .speed = rpm(20'000)}), Milling{PressureCut{}}};
+                       Cutting{PressureCut{}, CuttingForce({.edges = burr.edges, .speed = rpm(20'000)})}};
   };
   // A hole: twenty operators held 4.2 to 18.9 N in the mean, 12.5 N at the peak.
   const auto row = [&](const char* name, const Operator& hand, double seconds) {
@@ -304,16 +304,16 @@ void compare_cuts(Report& report) {
     report.row({"beside", name, "removed", "mm3", kNone, kNone, kNone, h.removed_mm3, false});
   };
   row("plain contact", [&](auto& bone) { return HapticScene{bone, kIso, renderer}; });
-  row("geometric cut", [&](auto& bone) { return HapticScene{bone, kIso, renderer, Milling{}}; });
+  row("geometric cut", [&](auto& bone) { return HapticScene{bone, kIso, renderer, Cutting{}}; });
   row("cut by rate (thesis)", [&](auto& bone) {
-    return HapticScene{bone, kIso, renderer, Milling{RateLimitedCut<>{.rate = 2e5}}};
+    return HapticScene{bone, kIso, renderer, Cutting{RateLimitedCut<>{.rate = 2e5}}};
   });
   row("receding surface", [&](auto& bone) {
-    return HapticScene{bone, kIso, renderer, Milling{AdvancingCut{.speed = 5e-3}}};
+    return HapticScene{bone, kIso, renderer, Cutting{AdvancingCut{.speed = 5e-3}}};
   });
   row("cutting law", [&](auto& bone) {
-    return HapticScene{bone, kIso, renderer, CuttingForce({.edges = burr.edges, .speed = rpm(40'000)}),
-                       Milling{PressureCut{}}};
+    return HapticScene{bone, kIso, renderer,
+                       Cutting{PressureCut{}, CuttingForce({.edges = burr.edges, .speed = rpm(40'000)})}};
   });
 }
 
@@ -350,20 +350,15 @@ void map_stability(Report& report, bool quick) {
         if (!drill) hand.along = 4e-3, hand.deep = 5e-3, hand.start.x() = 4e-3;
         o.X_DH = test::tool_at(hand.start, Vec3d::UnitZ());
         const CoupledOptions gains{.stiffness = preset.stiffness, .force = preset.capabilities.max_force};
-        const auto run = [&](auto&& law, const auto& milling) {
+        const auto run = [&](const auto& cutting) {
           return hold(o, hand, 2.4, 0.3e-3, top, [&](auto& bone) {
-            if constexpr (std::is_same_v<std::remove_cvref_t<decltype(law)>, int>)
-              return HapticScene{bone, kIso, CoupledToolRenderer{tool.tool, gains}, milling,
-                                 DeviceLimits{preset.limits}};
-            else
-              return HapticScene{bone, kIso,    CoupledToolRenderer{tool.tool, gains},
-                                 law,  milling, DeviceLimits{preset.limits}};
+            return HapticScene{bone, kIso, CoupledToolRenderer{tool.tool, gains}, cutting, DeviceLimits{preset.limits}};
           });
         };
-        const Held with =
-            run(CuttingForce({.edges = tool.edges, .speed = rpm(drill ? 1000 : 40'000), .felt = drill ? 1 / 60.0 : 1}),
-                Milling{PressureCut{}});
-        const Held without = run(0, Milling{});
+        const Held with = run(Cutting{
+            PressureCut{},
+            CuttingForce({.edges = tool.edges, .speed = rpm(drill ? 1000 : 40'000), .felt = drill ? 1 / 60.0 : 1})});
+        const Held without = run(Cutting{});
         const std::string what = std::string(name) + "; " + grip.name + " grip; " + tool_name;
         report.row({"stability", what, "ripple rms with the law", "N", kNone, kNone, kNone, with.ripple, false});
         report.row({"stability", what, "ripple rms without", "N", kNone, kNone, kNone, without.ripple, false});
@@ -385,8 +380,8 @@ void time_ticks(Report& report, bool quick) {
     const double top = 10e-3;
     VoxelGrid<std::int16_t> a = block(14e-3, 0.3e-3, top), b = block(14e-3, 0.3e-3, top);
     const CoupledToolRenderer renderer{tool.tool, CoupledOptions{.stiffness = 800}};
-    HapticScene plain{a, kIso, renderer, Milling{}};
-    HapticScene lawful{b, kIso, renderer, CuttingForce({.edges = tool.edges}), Milling{}};
+    HapticScene plain{a, kIso, renderer, Cutting{}};
+    HapticScene lawful{b, kIso, renderer, Cutting{GeometricCut{}, CuttingForce({.edges = tool.edges})}};
     std::vector<double> more, time;
     for (int i = 0; i < (quick ? 1500 : 4000); ++i) {
       const Vec3d at(7e-3 + 3e-3 * std::sin(i * 1e-3), 7e-3, top + tool.tool.burr().tip_radius - i * 1e-6);

@@ -7,10 +7,11 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/device/pacing.hpp>
+#include <trephine/everything.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
-#include <trephine/trephine.hpp>
 
 #include <algorithm>
 #include <array>
@@ -217,9 +218,8 @@ void measure_scenes(const std::shared_ptr<const StructureField>& field, bool qui
   }
   const CoupledToolRenderer renderer{kBurr, CoupledOptions{.stiffness = 500}};
   const DeviceLimits limits{.force = 3.3, .torque = 0.1};
-  HapticScene without{bare, 300, renderer, Milling{}, limits};
-  HapticScene with{guarded, 300, renderer, Milling{ProtectedCut{GeometricCut{}, floor}}, StructureGuard{potential},
-                   limits};
+  HapticScene without{bare, 300, renderer, Cutting{}, limits};
+  HapticScene with{guarded, 300, renderer, Cutting{}, Veto{floor}, StructureGuard{potential}, limits};
   const int ticks = quick ? 500 : 3000;
   for (const bool spindle : {false, true})
     for (std::size_t kind = 0; kind < places.size(); ++kind) {

@@ -2,7 +2,7 @@
 #include "support/random.hpp"
 #include "truth/contact_integral.hpp"
 
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <algorithm>
 #include <array>

@@ -41,7 +41,7 @@ Parts parts(const LineSetting& s, const Scene& scene) {
               text("const trephine::ReleaseLimit release{{.stiffness = 2 * %s}};\n", stiffness.c_str()) +
               text("const trephine::AdvancingCut cut{.speed = %.6g};  // m/s: a radius deep in 0.2 s\n",
                    scene.burr.tip_radius / 0.2),
-          "release, trephine::Milling{cut}"};
+          "release, trephine::Cutting{cut}"};
 }
 
 // A device known by name gets the stages of its preset.
@@ -63,15 +63,15 @@ Parts parts(const SurfaceSetting& s, const Scene& scene) {
                        "const trephine::PassivityController passivity{device.passivity};\n"
                        "const trephine::WrenchRateLimit rate{device.rate};\n"
                      : ""),
-          known ? "trephine::Milling{}, damping, passivity, rate" : "trephine::Milling{}"};
+          known ? "trephine::Cutting{}, damping, passivity, rate" : "trephine::Cutting{}"};
 }
 
 Parts parts(const CoupledSetting&, const Scene& scene) {
-  if (!scene.device.empty()) return {"trephine::CoupledToolRenderer renderer{drill, device};\n", "trephine::Milling{}"};
+  if (!scene.device.empty()) return {"trephine::CoupledToolRenderer renderer{drill, device};\n", "trephine::Cutting{}"};
   return {text("const trephine::CoupledOptions options{.stiffness = %.6g, .force = %.6g, .torque = %.6g};\n",
                scene.stiffness, scene.max_force, scene.max_torque) +
               "trephine::CoupledToolRenderer renderer{drill, options};\n",
-          "trephine::Milling{}"};
+          "trephine::Cutting{}"};
 }
 
 }  // namespace

@@ -174,7 +174,7 @@ struct Scene {
 };
 
 /// C++ that makes a HapticScene named `scene` of a grid named `bone` with this setting, after
-/// `#include <trephine/trephine.hpp>`. Each renderer has the cut and the stages that the documents advise for it.
+/// `#include <trephine/everything.hpp>`. Each renderer has the cut and the stages that the documents advise for it.
 [[nodiscard]] std::string as_code(const Setting& setting, const Scene& scene);
 
 /// The combinations that are tried.

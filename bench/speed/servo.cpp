@@ -80,7 +80,7 @@ void measure_servo(const Options& options, const Scene& scene) {
   };
   const auto mill = [&](const char* name, auto renderer, double rate, double voxel) {
     Grid tooth = tooth_of(voxel);
-    HapticScene drill{tooth, kIsovalue, std::move(renderer), Milling{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
+    HapticScene drill{tooth, kIsovalue, std::move(renderer), Cutting{}, DeviceLimits{.force = 3.3, .torque = 0.1}};
     return run(name, drill, rate, voxel);
   };
   for (const double voxel : {4e-4, 1e-4})

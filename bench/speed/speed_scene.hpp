@@ -5,7 +5,7 @@
 #include "common/percentile.hpp"
 #include "common/table.hpp"
 
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <benchmark/benchmark.h>
 

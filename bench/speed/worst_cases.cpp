@@ -149,12 +149,12 @@ void measure_drilling(Spread& spread) {
         benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
       });
     };
-    drill("Coupled, drills at 5 mm/s", 5e-3, coupled(), Milling{});
+    drill("Coupled, drills at 5 mm/s", 5e-3, coupled(), Cutting{});
     const NamedTool tool = tool_by_name("match-head-3");
     CuttingForce::Options law{.edges = tool.edges, .felt = 0.1};
     law.strength = {.soft = o.air, .cortical = o.air + o.contrast};
     drill("Coupled, match-head-3 by the law at 2 mm/s", 2e-3,
-          CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}}, CuttingForce(law), Milling{PressureCut{}});
+          CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}}, Cutting{PressureCut{}, CuttingForce(law)});
   }
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "common/any_milling.hpp"
+#include "common/cuts.hpp"
 #include "support/raster.hpp"
 
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <cstdint>
 #include <functional>

@@ -41,7 +41,7 @@ template <class R>
   HapticScene scene{bone,
                     isovalue,
                     std::move(renderer),
-                    AnyMilling(setup.cut, setup.mill_rate, kSpeed),
+                    Cutting{cut_of(setup.cut, setup.mill_rate, kSpeed)},
                     Switched<ReleaseLimit>(release),
                     Switched<HuntCrossley>(s.hunt_crossley),
                     Switched<Damping>(s.damping),

@@ -3,10 +3,10 @@
 
 #include "bone.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/release_limit.hpp>
 
@@ -33,7 +33,7 @@ template <class Renderer, class Cut, class... More>
   return HapticScene{bone,
                      about.isovalue,
                      renderer,
-                     Milling{cut},
+                     Cutting{cut},
                      more...,
                      MillingVibration{{.frequency = 180, .per_force = 0.08}},
                      Damping{{.linear = 1, .angular = 1e-4, .only_in_contact = true}},

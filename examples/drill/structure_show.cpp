@@ -8,11 +8,11 @@
 #include "scene.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/structure/tool_distance.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -142,9 +142,9 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
     ShowRun& run = show.runs[static_cast<std::size_t>(s)];
     run.structure = s;
     floor->reset_counts();
-    auto scene = scene_with(show.bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque},
-                            ProtectedCut{bite(about), floor},
-                            StructureGuard{potential, {.push = protection != Protection::kNothing}});
+    auto scene =
+        scene_with(show.bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque}, bite(about),
+                   Veto{floor}, StructureGuard{potential, {.push = protection != Protection::kNothing}});
     const PushingHand hand(all.made.approaches[static_cast<std::size_t>(s)], all.made.frame_W, R, bite(about).speed,
                            options.seconds / 2);
     run.rows.reserve(static_cast<std::size_t>(1000 * hand.seconds()) + 16);

@@ -127,7 +127,7 @@ ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const P
     now.presses = row.contact.count > 0 && row.time < PressingHand::kWithdraws;
     now.status = row.status;
     if constexpr (kLaw) {
-      const CuttingForce& cutting = scene.template part<CuttingForce>();
+      const CuttingForce& cutting = scene.cutting().law();
       const CuttingSummary& c = row.cutting;
       now.thrust = c.thrust, now.torque = c.torque, now.spindle = c.spindle, now.feed = c.feed;
       run.chip_work = cutting.report().chip_work;
@@ -170,9 +170,9 @@ ToolShow show_tools(const Bone& read, const Options& options, const Surgeon& sur
       show.runs.push_back(pressed<kLaw>(scene, bone, options, hand, surgeon, use, name));
       grid.restore();
     };
-    run(std::false_type{}, HapticScene{grid, bone.isovalue, renderer, Milling{bite(radius)}, limits});
-    const CuttingForce cutting(cutting_with(tool.edges, strength_of(bone), use.spindle));
-    run(std::true_type{}, HapticScene{grid, bone.isovalue, renderer, cutting, Milling{PressureCut{}}, limits});
+    run(std::false_type{}, HapticScene{grid, bone.isovalue, renderer, Cutting{bite(radius)}, limits});
+    const CuttingForce law(cutting_with(tool.edges, strength_of(bone), use.spindle));
+    run(std::true_type{}, HapticScene{grid, bone.isovalue, renderer, Cutting{PressureCut{}, law}, limits});
   }
   return show;
 }

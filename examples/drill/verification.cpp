@@ -6,8 +6,8 @@
 #include "phantom.hpp"
 #include "run.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -33,7 +33,7 @@ template <class Renderer>
 RunLog lean_on_edge(const std::string& name, const Renderer& renderer, const Surgeon& surgeon, bool real_time) {
   Grid grid = cube();
   auto scene =
-      HapticScene{grid, PhantomDensities::kIsovalue, renderer, Milling{}, DeviceLimits{.force = 8.5, .torque = 0.188}};
+      HapticScene{grid, PhantomDensities::kIsovalue, renderer, Cutting{}, DeviceLimits{.force = 8.5, .torque = 0.188}};
   return perform(name, scene, surgeon, surgeon.ends(Surgeon::kHold), real_time, "verification, " + name);
 }
 

@@ -5,9 +5,9 @@
 #include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <atomic>
 #include <chrono>
@@ -25,7 +25,7 @@ int main() {
   // Loading: bone below 12 mm, its CT's z axis upright in the host's world.
   const Posed X_WG = make_pose<double>(rotation_between<double>(Vec3d::UnitZ(), Vec3d::UnitY()), Vec3d(0, 0, 16_mm));
   VoxelGrid<std::int16_t> bone({{40, 32, 32}, {0.5_mm, 0.5_mm, 0.5_mm}, X_WG}, embed::read_volume());
-  HapticScene scene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}, Milling{},
+  HapticScene scene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts{}}}, Cutting{},
                     DeviceLimits{.force = 3.3}};
   std::atomic<bool> drilling{true};
   std::atomic<float> force{0};  // what the user interface shows: small enough for an atomic, else a Mailbox

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "guarded_milling.hpp"
+#include "floor_switch.hpp"
 #include "held_drill.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/members.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/tool_distance.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 
-#include <concepts>
 #include <utility>
 
 namespace live {
@@ -38,12 +38,12 @@ class HeldDrillOf : public HeldDrill {
   Scene scene_;
 };
 
-/// What guard and carver of a scene say of structures after a tick. The distance is of the drawn tool: where bone holds
+/// What guard and floors of a scene say of structures after a tick. The distance is of the drawn tool: where bone holds
 /// it, the device's pose is nearer.
-template <class Milling, class Scene>
+template <class Scene>
 [[nodiscard]] StructureReport structure_report(const Scene& scene) noexcept {
   const auto& guard = scene.template part<trephine::StructureGuard>();
-  const auto& milling = scene.template part<Milling>();
+  const auto& floors = scene.template part<FloorSwitch>();
   const trephine::GuardPotential& potential = guard.potential();
   const trephine::Posed X_ST = trephine::compose(trephine::inverse(potential.X_GS()),
                                                  trephine::relative_pose(scene.bone().X_WG(), scene.visual_pose_W()));
@@ -52,57 +52,51 @@ template <class Milling, class Scene>
           .distance = nearest.distance,
           .in_margin = nearest.structure >= 0 && nearest.distance < potential.widest_margin(),
           .push_N = guard.report().push.force.norm(),
-          .refused_mm3 = milling.refused_mm3(),
-          .taken_mm3 = milling.taken_mm3()};
+          .refused_mm3 = floors.refused_mm3(),
+          .taken_mm3 = floors.taken_mm3()};
 }
 
-template <class Milling, class Scene>
+template <class Scene>
 class GuardedDrillOf final : public HeldDrillOf<Scene> {
  public:
   using HeldDrillOf<Scene>::HeldDrillOf;
-  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report<Milling>(this->scene_); }
+  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report(this->scene_); }
 };
 
-/// The stages that every drill here has, after its renderer. Guard and floors are only compiled into drills in bone
-/// with structures. `first`: stages before the others, such as the law of cutting that goes with the cut.
-template <class ContactRenderer, class Cut, class... First>
+/// The stages that every drill here has, after its renderer and its `cutting`. Guard and floors are only compiled into
+/// drills in bone with structures.
+template <class ContactRenderer, class Cutting>
 [[nodiscard]] std::unique_ptr<HeldDrill> held_with(drill::Grid& bone, double isovalue, const DrillSettings& settings,
-                                                   Inboxes& inboxes, ContactRenderer renderer, const Cut& cut,
-                                                   const First&... first) {
+                                                   Inboxes& inboxes, ContactRenderer renderer, const Cutting& cutting) {
   using namespace trephine;
   Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
   Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
   Remote limits{settings.tuning.limited(), inboxes.limits};
   if (settings.guarded == nullptr) {
-    auto milling = [&] {
-      if constexpr (std::same_as<Cut, AdvancingCut>)
-        return Remote{Milling{cut}, inboxes.feed};
-      else
-        return Milling{cut};
-    }();
-    using Scene = HapticScene<std::int16_t, ContactRenderer, First..., decltype(milling), decltype(vibration),
-                              decltype(damping), decltype(limits)>;
-    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), first..., milling, vibration,
-                                                damping, limits);
+    using Scene =
+        HapticScene<std::int16_t, ContactRenderer, Cutting, decltype(vibration), decltype(damping), decltype(limits)>;
+    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, vibration, damping,
+                                                limits);
   }
-  const GuardedMilling<Cut> milling(cut, settings.guarded->watch, settings.guarded->refuse,
-                                    settings.protection == Protection::kVeto, inboxes);
+  const FloorSwitch floors(settings.guarded->watch, settings.guarded->refuse, settings.protection == Protection::kVeto,
+                           inboxes);
   Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, First..., GuardedMilling<Cut>, decltype(vibration),
-                            decltype(damping), decltype(guard), decltype(limits)>;
-  return std::make_unique<GuardedDrillOf<GuardedMilling<Cut>, Scene>>(bone, isovalue, std::move(renderer), first...,
-                                                                      milling, vibration, damping, guard, limits);
+  using Scene = HapticScene<std::int16_t, ContactRenderer, Cutting, FloorSwitch, decltype(vibration), decltype(damping),
+                            decltype(guard), decltype(limits)>;
+  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, floors, vibration,
+                                                 damping, guard, limits);
 }
 
 template <class ContactRenderer>
 [[nodiscard]] std::unique_ptr<HeldDrill> held(drill::Grid& bone, double isovalue, const DrillSettings& settings,
                                               Inboxes& inboxes, ContactRenderer renderer) {
   using namespace trephine;
-  if constexpr (requires { renderer.pressure_cutting_pose(0.0); })
+  if constexpr (CutsByPressure<ContactRenderer>)
     if (settings.mills_by_law())
-      return held_with(bone, isovalue, settings, inboxes, std::move(renderer), PressureCut{},
-                       Remote{CuttingForce{settings.cutting()}, inboxes.law});
-  return held_with(bone, isovalue, settings, inboxes, std::move(renderer), settings.tuning.cut(settings.burr));
+      return held_with(bone, isovalue, settings, inboxes, std::move(renderer),
+                       Cutting{PressureCut{}, Remote{CuttingForce{settings.cutting()}, inboxes.law}});
+  return held_with(bone, isovalue, settings, inboxes, std::move(renderer),
+                   Remote{Cutting{settings.tuning.cut(settings.burr)}, inboxes.feed});
 }
 
 }  // namespace live

@@ -8,9 +8,9 @@
 #include <trephine/core/number.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <csignal>
 #include <cstdio>
@@ -31,7 +31,7 @@ int run(double seconds) {
   const Burr burr{.tip_radius = 0.0008, .shaft_radius = 0.0004, .shaft_length = 0.02};
   HapticScene scene{bone, drill::PhantomDensities::kIsovalue,
                     SurfaceApproxRenderer{ToolDiscretization{burr, SurfaceCounts{}}, SurfaceOptions{}},
-                    Milling{RateLimitedCut<>{.rate = 300}}, DeviceLimits{.force = 10, .torque = 1}};
+                    Cutting{RateLimitedCut<>{.rate = 300}}, DeviceLimits{.force = 10, .torque = 1}};
   // The mouse's base: its up is the tooth's, its origin 3 mm over the crown; its z, toward the user, is the tooth's -y.
   Mat3d R_WD;
   R_WD << 1, 0, 0, 0, 0, -1, 0, 1, 0;

@@ -10,9 +10,9 @@
 #include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <cstdint>
 #include <fstream>
@@ -92,7 +92,7 @@ TEST_CASE("a session is saved with its recording, reloaded, verified and continu
     return VoxelGrid<std::int16_t>({.size = {32, 32, 32}, .spacing = {0.5e-3, 0.5e-3, 0.5e-3}}, hounsfield);
   };
   const auto make_scene = [](auto& bone) {
-    return HapticScene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}, Milling{},
+    return HapticScene{bone, 300, SurfaceApproxRenderer{ToolDiscretization{Burr{}, SurfaceCounts::thesis()}}, Cutting{},
                        DeviceLimits{.force = 3.3, .torque = 0.1}};
   };
   const auto input = [](int tick) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -177,7 +177,7 @@ void play_in(VoxelGrid<std::uint8_t>& bone, Renderer renderer, const Cut& cut, B
   HapticScene scene{bone,
                     isovalue,
                     std::move(renderer),
-                    Milling{cut},
+                    Cutting{cut},
                     ReleaseLimit{},
                     HuntCrossley(HuntCrossley::Options{}),
                     Damping({.linear = 0.5, .angular = 1e-4}),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Hours of drilling in minutes: soak [SECONDS OF SIMULATED TIME]. The bone grows back every minute, so that the last
 // minute must answer as the first did: no drift, no growth of memory, no NaN.
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -54,7 +54,7 @@ bool soak(const char* name, const Renderer& renderer, int minutes) {
   HapticScene scene{bone,
                     300,
                     renderer,
-                    Milling{{.rate = 2e4}},
+                    Cutting{{.rate = 2e4}},
                     HuntCrossley(HuntCrossley::Options{}),
                     PassivityController(PassivityController::Options{}),
                     WrenchRateLimit(WrenchRateLimit::Options{}),

@@ -5,10 +5,10 @@
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <doctest/doctest.h>
 
@@ -88,7 +88,7 @@ const Burr kBurr{.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 40e
 TEST_CASE("under -ffast-math a pose that is not finite gives zero and its status: coupled tool") {
   bad_input_gives_zero(1.5e-3,
                        CoupledToolRenderer{kBurr, CoupledOptions{.stiffness = 800, .force = 3.3, .torque = 0.1}},
-                       Milling{}, Damping{{.linear = 0.5}});
+                       Cutting{}, Damping{{.linear = 0.5}});
 }
 
 TEST_CASE("under -ffast-math a pose that is not finite gives zero and its status: Line") {

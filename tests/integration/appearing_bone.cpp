@@ -76,10 +76,9 @@ TEST_CASE("bone that is restored round the tool is brought in by a ramp") {
       // A hole, a little wider than the drill, in which it hangs and sways by 0.05 mm.
       Burr wide = kDrill;
       wide.tip_radius += 0.4e-3;
-      Milling<> mill;
+      Cutting<> mill;
       for (double d = 0; d < depth + 0.4e-3; d += 0.1e-3)
-        (void)mill.carve(bone, kIsovalue, pressed(x, y, d - 0.1e-3), pressed(x, y, d), wide,
-                         {.spindle_on = true, .dt = 1e-3});
+        (void)mill.carve(bone, kIsovalue, pressed(x, y, d - 0.1e-3), pressed(x, y, d), wide, {.dt = 1e-3});
       ScriptedDevice device([&](int n) {
         Moment now;
         now.X_DH = pressed(x + 0.05e-3 * std::sin(0.05 * n), y, depth);

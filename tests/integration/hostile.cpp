@@ -142,7 +142,7 @@ Fate fate(Make&& make, const Posed& away) {
 
 template <class Density, class R>
 auto limited_scene(VoxelGrid<Density>& bone, double isovalue, R renderer) {
-  return HapticScene{bone, isovalue, std::move(renderer), Milling{{.rate = 2e4}},
+  return HapticScene{bone, isovalue, std::move(renderer), Cutting{{.rate = 2e4}},
                      DeviceLimits{kForceLimit, kTorqueLimit}};
 }
 

@@ -43,7 +43,7 @@ class Copy {
 
 TEST_CASE("hosts that follow changed bricks while a scene drills lose nothing, one that stalls included") {
   auto bone = make_block<std::uint8_t>();
-  HapticScene scene{bone, kIsovalue, make_surface<float>(), Milling{}, DeviceLimits{kForceLimit, kTorqueLimit}};
+  HapticScene scene{bone, kIsovalue, make_surface<float>(), Cutting{}, DeviceLimits{kForceLimit, kTorqueLimit}};
   Copy fast(bone);
   Copy slow(bone);
   std::atomic<bool> done{false};

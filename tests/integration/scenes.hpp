@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/everything.hpp>
 #include <trephine/structure/guides.hpp>
-#include <trephine/trephine.hpp>
 
 #include <cstdint>
 #include <random>
@@ -77,7 +77,7 @@ template <class Density, class R>
   return HapticScene{bone,
                      kIsovalue,
                      std::move(renderer),
-                     Milling{{.rate = 2e4}},
+                     Cutting{{.rate = 2e4}},
                      ReleaseLimit{},
                      Damping({.linear = 0.5, .angular = 1e-4}),
                      HuntCrossley(HuntCrossley::Options{}),

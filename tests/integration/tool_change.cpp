@@ -56,7 +56,7 @@ auto make_scene_without_bounds(VoxelGrid<std::uint8_t>& bone, R renderer) {
   return HapticScene{bone,
                      kIsovalue,
                      std::move(renderer),
-                     Milling{{.rate = 2e4}},
+                     Cutting{{.rate = 2e4}},
                      Damping({.linear = 0.5, .angular = 1e-4}),
                      HuntCrossley(HuntCrossley::Options{}),
                      MillingVibration(MillingVibration::Options{}),
@@ -155,7 +155,7 @@ TEST_CASE("tool change: neither the change nor a tick with it takes from the hea
 
 TEST_CASE("tool change: into bone there is no force at once that is not to be ramped") {
   auto bone = make_block<std::uint8_t>();
-  auto scene = HapticScene{bone, kIsovalue, CoupledToolRenderer{tool_by_name("round-1.5").tool}, Milling{}};
+  auto scene = HapticScene{bone, kIsovalue, CoupledToolRenderer{tool_by_name("round-1.5").tool}, Cutting{}};
   // Free in a hole that it cut itself.
   TickInput input{.X_WT = Posed::Identity(), .spindle_on = true};
   for (int tick = 0; tick < 600; ++tick) {
@@ -185,7 +185,7 @@ TEST_CASE("tool change: into bone there is no force at once that is not to be ra
 TEST_CASE("tool change: another thread's post is taken at the next tick, whatever its input") {
   auto bone = make_block<std::uint8_t>();
   Mailbox<std::optional<RevolvedTool>> tools;
-  auto scene = HapticScene{bone, kIsovalue, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Milling{}, DeviceLimits{}};
+  auto scene = HapticScene{bone, kIsovalue, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Cutting{}, DeviceLimits{}};
   const TickInput input{.X_WT = drilling_pose(0.35), .spindle_on = true};
   (void)scene.tick({.X_WT = drilling_pose(0.34)}, kDt);
   CHECK(scene.renderer().tool().bounds().radius == near(1.5e-3));
@@ -196,7 +196,7 @@ TEST_CASE("tool change: another thread's post is taken at the next tick, whateve
   CHECK(scene.renderer().tool().bounds().radius == near(3e-3));
   auto twin_bone = copy_of(bone);
   auto twin = HapticScene{twin_bone, kIsovalue, CoupledToolRenderer{DiscBurr{.radius = 3e-3, .thickness = 1.5e-3}},
-                          Milling{}, DeviceLimits{}};
+                          Cutting{}, DeviceLimits{}};
   for (int i = 0; i < 10; ++i) CHECK(equal(scene.tick(input, kDt), twin.tick(input, kDt)));
   // Nothing changes nothing.
   tools.post(std::nullopt);

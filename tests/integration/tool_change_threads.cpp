@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <trephine/everything.hpp>
 #include <trephine/tool/named_tools.hpp>
-#include <trephine/trephine.hpp>
 
 #include <array>
 #include <atomic>
@@ -20,7 +20,7 @@ TEST_CASE("tool change: another thread posts tools while the haptic thread drill
   voxels.resize(std::size_t{kSide} * kSide * kSide, -1000);
   VoxelGrid<std::int16_t> bone({.size = {kSide, kSide, kSide}, .spacing = Vec3d::Constant(kVoxel)}, voxels);
   Mailbox<std::optional<RevolvedTool>> tools;
-  HapticScene scene{bone, 300.0, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Milling{}};
+  HapticScene scene{bone, 300.0, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Cutting{}};
   const std::array<const char*, 4> names{"pear-2.3", "disc-6", "match-head-3", "twist-3.2"};
   std::atomic<bool> done{false};
   std::thread window([&] {

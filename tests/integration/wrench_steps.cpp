@@ -11,9 +11,9 @@
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 #include <trephine/stage/release_limit.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/carving.hpp>
@@ -245,7 +245,7 @@ TEST_CASE("wrench steps: a jump cuts nothing, with any renderer") {
     double most = 0;
     for (const double deep : {1.3e-3, 2e-3, 3.5e-3, 5e-3}) {
       auto bone = rasterise<std::int16_t>(HalfSpace{p, up}, o);
-      HapticScene scene{bone, o.isovalue(), renderer, parts..., Milling{}};
+      HapticScene scene{bone, o.isovalue(), renderer, parts..., Cutting{}};
       const auto at = [&](double z) {
         return TickInput{.X_WT = tool_at(p + (kRadius + z) * up, up), .spindle_on = true};
       };
@@ -334,12 +334,12 @@ TEST_CASE("wrench steps: cutting forces end with the thrust, without a step, whe
       CoupledOptions gains = kGains;
       gains.force = 8.5;
       HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{burr.tool, gains},
-                        CuttingForce({.edges = burr.edges, .speed = rpm(40'000), .felt = 1}), Milling{PressureCut{}}};
+                        Cutting{PressureCut{}, CuttingForce({.edges = burr.edges, .speed = rpm(40'000), .felt = 1})}};
       Watch watch;
       const Vec3d way = n % 2 == 0 ? up : axis;
       for (double z = 5e-3; z > -7e-3; z -= speed * 1e-3) {
         watch.tick(scene, tool_at(p + z * way, axis), 1e-3, true);
-        const CuttingReport& report = scene.template part<CuttingForce>().report();
+        const CuttingReport& report = scene.cutting().law().report();
         const double pull = report.edges.force.norm();
         // By the law: 1/κ of the thrust where edges face the feed, more where they graze.
         CHECK(pull <= 4 / CuttingLaw{}.thrust_ratio * report.thrust + 1e-12);

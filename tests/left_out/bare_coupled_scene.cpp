@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 // As bare_scene.cpp, of another renderer.
 trephine::TickResult tick(trephine::VoxelGrid<std::uint8_t>& bone, const trephine::TickInput& input);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 // A scene of a renderer and nothing else, from the header that has everything: what it does not list must leave no
 // symbol in the object file.

@@ -4,10 +4,10 @@
 
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <doctest/doctest.h>
 
@@ -47,7 +47,7 @@ TEST_CASE("OpenHaptics servo: ten seconds of drilling against the stand-in") {
   HapticScene scene{bone,
                     100,
                     SurfaceApproxRenderer{tool, SurfaceOptions{.stiffness = 500}},
-                    Milling{RateLimitedCut<>{.rate = 400}},
+                    Cutting{RateLimitedCut<>{.rate = 400}},
                     Damping{{.linear = 1, .angular = 1e-4}},
                     DeviceLimits{.force = 3.3, .torque = 0.1}};
   ServoLoop loop(device, scene, registration);

@@ -4,7 +4,7 @@
 #include "pick_study.hpp"
 #include "volumes.hpp"
 
-#include <trephine/trephine.hpp>
+#include <trephine/everything.hpp>
 
 #include <doctest/doctest.h>
 

@@ -83,12 +83,12 @@ TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it,
     CHECK(p.step <= 12 * kK * kSpeed * kDt);
   };
   const CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000), .felt = 1.0 / 60});
-  check("geometric", 30, 1e-4, 1.2, Milling{});
-  check("under pressure", 30, 1e-4, 0.8, cutting, Milling{PressureCut{}});
+  check("geometric", 30, 1e-4, 1.2, Cutting{});
+  check("under pressure", 30, 1e-4, 0.8, cutting, Cutting{PressureCut{}});
   if (kSanitized) return;
-  check("rate 1e6", 30, 1e-4, 1.0, Milling{{.rate = 1e6}});
-  check("advancing", 30, 1e-4, 0.8, Milling{AdvancingCut{.speed = 50e-3}});
-  check("geometric", 60, 5e-5, 0.8, Milling{});
+  check("rate 1e6", 30, 1e-4, 1.0, Cutting{{.rate = 1e6}});
+  check("advancing", 30, 1e-4, 0.8, Cutting{AdvancingCut{.speed = 50e-3}});
+  check("geometric", 60, 5e-5, 0.8, Cutting{});
 }
 
 // Along long voxels the rim of the hole that a ball is in must not bulge into it: the ball would rest on it, for good
@@ -112,7 +112,7 @@ TEST_CASE("coupled fine: a ball that plunges into long voxels is never held by t
         const Vec3d up = Vec3d::Unit(axis), top = o.near_middle(random) + 0.5 * depth * up;
         Bone bone = image(HalfSpace{top, up}, o);
         const Burr burr{.tip_radius = R, .shaft_radius = 0.55 * R, .shaft_length = 0.040};
-        auto scene = coupled_scene(bone, burr, Frictionless{}, kGains, Milling{});
+        auto scene = coupled_scene(bone, burr, Frictionless{}, kGains, Cutting{});
         const auto at = [&](double deep) { return tool_at(top + (R - deep) * up, up); };
         const auto left = [&](double deep) {
           return (scene.proxy_pose_W().translation() - at(deep).translation()).norm() / h;
@@ -143,12 +143,12 @@ TEST_CASE("coupled fine: all contacts of a large head press on the cutting law")
   const Burr burr{.tip_radius = block.R, .shaft_radius = 1e-3, .shaft_length = 0.040};
   REQUIRE(carve(block.bone, kIso,
                 SphereCutter(block.pose(0).translation(), block.pose(block.depth).translation(), block.R)) > 0);
-  auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains, CuttingForce(CuttingForce::Options{}),
-                             Milling{PressureCut{}});
+  auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains,
+                             Cutting{PressureCut{}, CuttingForce(CuttingForce::Options{})});
   const TickResult r = lead(scene, block.pose(-1e-4), block.pose(block.depth + 3e-3), 200);  // the spindle is off
   REQUIRE(scene.renderer().contacts().size() == CoupledConstants::kMaxContacts);
   const double force = r.wrench.force.norm();
-  CHECK(std::abs(scene.part<CuttingForce>().report().thrust - force) <= 2.2e-15 * force);
+  CHECK(std::abs(scene.cutting().law().report().thrust - force) <= 2.2e-15 * force);
 }
 
 /// A surface that makes fewer bricks a tick than a renderer asks for.

@@ -7,8 +7,8 @@
 #include "support/raster.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
 
 #include <array>
 #include <cmath>

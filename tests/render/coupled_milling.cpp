@@ -151,10 +151,10 @@ TEST_CASE("coupled milling: a plunge removes what it sweeps, keeps up, and rests
   };
   for (const auto& [depth, none, friction] : kAtRest) {
     if (kSanitized && depth > 1.5e-3) continue;  // the deeper the longer, through the same code
-    check("geometric", depth, Milling{}, Frictionless{}, none);
-    check("rate 2e5", depth, Milling{{.rate = 2e5}}, Frictionless{}, none);
-    check("geometric, friction", depth, Milling{}, Coulomb(0.3, 0.3), friction);
-    check("rate 2e5, friction", depth, Milling{{.rate = 2e5}}, Coulomb(0.3, 0.3), friction);
+    check("geometric", depth, Cutting{}, Frictionless{}, none);
+    check("rate 2e5", depth, Cutting{{.rate = 2e5}}, Frictionless{}, none);
+    check("geometric, friction", depth, Cutting{}, Coulomb(0.3, 0.3), friction);
+    check("rate 2e5, friction", depth, Cutting{{.rate = 2e5}}, Coulomb(0.3, 0.3), friction);
   }
 }
 
@@ -165,7 +165,7 @@ TEST_CASE("coupled milling: a cut at once bites by so many voxels a millisecond 
       Bone bone = image(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
       CoupledOptions gains = kGains;
       gains.bite = bite;
-      auto scene = coupled_scene(bone, kBall, Frictionless{}, gains, Milling{});
+      auto scene = coupled_scene(bone, kBall, Frictionless{}, gains, Cutting{});
       for (int i = 0; i <= 50; ++i) {  // the spindle is off
         const Posed X_WT = tool_at(o.middle() + (R + 2e-4 - 5e-5 * i) * Vec3d::UnitZ(), Vec3d::UnitZ());
         static_cast<void>(scene.tick({.X_WT = X_WT}, dt));
@@ -222,7 +222,7 @@ TEST_CASE("coupled milling: a fast plunge at any tick rate removes the same") {
     }
   };
   // The way of a tick, 0.8 mm at 4 ms, is longer than a voxel.
-  check("at once", Milling{}, 1e-12);
+  check("at once", Cutting{}, 1e-12);
 }
 
 TEST_CASE("coupled milling: a reset forgets the last bite: the first cut after it is a new scene's") {
@@ -230,7 +230,7 @@ TEST_CASE("coupled milling: a reset forgets the last bite: the first cut after i
   const Vec3d up = Vec3d::UnitZ();
   const auto left_by = [&](bool was_elsewhere) {
     Bone bone = image(HalfSpace{o.middle(), up}, o);
-    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Milling{});
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Cutting{});
     const auto pose = [&](double x) { return tool_at(o.middle() + Vec3d(x, 0, R - 4e-4), up); };
     for (int i = 0; was_elsewhere && i < 5; ++i) static_cast<void>(scene.tick({.X_WT = pose(-4e-3)}, 1e-4));
     scene.reset();
@@ -249,7 +249,7 @@ TEST_CASE("coupled milling: at high rates a cut at once bites every millisecond"
   for (const double dt : {25e-6, 0.1e-3, 0.25e-3, 1e-3}) {
     CAPTURE(dt);
     Bone bone = image(HalfSpace{o.middle(), up}, o);
-    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Milling{});
+    auto scene = coupled_scene(bone, kBall, Frictionless{}, kGains, Cutting{});
     const int each = std::max(1, static_cast<int>(std::ceil(kShortestBite / dt - 1e-9)));
     int last = -each;
     double longest = 0;
@@ -271,7 +271,7 @@ TEST_CASE("coupled milling: bone that restore() brings back round the tool is to
   for (const double deep : {1e-3, 5e-3}) {
     CAPTURE(deep);
     Bone bone = image(HalfSpace{o.middle(), up}, o);
-    auto scene = coupled_scene(bone, kDrill, Frictionless{}, kGains, Milling{});
+    auto scene = coupled_scene(bone, kDrill, Frictionless{}, kGains, Cutting{});
     const auto pose = [&](double d) { return tool_at(o.middle() + (R - d) * up, up); };
     for (int i = 0; i <= 300; ++i)
       static_cast<void>(

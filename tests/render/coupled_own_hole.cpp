@@ -78,7 +78,7 @@ Rest plunge(VoxelGrid<Density>& bone, double isovalue, const Vec3d& top, const V
   return out;
 }
 
-template <VoxelDensity Density, class Cut = Milling<>>
+template <VoxelDensity Density, class Cut = Cutting<>>
 void check_mask(double low, double high, double isovalue, const Cut& milling = {}) {
   CAPTURE(kSeed);
   CAPTURE(isovalue);
@@ -127,25 +127,25 @@ TEST_CASE("coupled own hole: masks with room for the cut's ramp, isovalues near 
   check_mask<float>(0, 1, 0.5);
   check_mask<float>(0, 1, 0.001);
   check_mask<float>(0, 1, 0.999);
-  const Milling advancing{AdvancingCut{.speed = 20e-3}};
+  const Cutting advancing{AdvancingCut{.speed = 20e-3}};
   check_mask<float>(0, 1, 0.001, advancing);
   check_mask<std::uint8_t>(0, 255, 10, advancing);
 }
 
 TEST_CASE("coupled own hole: densities that cannot hold a cut are refused, with the way out; others are not") {
-  CHECK(is_refused<std::uint8_t>(0, 1, 0.5, Milling{}));
-  CHECK(is_refused<std::uint8_t>(0, 2, 1, Milling{RateLimitedCut<>{}}));
-  CHECK(is_refused<std::int8_t>(0, 1, 0.5, Milling{AdvancingCut{}}));
-  CHECK(is_refused<std::int16_t>(0, 1, 0.5, CuttingForce(CuttingForce::Options{}), Milling{PressureCut{}}));
-  CHECK(is_refused<std::uint8_t>(0, 255, 1, Milling{}));
-  CHECK(is_refused<std::uint8_t>(0, 255, 9.5, Milling{}));
-  CHECK(is_refused<std::uint8_t>(0, 255, 254.5, Milling{}));
-  CHECK(is_refused<std::int16_t>(-1000, 1000, 0, Milling{GeometricCut{}, {.slope = 2}}));
-  CHECK_FALSE(is_refused<std::int16_t>(-1000, 1000, -999.5, Milling{}));
-  CHECK_FALSE(is_refused<std::int16_t>(-1000, 1000, 0, Milling{GeometricCut{}, {.slope = 10}}));
+  CHECK(is_refused<std::uint8_t>(0, 1, 0.5, Cutting{}));
+  CHECK(is_refused<std::uint8_t>(0, 2, 1, Cutting{RateLimitedCut<>{}}));
+  CHECK(is_refused<std::int8_t>(0, 1, 0.5, Cutting{AdvancingCut{}}));
+  CHECK(is_refused<std::int16_t>(0, 1, 0.5, Cutting{PressureCut{}, CuttingForce(CuttingForce::Options{})}));
+  CHECK(is_refused<std::uint8_t>(0, 255, 1, Cutting{}));
+  CHECK(is_refused<std::uint8_t>(0, 255, 9.5, Cutting{}));
+  CHECK(is_refused<std::uint8_t>(0, 255, 254.5, Cutting{}));
+  CHECK(is_refused<std::int16_t>(-1000, 1000, 0, Cutting{GeometricCut{}, {.slope = 2}}));
+  CHECK_FALSE(is_refused<std::int16_t>(-1000, 1000, -999.5, Cutting{}));
+  CHECK_FALSE(is_refused<std::int16_t>(-1000, 1000, 0, Cutting{GeometricCut{}, {.slope = 10}}));
   CHECK_FALSE(is_refused<std::uint8_t>(0, 1, 0.5));  // nothing cuts
-  CHECK_FALSE(is_refused<float>(0, 1, 0.5, Milling{}));
-  CHECK_FALSE(is_refused<std::uint8_t>(0, 255, 30, Milling{}));
+  CHECK_FALSE(is_refused<float>(0, 1, 0.5, Cutting{}));
+  CHECK_FALSE(is_refused<std::uint8_t>(0, 255, 30, Cutting{}));
 }
 
 TEST_CASE("coupled own hole: a mask of 0 and 1 is drilled after its conversion") {
@@ -154,9 +154,9 @@ TEST_CASE("coupled own hole: a mask of 0 and 1 is drilled after its conversion")
   Vec3d top;
   const auto mask = block<std::uint8_t>({.image = Image::kBinary, .contrast = 1}, Vec3d::UnitX(), 1.5e-3, random, top);
   auto wide = converted<std::int16_t>(mask, 1000);
-  CHECK(plunge(wide, 500, top, Vec3d::UnitX(), 1.5e-3, Milling{}).force <= 0.007);
+  CHECK(plunge(wide, 500, top, Vec3d::UnitX(), 1.5e-3, Cutting{}).force <= 0.007);
   auto real = converted<float>(mask);
-  CHECK(plunge(real, 0.5, top, Vec3d::UnitX(), 1.5e-3, Milling{}).force <= 0.0071);
+  CHECK(plunge(real, 0.5, top, Vec3d::UnitX(), 1.5e-3, Cutting{}).force <= 0.0071);
 }
 
 TEST_CASE("coupled own hole: slices of two and a half and five times the voxels' width, whichever way they lie") {
@@ -181,12 +181,12 @@ TEST_CASE("coupled own hole: slices of two and a half and five times the voxels'
     CHECK(force.worst() <= at_rest);
   };
   const CuttingForce law(CuttingForce::Options{.strength = {.soft = -1000, .cortical = 1000}, .felt = 0.005});
-  check("geometric", {4e-4, 4e-4, 1e-3}, 0.1, Milling{});
-  check("geometric", {4e-4, 4e-4, 2e-3}, 0.3, Milling{});
-  check("geometric", {4e-4, 2e-3, 2e-3}, 0.3, Milling{});
-  check("by pressure", {4e-4, 4e-4, 1e-3}, 0.1, law, Milling{PressureCut{}});
-  check("by pressure", {2e-3, 4e-4, 4e-4}, 0.3, law, Milling{PressureCut{}});
-  check("by pressure", {4e-4, 2e-3, 2e-3}, 0.3, law, Milling{PressureCut{}});
-  check("advancing", {4e-4, 2e-3, 4e-4}, 0.3, Milling{AdvancingCut{.speed = 20e-3}});
-  check("rate", {4e-4, 2e-3, 4e-4}, 0.3, Milling{{.rate = 2e5}});
+  check("geometric", {4e-4, 4e-4, 1e-3}, 0.1, Cutting{});
+  check("geometric", {4e-4, 4e-4, 2e-3}, 0.3, Cutting{});
+  check("geometric", {4e-4, 2e-3, 2e-3}, 0.3, Cutting{});
+  check("by pressure", {4e-4, 4e-4, 1e-3}, 0.1, law, Cutting{PressureCut{}});
+  check("by pressure", {2e-3, 4e-4, 4e-4}, 0.3, law, Cutting{PressureCut{}});
+  check("by pressure", {4e-4, 2e-3, 2e-3}, 0.3, law, Cutting{PressureCut{}});
+  check("advancing", {4e-4, 2e-3, 4e-4}, 0.3, Cutting{AdvancingCut{.speed = 20e-3}});
+  check("rate", {4e-4, 2e-3, 4e-4}, 0.3, Cutting{{.rate = 2e5}});
 }

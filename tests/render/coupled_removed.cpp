@@ -27,7 +27,7 @@ TEST_CASE("coupled removed: plunges tell the volume that the isosurface loses") 
       const double top = (o.size[2] - 7 + random.uniform()) * kH;
       Bone bone = image(HalfSpace{Vec3d(0, 0, top), Vec3d::UnitZ()}, o);
       const LostVolume<std::int16_t> lost(bone, kIso);
-      auto scene = coupled_scene(bone, kDrill, Frictionless{}, kGains, Milling{});
+      auto scene = coupled_scene(bone, kDrill, Frictionless{}, kGains, Cutting{});
       double told = 0;
       const int ticks = static_cast<int>(depth / (kSpeed * kDt));
       for (int i = -100; i < ticks + 100; ++i) {

@@ -86,7 +86,7 @@ TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in i
     const double top = (o.size[2] - 7 + random.uniform()) * kH;
     Bone bone = image(HalfSpace{Vec3d(0, 0, top), Vec3d::UnitZ()}, o);
     const Vec3d at = o.near_middle(random);
-    auto scene = scene_of<SixDof>(bone, tool, Frictionless{}, Milling{});
+    auto scene = scene_of<SixDof>(bone, tool, Frictionless{}, Cutting{});
     double removed = 0, rest = 0, behind = 0;
     const int ticks = static_cast<int>(kDepth / (kSpeed * kDt));
     for (int i = -100; i < ticks + 300; ++i) {

@@ -116,7 +116,7 @@ TEST_CASE("Surface, any shape: tilted on a plane it pushes out of the bone") {
 
 template <class Renderer>
 auto milled(Bone& bone, const Renderer& renderer, const Vec3d& from, const Mat3d& frame, const Vec3d& way) {
-  HapticScene scene{bone, kIso, renderer, Milling{}};
+  HapticScene scene{bone, kIso, renderer, Cutting{}};
   TickResult r;
   constexpr int kTicks = 400;
   for (int i = 0; i <= kTicks; ++i)

@@ -7,9 +7,9 @@
 
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>
 
@@ -91,7 +91,7 @@ TEST_CASE("cutting force: a plain burr feels the law's thrust and torque of its 
     CuttingForce::Options o{.felt = 0.25};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{burr, CoupledOptions{.stiffness = 2000}},
-                      CuttingForce(o), Milling{PressureCut{}}};
+                      Cutting{PressureCut{}, CuttingForce(o)}};
     const Mat3d R = tool_at(Vec3d::Zero(), up).linear();
     const double speed = 1e-3, x = speed / o.speed;
     double mean_thrust = 0, mean_torque = 0;
@@ -100,8 +100,8 @@ TEST_CASE("cutting force: a plain burr feels the law's thrust and torque of its 
       const TickResult r = scene.tick({.X_WT = make_pose<double>(R, top + z * up), .spindle_on = true}, 1e-3);
       CHECK(r.status == Status::kOk);
       if (z > -1.7e-3) continue;
-      mean_thrust += scene.part<CuttingForce>().report().thrust;
-      mean_torque += scene.part<CuttingForce>().report().torque;
+      mean_thrust += scene.cutting().law().report().thrust;
+      mean_torque += scene.cutting().law().report().torque;
       ++count;
     }
     thrust.add(std::abs(mean_thrust / count / o.law.thrust(x, whole_ball, o.edges, burr.tip_radius) - 1));
@@ -133,7 +133,7 @@ TEST_CASE("cutting force: a drill's hole is as wide as the drill") {
         o.edges = tool.edges;
         o.strength = block.strength();
         HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                          CuttingForce(o), Milling{PressureCut{}}};
+                          Cutting{PressureCut{}, CuttingForce(o)}};
         // Its axis as its edge passes the wall that is measured: 2 to 2.8 mm deep, the edge within a millimetre of T.
         Vec3d axis = Vec3d::Zero();
         int count = 0;
@@ -222,12 +222,12 @@ TEST_CASE("cutting force: density acts by the strength of bone") {
     o.strength = {.soft = 0, .cortical = cortical};
     o.felt = 0.02;
     HapticScene scene{bone, half.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                      CuttingForce(o), Milling{PressureCut{}}};
+                      Cutting{PressureCut{}, CuttingForce(o)}};
     double torque = 0;
     for (int i = 0; i < 2800; ++i) {
       const TickResult r = scene.tick({.X_WT = tool_at(top + (1.7e-3 - i * 2e-6) * up, up), .spindle_on = true}, 1e-3);
       REQUIRE(r.status == Status::kOk);
-      if (i >= 2300) torque += scene.part<CuttingForce>().report().torque / 500;
+      if (i >= 2300) torque += scene.cutting().law().report().torque / 500;
     }
     return torque;
   };
@@ -288,15 +288,15 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
     CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 1500}},
-                      CuttingForce(o), Milling{PressureCut{}}};
+                      Cutting{PressureCut{}, CuttingForce(o)}};
     // Down to its middle, then aside.
     for (int i = 0; i < 900; ++i) {
       const Vec3d way(-1.5e-3 + std::max(0, i - 400) * 4e-6, 0, std::max(0.0, 1.5e-3 - i * 5e-6));
       static_cast<void>(
           scene.tick({.X_WT = X_WG * tool_at(block.middle() + way, Vec3d::UnitZ(), 0.7), .spindle_on = true}, 1e-3));
-      if (i >= 700) edges[n] += 0.005 * scene.part<CuttingForce>().report().edges.rotated(X_WG.linear().transpose());
+      if (i >= 700) edges[n] += 0.005 * scene.cutting().law().report().edges.rotated(X_WG.linear().transpose());
     }
-    on = scene.part<CuttingForce>().engagement();
+    on = scene.cutting().law().engagement();
   }
   // Teeth pull across the axis at heights from −R to 0, and turn the tool by as much.
   const double R = tool.tool.burr().tip_radius;
@@ -332,12 +332,13 @@ TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any pat
         V += scene.tick({.X_WT = tool_at(block.middle() + Vec3d(0, 0, 5e-3), Vec3d::UnitZ()), .spindle_on = true}, 1e-3)
                  .removed_mm3;
       CHECK(V > 1);
-      return scene.template part<CuttingForce>().report().chip_work / (o.law.energy * V * 1e-9);
+      return scene.cutting().law().report().chip_work / (o.law.energy * V * 1e-9);
     };
     const CoupledToolRenderer renderer{tool.tool, CoupledOptions{.stiffness = 1500}};
-    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{PressureCut{}}}) == near(1, 0.02));
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, Cutting{PressureCut{}, CuttingForce(o)}}) == near(1, 0.02));
     bone.restore();
-    CHECK(run(HapticScene{bone, block.isovalue(), renderer, CuttingForce(o), Milling{}}) == near(1, 0.0068));
+    CHECK(run(HapticScene{bone, block.isovalue(), renderer, Cutting{GeometricCut{}, CuttingForce(o)}}) ==
+          near(1, 0.0068));
   }
 }
 
@@ -352,7 +353,7 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
   o.stall_torque = 0.05;  // of 0.18 N m that the feed takes
   o.inertia = 1e-5;
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                    CuttingForce(o), Milling{PressureCut{}}};
+                    Cutting{PressureCut{}, CuttingForce(o)}};
   const auto tick = [&](double height) {
     const TickResult r = scene.tick({.X_WT = tool_at(top + height * up, up), .spindle_on = true}, 1e-3);
     CHECK(is_finite(r.wrench));
@@ -360,14 +361,14 @@ TEST_CASE("cutting force: a spindle stalls by itself, nothing is cut then, and i
   };
   double height = 1.7e-3;
   for (int i = 0; i < 2500; ++i) tick(height -= 2e-6);
-  const CuttingReport stalled = scene.part<CuttingForce>().report();
+  const CuttingReport stalled = scene.cutting().law().report();
   CHECK(stalled.spindle == 0);
   CHECK(stalled.torque <= o.stall_torque * 1.01);
   double removed = 0;
   for (int i = 0; i < 300; ++i) removed += tick(height -= 2e-6).removed_mm3;
   CHECK(removed == 0);
   for (int i = 0; i < 1500; ++i) tick(height += 5e-6);
-  CHECK(scene.part<CuttingForce>().report().spindle > 0.9 * o.speed);
+  CHECK(scene.cutting().law().report().spindle > 0.9 * o.speed);
 }
 
 // Its margins touch the wall where no element has bone ahead: what presses that lightly must not be cut at once.
@@ -383,13 +384,13 @@ TEST_CASE("cutting force: a drill that leans as it is pulled out of its hole is 
     o.edges = tool.edges;
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
-                      CuttingForce(o), Milling{PressureCut{}}};
+                      Cutting{PressureCut{}, CuttingForce(o)}};
     const Vec3d lean = 0.05 * random.unit(), aside = 2e-4 * random.unit();
     double most = 0, volume = 0;
     const auto tick = [&](double z, double part) {
       const Vec3d axis = (up + part * lean).normalized();
       const TickResult r = scene.tick({.X_WT = tool_at(top + z * up + part * aside, axis), .spindle_on = true}, 1e-3);
-      const Vec3d edges = scene.part<CuttingForce>().report().edges.force;
+      const Vec3d edges = scene.cutting().law().report().edges.force;
       most = std::max(most, (edges - axis.dot(edges) * axis).norm());
       volume += r.removed_mm3;
     };
@@ -459,13 +460,13 @@ TEST_CASE("cutting force: the device gets its share, the report the true forces"
     CuttingForce::Options o{.edges = tool.edges, .felt = felt};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = stiffness}},
-                      CuttingForce(o), Milling{PressureCut{}}};
+                      Cutting{PressureCut{}, CuttingForce(o)}};
     CuttingReport mean;  // of the last tenth
     for (int i = 0; i < 3000; ++i) {
       const TickResult r = scene.tick(
           {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 1e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
       if (i < 2700) continue;
-      const CuttingReport& now = scene.part<CuttingForce>().report();
+      const CuttingReport& now = scene.cutting().law().report();
       const Wrenchd contact = r.wrench + (-felt) * now.edges;
       CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 1.4e-4);
       CHECK(std::abs(contact.torque.z()) < 0.01 * felt * now.torque);  // of contact without friction there is none
@@ -487,26 +488,26 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
   CuttingForce::Options o{.edges = tool.edges};
   o.strength = block.strength();
-  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{}}, CuttingForce(o),
-                    Milling{PressureCut{}}};
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{}},
+                    Cutting{PressureCut{}, CuttingForce(o)}};
   const auto tick = [&](const Vec3d& from_middle, const Vec3d& axis, bool on) {
     return scene.tick({.X_WT = tool_at(block.middle() + from_middle, axis), .spindle_on = on}, 1e-3);
   };
   for (int i = 0; i < 100; ++i) {
     tick(Vec3d(0, 0, 3e-3), Vec3d::UnitZ(), true);
-    const CuttingReport& air = scene.part<CuttingForce>().report();
+    const CuttingReport& air = scene.cutting().law().report();
     CHECK(air.torque == 0);
     CHECK(air.edges == Wrenchd::zero());
   }
   for (int i = 0; i < 600; ++i) CHECK(tick(Vec3d(0, 0, 2e-3 - i * 2e-6), Vec3d::UnitZ(), false).removed_mm3 == 0);
-  CHECK(scene.part<CuttingForce>().report().torque == 0);
+  CHECK(scene.cutting().law().report().torque == 0);
   // From the tick on in which the spindle stops, edges have no force: what chips still held is dropped.
   scene.reset();
   for (int i = 0; i < 600; ++i) tick(Vec3d(0, 0, 2e-3 - i * 2e-6), Vec3d::UnitZ(), true);
-  CHECK(scene.part<CuttingForce>().report().torque > 0);
+  CHECK(scene.cutting().law().report().torque > 0);
   tick(Vec3d(0, 0, 0.8e-3), Vec3d::UnitZ(), false);
-  CHECK(scene.part<CuttingForce>().report().torque == 0);
-  CHECK(scene.part<CuttingForce>().report().edges == Wrenchd::zero());
+  CHECK(scene.cutting().law().report().torque == 0);
+  CHECK(scene.cutting().law().report().edges == Wrenchd::zero());
   // The flank lies on the plane, the head beyond its edge would be in the air: here it is lifted.
   scene.reset();
   double removed = 0;
@@ -516,8 +517,8 @@ TEST_CASE("cutting force: nothing without a spindle, in the air, or from a wall 
   // Nor does a shank that leans on the plane, its head in the air, press a burr's edges.
   const NamedTool burr = tool_by_name("match-head-3");
   o.edges = burr.edges;
-  HapticScene leaning{bone, block.isovalue(), CoupledToolRenderer{burr.tool, CoupledOptions{}}, CuttingForce(o),
-                      Milling{PressureCut{}}};
+  HapticScene leaning{bone, block.isovalue(), CoupledToolRenderer{burr.tool, CoupledOptions{}},
+                      Cutting{PressureCut{}, CuttingForce(o)}};
   TickResult r;
   for (int i = 0; i < 400; ++i)
     r = leaning.tick(
@@ -541,7 +542,7 @@ TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the 
   const auto tissues =
       std::make_shared<const TissueMap>(bone, rates, [&](int, int, int k) { return k * block.h < border ? 1 : 0; });
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                    CuttingForce(o, tissues), Milling{PressureCut{}}};
+                    Cutting{PressureCut{}, CuttingForce(o, tissues)}};
   const double R = tool.tool.burr().tip_radius, speed = 1e-3;
   std::array<CuttingReport, 2> mean;  // while all that cuts is in one tissue
   std::array<int, 2> count{};
@@ -551,7 +552,7 @@ TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the 
     const int layer = tip < -2.1e-3 && tip > -2.4e-3 ? 0 : tip < -5e-3 ? 1 : -1;
     if (layer < 0) continue;
     const auto l = static_cast<std::size_t>(layer);
-    const CuttingReport& now = scene.part<CuttingForce>().report();
+    const CuttingReport& now = scene.cutting().law().report();
     mean[l].thrust += now.thrust;
     mean[l].torque += now.torque;
     ++count[l];
@@ -568,8 +569,8 @@ TEST_CASE("cutting force: bone without strength is cut as a geometric cut would"
   VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
   CuttingForce::Options o{.edges = tool.edges};
   o.strength = {.soft = block.air + block.contrast, .cortical = 2 * block.contrast};
-  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{}}, CuttingForce(o),
-                    Milling{PressureCut{}}};
+  HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{}},
+                    Cutting{PressureCut{}, CuttingForce(o)}};
   double most = 0;
   for (int i = 0; i < 1500; ++i) {
     const TickResult r = scene.tick(
@@ -578,7 +579,7 @@ TEST_CASE("cutting force: bone without strength is cut as a geometric cut would"
     most = std::max(most, r.wrench.force.norm());
   }
   CHECK(most < 0.05);
-  CHECK(scene.part<CuttingForce>().report().feed <= kMaxSpeed);
+  CHECK(scene.cutting().law().report().feed <= kMaxSpeed);
 }
 
 TEST_CASE("cutting force: protected bone stays") {
@@ -594,7 +595,7 @@ TEST_CASE("cutting force: protected bone stays") {
   CuttingForce::Options o{.edges = tool.edges, .felt = 0.05};
   o.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                    CuttingForce(o), Milling{ProtectedCut{PressureCut{}, floor}}};
+                    Cutting{PressureCut{}, CuttingForce(o)}, Veto{floor}};
   for (int i = 0; i < 3000; ++i)
     static_cast<void>(scene.tick(
         {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 2e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3));
@@ -615,20 +616,20 @@ TEST_CASE("cutting force: works with other renderers and cuts, and takes no memo
       const TickInput input{.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.6e-3 - i * 1e-6), Vec3d::UnitZ()),
                             .spindle_on = true};
       calls += heap_calls([&] { static_cast<void>(scene.tick(input, 1e-3)); });
-      torque += scene.template part<CuttingForce>().report().torque;
+      torque += scene.cutting().law().report().torque;
     }
     CHECK(calls == 0);
     CHECK(torque > 0);
   };
   const CuttingForce law(o);
-  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{PressureCut{}}});
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, Cutting{PressureCut{}, law}});
   bone.restore();
-  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{}});
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, Cutting{GeometricCut{}, law}});
   bone.restore();
-  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, law, Milling{{.rate = 2e5}}});
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, Cutting{RateLimitedCut<>{.rate = 2e5}, law}});
   bone.restore();
   const ToolDiscretization vertices{kDrill, SurfaceCounts{}};
-  run(HapticScene{bone, block.isovalue(), SurfaceApproxRenderer{vertices, SurfaceOptions{}}, law, Milling{}});
+  run(HapticScene{bone, block.isovalue(), SurfaceApproxRenderer{vertices, SurfaceOptions{}}, Cutting{GeometricCut{}, law}});
 }
 
 TEST_CASE("cutting force: options out of range are refused") {

@@ -77,7 +77,7 @@ template <VoxelDensity Density>
   options.edges = tool.edges;
   options.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = f.stiffness}},
-                    CuttingForce(options), Milling{PressureCut{}}};
+                    Cutting{PressureCut{}, CuttingForce(options)}};
   const Mat3d R = tool_at(Vec3d::Zero(), up).linear();
   const double start = tool.tool.burr().tip_radius + 1e-4;
   const int ticks = static_cast<int>((f.deep + 1e-4) / (f.speed * f.dt));
@@ -89,7 +89,7 @@ template <VoxelDensity Density>
     const TickResult r = scene.tick({.X_WT = make_pose<double>(R, top + height * up), .spindle_on = true}, f.dt);
     out.status = worse(out.status, r.status);
     out.removed_mm3 += r.removed_mm3;
-    const CuttingReport& now = scene.template part<CuttingForce>().report();
+    const CuttingReport& now = scene.cutting().law().report();
     if (i < ticks * 4 / 5) continue;
     ++count;
     out.felt.push_back(r.wrench.force.norm());
@@ -102,7 +102,7 @@ template <VoxelDensity Density>
   out.torque /= count;
   out.feed /= count;
   out.pull = (pull / count).head<2>().norm();
-  const CuttingReport& end = scene.template part<CuttingForce>().report();
+  const CuttingReport& end = scene.cutting().law().report();
   out.chip_work = end.chip_work;
   out.edge_work = end.edge_work;
   return out;
@@ -153,7 +153,7 @@ struct Slot {
   o.law.edge_force = o.law.edge_thrust = 0;  // chips alone, so that the work is u V
   o.law.thrust_ratio = 1;
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-                    CuttingForce(o), Milling{PressureCut{}}};
+                    Cutting{PressureCut{}, CuttingForce(o)}};
   Slot out;
   const int ticks = static_cast<int>(12e-3 / (speed * 1e-3));
   int count = 0;
@@ -162,12 +162,12 @@ struct Slot {
     const TickResult r = scene.tick({.X_WT = tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
     out.status = worse(out.status, r.status);
     if (at.x() < 5e-3) continue;
-    const CuttingReport& now = scene.part<CuttingForce>().report();
+    const CuttingReport& now = scene.cutting().law().report();
     ++count;
     out.pull += now.edges.force;
     out.torque += now.torque;
     out.rate += r.removed_mm3 / 1e-3;
-    const Engagement& on = scene.part<CuttingForce>().engagement();
+    const Engagement& on = scene.cutting().law().engagement();
     if (on.area > 0) out.power += o.law.energy * r.removed_mm3 * 1e-6 * on.hard_area / on.area;
   }
   out.pull /= count;
@@ -189,14 +189,14 @@ struct Slot {
   CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
   o.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
-                    CuttingForce(o), Milling{PressureCut{}}};
+                    Cutting{PressureCut{}, CuttingForce(o)}};
   double most = 0, before = -1, after = -1, height = 1.2e-3;
   Status status = Status::kOk;
   for (int i = 0; height > -1.2e-3; ++i) {
     height -= speed * dt;
     const TickResult r = scene.tick({.X_WT = tool_at(top + height * up, up), .spindle_on = true}, dt);
     status = worse(status, r.status);
-    const double thrust = scene.part<CuttingForce>().report().thrust;
+    const double thrust = scene.cutting().law().report().thrust;
     most = std::max(most, thrust);
     if (thrust > 0.8 * most) before = i, after = -1;
     if (after < 0 && thrust < 0.2 * most) after = i;

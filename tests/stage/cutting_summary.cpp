@@ -22,7 +22,7 @@ using namespace trephine::test;
 using namespace trephine::test::cutting;
 
 static_assert(CuttingReporter<CuttingForce> && CuttingReporter<CuttingVibration<>>);
-static_assert(!CuttingReporter<Milling<>> && !CuttingReporter<Damping> && !StructureReporter<CuttingForce>);
+static_assert(!CuttingReporter<Cutting<>> && !CuttingReporter<Damping> && !StructureReporter<CuttingForce>);
 
 /// A stage that can break the wrench.
 struct Breaker {
@@ -49,7 +49,7 @@ struct Plunging {
     TickResult r;
     for (int i = 0; i < ticks; ++i) {
       r = scene.tick(at(i), 1e-3);
-      const CuttingReport& report = scene.template part<CuttingForce>().report();
+      const CuttingReport& report = scene.cutting().law().report();
       REQUIRE(same_bits(r.cutting, {report.thrust, report.torque, report.spindle, report.feed}));
     }
     return r;
@@ -58,7 +58,7 @@ struct Plunging {
 
 TEST_CASE("cutting summary: each tick tells the thrust, torque, speed and feed of the scene's law") {
   Plunging p;
-  HapticScene scene{p.bone, p.block.isovalue(), p.renderer, CuttingForce(p.options), Milling{PressureCut{}}};
+  HapticScene scene{p.bone, p.block.isovalue(), p.renderer, Cutting{PressureCut{}, CuttingForce(p.options)}};
   static_assert(decltype(scene)::kReportsCutting);
   const TickResult in_air = scene.tick(p.at(0), 1e-3);
   CHECK(in_air.cutting.thrust == 0);
@@ -86,13 +86,13 @@ TEST_CASE("cutting summary: each tick tells the thrust, torque, speed and feed o
 
 TEST_CASE("cutting summary: nothing without a law, for bad input, and where the wrench overflows") {
   Plunging p;
-  HapticScene bare{p.bone, p.block.isovalue(), p.renderer, Milling{}};
+  HapticScene bare{p.bone, p.block.isovalue(), p.renderer, Cutting{}};
   static_assert(!decltype(bare)::kReportsCutting);
   for (int i = 800; i < 850; ++i) CHECK(same_bits(bare.tick(p.at(i), 1e-3).cutting, CuttingSummary{}));
   CHECK(bare.tick(p.at(850), 1e-3).contact.count > 0);
   p.bone = p.block.image(HalfSpace{p.top, Vec3d::UnitZ()});
 
-  HapticScene scene{p.bone, p.block.isovalue(), p.renderer, CuttingForce(p.options), Breaker{}, Milling{PressureCut{}}};
+  HapticScene scene{p.bone, p.block.isovalue(), p.renderer, Breaker{}, Cutting{PressureCut{}, CuttingForce(p.options)}};
   const double thrust = p.run(scene).cutting.thrust;
   CHECK(thrust > 1);
   TickInput bad = p.at(900);
@@ -107,9 +107,8 @@ TEST_CASE("cutting summary: nothing without a law, for bad input, and where the 
 
 TEST_CASE("cutting summary: vibration tells the mean, and a scene of forces alone the torque too") {
   Plunging p;
-  HapticScene scene{p.bone,      p.block.isovalue(),
-                    p.renderer,  CuttingVibration{CuttingForce(p.options), {.depth = 1}},
-                    ForceOnly{}, Milling{PressureCut{}}};
+  HapticScene scene{p.bone, p.block.isovalue(), p.renderer, ForceOnly{},
+                    Cutting{PressureCut{}, CuttingVibration{CuttingForce(p.options), {.depth = 1}}}};
   const TickResult r = p.run(scene);
   CHECK(r.cutting.torque > 5e-3);
   CHECK(r.wrench.torque == Vec3d::Zero());

@@ -76,7 +76,7 @@ struct Floor {
   double stiffness() const noexcept { return static_cast<double>(k); }
 };
 
-/// Writes down what the scene hands to a carver.
+/// Writes down where and how a scene would cut.
 struct Witness {
   bool probe = false;
   double answer_mm3 = 0;
@@ -84,20 +84,25 @@ struct Witness {
   int resets = 0;
   Posed before = Posed::Identity();
   Posed now = Posed::Identity();
-  CarveContext context{};
+  CutTick context{};
   double isovalue = 0;
+  detail::CuttingPose<false, false> at{};
 
-  [[nodiscard]] bool follow_probe() const noexcept { return probe; }
   void reset() noexcept { ++resets; }
-  template <class Grid>
-  double carve(Grid&, double iso, const Posed& X_previous, const Posed& X, const Burr&,
-               const CarveContext& c) noexcept {
+  template <class Grid, class R>
+  double cut(Grid&, double iso, const R& renderer, const CutTick& tick, std::nullptr_t) noexcept {
+    const detail::CutWay way = at.next(renderer, CutKind::kAtRate, 0, tick, probe);
+    if (!is_finite(way.to)) return kNaN;
     ++calls;
-    before = X_previous;
-    now = X;
-    context = c;
+    before = way.from;
+    now = way.to;
+    context = tick;
     isovalue = iso;
     return answer_mm3;
+  }
+  template <class R>
+  [[nodiscard]] Posed pose(const R& renderer) const noexcept {
+    return at.current(renderer, CutKind::kAtRate);
   }
 };
 

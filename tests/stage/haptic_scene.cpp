@@ -41,22 +41,33 @@ TickInput on_path(int k) {
           .spindle_on = k % 400 < 300};
 }
 
-TEST_CASE("pose history: the path of a cutting pose that waits counts its own time") {
-  constexpr double kTick25us = 25e-6, kWait = 8 * kTick25us;
-  const Posed still = Posed::Identity();
-  const auto way = [&](double moved, double cut_dt) {
-    PoseHistory<false, true> history;
-    static_cast<void>(history.advance(still, still, still, Mat3d::Identity(), kTick25us, kTick25us, false));
-    Posed X_GC = still;
-    X_GC.translation().x() = moved;
-    const PoseStep step = history.advance(still, still, X_GC, Mat3d::Identity(), kTick25us, cut_dt, false);
-    return (X_GC.translation() - step.X_GC_before.translation()).norm();
+/// A renderer that gives cuts at once a speed, as the coupled tool does.
+struct Waiting {
+  Posed X = Posed::Identity();
+  [[nodiscard]] Posed cutting_pose(double = 0) const noexcept { return X; }
+};
+
+TEST_CASE("the path of a cutting pose that waits counts its own time") {
+  constexpr double kTick25us = 25e-6, kWait = 40 * kTick25us;
+  const auto way = [&](double moved, bool waits) {
+    detail::CuttingPose<true, false> pose;
+    Waiting renderer;
+    CutTick tick{.continues = true, .dt = kTick25us};
+    const CutKind kind = waits ? CutKind::kAtOnce : CutKind::kAtRate;
+    static_cast<void>(pose.next(renderer, kind, 0, tick, false));
+    renderer.X.translation().x() = moved;
+    double longest = 0;
+    for (int t = 0; t < 40; ++t) {
+      const detail::CutWay now = pose.next(renderer, kind, 0, tick, false);
+      longest = std::max(longest, (now.to.translation() - now.from.translation()).norm());
+    }
+    return longest;
   };
   // A pose that jumps has no path.
   const double far = 0.9 * kMaxSpeed * kWait;
-  CHECK(way(far, kWait) == far);
-  CHECK(way(far, kTick25us) == 0);
-  CHECK(way(1.1 * kMaxSpeed * kWait, kWait) == 0);
+  CHECK(way(far, true) == far);
+  CHECK(way(far, false) == 0);
+  CHECK(way(1.1 * kMaxSpeed * kWait, true) == 0);
 }
 
 }  // namespace
@@ -370,6 +381,7 @@ TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their s
   CHECK((witness.now.translation() - Vec3d(5e-4, 0, 0)).norm() < 7.1e-11);  // on the surface, where the proxy is
   CHECK(witness.context.force_N == near(4, 1e-4));
   CHECK(witness.context.spindle_on);
+  CHECK(witness.context.cuts);
   CHECK(witness.context.dt == kTick);
   CHECK(witness.isovalue == 0.5);
   CHECK(r.removed_mm3 == 0.25);
@@ -386,7 +398,7 @@ TEST_CASE("carvers wait while contact could not be evaluated") {
   for (const bool evaluated : {true, false, true}) {
     scene.renderer().evaluated = evaluated;
     (void)scene.tick({.X_WT = at(0, 0, kDeep), .spindle_on = true}, kTick);
-    CHECK(scene.part<Witness>().context.spindle_on == evaluated);
+    CHECK(scene.part<Witness>().context.cuts == evaluated);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/remote.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 
 #include "fakes.hpp"
@@ -21,8 +22,11 @@ using Grid = VoxelGrid<std::int16_t>;
 static_assert(Stage<Damping> && Stage<HuntCrossley> && Stage<MillingVibration> && Stage<FirstOrderFilter> &&
               Stage<DeviceLimits> && Stage<Remote<MillingVibration>> && Stage<PassivityController> &&
               Stage<WrenchRateLimit> && Stage<Remote<PassivityController>>);
-static_assert(Carver<Witness, Grid> && !Stage<Witness> && ScenePart<Witness, Grid>);
-static_assert(ScenePart<ForceOnly, Grid> && !Stage<ForceOnly>);
+template <class P>
+concept Listed = ScenePart<P, std::int16_t, Floor<>>;
+static_assert(CuttingPart<Witness, Grid, Floor<>> && !Stage<Witness> && Listed<Witness>);
+static_assert(Listed<Cutting<>> && Listed<Veto<std::int16_t>> && !Stage<Cutting<>>);
+static_assert(Listed<ForceOnly> && !Stage<ForceOnly>);
 static_assert(Renderer<Floor<float>, DensityField<std::int16_t, float, AnalyticGradient>>);
 
 // No part: a renderer, a number, a stage that may throw, one that returns, a carver that may throw.
@@ -32,11 +36,10 @@ struct Throwing {
 struct Returning {
   Wrenchd apply(const TickContext&, Wrenchd& w) noexcept { return w; }
 };
-struct ThrowingCarver {
-  double carve(Grid&, double, const Posed&, const Posed&, const Burr&, const CarveContext&) { return 0; }
+struct ThrowingCut {
+  double cut(Grid&, double, const Floor<>&, const CutTick&, std::nullptr_t) { return 0; }
 };
-static_assert(!ScenePart<Floor<>, Grid> && !ScenePart<int, Grid> && !ScenePart<Throwing, Grid> &&
-              !ScenePart<Returning, Grid> && !ScenePart<ThrowingCarver, Grid>);
+static_assert(!Listed<Floor<>> && !Listed<int> && !Listed<Throwing> && !Listed<Returning> && !Listed<ThrowingCut>);
 
 // Limits last, once.
 static_assert(limits_are_last<>() && limits_are_last<Damping>() && limits_are_last<Damping, DeviceLimits>());
@@ -44,15 +47,6 @@ static_assert(limits_are_last<DeviceLimits, ForceOnly>() && limits_are_last<Devi
 static_assert(!limits_are_last<DeviceLimits, Damping>() && !limits_are_last<DeviceLimits, DeviceLimits>());
 static_assert(!limits_are_last<Remote<DeviceLimits>, Damping>());
 static_assert(kPartCount<DeviceLimits, Damping, Remote<DeviceLimits>> == 1 && kPartCount<Damping> == 0);
-
-// Two ways to say follow_probe; silence is the cutting pose.
-struct ByConstant {
-  static constexpr bool follow_probe = true;
-};
-struct ByFunction {
-  static constexpr bool follow_probe() noexcept { return true; }
-};
-static_assert(follows_probe(ByConstant{}) && follows_probe(ByFunction{}) && !follows_probe(ForceOnly{}));
 
 // Twists only for those who read them.
 static_assert(kStageUsesTwist<Damping> && kStageUsesTwist<HuntCrossley> && kStageUsesTwist<Look>);
@@ -74,14 +68,14 @@ static_assert(sizeof(Scene<>) == sizeof(Bare));
 static_assert(sizeof(Scene<ForceOnly>) == sizeof(Bare));
 static_assert(sizeof(Scene<DeviceLimits>) <= aligned(sizeof(Bare) + sizeof(DeviceLimits)));
 static_assert(sizeof(PoseHistory<true, false>) == 2 * sizeof(Posed) + alignof(Posed));
-static_assert(sizeof(PoseHistory<true, true>) == 3 * sizeof(Posed) + alignof(Posed));
+static_assert(sizeof(PoseHistory<false, true>) == sizeof(Posed) + alignof(Posed));
 static_assert(std::is_empty_v<PoseHistory<false, false>>);
 static_assert(sizeof(Damping) == 24 && sizeof(HuntCrossley) == 24 && sizeof(DeviceLimits) == 16 &&
               sizeof(FirstOrderFilter) == 56 && sizeof(MillingVibration) == 64);
 
 static_assert(noexcept(std::declval<Scene<DeviceLimits>&>().tick(std::declval<const TickInput&>(), 0.0)));
 static_assert(noexcept(std::declval<Scene<>&>().reset()) && noexcept(std::declval<Scene<>&>().proxy_pose_W()));
-static_assert(Scene<>::kHasTorque && !Scene<ForceOnly>::kHasTorque && Scene<Witness>::kCarves && !Scene<>::kCarves);
+static_assert(Scene<>::kHasTorque && !Scene<ForceOnly>::kHasTorque && Scene<Witness>::kCuts && !Scene<>::kCuts);
 
 // The types of a scene follow from its arguments.
 static_assert(std::is_same_v<decltype(HapticScene{std::declval<Grid&>(), 300, Floor<>{}, DeviceLimits{.force = 3}}),
@@ -90,7 +84,7 @@ static_assert(!std::is_constructible_v<Scene<>, Grid, double, Floor<>>);  // not
 
 // A user's own tag may derive from ForceOnly.
 struct StudyWithoutTorque : ForceOnly {};
-static_assert(ScenePart<StudyWithoutTorque, VoxelGrid<std::int16_t>> && !ScenePart<int, VoxelGrid<std::int16_t>>);
+static_assert(Listed<StudyWithoutTorque>);
 
 // Options cannot be taken for what they configure.
 static_assert(!std::is_convertible_v<Damping::Options, Damping>);

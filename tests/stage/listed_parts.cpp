@@ -6,11 +6,11 @@
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
-#include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
@@ -72,7 +72,7 @@ struct Listed {
   template <class Renderer>
   void all(const std::string& name, const Renderer& renderer, double reach) {
     const auto with = [&](auto... parts) { return HapticScene{grid, raster.isovalue(), renderer, parts...}; };
-    const Milling milling{};
+    const Cutting milling{};
     const HuntCrossley hunt_crossley{{.lambda = 0}};
     const Damping damping{Damping::Options{}};
     const FirstOrderFilter filter{{.cutoff = 1e9}};

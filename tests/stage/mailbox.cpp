@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
-#include <trephine/stage/milling.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/remote.hpp>
 
@@ -14,7 +14,7 @@ using namespace trephine;
 using namespace trephine::test;
 
 static_assert(Tunable<Damping> && Tunable<HuntCrossley> && Tunable<MillingVibration> && Tunable<FirstOrderFilter> &&
-              Tunable<DeviceLimits> && Tunable<Milling<RateLimitedCut<>>>);
+              Tunable<DeviceLimits> && Tunable<Cutting<RateLimitedCut<>>>);
 static_assert(!Tunable<Add>);
 static_assert(Stage<Remote<Damping>> && !std::is_copy_constructible_v<Mailbox<int>>);
 
@@ -88,7 +88,7 @@ TEST_CASE("remote milling: another cut policy cuts from the next tick on") {
   Mailbox<RateLimitedCut<>> rate;
   const std::vector<std::int16_t> voxels(20 * 20 * 20, 1000);
   VoxelGrid<std::int16_t> bone({.size = {20, 20, 20}, .spacing = Vec3d::Constant(1e-3)}, voxels);
-  auto scene = HapticScene{bone, 300, Floor<>{}, Remote{Milling{RateLimitedCut<>{.rate = 1e5}}, rate}};
+  auto scene = HapticScene{bone, 300, Floor<>{}, Remote{Cutting{RateLimitedCut<>{.rate = 1e5}}, rate}};
   const auto ticks_to_cut = [&](double x) {
     for (int i = 1; i < 100; ++i)
       if (scene.tick({.X_WT = at(x, 10e-3, 10e-3), .spindle_on = true}, kTick).removed_mm3 > 0) return i;

@@ -6,10 +6,11 @@
 #include "support/random.hpp"
 
 #include <trephine/core/units.hpp>
+#include <trephine/everything.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
-#include <trephine/trephine.hpp>
 
 #include <doctest/doctest.h>
 
@@ -117,13 +118,13 @@ TEST_CASE("hostile ticks take none of a structure, under every policy") {
     const std::vector<std::int16_t> before = densities(bone);
     const auto floor = make_cut_floor(*field, X_GS, bone, kIso, vetoes);
     double removed = 0;
-    Milling milling{ProtectedCut{policy, floor}, {.follow_probe = true}, shape};
+    const Cutting milling{policy, {.follow_probe = true}, shape};
     if (guard) {
-      HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}, milling,
-                        StructureGuard{potential}};
+      HapticScene scene{bone,    kIso,        LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}},
+                        milling, Veto{floor}, StructureGuard{potential}};
       rage(scene, bone, random, ticks, removed);
     } else {
-      HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}, milling};
+      HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}}, milling, Veto{floor}};
       rage(scene, bone, random, ticks, removed);
     }
     const std::vector<std::int16_t> after = densities(bone);
@@ -162,9 +163,9 @@ TEST_CASE("hostile ticks take none of a structure, under every policy") {
     CHECK(floor->refused_mm3() > 0);
     if (!kSanitized) CHECK(left < 0.7 * elsewhere);
   };
-  judge(GeometricCut{}, TipCuts{}, true, 31);
-  judge(RateLimitedCut<>{.rate = 3e6}, TipCuts{}, false, 32);
-  judge(AdvancingCut{.speed = 0.2}, TipCuts{}, false, 33);
+  judge(GeometricCut{}, ToolHead{}, true, 31);
+  judge(RateLimitedCut<>{.rate = 3e6}, ToolHead{}, false, 32);
+  judge(AdvancingCut{.speed = 0.2}, ToolHead{}, false, 33);
   judge(GeometricCut{}, DrillBit{.radius = 1_mm, .length = 6_mm}, false, 34);
   MESSAGE((4 * ticks) << " ticks; the deepest cut lies " << deepest / truth.voxel
                       << " label voxels within a true margin");
@@ -180,10 +181,10 @@ TEST_CASE("a structure that may break is counted, and a free one is not") {
   const std::array<StructureVeto, 3> vetoes{StructureVeto{.mode = Mode::kFree}, StructureVeto{.mode = Mode::kWatch},
                                             StructureVeto{.mode = Mode::kProtect}};
   const auto floor = make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes);
-  Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  Cutting milling;
   const Burr huge{.tip_radius = 16_mm};
   const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d::Constant(0.5 * kSize * kVoxel));
-  (void)milling.carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  (void)milling.carve(bone, kIso, X, X, huge, {.dt = 1e-3}, floor.get());
   const auto volume = [](const Tube& t) {
     const double r = 1e3 * t.radius;
     return 3.14159265 * r * r * (1e3 * (t.to - t.from).norm() + 4.0 / 3 * r);
@@ -217,7 +218,7 @@ TEST_CASE("hostile ticks take nothing outside of planned cavities") {
     const auto floor = make_cut_floor(*field, X_GS, bone, kIso, vetoes);
     double removed = 0;
     HapticScene scene{bone, kIso, LineApproxRenderer{ToolDiscretization{kBurr, LineCounts{}}},
-                      Milling{ProtectedCut{policy, floor}, {.follow_probe = true}, shape}};
+                      Cutting{policy, {.follow_probe = true}, shape}, Veto{floor}};
     rage(scene, bone, random, kSanitized ? 2000 : 40000, removed);
     const std::vector<std::int16_t> after = densities(bone);
     int outside = 0, taken = 0, inside = 0, left = 0;
@@ -245,8 +246,8 @@ TEST_CASE("hostile ticks take nothing outside of planned cavities") {
     CHECK(floor->refused_mm3(2) > 0);
     if (!kSanitized) CHECK(left < 0.8 * inside);  // the drill reaches what it may take
   };
-  judge(GeometricCut{}, TipCuts{}, 41);
-  judge(AdvancingCut{.speed = 0.2}, TipCuts{}, 43);
+  judge(GeometricCut{}, ToolHead{}, 41);
+  judge(AdvancingCut{.speed = 0.2}, ToolHead{}, 43);
   judge(GeometricCut{}, DrillBit{.radius = 1_mm, .length = 6_mm}, 44);
 }
 
@@ -260,8 +261,8 @@ TEST_CASE("a huge burr drills a planned cavity and no more, and what lies far ou
   const auto floor = make_cut_floor(*field, Posed::Identity(), bone, kIso, vetoes);
   const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d::Constant(0.5 * kSize * kVoxel));
   const Burr huge{.tip_radius = 20_mm};
-  const Milling milling{ProtectedCut{GeometricCut{}, floor}};
-  const double removed = Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  const Cutting milling;
+  const double removed = Cutting(milling).carve(bone, kIso, X, X, huge, {.dt = 1e-3}, floor.get());
   const double cavity = 4.0 / 3 * 3.14159265 * std::pow(2.6, 3), all = std::pow(kSize * kVoxel * 1e3, 3);
   // What exact distances leave of the same bone: voxels so large cut the corners of so small a ball.
   Bone ideal({.size = {kSize, kSize, kSize}, .spacing = Vec3d::Constant(kVoxel), .outside = -1000}, voxels);
@@ -269,19 +270,18 @@ TEST_CASE("a huge burr drills a planned cavity and no more, and what lies far ou
   exact->protect(0, {{0, 0, 0}, {kSize - 1, kSize - 1, kSize - 1}},
                  [&](int i, int j, int k) { return -(truth.distance(0, kVoxel * Vec3d(i, j, k)) + 0.4_mm); });
   exact->seal(ideal);
-  const double expected =
-      Milling(ProtectedCut{GeometricCut{}, exact}).carve(ideal, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  const double expected = Cutting(milling).carve(ideal, kIso, X, X, huge, {.dt = 1e-3}, exact.get());
   MESSAGE(removed << " mm³ removed, " << expected << " mm³ with exact distances, " << cavity << " mm³ by formula");
   CHECK(removed == near(expected, 0.01));
   CHECK(expected == near(cavity, 0.03));
   CHECK(floor->refused_mm3(0) == near(all - cavity, 0.003));
   // A second carving takes nothing and counts nothing anew; reset counts anew.
   const double refused = floor->refused_mm3();
-  CHECK(Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3}) == 0);
+  CHECK(Cutting(milling).carve(bone, kIso, X, X, huge, {.dt = 1e-3}, floor.get()) == 0);
   CHECK(floor->refused_mm3() == refused);
   floor->reset_counts();
   CHECK(floor->refused_mm3() == 0);
-  (void)Milling(milling).carve(bone, kIso, X, X, huge, {.spindle_on = true, .dt = 1e-3});
+  (void)Cutting(milling).carve(bone, kIso, X, X, huge, {.dt = 1e-3}, floor.get());
   CHECK(floor->refused_mm3() == refused);
   CHECK(static_cast<double>(floor->bytes()) < 1.8 * kSize * kSize * kSize);
 }

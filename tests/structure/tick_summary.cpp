@@ -12,13 +12,14 @@
 #include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/veto.hpp>
+#include <trephine/structure/protection.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 
 #include <doctest/doctest.h>
@@ -115,12 +116,8 @@ TEST_CASE("a tick's nearest structure, distance and push are the guard's, its vo
   Bone bone = solid();
   const auto floor = floor_of(bone);
   const auto guard = potential();
-  HapticScene scene{bone,
-                    kIso,
-                    renderer(),
-                    Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor}},
-                    StructureGuard{guard},
-                    DeviceLimits{.force = 100}};
+  HapticScene scene{
+      bone, kIso, renderer(), Cutting{{.rate = 1e6}}, Veto{floor}, StructureGuard{guard}, DeviceLimits{.force = 100}};
   Wanderer wanderer(bone, 3);
   double refused = 0, taken = 0;
   int wrong = 0, bad = 0, pushed = 0, warned = 0, refusals = 0;
@@ -167,10 +164,12 @@ TEST_CASE("a tick's nearest structure, distance and push are the guard's, its vo
 TEST_CASE("a tick's wrench without its push is that of the scene whose guard only warns") {
   Bone bone = solid(), twin_bone = solid();
   const auto guard = potential();
-  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor_of(bone)}},
-                    StructureGuard{guard}};
-  HapticScene twin{twin_bone, kIso, renderer(),
-                   Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor_of(twin_bone)}},
+  HapticScene scene{bone, kIso, renderer(), Cutting{{.rate = 1e6}}, Veto{floor_of(bone)}, StructureGuard{guard}};
+  HapticScene twin{twin_bone,
+                   kIso,
+                   renderer(),
+                   Cutting{{.rate = 1e6}},
+                   Veto{floor_of(twin_bone)},
                    StructureGuard{guard, {.push = false}}};
   Wanderer wanderer(bone, 5);
   double off = 0, most = 0, contact = 0;
@@ -194,29 +193,82 @@ TEST_CASE("a tick's wrench without its push is that of the scene whose guard onl
   CHECK(contact > 0.5);
 }
 
-TEST_CASE("volumes of a tick are its own with several cuts, of one floor or of two") {
+TEST_CASE("a Protection acts as its guard and its veto do, bit for bit, and finds the reach that they need") {
+  const std::vector<ProtectedStructure> spared{
+      {.guard = {.margin = 1_mm}, .veto = {.margin = 0.4_mm}},
+      {.guard = {.mode = GuardMode::kWarn, .margin = 1.5_mm}, .veto = {.mode = Mode::kWatch}},
+      {.guard = {.margin = 0.5_mm, .stiffness = 600}}};
+  Bone bone = solid(), twin_bone = solid();
+  HapticScene parts{bone, kIso, renderer(), Cutting{{.rate = 1e6}}, StructureGuard{potential()}, Veto{floor_of(bone)}};
+  HapticScene one{twin_bone, kIso, renderer(), Cutting{{.rate = 1e6}},
+                  Protection{field(), X_GS(), twin_bone, kIso, kBurr, spared}};
+  Wanderer wanderer(bone, 12);
+  int differ = 0;
+  double refused = 0, taken = 0, pushed = 0;
+  std::int64_t heap = 0;
+  for (int n = 0; n < 4000; ++n) {
+    if (n == 2000) {
+      parts.reset();
+      one.reset();
+    }
+    const TickInput input = wanderer.next();
+    const TickResult a = parts.tick(input, kTick);
+    TickResult b;
+    heap += heap_calls([&] { b = one.tick(input, kTick); });
+    differ += same_bits(a.wrench, b.wrench) && same_bits(a.structures, b.structures) ? 0 : 1;
+    refused += b.structures.refused_mm3;
+    taken += b.structures.taken_mm3;
+    pushed = std::max(pushed, b.structures.push.force.norm());
+  }
+  CHECK(differ == 0);
+  CHECK(heap == 0);
+  CHECK(refused > 0);
+  CHECK(taken > 0);
+  CHECK(pushed > 0.5);
+  std::vector<std::int16_t> left(static_cast<std::size_t>(kSize) * kSize * kSize), twin_left(left.size());
+  bone.copy_voxels(left);
+  twin_bone.copy_voxels(twin_left);
+  CHECK(left == twin_left);
+  const auto& protection = one.part<Protection<std::int16_t>>();
+  CHECK(refused == near(protection.cut_floor()->refused_mm3(), 1e-12));
+
+  // The reach is enough, and hardly more.
+  const double reach = Protection<std::int16_t>::required_reach(bone, kBurr, spared);
+  const auto with_reach = [&](double r) {
+    return Protection{std::shared_ptr<const StructureField>(canals().field(r)), X_GS(), bone, kIso, kBurr, spared};
+  };
+  CHECK_NOTHROW(with_reach(reach));
+  CHECK_THROWS_AS(with_reach(0.9 * reach), std::invalid_argument);
+  CHECK_THROWS_AS((Protection{field(), X_GS(), bone, kIso, kBurr, std::span(spared).first(2)}), std::invalid_argument);
+  Bone other({.size = {8, 8, 8}, .spacing = Vec3d::Constant(kVoxel)}, std::vector<std::int16_t>(512, 1200));
+  CHECK_THROWS_AS(protection.validate_for(other, kIso), std::invalid_argument);
+}
+
+TEST_CASE("volumes of a tick are its scene's own, where two scenes share a floor or have their own") {
   Bone bone = solid();
   const auto one = floor_of(bone), two = floor_of(bone);
   const auto tissues = std::make_shared<const TissueMap>(bone, std::array{1.5}, [](int, int, int) { return 0; });
-  HapticScene scene{bone,
-                    kIso,
-                    renderer(),
-                    Milling{ProtectedCut{GeometricCut{}, one}, {.follow_probe = true}},
-                    Milling{TissueCut{ProtectedCut{AdvancingCut{.speed = 0.05}, one}, tissues}},
-                    Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, two}, {.follow_probe = true}, DrillBit{}}};
+  HapticScene first{bone, kIso, renderer(), Cutting{GeometricCut{}, {.follow_probe = true}}, Veto{one}};
+  HapticScene second{bone, kIso, renderer(), Cutting{TissueCut{AdvancingCut{.speed = 0.05}, tissues}}, Veto{one}};
+  HapticScene third{bone, kIso, renderer(), Cutting{{.rate = 1e6}, {.follow_probe = true}}, Veto{two}};
   Wanderer wanderer(bone, 9);
   double refused = 0, taken = 0;
   int quiet = 0;
   const auto total = [&] { return one->refused_mm3() + two->refused_mm3() + one->taken_mm3() + two->taken_mm3(); };
   for (int n = 0; n < 3000; ++n) {
     TickInput input = wanderer.next();
-    const double before = total();
-    const StructureSummary s = scene.tick(input, kTick).structures;
-    refused += s.refused_mm3;
-    taken += s.taken_mm3;
-    CHECK(s.refused_mm3 + s.taken_mm3 == near(total() - before, 1e-11));
-    if (!input.spindle_on) quiet += s.refused_mm3 == 0 && s.taken_mm3 == 0 ? 0 : 1;
-    CHECK((s.nearest == -1 && s.distance == kInf));  // no guard
+    const auto judge = [&](auto& scene) {
+      const double before = total();
+      const StructureSummary s = scene.tick(input, kTick).structures;
+      refused += s.refused_mm3;
+      taken += s.taken_mm3;
+      CHECK(s.refused_mm3 + s.taken_mm3 == near(total() - before, 1e-11));
+      if (!input.spindle_on) quiet += s.refused_mm3 == 0 && s.taken_mm3 == 0 ? 0 : 1;
+      CHECK((s.nearest == -1 && s.distance == kInf));  // no guard
+    };
+    judge(first);
+    judge(second);
+    judge(third);
   }
   CHECK(quiet == 0);
   CHECK(two->refused_mm3() > 0);
@@ -252,8 +304,8 @@ struct Breaker {
 };
 
 static_assert(StructureReporter<StructureGuard> && StructureReporter<Pusher>);
-static_assert(StructureReporter<Milling<ProtectedCut<std::int16_t, GeometricCut>>>);
-static_assert(!StructureReporter<Milling<>> && !StructureReporter<DeviceLimits> && !StructureReporter<Damping>);
+static_assert(StructureReporter<Veto<std::int16_t>>);
+static_assert(!StructureReporter<Cutting<>> && !StructureReporter<DeviceLimits> && !StructureReporter<Damping>);
 
 }  // namespace
 
@@ -288,7 +340,7 @@ TEST_CASE("several guards add their pushes, and the nearer one gives the distanc
 TEST_CASE("a scene without guard and floor leaves the defaults, and a guard fills in while it is off") {
   Bone bone = solid();
   const Posed X = bone.X_WG() * make_pose<double>(Mat3d::Identity(), Vec3d(8_mm, 8_mm, 9_mm));
-  HapticScene bare{bone, kIso, renderer(), Milling{}, DeviceLimits{.force = 3}};
+  HapticScene bare{bone, kIso, renderer(), Cutting{}, DeviceLimits{.force = 3}};
   static_assert(!decltype(bare)::kReportsStructures);
   for (int n = 0; n < 5; ++n) CHECK(is_default(bare.tick({.X_WT = X, .spindle_on = true}, kTick).structures));
 
@@ -311,8 +363,7 @@ TEST_CASE("a scene without guard and floor leaves the defaults, and a guard fill
 TEST_CASE("a tick that reports structures takes nothing from the heap") {
   if (!AllocationGuard::available()) return;
   Bone bone = solid();
-  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{GeometricCut{}, floor_of(bone)}},
-                    StructureGuard{potential()}};
+  HapticScene scene{bone, kIso, renderer(), Cutting{}, Veto{floor_of(bone)}, StructureGuard{potential()}};
   Wanderer wanderer(bone, 11);
   double refused = 0;
   const auto calls = heap_calls([&] {
@@ -325,8 +376,7 @@ TEST_CASE("a tick that reports structures takes nothing from the heap") {
 TEST_CASE("a recording carries structures through its file, and replays them bit for bit") {
   Bone bone = solid();
   const auto floor = floor_of(bone);
-  HapticScene scene{bone, kIso, renderer(), Milling{ProtectedCut{RateLimitedCut<>{.rate = 1e6}, floor}},
-                    StructureGuard{potential()}};
+  HapticScene scene{bone, kIso, renderer(), Cutting{{.rate = 1e6}}, Veto{floor}, StructureGuard{potential()}};
   Wanderer wanderer(bone, 13);
   Recorder recorder(2000);
   int reported = 0;

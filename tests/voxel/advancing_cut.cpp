@@ -6,7 +6,7 @@
 #include "support/raster.hpp"
 #include "voxel/sampled_fields.hpp"
 
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <doctest/doctest.h>
@@ -147,7 +147,7 @@ TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whate
                                      const double v = blurred(kAir, kBone, (k - 8.3) / 0.7);
                                      return std::is_same_v<Density, float> ? v : std::floor(v + 0.5);
                                    });
-    Milling milling{policy};
+    Cutting milling{policy};
     const auto at = [](double t) {
       const double s = std::fmod(kSpeed * t, 2 * kWay);
       return make_pose<double>(Mat3d::Identity(),
@@ -157,7 +157,7 @@ TEST_CASE_TEMPLATE("cuts in time: to and fro over a scanned face, the same whate
     const int ticks = static_cast<int>(std::lround(kTime / dt));
     for (int t = 0; t < ticks; ++t)
       sum += milling.carve(grid, iso, at(t * dt), at((t + 1) * dt), Burr{.tip_radius = 5 * kVoxel},
-                           {.spindle_on = true, .dt = dt, .force_N = 2});
+                           {.dt = dt, .force_N = 2});
     return sum;
   };
   const auto check = [&](const std::string& name, const auto& policy) {
@@ -194,10 +194,9 @@ TEST_CASE("advancing: presses, waits, repeats itself, allocates nothing and refu
   CHECK(run(pressed, 0).first == 0);
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   for (const double bad : {0.0, -1.0, nan, inf}) {
-    CHECK_THROWS_WITH_AS((Milling{AdvancingCut{.speed = bad}}),
+    CHECK_THROWS_WITH_AS((Cutting{AdvancingCut{.speed = bad}}),
                          doctest::Contains("trephine::AdvancingCut: speed must be > 0"), std::invalid_argument);
-    CHECK_THROWS_AS((Milling{AdvancingCut{.most_force_factor = bad}}), std::invalid_argument);
+    CHECK_THROWS_AS((Cutting{AdvancingCut{.most_force_factor = bad}}), std::invalid_argument);
   }
-  CHECK_THROWS_AS((Milling{AdvancingCut{.reference_force = -1}}), std::invalid_argument);
-  static_assert(Carver<Milling<AdvancingCut>, VoxelGrid<float>>);
+  CHECK_THROWS_AS((Cutting{AdvancingCut{.reference_force = -1}}), std::invalid_argument);
 }

@@ -6,9 +6,9 @@
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/cutting.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 
 #include <doctest/doctest.h>
 
@@ -134,16 +134,15 @@ void cut_and_look(VoxelGrid<Density> grid, double iso, unsigned seed, double con
       }
   const std::vector<Density> before = densities(grid);
   const Burr burr{.tip_radius = 4 * h.maxCoeff(), .shaft_radius = h.maxCoeff(), .shaft_length = 30 * h.maxCoeff()};
-  Milling at_once{ProtectedCut{GeometricCut{}, floor}};
-  Milling at_rate{ProtectedCut{RateLimitedCut<>{.rate = 400 * contrast}, floor}};
-  Milling receding{ProtectedCut{AdvancingCut{.speed = 0.3}, floor}};
-  Milling bit{
-      ProtectedCut{GeometricCut{}, floor}, {}, DrillBit{.radius = 2 * h.maxCoeff(), .length = 12 * h.maxCoeff()}};
+  Cutting at_once;
+  Cutting at_rate{{.rate = 400 * contrast}};
+  Cutting receding{AdvancingCut{.speed = 0.3}};
+  Cutting bit{GeometricCut{}, {}, DrillBit{.radius = 2 * h.maxCoeff(), .length = 12 * h.maxCoeff()}};
   Posed X = pose(random, extent);
   std::int64_t allocations = 0;
   const auto carve = [&](auto& milling, const Posed& to) {
-    allocations += heap_calls(
-        [&] { (void)milling.carve(grid, iso, X, to, burr, {.spindle_on = true, .dt = 1e-3, .force_N = 3}); });
+    allocations +=
+        heap_calls([&] { (void)milling.carve(grid, iso, X, to, burr, {.dt = 1e-3, .force_N = 3}, floor.get()); });
   };
   for (int cut = 0; cut < 1200; ++cut) {
     Posed to = random.below(4) == 0 ? pose(random, extent) : X;
@@ -199,14 +198,14 @@ TEST_CASE("the wall that stays is as smooth as a cut") {
     const Vec3d centre = kVoxel * (Vec3d::Constant(kSize / 2.0) + random.arrow(0, 1));
     const Capsule ball{centre, centre, 8 * kVoxel};
     const auto floor = floor_of(grid, 300, {ball});
-    Milling milling{ProtectedCut{GeometricCut{}, floor}};
+    Cutting milling;
     const Burr burr{.tip_radius = 5 * kVoxel};
     // A burr that is pushed into the ball from all sides.
     Posed X = Posed::Identity();
     for (int c = 0; c < 1500; ++c) {
       Posed to = Posed::Identity();
       to.translation() = centre + random.uniform(4, 12) * kVoxel * random.unit();
-      (void)milling.carve(grid, 300, to, to, burr, {.spindle_on = true, .dt = 1e-3, .force_N = 3});
+      (void)milling.carve(grid, 300, to, to, burr, {.dt = 1e-3, .force_N = 3}, floor.get());
       X = to;
     }
     const std::vector<std::int16_t> after = densities(grid);
@@ -245,13 +244,13 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
     return in;
   });
   floor->seal(grid);
-  Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  Cutting milling;
   const Burr burr{.tip_radius = 30 * kVoxel};
   Posed X = Posed::Identity();
   X.translation() = kVoxel * Vec3d::Constant(20);
   const double ball = 4.0 / 3 * 3.14159265 * std::pow(5 * kVoxel * 1e3, 3);
   for (int pass = 0; pass < 2; ++pass) {
-    (void)milling.carve(grid, 100, X, X, burr, {.spindle_on = true, .dt = 1e-3});
+    (void)milling.carve(grid, 100, X, X, burr, {.dt = 1e-3}, floor.get());
     milling.reset();
     CHECK(floor->refused_mm3(3) == near(ball, 0.03));
     CHECK(floor->refused_mm3() == floor->refused_mm3(3));
@@ -262,7 +261,7 @@ TEST_CASE("refused and taken volumes are the bodies', each voxel once") {
   floor->reset_counts();
   CHECK(floor->refused_mm3() == 0);
   milling.reset();
-  (void)milling.carve(grid, 100, X, X, burr, {.spindle_on = true, .dt = 1e-3});
+  (void)milling.carve(grid, 100, X, X, burr, {.dt = 1e-3}, floor.get());
   CHECK(floor->refused_mm3(3) == near(ball, 0.03));
   CHECK(floor->taken_mm3() == 0);  // it is gone
 }
@@ -273,11 +272,11 @@ TEST_CASE("what is bone again counts no longer as taken, and counts anew when it
   const VoxelBox all{{0, 0, 0}, {kSize - 1, kSize - 1, kSize - 1}};
   floor->watch(7, all, [](int i, int j, int k) { return i < 10 && j < 30 && k < 30; });
   floor->watch(8, all, [](int i, int j, int k) { return i >= 10 && j < 30 && k < 30; });
-  Milling milling{ProtectedCut{GeometricCut{}, floor}};
+  Cutting milling;
   const auto cut_at = [&](double i) {
     Posed X = Posed::Identity();
     X.translation() = kVoxel * Vec3d(i, 15, 15);
-    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 4 * kVoxel}, {.spindle_on = true, .dt = 1e-3});
+    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 4 * kVoxel}, {.dt = 1e-3}, floor.get());
     milling.reset();
   };
   cut_at(9.5);
@@ -317,10 +316,10 @@ TEST_CASE("one floor protects a body and watches its neighbour, whichever was na
     if (!watched_first) watch(*floor);
     floor->seal(grid);
     const std::vector<std::int16_t> before = densities(grid);
-    Milling milling{ProtectedCut{GeometricCut{}, floor}};
+    Cutting milling;
     Posed X = Posed::Identity();
     X.translation() = kVoxel * Vec3d::Constant(20);
-    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 30 * kVoxel}, {.spindle_on = true, .dt = 1e-3});
+    (void)milling.carve(grid, 300, X, X, Burr{.tip_radius = 30 * kVoxel}, {.dt = 1e-3}, floor.get());
     const std::vector<std::int16_t> after = densities(grid);
     int gone_a = 0, gone_b = 0, whole_a = 0, whole_b = 0;
     std::size_t at = 0;
@@ -347,16 +346,18 @@ TEST_CASE("one floor protects a body and watches its neighbour, whichever was na
 TEST_CASE("a floor of another bone or isovalue cuts nothing, and is refused by a scene") {
   auto grid = block<std::uint8_t>(100, 90);
   const auto floor = floor_of(grid, 100, {});
-  const ProtectedCut cut{GeometricCut{}, floor};
+  const GeometricCut at_once;
+  const ProtectedCut cut(at_once, *floor);
+  const Veto veto{floor};
   const SphereCutter ball(kVoxel * Vec3d::Constant(20), kVoxel * Vec3d::Constant(20), 5 * kVoxel);
   CHECK(carve(grid, 99, ball, cut) == 0);
   std::vector<std::uint8_t> few(8 * 8 * 8, 190);
   VoxelGrid<std::uint8_t> other({.size = {8, 8, 8}, .spacing = Vec3d::Constant(kVoxel), .outside = 0}, few);
   CHECK(carve(other, 100, SphereCutter(Vec3d::Zero(), Vec3d::Zero(), 5 * kVoxel), cut) == 0);
-  CHECK_THROWS_AS(cut.validate_for(grid, 99), std::invalid_argument);
-  CHECK_THROWS_AS(cut.validate_for(other, 100), std::invalid_argument);
+  CHECK_THROWS_AS(veto.validate_for(grid, 99), std::invalid_argument);
+  CHECK_THROWS_AS(veto.validate_for(other, 100), std::invalid_argument);
   CHECK(carve(grid, 100, ball, cut) > 0);
-  CHECK_THROWS_AS((ProtectedCut{GeometricCut{}, std::shared_ptr<CutFloor<std::uint8_t>>()}), std::invalid_argument);
+  CHECK_THROWS_AS(Veto(std::shared_ptr<CutFloor<std::uint8_t>>()), std::invalid_argument);
 }
 
 TEST_CASE("a floor without bodies changes no bit of a cut") {
@@ -370,7 +371,7 @@ TEST_CASE("a floor without bodies changes no bit of a cut") {
     const CutAllowance allowance{.dt = 1e-3, .force_N = 2, .tick = static_cast<std::uint32_t>(n)};
     const AdvancingCut advancing{.speed = 0.1};
     CHECK(carve(plain, 300, ball, advancing, allowance) ==
-          carve(guarded, 300, ball, ProtectedCut{advancing, floor}, allowance));
+          carve(guarded, 300, ball, ProtectedCut(advancing, *floor), allowance));
   }
   CHECK(densities(plain) == densities(guarded));
 }

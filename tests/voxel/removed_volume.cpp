@@ -6,7 +6,7 @@
 #include "support/raster.hpp"
 #include "voxel/sampled_fields.hpp"
 
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
 
 #include <doctest/doctest.h>
@@ -94,10 +94,10 @@ TEST_CASE_TEMPLATE("removed volume: plunges, with drill bits too", Density, std:
     const Vec3d n = normal_of(trial, random), p = near_middle(kSize, random) + 6 * n;
     auto grid = face<Density>(kSize, p, n, kBlurs[static_cast<std::size_t>(trial % 3)]);
     const LostVolume<Density> lost(grid, iso);
-    Milling milling;
-    Milling bit{GeometricCut{}, {}, DrillBit{.radius = 3 * kVoxel, .length = 20 * kVoxel}};
+    Cutting milling;
+    Cutting bit{GeometricCut{}, {}, DrillBit{.radius = 3 * kVoxel, .length = 20 * kVoxel}};
     const Mat3d R = Quatd::FromTwoVectors(Vec3d::UnitZ(), n).toRotationMatrix();
-    const CarveContext on{.spindle_on = true, .dt = 1e-3, .force_N = 2};
+    const CutAllowance on{.dt = 1e-3, .force_N = 2};
     double told = 0, told_by_bit = 0;
     const auto plunge = [&](auto& mill, double& sum, const Vec3d& aside) {
       Posed X = make_pose<double>(R, kVoxel * (p + aside + 6 * n));
@@ -166,15 +166,14 @@ TEST_CASE_TEMPLATE("removed volume: noisy faces, shallow cuts and cuts in time t
             });
         const LostVolume<Density> lost(grid, iso);
         const Vec3d way = 4 * n.unitOrthogonal(), from = p + (5 - depth) * n - way / 2;
-        Milling milling{policy};
+        Cutting milling{policy};
         const auto at = [&](int t) {
           const double s = std::abs(std::fmod(t * 0.25, 2.0) - 1);
           return make_pose<double>(Mat3d::Identity(), kVoxel * (from + s * way));
         };
         double told = 0;
         for (int t = 0; t < ticks; ++t)
-          told += milling.carve(grid, iso, at(t), at(t + 1), Burr{.tip_radius = kRadius},
-                                {.spindle_on = true, .dt = 1e-3, .force_N = 2});
+          told += milling.carve(grid, iso, at(t), at(t + 1), Burr{.tip_radius = kRadius}, {.dt = 1e-3, .force_N = 2});
         const double truth = lost.mm3();
         if (truth > 0) off.add(std::abs(told / truth - 1));
       }

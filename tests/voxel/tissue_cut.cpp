@@ -8,12 +8,12 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/mailbox.hpp>
-#include <trephine/stage/milling.hpp>
 #include <trephine/stage/remote.hpp>
+#include <trephine/stage/veto.hpp>
 #include <trephine/voxel/density_field.hpp>
-#include <trephine/voxel/protected_cut.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 
 #include <doctest/doctest.h>
@@ -148,9 +148,9 @@ TEST_CASE("tissue: with a floor no cut passes it, and options change without the
   floor->protect(0, {{0, 0, 0}, {28, 29, 42}}, [](int, int, int k) { return (k - 20.5) * kVoxel; });
   floor->seal(grid);
   Mailbox<AdvancingCut> knob;
-  HapticScene scene{
-      grid, kIso, LineApproxRenderer{ToolDiscretization{Burr{.tip_radius = 2_mm}, LineCounts{}}},
-      Remote{Milling{ProtectedCut{TissueCut{AdvancingCut{.speed = 1e-6}, map}, floor}, {.follow_probe = true}}, knob}};
+  HapticScene scene{grid, kIso, LineApproxRenderer{ToolDiscretization{Burr{.tip_radius = 2_mm}, LineCounts{}}},
+                    Remote{Cutting{TissueCut{AdvancingCut{.speed = 1e-6}, map}, {.follow_probe = true}}, knob},
+                    Veto{floor}};
   const Posed X = make_pose<double>(Mat3d::Identity(), kVoxel * Vec3d(14, 15, 22));
   const auto removed_in = [&](int ticks) {
     double sum = 0;
@@ -183,7 +183,7 @@ TEST_CASE("tissue: maps of other bones and rates out of reason are refused") {
   const TissueCut cut{AdvancingCut{}, uniform_map(other, 1)};
   CHECK_THROWS_AS(
       (HapticScene{grid, kIso, LineApproxRenderer{ToolDiscretization{Burr{.tip_radius = 2_mm}, LineCounts{}}},
-                   Milling{cut}}),
+                   Cutting{cut}}),
       std::invalid_argument);
   const Vec3d p = kVoxel * Vec3d(14, 14, 26);
   CHECK(carve(grid, kIso, SphereCutter(p, p, 6 * kVoxel), cut, {.dt = kDt}) == 0);

@@ -67,6 +67,10 @@ inline void clear_angular(Mat6d& m) noexcept {
   return make_pose<double>(product(rotation_from_vector(angular_part(motion)), R), p + linear_part(motion));
 }
 
+/// Turns a motion or a wrench to the axes of another frame.
+[[nodiscard]] inline Vec6d rotated(const Mat3d& R, const Vec6d& v) noexcept {
+  return spatial(product(R, linear_part(v)), product(R, angular_part(v)));
+}
 /// Small motion that takes pose a to pose b: the inverse of `moved`.
 [[nodiscard]] inline Vec6d motion_to(const Posed& a, const Posed& b) noexcept {
   const Vec3d from = a.translation(), to = b.translation();

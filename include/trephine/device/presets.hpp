@@ -19,7 +19,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// individual device. CHAI3D publishes the capabilities.
 /// \code
 /// const DevicePreset device = device_preset("Touch");
-/// HapticScene scene{bone, 300, CoupledToolRenderer{burr, device}, Milling{}, device.limits};
+/// HapticScene scene{bone, 300, CoupledToolRenderer{burr, device}, Cutting{}, device.limits};
 /// \endcode
 /// A device without torque, as this one, needs no thought: the coupled tool then has its rotation. Surface needs the
 /// stages that are the best of `bench/run` for it (stability.csv). A stiffness budget limits the renderer. Impact

@@ -4,7 +4,9 @@
 #include <trephine/core/tick.hpp>
 #include <trephine/tool/shape.hpp>
 
+#include <algorithm>
 #include <concepts>
+#include <cstddef>
 #include <span>
 
 namespace trephine::inline TREPHINE_ALIGNED {
@@ -13,10 +15,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// so that accuracy does not depend on the grid's place in the world. `render` runs once a tick on the haptic thread.
 /// The other members return results of the last `render`, for logging, drawing and carving.
 ///
-/// A renderer whose law depends on time has `render(field, X_GT, dt)` too, with the time since the last tick [s].
-///
-/// A renderer that saves work without torque has a member `disable_torque()`. The constructor of a scene with ForceOnly
-/// calls it.
+/// What a renderer may have besides stands in stage/members.hpp.
 // clang-format off
 template <class R, class Field>
 concept Renderer = requires(R r, const R& c, const Field& field, const Pose<typename R::Scalar>& X_GT) {
@@ -31,5 +30,20 @@ concept Renderer = requires(R r, const R& c, const Field& field, const Pose<type
   { c.shape() } noexcept -> std::same_as<const Burr&>;
 };
 // clang-format on
+
+/// Writes contact points of G in the world, as many as `out` holds; returns their number.
+template <RealScalar Scalar>
+std::size_t write_contacts(std::span<const ContactPoint<Scalar>> contacts, const Posed& X_WG,
+                           std::span<ContactPoint<double>> out) noexcept {
+  const std::size_t count = std::min(contacts.size(), out.size());
+  const Mat3d R_WG = X_WG.linear();
+  const Vec3d p_WG = X_WG.translation();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d p = contacts[i].position.template cast<double>(), n = contacts[i].normal.template cast<double>(),
+                f = contacts[i].force.template cast<double>();
+    out[i] = {.position = product(R_WG, p) + p_WG, .normal = product(R_WG, n), .force = product(R_WG, f)};
+  }
+  return count;
+}
 
 }  // namespace trephine

@@ -3,11 +3,11 @@
 
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/tick.hpp>
-#include <trephine/core/units.hpp>
-#include <trephine/render/coupled/foundation.hpp>
-#include <trephine/stage/carver.hpp>
 #include <trephine/stage/context.hpp>
+#include <trephine/stage/cutting.hpp>
+#include <trephine/stage/cutting_options.hpp>
 #include <trephine/stage/head_samples.hpp>
+#include <trephine/stage/members.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/tool/cutting_law.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
@@ -32,10 +32,10 @@ struct CuttingReport {
   double edge_work = 0;     ///< of the spindle on edges that rub since the last reset [J]
 };
 
-/// Forces of cutting: torque about the spindle, pull sideways, and a feed that depends on the thrust.
+/// A law of cutting for a `Cutting`: torque about the spindle, pull sideways, and a feed that depends on the thrust.
 /// \code
-/// CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000)});
-/// HapticScene scene{bone, 300, CoupledToolRenderer{MatchHead{}, CoupledOptions{}}, cutting, Milling{PressureCut{}}};
+/// CuttingForce law({.edges = {.flutes = 8}, .speed = rpm(40'000)});
+/// HapticScene scene{bone, 300, CoupledToolRenderer{MatchHead{}}, Cutting{PressureCut{}, law}};
 /// \endcode
 /// *Thrust* is the contact's force, which the renderer computes. With a `PressureCut` bone recedes at the feed at which
 /// the law's thrust (`CuttingLaw`) equals it. So contact carries what is not removed, and feeding takes force. A ledger
@@ -57,31 +57,8 @@ struct CuttingReport {
 class CuttingForce {
  public:
   static constexpr bool kUsesTwist = false;
-  static constexpr bool kDecidesCuts = true;
 
-  struct Options {
-    CuttingEdges edges{};
-    double speed = rpm(30'000);                                     ///< of the spindle without load [rad/s]
-    bool clockwise = true;                                          ///< teeth turn clockwise, seen from the handle
-    double stall_torque = std::numeric_limits<double>::infinity();  ///< [N·m]
-    double inertia = 1e-6;                                          ///< of spindle and tool [kg m²]
-    BoneStrength strength{};
-    CuttingLaw law{};
-    double felt = 1;     ///< share of the true forces that the device gets, in (0, 1]
-    double lag = 0.005;  ///< time in which the spindle takes out e⁻¹ of a deposit, at its speed without load [s]
-
-    /// Throws std::invalid_argument.
-    void validate() const {
-      edges.validate();
-      strength.validate();
-      law.validate();
-      if (!(speed > 0) || !is_finite(speed)) refuse("CuttingForce", "speed must be > 0 rad/s", speed);
-      if (!(stall_torque > 0)) refuse("CuttingForce", "stall_torque must be > 0 N·m", stall_torque);
-      if (!(inertia > 0) || !is_finite(inertia)) refuse("CuttingForce", "inertia must be > 0 kg m2", inertia);
-      if (!(felt > 0) || !(felt <= 1)) refuse("CuttingForce", "felt must be in (0, 1]", felt);
-      if (!(lag > 0) || !(lag <= 1)) refuse("CuttingForce", "lag must be in (0, 1] s", lag);
-    }
-  };
+  using Options = CuttingForceOptions;
 
   /// `tissues`: bone is stronger by 1/rate where the map's rate is below 1 (`make_tissue_map`, structure/tissues.hpp).
   /// So cut with a plain `PressureCut`, not a `TissueCut` of it. Copies share the map. Throws std::invalid_argument.
@@ -136,8 +113,8 @@ class CuttingForce {
     report_ = {};
   }
 
-  /// Returns what this tick's cuts may remove. The scene calls it after contact, before its carvers. `renderer` has
-  /// rendered this tick.
+  /// Returns what this tick's cuts may remove. Called after contact, before the cut. `renderer` has rendered this
+  /// tick.
   template <VoxelDensity Density, class ContactRenderer>
   PressedCut engage(const VoxelGrid<Density>& bone, double isovalue, const ContactRenderer& renderer, double dt,
                     bool spindle_on) noexcept {
@@ -164,10 +141,7 @@ class CuttingForce {
     advance_ = options_.law.feed_under(thrust_, on, options_.edges, radius_);
     feed_ = holds ? advance_ * spindle_ : kMaxSpeed;
     feed_ = spindle_ > 0 ? std::min(feed_, kMaxSpeed) : 0;
-    if constexpr (requires {
-                    renderer.foundation_law();
-                    renderer.pressure_cutting_pose(dt);
-                  }) {
+    if constexpr (CutsByPressure<ContactRenderer>) {
       const double way = feed_ * dt;
       // What earlier ticks could not remove, as a distance: voxels do not hold the shape of every rim, and where they
       // leave bone inside it, a cut must go ahead until the tool is free.
@@ -175,7 +149,7 @@ class CuttingForce {
       const double behind = std::max(0.0, ledger_mm3_ / (1e9 * on.area) - way);
       const double reach = way + kCatchUp * behind;
       // Bone in the head where it cuts, ahead of where it presses. It need not be exact: the ledger corrects it.
-      const FoundationLaw& foundation = renderer.foundation_law();
+      const auto& foundation = renderer.foundation_law();
       const Vec3d ahead =
           renderer.pressure_cutting_pose(reach).translation().template cast<double>() - X_GT.translation();
       const double load = force.norm() * on.facing_area / on.area;
@@ -241,7 +215,7 @@ class CuttingForce {
     for (const auto& c : renderer.contacts())
       if (axis.dot(c.position.template cast<double>()) <= top) sum += c.force.template cast<double>();
     // A large head, pressed all over, has more contacts than a list: its shaft then has few.
-    if constexpr (requires { renderer.unlisted_force(); }) sum += renderer.unlisted_force();
+    if constexpr (HasUnlistedForce<ContactRenderer>) sum += renderer.unlisted_force();
     return sum;
   }
 

@@ -25,10 +25,10 @@ concept ReportingCutting = Stage<C> && requires(const C& cutting) {
 /// A CuttingForce with the vibration of its teeth: lines at z times the spindle's frequency and its harmonics, in force
 /// and torque, that grow with the load and follow the spindle as it slows.
 /// \code
-/// CuttingVibration cutting{CuttingForce({.edges = {.flutes = 8}, .speed = rpm(6'000)}), {.depth = 1}};
-/// HapticScene scene{bone, 300, CoupledToolRenderer{MatchHead{}, CoupledOptions{}}, cutting, Milling{PressureCut{}}};
+/// CuttingVibration law{CuttingForce({.edges = {.flutes = 8}, .speed = rpm(6'000)}), {.depth = 1}};
+/// HapticScene scene{bone, 300, CoupledToolRenderer{MatchHead{}}, Cutting{PressureCut{}, law}};
 /// \endcode
-/// It stands in the list where the CuttingForce would, and `part<CuttingForce>()` finds it. Each tick the edges' wrench
+/// It takes the CuttingForce's place as the law of a `Cutting`. Each tick the edges' wrench
 /// of that CuttingForce is multiplied by 1 + depth · ripple (`ToothLines`), so the mean stays. Depth 1 is the ripple of
 /// teeth that cut one by one; helical teeth, and heads that cut all round, have less. Thrust, feed and cuts are the
 /// CuttingForce's own. Fast teeth are beyond the band of a loop: at 1 kHz lines end at 400 Hz, at 10 kHz at 4 kHz, and
@@ -37,7 +37,7 @@ concept ReportingCutting = Stage<C> && requires(const C& cutting) {
 /// *Energy.* Let u be the work of the edges' wrench, as the device gets it, in a tick. The vibration's work is at most
 /// depth · `lines().peak` · Σ |u|: A |v| t for an amplitude A. While the spindle's speed is constant, it is also at
 /// most depth · `lines().sum_bound` · (|u| + variation of u). So at constant load and hand speed it stays bounded for
-/// ever. List it before stages that damp.
+/// ever. List the Cutting before stages that damp.
 ///
 /// Haptic thread; no allocation. See `CuttingSound` for the same lines as sound.
 template <ReportingCutting Cutting = CuttingForce>

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/release_bound.hpp>
 #include <trephine/core/misuse.hpp>
 #include <trephine/render/renderer.hpp>
-#include <trephine/stage/carver.hpp>
-#include <trephine/stage/context.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
-#include <trephine/voxel/bone_surface.hpp>
+#include <trephine/stage/members.hpp>
 #include <trephine/voxel/density_field.hpp>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -19,81 +18,37 @@
 /// The parts that a scene may list, and the compile-time diagnosis of a wrong list.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// A tag that restricts a scene to forces: its torque is zero. A renderer whose shaft gives torque alone (`TorqueOnly`)
-/// then evaluates no shaft.
+/// A tag that restricts a scene to forces: its torque is zero.
 struct ForceOnly {};
 
-/// A part that supplies clearances, so that the renderer skips empty space: see `EmptySpaceSkipping`.
-template <class P>
-concept EmptySpaceSkipper = requires(const P& p) {
-  p.map();
-  requires P::kSkipsEmptySpace;
-};
-
-/// A part that a scene may list after its renderer.
-template <class P, class Grid>
-concept ScenePart = Stage<P> || Carver<P, Grid> || EmptySpaceSkipper<P> || std::derived_from<P, ForceOnly>;
-
-/// A part that decides how much of the bone in the head a tick's cuts remove, as a CuttingForce does. The scene calls
-/// `engage` after contact, before its carvers.
-template <class P, class Grid, class R>
-concept CuttingPart = requires(P part, const Grid& bone, double isovalue, const R& renderer, double dt) {
-  { part.engage(bone, isovalue, renderer, dt, true) }
-  noexcept->std::same_as<PressedCut>;
-};
-
-/// A part that says so by `static constexpr bool kDecidesCuts`. Then it is an error that it is no CuttingPart.
-template <class P>
-concept DecidesCuts = requires {
-  P::kDecidesCuts;
-};
-
-/// A part that reports structures: `add_to` adds its own of the last tick to the scene's result. The scene calls it
-/// after the last stage of a tick with good input.
-template <class P>
-concept StructureReporter = requires(const P& part, StructureSummary& summary) {
-  { part.add_to(summary) }
-  noexcept->std::same_as<void>;
-};
-
-/// A part that reports forces of cutting, called likewise.
-template <class P>
-concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
-  { part.add_to(summary) }
-  noexcept->std::same_as<void>;
-};
-
-/// A renderer whose wrench the scene keeps from stepping (`ReleaseBound`).
-template <class R>
-concept BoundsWrench = requires(const R& renderer) {
-  { renderer.release_bound() }
-  noexcept->std::same_as<ReleaseBound>;
-};
-
-/// Returns the field of the bone that a renderer reads: its own `field(grid, isovalue)`, or else a DensityField.
-template <class R, class Density>
-[[nodiscard]] auto contact_field(const R& renderer, const VoxelGrid<Density>& bone, double isovalue) noexcept {
-  if constexpr (requires { renderer.field(bone, isovalue); })
-    return renderer.field(bone, isovalue);
-  else
-    return DensityField<Density, typename R::Scalar, typename R::Gradient>(bone, isovalue);
-}
-
-/// A renderer that reads a BoneSurface, which the scene then owns and updates.
-template <class R>
-concept UsesBoneSurface = requires {
-  requires R::kUsesBoneSurface;
-};
-
-/// The type of the field that a scene passes to its renderer each tick.
+/// The type of the field that a scene passes to its renderer each tick: of what the renderer attaches to the bone, or a
+/// DensityField.
 template <class R, class Density>
 struct FieldOf {
-  using Type = decltype(contact_field(std::declval<const R&>(), std::declval<const VoxelGrid<Density>&>(), 0.0));
+  using Type = DensityField<Density, typename R::Scalar, typename R::Gradient>;
+  struct Attached {};  ///< nothing is kept
 };
-template <UsesBoneSurface R, class Density>
+template <class R, class Density>
+requires AttachesToBone<R, VoxelGrid<Density>>
 struct FieldOf<R, Density> {
-  using Type = BoneSurfaceView<Density>;
+  using Attached = decltype(std::declval<R&>().attach(std::declval<VoxelGrid<Density>&>(), 0.0));
+  using Type = std::remove_cvref_t<decltype(std::declval<Attached&>()->view())>;
 };
+
+namespace detail {
+/// A renderer with the field that a scene would pass to it.
+template <class R, class Density>
+concept RendererOfBone = requires {
+  typename R::Scalar;
+  typename R::Gradient;
+}
+&&Renderer<R, typename FieldOf<R, Density>::Type>;
+}  // namespace detail
+
+/// A part that a scene may list after its renderer.
+template <class P, class Density, class R>
+concept ScenePart =
+    Stage<P> || CuttingPart<P, VoxelGrid<Density>, R> || KeepsCutsOut<P> || std::derived_from<P, ForceOnly>;
 
 /// Number of parts that are, or derive from, T.
 template <class T, class... Parts>
@@ -140,43 +95,35 @@ enum class SceneMistake {
   kArguments,
   kNoRenderer,
   kNotAPart,
-  kOtherHead,
   kTwoLimits,
   kLimitsNotLast,
   kTwoForceOnly,
-  kNoPressure
+  kTwoCuttings,
+  kTwoFloors,
+  kLawAlone
 };
 
 template <class Density, class ContactRenderer, class... Parts>
 struct SceneCheck {
   static constexpr SceneMistake find() {
-    if (std::derived_from<ContactRenderer, UnusableRenderer>) return SceneMistake::kUnusableRenderer;
-    if (!is_renderer()) return SceneMistake::kNoRenderer;
-    if (!(ScenePart<Parts, VoxelGrid<Density>> && ...)) return SceneMistake::kNotAPart;
-    if (!(takes_head<Parts>() && ...)) return SceneMistake::kOtherHead;
+    if constexpr (std::derived_from<ContactRenderer, UnusableRenderer>)
+      return SceneMistake::kUnusableRenderer;
+    else if constexpr (!RendererOfBone<ContactRenderer, Density>)
+      return SceneMistake::kNoRenderer;
+    else if constexpr (!(ScenePart<Parts, Density, ContactRenderer> && ...))
+      return SceneMistake::kNotAPart;
+    else
+      return find_in_list();
+  }
+  static constexpr SceneMistake find_in_list() {
+    if ((FeedLaw<Parts> || ...)) return SceneMistake::kLawAlone;
     if (kPartCount < DeviceLimits, Parts... >> 1) return SceneMistake::kTwoLimits;
     if (!limits_are_last<Parts...>()) return SceneMistake::kLimitsNotLast;
     if (kPartCount < ForceOnly, Parts... >> 1) return SceneMistake::kTwoForceOnly;
-    if ((kCutsUnderPressure<Parts> || ...) && !(DecidesCuts<Parts> || ...)) return SceneMistake::kNoPressure;
+    if ((std::size_t{0} + ... + CuttingPart<Parts, VoxelGrid<Density>, ContactRenderer>) > 1)
+      return SceneMistake::kTwoCuttings;
+    if ((std::size_t{0} + ... + KeepsCutsOut<Parts>) > 1) return SceneMistake::kTwoFloors;
     return SceneMistake::kNone;
-  }
-  /// Whether a part, if it is a carver, takes the head of the renderer's tool.
-  template <class Part>
-  static constexpr bool takes_head() {
-    using Grid = VoxelGrid<Density>;
-    if constexpr (Carver<Part, Grid> && requires(const ContactRenderer& r) { r.cutting_head(); })
-      return Carver<Part, Grid, std::remove_cvref_t<decltype(std::declval<const ContactRenderer&>().cutting_head())>>;
-    else
-      return true;
-  }
-  static constexpr bool is_renderer() {
-    if constexpr (requires {
-                    typename ContactRenderer::Scalar;
-                    typename ContactRenderer::Gradient;
-                  })
-      return Renderer<ContactRenderer, typename FieldOf<ContactRenderer, Density>::Type>;
-    else
-      return false;
   }
 };
 template <class Bone, class... Others>
@@ -197,5 +144,43 @@ template <class Density, class ContactRenderer, class... Parts>
 inline constexpr SceneMistake kMistake = SceneCheck<Density, ContactRenderer, Parts...>::find();
 
 }  // namespace detail
+
+/// Primary template: a wrong list of arguments ends the compilation here, with one message. The scene itself is in
+/// haptic_scene.hpp.
+template <class Density, class ContactRenderer, class... Parts>
+class HapticScene {
+  using Mistake = detail::SceneMistake;
+  static constexpr Mistake kMistake = detail::kMistake<Density, ContactRenderer, Parts...>;
+  static_assert(kMistake != Mistake::kConstBone,
+                "trephine::HapticScene: the bone is const, and a scene drills it: pass a VoxelGrid that is not const");
+  static_assert(kMistake != Mistake::kTemporaryBone,
+                "trephine::HapticScene: the bone is a temporary, and must outlive the scene: name it first");
+  static_assert(kMistake != Mistake::kArguments,
+                "trephine::HapticScene: write HapticScene{bone, isovalue, renderer, parts...}: a VoxelGrid, a number, "
+                "a renderer, then its parts");
+  static_assert(kMistake != Mistake::kNoRenderer,
+                "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
+                "write HapticScene{bone, isovalue, renderer, parts...}");
+  static_assert(kMistake != Mistake::kNotAPart,
+                "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Cutting, a Veto or "
+                "ForceOnly, its functions noexcept; a scene has one renderer");
+  static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
+  static_assert(kMistake != Mistake::kLimitsNotLast,
+                "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
+  static_assert(kMistake != Mistake::kTwoForceOnly, "trephine::HapticScene: more than one ForceOnly");
+  static_assert(kMistake != Mistake::kTwoCuttings,
+                "trephine::HapticScene: more than one Cutting: what cuts in a scene is one part");
+  static_assert(kMistake != Mistake::kLawAlone,
+                "trephine::HapticScene: a law of cutting belongs into the Cutting: write Cutting{PressureCut{}, "
+                "CuttingForce{...}}");
+  static_assert(kMistake != Mistake::kTwoFloors,
+                "trephine::HapticScene: more than one Veto or Protection: list one, with all structures");
+
+ public:
+  template <class... Arguments>
+  explicit HapticScene(Arguments&&...) noexcept {}
+  TickResult tick(const TickInput&, double) noexcept;  // declared so that uses of the scene add no further errors
+  void reset() noexcept;
+};
 
 }  // namespace trephine

@@ -5,6 +5,7 @@
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/structure/near_splines.hpp>
+#include <trephine/structure/protected_structure.hpp>
 #include <trephine/structure/smooth_distance.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/structure/tool_distance.hpp>
@@ -24,40 +25,6 @@
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// What a guard does about one structure.
-enum class GuardMode : std::uint8_t {
-  kOff,   ///< nothing
-  kWarn,  ///< warns within its margin
-  kPush,  ///< also pushes the tool out of its margin
-};
-
-/// How a guard keeps the tool from one structure.
-struct GuardedStructure {
-  GuardMode mode = GuardMode::kPush;
-  double margin = 1e-3;       ///< distance at which the push begins [m], >= 0
-  double stiffness = 1000;    ///< of the push [N/m], > 0
-  double greatest_force = 2;  ///< the push grows no further [N], > 0
-  double damping = 2;         ///< of motion toward the structure, at the margin's full depth [N·s/m], >= 0
-
-  /// Throws std::invalid_argument if a number is out of range.
-  void validate() const {
-    if (!(margin >= 0) || !(margin <= 0.05)) refuse("GuardedStructure", "margin must be 0 to 0.05 m", margin);
-    if (!(stiffness > 0) || !is_finite(stiffness)) refuse("GuardedStructure", "stiffness must be > 0 N/m", stiffness);
-    if (!(greatest_force > 0) || !is_finite(greatest_force))
-      refuse("GuardedStructure", "greatest_force must be > 0 N", greatest_force);
-    if (!(damping >= 0) || !is_finite(damping)) refuse("GuardedStructure", "damping must be >= 0 N·s/m", damping);
-  }
-};
-
-/// Options of a GuardPotential for all structures.
-struct GuardPotentialOptions {
-  /// Spacing of the knots of the smooth distances [m]. The push turns over this length where the nearest part of a
-  /// structure changes, by at most 2 · force / smoothing [N/m]. Distances near a surface of radius r read too long by
-  /// smoothing² / (4 r).
-  double smoothing = 0.6e-3;
-  std::optional<StiffnessBudget> budget{};  ///< of the whole guard; contact's stiffness adds to it
-};
 
 /// A push out of the margins of all structures, as the gradient of one potential of the tool's pose.
 ///

@@ -27,7 +27,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// onward, and leaves the shaft free.
 /// \code
 /// KeepIn keep{field, cavity, X_GS, {.radius = burr.tip_radius, .capture = 3_mm}};
-/// HapticScene{bone, 300, renderer, Milling{...}, keep, limits};
+/// HapticScene{bone, 300, renderer, Cutting{...}, keep, limits};
 /// \endcode
 /// u = d + radius + margin is how far the ball is beyond the border, with d the structure's distance at T's origin,
 /// smoothed as a guard's. The push is the gradient of one potential of u: it starts at 0, grows with the stiffness to

@@ -27,7 +27,7 @@ struct GuardReport {
 /// A stage that pushes the tool out of the margins of structures: the force of a GuardPotential, with damping.
 /// \code
 /// auto potential = std::make_shared<const GuardPotential>(field, X_GS, burr, structures);
-/// HapticScene{bone, 300, renderer, Milling{...}, StructureGuard{potential}, DeviceLimits{.force = 3.3}};
+/// HapticScene{bone, 300, renderer, Cutting{...}, StructureGuard{potential}, DeviceLimits{.force = 3.3}};
 /// \endcode
 /// It acts on the device's pose, so the push is conservative in what the hand does, with every renderer. Its stiffness
 /// adds to the contact's. Damping acts on motion toward a structure and grows from 0 at the margin's border. It never
@@ -39,15 +39,7 @@ struct GuardReport {
 /// Haptic thread; allocates at construction only. Change options between ticks or through `Remote<StructureGuard>`.
 class StructureGuard {
  public:
-  struct Options {
-    bool push = true;         ///< false: no force, but a report
-    double ramp_time = 0.25;  ///< [s], > 0
-
-    /// Throws std::invalid_argument if an option is out of range.
-    void validate() const {
-      if (!(ramp_time > 0) || !is_finite(ramp_time)) refuse("StructureGuard", "ramp_time must be > 0 s", ramp_time);
-    }
-  };
+  using Options = GuardOptions;
 
   /// Throws std::invalid_argument without a potential or if an option is out of range.
   explicit StructureGuard(std::shared_ptr<const GuardPotential> potential, const Options& options)

@@ -3,36 +3,19 @@
 
 #include <trephine/core/number.hpp>
 #include <trephine/core/tolerances.hpp>
+#include <trephine/structure/protected_structure.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// What cuts may do to one structure.
-struct StructureVeto {
-  enum class Mode : std::uint8_t {
-    kFree,     ///< cuts take it, and nobody counts
-    kWatch,    ///< cuts take it, and what they take of it is counted: a structure that may break
-    kProtect,  ///< no cut takes bone in it or within its margin
-    kKeepIn,   ///< no cut takes bone outside of it, or within its margin from inside: a planned cavity
-  };
-  Mode mode = Mode::kProtect;
-  double margin = 0;  ///< [m], >= 0
-
-  /// Throws std::invalid_argument if the margin is out of range.
-  void validate() const {
-    if (!(margin >= 0) || !(margin <= 0.05)) refuse("StructureVeto", "margin must be 0 to 0.05 m", margin);
-  }
-};
 
 /// Returns the reach that a field's bands need for the floors of a bone [m].
 template <VoxelDensity Density>
@@ -81,10 +64,10 @@ void keep_in(const StructureField& field, const Posed& X_SG, const VoxelGrid<Den
 }
 }  // namespace detail
 
-/// Makes the floors of a bone for structures: the cut policy `ProtectedCut` then spares them, whatever cuts.
+/// Makes the floors of a bone for structures: a `Veto` in the scene then spares them, whatever cuts.
 /// \code
 /// auto floor = make_cut_floor(*field, X_GS, bone, 300, vetoes);
-/// HapticScene{bone, 300, renderer, Milling{ProtectedCut{RateLimitedCut<>{}, floor}}};
+/// HapticScene{bone, 300, renderer, Cutting{}, Veto{floor}};
 /// floor->refused_mm3(structure);   // bone that the drill would have taken
 /// \endcode
 /// `vetoes` has an entry for each structure of the field, whose number is the owner of its floors. Several cavities to

@@ -72,7 +72,7 @@ struct NearestDensity<float> {
 /// the voxels' cells lose. Two tiles share cells, but the sum over the tiles is the same in any order. A limit by
 /// steepness reads neighbours that earlier blocks have lowered, so its result depends on the blocks' order. A tool
 /// narrower than a tile has a single tile.
-template <VoxelDensity Density, Cutter C, class Limit>
+template <VoxelDensity Density, Cutter C, class Limit, CutKind kKind>
 class Cut {
  public:
   Cut(VoxelGrid<Density>& grid, double isovalue, double slope, const C& cutter, const Limit& limit) noexcept
@@ -121,7 +121,8 @@ class Cut {
  private:
   using Wide = WideDensity<Density>;
   /// If true, the cut's ramp stays where it makes the surface. A receding front is steeper and would stop at the ramp.
-  static constexpr bool kBySteepness = LimitBySteepness<Limit, Wide>;
+  static constexpr bool kBySteepness = kKind == CutKind::kReceding;
+  static constexpr bool kHasFloor = requires(const Limit& limit) { limit.floor(); };
   static constexpr Wide kLowest = std::numeric_limits<Density>::lowest();
 
   static constexpr int kNoVoxel = std::numeric_limits<int>::max();
@@ -232,8 +233,8 @@ class Cut {
           cutter_.distances(x, step, y, z, d);
           std::array<Wide, kLanes> target;
           find_targets(d, count, target);
-          if constexpr (LimitWithFloor<Limit>) limit_.floor().raise(i, j, k, count, old, target);
-          if constexpr (LimitAtOnce<Limit>) {
+          if constexpr (kHasFloor) limit_.floor().raise(i, j, k, count, old, target);
+          if constexpr (kKind == CutKind::kAtOnce) {
             // It needs no old density: VoxelGrid::lower_lanes never raises one.
             for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(target[l]);
           } else {
@@ -242,14 +243,14 @@ class Cut {
             // Earlier ticks have cut most blocks, and shares cost more than distances.
             if (!any_lane<Wide, kLanes>([&](std::size_t l) { return target[l] < from[l]; })) return;
             std::array<float, kLanes> share;
-            if constexpr (LimitByFraction<Limit>)
+            if constexpr (kKind == CutKind::kByPressure)
               share.fill(1);
             else
               cutter_.shares(x, step, y, z, static_cast<float>(reach_), farthest_cut(from), share);
-            if constexpr (LimitWithTissues<Limit>) limit_.tissues().scale(i, j, k, count, share);
+            if constexpr (requires { limit_.tissues(); }) limit_.tissues().scale(i, j, k, count, share);
             lower_in_time(grid_.index(i, j, k), share, target, from, value);
           }
-          if constexpr (LimitWithFloor<Limit>) limit_.floor().count_taken(i, j, k, count, old, value);
+          if constexpr (kHasFloor) limit_.floor().count_taken(i, j, k, count, old, value);
         },
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
@@ -368,12 +369,13 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
              const CutAllowance& allowance = {}, double slope = 0) noexcept {
   if (!is_finite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
-  if constexpr (LimitWithFloor<decltype(limit)>)
+  if constexpr (requires { limit.floor(); })
     if (!limit.floor().fits(grid, isovalue)) return 0;  // rather no cut than one without its floors
-  if constexpr (LimitWithTissues<decltype(limit)>)
+  if constexpr (requires { limit.tissues(); })
     if (!limit.tissues().fits(grid)) return 0;
   const double s = slope_or_auto(slope, grid, isovalue);
-  return detail::Cut<Density, C, std::remove_const_t<decltype(limit)>>(grid, isovalue, s, cutter, limit).run();
+  using Limit = std::remove_const_t<decltype(limit)>;
+  return detail::Cut<Density, C, Limit, Policy::kKind>(grid, isovalue, s, cutter, limit).run();
 }
 
 }  // namespace trephine

@@ -16,6 +16,11 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
+/// Voxels that a floor refused, and that cuts took of its watched bodies.
+struct FloorCounts {
+  std::uint64_t refused = 0, taken = 0;
+};
+
 /// Lowest densities that cuts may leave, for bone that must not be cut.
 ///
 /// A body's distance c [m], negative inside, gives every voxel near it the floor iso − slope · c/h, rounded up: the

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
-#include <trephine/voxel/voxel_grid.hpp>
+#include <trephine/voxel/grid_geometry.hpp>
 
 #include <algorithm>
 #include <bit>
@@ -18,6 +18,14 @@ struct CutAllowance {
   double force_N = 0;      ///< pressing force [N]
   std::uint32_t tick = 0;  ///< counts the calls: seeds the dithering
   double fraction = 1;     ///< of the bone in the head that a PressureCut removes, 0 to 1
+};
+
+/// How a policy lowers densities, which says what a cut computes for each voxel and where a tool cuts.
+enum class CutKind : std::uint8_t {
+  kAtOnce,      ///< to the geometric cut
+  kAtRate,      ///< toward it, by rate and share (`Cutter::shares`)
+  kReceding,    ///< as kAtRate, times the densities' slope, so that the surface recedes at a speed
+  kByPressure,  ///< by a fraction of what the geometric cut takes
 };
 
 /// Type in which limits compute densities. It is as wide as the distances, so that loops over both are vectorised.
@@ -72,12 +80,12 @@ inline void check_force_factor(const char* type, double reference_force, double 
 
 /// Cuts everything that the body covers at once. Independent of the tick rate.
 struct GeometricCut {
+  static constexpr CutKind kKind = CutKind::kAtOnce;
   void validate() const {}
 
   template <VoxelDensity Density>
   struct Limit {
     using Wide = WideDensity<Density>;
-    static constexpr bool kAtOnce = true;
     [[nodiscard]] Wide operator()(Wide /*old*/, Wide target, float /*share*/, std::uint32_t /*voxel*/) const {
       return target;
     }
@@ -109,6 +117,7 @@ concept Hardness = std::copy_constructible<H> && requires(const H& h, float dens
 /// do not stall, and two runs give the same bits.
 template <Hardness H = UniformHardness>
 struct RateLimitedCut {
+  static constexpr CutKind kKind = CutKind::kAtRate;
   double rate = 1e5;           ///< densities/s that a wholly covered voxel of hardness 1 loses, > 0
   double reference_force = 0;  ///< [N]: the rate holds at this force and is proportional to it; 0: force plays no part
   double most_force_factor = 4;  ///< bound of force / reference_force
@@ -140,51 +149,6 @@ struct RateLimitedCut {
   }
 };
 
-/// A limit without a duration, which needs no share.
-template <class Limit>
-concept LimitAtOnce = requires {
-  requires Limit::kAtOnce;
-};
-
-/// A limit that lowers each voxel by a fraction of what the geometric cut takes, which needs no share.
-template <class Limit>
-concept LimitByFraction = requires {
-  requires Limit::kByFraction;
-};
-
-/// A limit with floors, densities below which no voxel falls (CutFloor).
-template <class Limit>
-concept LimitWithFloor = requires(const Limit& limit) {
-  limit.floor();
-};
-
-/// A limit with factors on the rate at each voxel (TissueMap).
-template <class Limit>
-concept LimitWithTissues = requires(const Limit& limit) {
-  limit.tissues();
-};
-
-/// Voxels that a floor refused, and that cuts took of its watched bodies.
-struct FloorCounts {
-  std::uint64_t refused = 0, taken = 0;
-};
-
-/// A policy that counts voxels at its floor, as ProtectedCut does; `voxel_mm3()` is the volume of one [mm³].
-template <class P>
-concept CountingPolicy = requires(const P& policy) {
-  { policy.counts() }
-  noexcept->std::same_as<FloorCounts>;
-  { policy.voxel_mm3() }
-  noexcept->std::same_as<double>;
-};
-
-/// A limit that needs the steepness of the densities, as AdvancingCut's does.
-template <class Limit, class Wide>
-concept LimitBySteepness = requires(const Limit& limit, Wide density) {
-  { limit(density, density, 1.0F, std::uint32_t{}, 1.0F) }
-  noexcept->std::same_as<Wide>;
-};
-
 /// Moves the surface into the bone at a speed, along its normal, where the cutter covers it, but not beyond the
 /// geometric cut. The speed is the same at every contrast, within a fifteenth over the first two voxels, where a sharp
 /// edge is rounded first.
@@ -196,6 +160,7 @@ concept LimitBySteepness = requires(const Limit& limit, Wide density) {
 ///
 /// Integer densities fall by whole steps with an exact mean, evenly in time. Two runs give the same bits.
 struct AdvancingCut {
+  static constexpr CutKind kKind = CutKind::kReceding;
   double speed = 1e-3;         ///< of the surface where it is wholly covered [m/s], > 0
   double reference_force = 0;  ///< [N]: the speed holds at this force and is proportional to it; 0: force plays no part
   double most_force_factor = 4;          ///< bound of force / reference_force
@@ -228,34 +193,15 @@ struct AdvancingCut {
   }
 };
 
+/// Says how a cut lowers voxels: `limit` returns a function of a voxel's density, its geometric target, its share and
+/// its index, and for kReceding of the densities' slope. A limit may have `floor()`, a CutFloor below which no voxel
+/// falls, and `tissues()`, a TissueMap with factors on the shares.
 template <class P>
 concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
+  { P::kKind } -> std::convertible_to<CutKind>;
   {policy.validate()};
   { policy.template limit<std::uint8_t>(allowance) }
   noexcept;
 };
-
-/// Options that may change between ticks: the policy itself, or for a policy that holds another and memory beside it
-/// (`ProtectedCut`, `TissueCut`) the inner policy's.
-template <class Policy>
-struct CutOptions {
-  using type = Policy;
-};
-template <class Policy>
-requires requires { typename Policy::Options; }
-struct CutOptions<Policy> {
-  using type = typename Policy::Options;
-};
-template <class Policy>
-using CutOptionsOf = typename CutOptions<Policy>::type;
-
-/// Replaces a policy's options by valid ones.
-template <class Policy>
-void adopt_cut_options(Policy& policy, const CutOptionsOf<Policy>& options) noexcept {
-  if constexpr (requires { policy.adopt(options); })
-    policy.adopt(options);
-  else
-    policy = options;
-}
 
 }  // namespace trephine

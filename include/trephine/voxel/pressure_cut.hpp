@@ -5,9 +5,8 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Cuts in proportion to the pressure: bone in the head recedes by the same fraction of its depth everywhere. A
-/// `CuttingForce` in the scene gives each tick's fraction, by the force that presses the head. A scene without one does
-/// not compile.
+/// Cuts in proportion to the pressure: bone in the head recedes by the same fraction of its depth everywhere. The
+/// law of the scene's `Cutting` gives each tick's fraction, by the force that presses the head.
 ///
 /// A voxel falls by this fraction of what a geometric cut would take. The ramp before the head is linear, so the
 /// isosurface moves by the fraction of its depth in the head, and keeps the head's shape.
@@ -15,13 +14,13 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// The scene cuts at the renderer's `pressure_cutting_pose()`. Integer densities fall by whole steps with an exact
 /// mean, evenly in time. Two runs give the same bits.
 struct PressureCut {
+  static constexpr CutKind kKind = CutKind::kByPressure;
   void validate() const {}
 
   template <VoxelDensity Density>
   struct Limit {
     float fraction;       // 0 to 1
     std::uint32_t phase;  // fraction of a turn, in units of 2^-32
-    static constexpr bool kByFraction = true;
 
     using Wide = WideDensity<Density>;
     /// `factor`: of the tissue at this voxel (TissueMap).

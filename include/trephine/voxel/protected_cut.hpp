@@ -4,48 +4,24 @@
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <concepts>
-#include <memory>
-#include <utility>
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// A cut policy that never lowers a voxel below its floor, whatever tool, pose, speed or policy.
-/// \code
-/// auto floor = std::make_shared<CutFloor<std::int16_t>>(bone, 300);   // bodies, then seal
-/// HapticScene{bone, 300, renderer, Milling{ProtectedCut{RateLimitedCut<>{.rate = 2e5}, floor}}}
-/// \endcode
-/// The floor must be made for the same bone and isovalue: a scene refuses another one, and `carve` then cuts nothing.
-/// Copies share the floor. Haptic thread; no allocation.
+/// Another cut that never lowers a voxel below its floor, whatever tool, pose, speed or policy. A scene's `Cutting`
+/// makes one of its policy and the floor of its `Veto`; a program that calls `carve` itself makes its own.
+///
+/// The floor must outlive it. With a floor for other bone or another isovalue, `carve` cuts nothing. Haptic thread.
 template <VoxelDensity Density, CutPolicy Policy>
 struct ProtectedCut {
-  using Options = CutOptionsOf<Policy>;
+  static constexpr CutKind kKind = Policy::kKind;
 
-  ProtectedCut(const Policy& cut, std::shared_ptr<CutFloor<Density>> below) : policy(cut), floor(std::move(below)) {
-    validate();
-  }
+  ProtectedCut(const Policy& cut, CutFloor<Density>& below) noexcept : policy(&cut), floor(&below) {}
+  ProtectedCut(Policy&&, CutFloor<Density>&) = delete;  // the policy must outlive it too
 
-  Policy policy;
-  std::shared_ptr<CutFloor<Density>> floor;
+  const Policy* policy;
+  CutFloor<Density>* floor;
 
-  /// Throws std::invalid_argument.
-  void validate() const {
-    policy.validate();
-    if (floor == nullptr) refuse("ProtectedCut", "it needs a CutFloor", "none");
-  }
-  /// Throws std::invalid_argument if the floor was made for another grid or isovalue.
-  template <VoxelDensity Bone>
-  void validate_for(const VoxelGrid<Bone>& bone, double isovalue) const {
-    static_assert(std::same_as<Bone, Density>, "trephine::ProtectedCut: the floor is for bone of another density type");
-    if (!floor->fits(bone, isovalue))
-      refuse("ProtectedCut", "the floor must be made for the scene's bone and isovalue", isovalue);
-    if constexpr (requires { policy.validate_for(bone, isovalue); }) policy.validate_for(bone, isovalue);
-  }
-  /// Replaces the inner policy's options, which must be valid. The floor stays.
-  void adopt(const Options& options) noexcept { adopt_cut_options(policy, options); }
-
-  /// Voxels that all cuts with this floor were refused and took of watched bodies; and the volume of one [mm³].
-  [[nodiscard]] FloorCounts counts() const noexcept { return floor->counts(); }
-  [[nodiscard]] double voxel_mm3() const noexcept { return floor->voxel_mm3(); }
+  void validate() const { policy->validate(); }
 
   template <VoxelDensity Bone>
   struct Limit : Policy::template Limit<Bone> {
@@ -54,11 +30,8 @@ struct ProtectedCut {
   };
   template <VoxelDensity Bone>
   [[nodiscard]] Limit<Bone> limit(const CutAllowance& allowance) const noexcept {
-    if constexpr (std::same_as<Bone, Density>)
-      return {policy.template limit<Bone>(allowance), floor.get()};
-    else
-      static_assert(std::same_as<Bone, Density>,
-                    "trephine::ProtectedCut: the floor is for bone of another density type");
+    static_assert(std::same_as<Bone, Density>, "trephine::ProtectedCut: the floor is for bone of another density type");
+    return {policy->template limit<Bone>(allowance), floor};
   }
 };
 

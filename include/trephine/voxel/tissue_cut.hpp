@@ -110,7 +110,7 @@ class TissueMap {
 /// A cut whose rate depends on the tissue: another cut in time, at each voxel times the factor of a TissueMap.
 /// \code
 /// auto tissues = make_tissue_map(labels, bone, {{.label = 1, .rate = 0.2}});   // structure/tissues.hpp
-/// HapticScene{bone, 300, renderer, Milling{TissueCut{AdvancingCut{.speed = 5e-3}, tissues}}};
+/// HapticScene{bone, 300, renderer, Cutting{TissueCut{AdvancingCut{.speed = 5e-3}, tissues}}};
 /// \endcode
 /// Bone behind a slower tissue has a small slope when the surface comes there. In 8 bits rounding then adds to its
 /// steepness: behind a tissue eight times slower an `AdvancingCut` goes up to half faster for some voxels.
@@ -119,9 +119,11 @@ class TissueMap {
 /// must be for the same bone: a scene refuses another one, and `carve` then cuts nothing. Copies share the map.
 template <CutPolicy Policy>
 struct TissueCut {
-  static_assert(!LimitAtOnce<decltype(std::declval<const Policy&>().template limit<std::uint8_t>(CutAllowance{}))>,
+  static constexpr CutKind kKind = Policy::kKind;
+  static_assert(kKind != CutKind::kAtOnce,
                 "trephine::TissueCut: a cut at once has no rate; take AdvancingCut or RateLimitedCut");
-  using Options = CutOptionsOf<Policy>;
+
+  using Options = Policy;  ///< what may change between ticks
 
   TissueCut(const Policy& cut, std::shared_ptr<const TissueMap> map) : policy(cut), tissues(std::move(map)) {
     validate();
@@ -137,16 +139,12 @@ struct TissueCut {
   }
   /// Throws std::invalid_argument if the map was made for another grid.
   template <VoxelDensity Density>
-  void validate_for(const VoxelGrid<Density>& bone, double isovalue) const {
+  void validate_for(const VoxelGrid<Density>& bone, double /*isovalue*/) const {
     if (!tissues->fits(bone)) refuse("TissueCut", "the map must be made for a bone of the scene's size", "another");
-    if constexpr (requires { policy.validate_for(bone, isovalue); }) policy.validate_for(bone, isovalue);
   }
-  /// Replaces the inner policy's options, which must be valid.
-  void adopt(const Options& options) noexcept { adopt_cut_options(policy, options); }
 
-  /// What an inner ProtectedCut counts.
-  [[nodiscard]] FloorCounts counts() const noexcept requires CountingPolicy<Policy> { return policy.counts(); }
-  [[nodiscard]] double voxel_mm3() const noexcept requires CountingPolicy<Policy> { return policy.voxel_mm3(); }
+  /// Replaces the inner policy by a valid one.
+  void adopt(const Options& options) noexcept { policy = options; }
 
   template <VoxelDensity Density>
   struct Limit : Policy::template Limit<Density> {

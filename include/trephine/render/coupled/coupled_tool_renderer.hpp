@@ -68,7 +68,6 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
  public:
   using Scalar = S;
   using Gradient = AnalyticGradient;
-  static constexpr bool kUsesBoneSurface = true;
   /// Newton steps of a tick, at most.
   static constexpr int kMaxSteps = CoupledConstants::kMaxSteps;
 
@@ -85,7 +84,14 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
     options.validate();
   }
 
-  /// Allocates for the tool in the voxels of this bone. A scene calls it once, before its first tick.
+  /// Takes the surface of this bone, which scenes of one thread share, and prepares for it. A scene calls it once.
+  template <VoxelDensity Density>
+  [[nodiscard]] std::shared_ptr<BoneSurface<Density>> attach(const VoxelGrid<Density>& bone, double isovalue) {
+    std::shared_ptr<BoneSurface<Density>> surface = shared_bone_surface(bone, isovalue);
+    prepare(surface->view());
+    return surface;
+  }
+  /// Allocates for the tool in the voxels of this bone.
   template <class View>
   void prepare(const View& view) {
     spacing_ = view.grid().spacing();
@@ -103,7 +109,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   /// to a Mailbox:
   /// \code
   /// Mailbox<std::optional<RevolvedTool>> tools;
-  /// HapticScene scene{bone, 300, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Milling{}};
+  /// HapticScene scene{bone, 300, Remote{CoupledToolRenderer{MatchHead{}}, tools}, Cutting{}};
   /// tools.post(tool_by_name("pear-2.3").tool);
   /// \endcode
   void set_tool(const Shape& tool) noexcept {

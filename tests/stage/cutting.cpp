@@ -4,8 +4,9 @@
 #include "voxel/sampled_fields.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/stage/milling.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
+#include <trephine/voxel/any_cut.hpp>
 
 #include <doctest/doctest.h>
 
@@ -32,55 +33,47 @@ Posed at(double x, double y = 12, double z = 12) {
   return X;
 }
 
-constexpr CarveContext kOn{.spindle_on = true, .dt = 1e-3, .force_N = 2};
+constexpr CutAllowance kOn{.dt = 1e-3, .force_N = 2};
 
 }  // namespace
 
 TEST_CASE("What a scene may list is what the braces say") {
-  const Milling geometric;
-  const Milling braces{};
-  const Milling limited{{.rate = 2e5}};
-  const Milling pressed{RateLimitedCut<>{.rate = 2e5, .reference_force = 3}, {.slope = 10}};
-  const Milling drill{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}};
-  static_assert(std::same_as<decltype(geometric), const Milling<GeometricCut, TipCuts>>);
-  static_assert(std::same_as<decltype(braces), const Milling<GeometricCut, TipCuts>>);
-  static_assert(std::same_as<decltype(limited), const Milling<RateLimitedCut<>, TipCuts>>);
-  static_assert(std::same_as<decltype(pressed), const Milling<RateLimitedCut<>, TipCuts>>);
-  static_assert(std::same_as<decltype(drill), const Milling<GeometricCut, DrillBit>>);
+  const Cutting geometric;
+  const Cutting braces{};
+  const Cutting limited{{.rate = 2e5}};
+  const Cutting pressed{RateLimitedCut<>{.rate = 2e5, .reference_force = 3}, {.slope = 10}};
+  const Cutting drill{GeometricCut{}, {}, DrillBit{.radius = 1_mm, .length = 8_mm}};
+  static_assert(std::same_as<decltype(geometric), const Cutting<GeometricCut>>);
+  static_assert(std::same_as<decltype(braces), const Cutting<GeometricCut>>);
+  static_assert(std::same_as<decltype(limited), const Cutting<RateLimitedCut<>>>);
+  static_assert(std::same_as<decltype(pressed), const Cutting<RateLimitedCut<>>>);
+  static_assert(std::same_as<decltype(drill), const Cutting<GeometricCut, NoLaw, DrillBit>>);
   CHECK(limited.policy().rate == 2e5);
   CHECK(pressed.policy().reference_force == 3);
 
-  static_assert(Carver<Milling<>, Grid>);
-  static_assert(Carver<Milling<>, VoxelGrid<float>>);
-  static_assert(Carver<Milling<RateLimitedCut<>>, Grid>);
-  static_assert(Carver<Milling<GeometricCut, DrillBit>, VoxelGrid<std::int16_t>>);
-  static_assert(kCutsAtOnce<Milling<>> && kCutsAtOnce<Milling<GeometricCut, DrillBit>>);
-  static_assert(!kCutsAtOnce<Milling<RateLimitedCut<>>> && !kCutsAtOnce<Milling<AdvancingCut>>);
-  CHECK_FALSE(follows_probe(geometric));
-  CHECK(follows_probe(Milling{GeometricCut{}, {.follow_probe = true}}));
+  CHECK_FALSE(geometric.options().follow_probe);
+  CHECK(Cutting{GeometricCut{}, {.follow_probe = true}}.options().follow_probe);
 }
 
 TEST_CASE("Options that cannot be are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   for (const double bad : {0.0, -1.0, nan, inf}) {
-    CHECK_THROWS_WITH_AS(Milling{{.rate = bad}}, doctest::Contains("trephine::RateLimitedCut: rate must be > 0"),
+    CHECK_THROWS_WITH_AS(Cutting{{.rate = bad}}, doctest::Contains("trephine::RateLimitedCut: rate must be > 0"),
                          std::invalid_argument);
-    CHECK_THROWS_AS((Milling{RateLimitedCut<>{.most_force_factor = bad}}), std::invalid_argument);
-    CHECK_THROWS_AS((Milling{GeometricCut{}, {}, DrillBit{.radius = bad}}), std::invalid_argument);
+    CHECK_THROWS_AS((Cutting{RateLimitedCut<>{.most_force_factor = bad}}), std::invalid_argument);
+    CHECK_THROWS_AS((Cutting{GeometricCut{}, {}, DrillBit{.radius = bad}}), std::invalid_argument);
   }
   for (const double bad : {-1.0, nan, inf}) {
-    CHECK_THROWS_WITH_AS((Milling{GeometricCut{}, {.slope = bad}}), doctest::Contains("trephine::Milling: slope"),
+    CHECK_THROWS_WITH_AS((Cutting{GeometricCut{}, {.slope = bad}}), doctest::Contains("trephine::Cutting: slope"),
                          std::invalid_argument);
-    CHECK_THROWS_AS((Milling{RateLimitedCut<>{.reference_force = bad}}), std::invalid_argument);
+    CHECK_THROWS_AS((Cutting{RateLimitedCut<>{.reference_force = bad}}), std::invalid_argument);
   }
 }
 
-TEST_CASE("Only a turning burr cuts, and it cuts its way") {
+TEST_CASE("A burr cuts its way, once, without memory from the heap") {
   auto grid = block();
-  Milling milling;
-  CHECK(milling.carve(grid, 127.5, at(10), at(14), kBurr, {.spindle_on = false, .dt = 1e-3, .force_N = 5}) == 0);
-  CHECK(grid.at(12, 12, 12) == 220);
+  Cutting milling;
   double removed = 0;
   const auto heap = heap_calls([&] { removed = milling.carve(grid, 127.5, at(10), at(14), kBurr, kOn); });
   CHECK(heap == 0);
@@ -93,9 +86,9 @@ TEST_CASE("A way beyond the longest sweep is not cut, only its end") {
   const auto cut_between = [](double from, double to) {
     auto grid = make_grid<std::uint8_t>({.size = {60, 12, 12}, .spacing = Vec3d::Constant(kVoxel), .outside = 0},
                                         [](int, int, int) { return 220; });
-    Milling milling;
+    Cutting milling;
     (void)milling.carve(grid, 127.5, at(from, 6, 6), at(to, 6, 6), {.tip_radius = 3 * kVoxel}, kOn);
-    Milling drill{GeometricCut{}, {}, DrillBit{.radius = 2 * kVoxel, .length = 4 * kVoxel}};
+    Cutting drill{GeometricCut{}, {}, DrillBit{.radius = 2 * kVoxel, .length = 4 * kVoxel}};
     const bool middle = grid.at(static_cast<int>((from + to) / 2), 6, 6) < 127;
     const bool end = grid.at(static_cast<int>(to), 6, 6) < 127;
     grid.restore();
@@ -113,23 +106,23 @@ TEST_CASE("The grid's place in the world is no matter: poses are in G") {
   auto here = block();
   auto there = block();
   there.set_X_WG(make_pose<double>(random_rotation(rng), {0.3, -0.4, 0.5}));
-  Milling milling;
-  Milling other;
+  Cutting milling;
+  Cutting other;
   CHECK(milling.carve(here, 127.5, at(10), at(13), kBurr, kOn) ==
         other.carve(there, 127.5, at(10), at(13), kBurr, kOn));
   CHECK(copy_of(here) == copy_of(there));
 }
 
 TEST_CASE("A limited milling takes its time, its force and its repeatable dithering") {
-  const auto run = [](Milling<RateLimitedCut<>>& milling, double force, int ticks) {
+  const auto run = [](Cutting<RateLimitedCut<>>& milling, double force, int ticks) {
     auto grid = block();
     double removed = 0;
     for (int t = 0; t < ticks; ++t)
-      removed += milling.carve(grid, 127.5, at(12), at(12), kBurr, {.spindle_on = true, .dt = 1e-3, .force_N = force});
+      removed += milling.carve(grid, 127.5, at(12), at(12), kBurr, {.dt = 1e-3, .force_N = force});
     return std::pair{removed, copy_of(grid)};
   };
-  Milling first{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
-  Milling second{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
+  Cutting first{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
+  Cutting second{RateLimitedCut<>{.rate = 500, .reference_force = 2}};
   const auto a = run(first, 2, 300);
   const auto b = run(second, 2, 300);
   CHECK(a.first == b.first);
@@ -146,8 +139,8 @@ TEST_CASE("A limited milling takes its time, its force and its repeatable dither
 TEST_CASE("Poses that are not finite cut nothing") {
   auto grid = block();
   const auto before = copy_of(grid);
-  Milling milling;
-  Milling drill{GeometricCut{}, {}, DrillBit{}};
+  Cutting milling;
+  Cutting drill{GeometricCut{}, {}, DrillBit{}};
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     CHECK(milling.carve(grid, 127.5, at(10), at(bad), kBurr, kOn) == 0);
     CHECK(drill.carve(grid, 127.5, at(10), at(bad), kBurr, kOn) == 0);
@@ -161,13 +154,13 @@ TEST_CASE("Poses that are not finite cut nothing") {
 TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored bone") {
   auto step_by_step = block();
   auto anew = block();
-  Milling milling;
+  Cutting milling;
   const auto place = [](int t) { return at(8 + 0.31 * t, 12 + 2 * std::sin(0.2 * t), 12 + 1.5 * std::cos(0.17 * t)); };
   double removed = 0;
   double removed_anew = 0;
   for (int t = 0; t < 60; ++t) {
     removed += milling.carve(step_by_step, 127.5, place(std::max(t - 1, 0)), place(t), kBurr, kOn);
-    Milling forgetful;
+    Cutting forgetful;
     removed_anew += forgetful.carve(anew, 127.5, place(std::max(t - 1, 0)), place(t), kBurr, kOn);
     CHECK(milling.carve(step_by_step, 127.5, place(t), place(t), kBurr, kOn) == 0);
     if (t == 30) {
@@ -190,13 +183,59 @@ TEST_CASE("A tip that goes on cuts what the whole sweep cuts, and sees restored 
   CHECK(step_by_step.at(26, 12, 12) < 127);
   auto other = block();
   CHECK(milling.carve(other, 110, place(59), place(59), {.tip_radius = 6 * kVoxel}, kOn) > 1);
-  // A way cut with the spindle off is no way that was cut.
-  other.restore();
-  Milling paused;
-  CHECK(paused.carve(other, 127.5, at(10), at(10), kBurr, kOn) > 1);
-  CHECK(paused.carve(other, 127.5, at(10), at(20), kBurr, {.spindle_on = false, .dt = 1e-3, .force_N = 0}) == 0);
-  CHECK(paused.carve(other, 127.5, at(20), at(20.1), kBurr, kOn) > 1);
-  CHECK(other.at(15, 12, 12) > 127);
+}
+
+namespace {
+/// A renderer that cuts where it is told.
+struct Still {
+  Posed X = Posed::Identity();
+  [[nodiscard]] Posed cutting_pose() const noexcept { return X; }
+  [[nodiscard]] const Burr& shape() const noexcept { return kBurr; }
+};
+}  // namespace
+
+TEST_CASE("Only what cuts is cut: a way with the spindle off is no way that was cut") {
+  auto grid = block();
+  Cutting milling;
+  Still renderer;
+  Posed before = at(10);
+  const auto cut = [&](double to, bool cuts, bool continues = true) {
+    renderer.X = at(to);
+    const CutTick tick{.X_GT_before = before, .X_GT = at(to), .continues = continues, .cuts = cuts, .dt = 1e-3};
+    before = at(to);
+    return milling.cut(grid, 127.5, renderer, tick);
+  };
+  CHECK(cut(10, true, false) > 1);
+  CHECK(cut(20, false) == 0);
+  CHECK(cut(20.1, true) > 1);
+  CHECK(grid.at(15, 12, 12) > 127);
+  CHECK(grid.at(20, 12, 12) < 127);
+  renderer.X.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  CHECK(std::isnan(milling.cut(grid, 127.5, renderer, {.X_GT_before = before, .X_GT = before, .cuts = true})));
+}
+
+TEST_CASE("A cut chosen at run time is the same cut, and another one begins anew") {
+  const auto run = [](auto milling, [[maybe_unused]] bool goes_on) {
+    auto grid = block();
+    double removed = 0;
+    for (int t = 0; t < 40; ++t)
+      removed += milling.carve(grid, 127.5, at(10 + 0.1 * t), at(10.1 + 0.1 * t), kBurr, kOn);
+    if constexpr (std::same_as<decltype(milling), Cutting<AnyCut>>) {
+      if (!goes_on) return std::pair{removed, copy_of(grid)};
+      milling.adopt(AnyCut{RateLimitedCut<>{.rate = 3e3}});
+      for (int t = 0; t < 40; ++t) removed += milling.carve(grid, 127.5, at(14), at(14.1), kBurr, kOn);
+    }
+    return std::pair{removed, copy_of(grid)};
+  };
+  CHECK(run(Cutting{AnyCut{GeometricCut{}}}, false) == run(Cutting{}, false));
+  CHECK(run(Cutting{AnyCut{AdvancingCut{.speed = 0.1}}}, false) == run(Cutting{AdvancingCut{.speed = 0.1}}, false));
+  CHECK(run(Cutting{AnyCut{RateLimitedCut<>{.rate = 1e3}}}, true).first >
+        run(Cutting{RateLimitedCut<>{.rate = 1e3}}, false).first);
+  CHECK(run(Cutting{AnyCut{}}, false).first == 0);
+  CHECK(run(Cutting{AnyCut{}}, true).first > 0);
+  CHECK_THROWS_AS(AnyCut(AdvancingCut{.speed = -1}).validate(), std::invalid_argument);
+  CHECK(AnyCut{}.is_none());
+  CHECK(AnyCut{PressureCut{}}.kind() == CutKind::kByPressure);
 }
 
 TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that of the whole sweep", Density,
@@ -209,7 +248,7 @@ TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that o
   constexpr double kLeft = kSlope / 256 + (std::is_floating_point_v<Density> ? 1e-3 : 1);  // integers round
   for (const double step : {1.0 / 2048, 1.0 / 700, 1.0 / 200}) {
     auto creeping = bone(), whole = bone();
-    Milling milling{GeometricCut{}, {.slope = kSlope}};
+    Cutting milling{GeometricCut{}, {.slope = kSlope}};
     const int ticks = static_cast<int>(2 / step);
     double told = milling.carve(creeping, kIso, at(12), at(12), kBurr, kOn);
     const auto edits = creeping.edit_count();
@@ -218,7 +257,7 @@ TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that o
     // A tick less than 1/256 voxel from the last cut changes nothing.
     const auto most = static_cast<std::uint64_t>(std::min(2 * 256 + 1, ticks));
     CHECK(creeping.edit_count() - edits <= most);
-    Milling at_once{GeometricCut{}, {.slope = kSlope}};
+    Cutting at_once{GeometricCut{}, {.slope = kSlope}};
     const double truth = at_once.carve(whole, kIso, at(12), at(12 + ticks * step), kBurr, kOn);
     CHECK(told == near(truth, 2e-3));
     const auto a = copy_of(creeping), b = copy_of(whole);
@@ -236,7 +275,7 @@ TEST_CASE("A tip that waits cuts at once where bone came back, or itself, the is
   constexpr double kStep = 1.0 / 2048;
   const Burr wider{.tip_radius = 6 * kVoxel};
   auto grid = block();
-  Milling milling;
+  Cutting milling;
   const auto creep = [&](double from, const Burr& burr, double iso = 127.5) {
     return milling.carve(grid, iso, at(from), at(from + kStep), burr, kOn);
   };
@@ -270,7 +309,7 @@ TEST_CASE("A tip that waits cuts at once where bone came back, or itself, the is
 TEST_CASE("A bit that waits does not touch the grid, and cuts at once where bone came back or it turned") {
   const DrillBit bit{.radius = 5 * kVoxel, .length = 8 * kVoxel};
   auto grid = block();
-  Milling milling{GeometricCut{}, {}, bit};
+  Cutting milling{GeometricCut{}, {}, bit};
   const auto turned = [](double by) {
     Posed X = at(14);
     X.linear() = Eigen::AngleAxisd(by, Vec3d::UnitX()).toRotationMatrix();
@@ -287,7 +326,8 @@ TEST_CASE("A bit that waits does not touch the grid, and cuts at once where bone
 }
 
 TEST_CASE("What is left out takes no bytes") {
-  // Options and tick counter; a geometric cut remembers the poses of its last tick and its last cut.
-  static_assert(sizeof(Milling<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(MillingOptions) + 8);
-  static_assert(sizeof(Milling<>) <= sizeof(MillingOptions) + 2 * sizeof(Posed) + 48 + 2 * alignof(Posed));
+  // Options, the counter of cuts and the pose of the last tick; a geometric cut remembers where it cut and bit last.
+  static_assert(sizeof(Cutting<RateLimitedCut<>>) <=
+                sizeof(RateLimitedCut<>) + sizeof(CuttingOptions) + sizeof(Posed) + 8 + alignof(Posed));
+  static_assert(sizeof(Cutting<>) <= sizeof(CuttingOptions) + 4 * sizeof(Posed) + 80 + 4 * alignof(Posed));
 }
