@@ -61,10 +61,7 @@ template <class S>
 }
 
 /// With friction.
-template <class S>
-[[nodiscard]] auto make_coupled() {
-  return CoupledToolRenderer<S, BallAndShaft, Coulomb>(kDrill);
-}
+[[nodiscard]] inline auto make_coupled() { return CoupledToolRenderer<BallAndShaft, Coulomb>(kDrill); }
 
 inline constexpr double kForceLimit = 3.3;
 inline constexpr double kTorqueLimit = 0.1;

@@ -120,7 +120,7 @@ template <class Shape>
 template <class Law = Frictionless, class... Parts>
 [[nodiscard]] auto coupled_scene(Bone& bone, const Burr& burr, const Law& law = {},
                                  const CoupledOptions& gains = kGains, Parts... parts) {
-  return HapticScene{bone, kIso, CoupledToolRenderer<double, BallAndShaft, Law>{burr, gains, law}, parts...};
+  return HapticScene{bone, kIso, CoupledToolRenderer<BallAndShaft, Law>{burr, gains, law}, parts...};
 }
 
 /// Moves a scene's tool from a to b in `ticks`; the last tick's answer, with the worst status.
