@@ -5,8 +5,7 @@ Prints a line a file: bytes, lines, sentences, the median and the longest senten
 [characters as shown] and how many of 100 words in prose and cells hold a digit. With a bound, a file beyond it fails, and its sentences and cells beyond it are printed.
 
 A sentence ends at . ! or ? before a space, or with its paragraph or list item. Code blocks, tables, headings, pictures,
-comments and what stands between marks `NAME: begin` and `NAME: end` (scripts write it) hold no sentences; inline code
-and a link's text count as they are shown, a link's address not at all."""
+comments hold no sentences; inline code and a link's text count as they are shown, a link's address not at all."""
 
 import argparse
 import re
@@ -24,7 +23,6 @@ def shown(text):
 
 def blocks(text):
     """Paragraphs and list items as single lines, and table cells; nothing of what is no prose."""
-    text = re.sub(r"<!-- ([^>]*): begin -->.*?<!-- \1: end -->", "", text, flags=re.S)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
     text = re.sub(r"^```.*?^```[^\n]*$", "", text, flags=re.S | re.M)
     paragraphs, cells, current = [], [], []
