@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Guides a pedicle drill along a planned axis, and stops it at a depth. The hand is 1 mm and 5 degrees off.
 // See the guide pull sideways and turn, nothing along the axis until the depth, and then the stop.
-#include <trephine/structure/guides.hpp>
+#include <trephine/guide/guides.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/structure/guides.hpp>
+#include <trephine/guide/guides.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstdint>
