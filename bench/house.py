@@ -25,6 +25,7 @@ PROGRAMS = {
     "trephine.hpp": (["trephine.hpp"], 10000),
 }
 RUNS = 3  # of the compiler, of which the quickest counts
+EIGEN = os.environ.get("EIGEN3_INCLUDE_DIR", "/usr/include/eigen3")
 
 
 def lines(paths):
@@ -77,7 +78,7 @@ def compiling(root, eigen):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--root", default=os.path.dirname(HERE))
-    parser.add_argument("--eigen", default="/usr/include/eigen3")
+    parser.add_argument("--eigen", default=EIGEN)
     parser.add_argument("--no-compile", action="store_true")
     arguments = parser.parse_args()
     root = os.path.abspath(arguments.root)
