@@ -58,19 +58,6 @@ Posed raised(Posed X, const Vec3d& by) {
   return X;
 }
 
-/// A wedge of `degrees` about a crest along y, below z = 0.
-auto wedge(double degrees) {
-  const double half = degrees / 2 * kPi / 180;
-  return Both{HalfSpace{Vec3d::Zero(), Vec3d(std::cos(half), 0, std::sin(half))},
-              HalfSpace{Vec3d::Zero(), Vec3d(-std::cos(half), 0, std::sin(half))}};
-}
-/// A cube's corner that points up.
-auto corner() {
-  const Mat3d C = rotation_between<double>(Vec3d(1, 1, 1).normalized(), Vec3d::UnitZ());
-  return Both{HalfSpace{Vec3d::Zero(), C.col(0)},
-              Both{HalfSpace{Vec3d::Zero(), C.col(1)}, HalfSpace{Vec3d::Zero(), C.col(2)}}};
-}
-
 /// Greatest change of force in a step along `pose(0)`, `pose(1)`, … `pose(steps)`, in K dx.
 template <class Scene, class PoseAt>
 double greatest_step(Scene& scene, int steps, double dx, const PoseAt& pose) {

@@ -70,7 +70,7 @@ struct Scene {
 [[nodiscard]] inline Line line() { return Line(ToolDiscretization{burr_of(), LineCounts{}}); }
 
 template <Friction FrictionLaw = Frictionless>
-[[nodiscard]] CoupledToolRenderer<double, BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
+[[nodiscard]] CoupledToolRenderer<BallAndShaft, FrictionLaw> coupled(const FrictionLaw& friction = {}) {
   return {burr_of(), CoupledOptions{}, friction};
 }
 

@@ -4,38 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-
-#if defined(__unix__) || defined(__APPLE__)
-#include <unistd.h>
-#endif
+#include <utility>
 
 namespace drill {
-namespace {
-
-bool is_terminal() {
-#if defined(__unix__) || defined(__APPLE__)
-  return isatty(STDOUT_FILENO) != 0;
-#else
-  return false;
-#endif
-}
-
-}  // namespace
 
 Progress::Progress(std::string label, double seconds)
-    : label_(std::move(label)), seconds_(seconds), terminal_(is_terminal()), thread_([this] { watch(); }) {}
-
-Progress::~Progress() {
-  {
-    const std::lock_guard lock(mutex_);
-    done_ = true;
-  }
-  wake_.notify_one();
-  thread_.join();
-  print(seconds_);
-  if (terminal_) std::printf("\n");
-  std::fflush(stdout);
-}
+    : label_(std::move(label)),
+      seconds_(seconds),
+      watcher_(std::chrono::milliseconds(100), [this](bool done) { look(done); }) {}
 
 void Progress::print(double time) const {
   constexpr int kWidth = 24;
@@ -49,15 +25,17 @@ void Progress::print(double time) const {
   std::fflush(stdout);
 }
 
-void Progress::watch() {
-  double next = 0.25 * seconds_;
-  std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, std::chrono::milliseconds(100), [this] { return done_; })) {
-    const double time = time_.load(std::memory_order_acquire);
-    if (!terminal_ && time < next) continue;
-    print(time);
-    next += 0.25 * seconds_;
+void Progress::look(bool done) {
+  if (done) {
+    print(seconds_);
+    if (terminal_) std::printf("\n");
+    std::fflush(stdout);
+    return;
   }
+  const double time = time_.load(std::memory_order_acquire);
+  if (!terminal_ && time < next_) return;
+  print(time);
+  next_ += 0.25 * seconds_;
 }
 
 }  // namespace drill

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "watcher.hpp"
+
 #include <atomic>
-#include <condition_variable>
-#include <mutex>
 #include <string>
-#include <thread>
 
 namespace drill {
 
@@ -14,9 +13,6 @@ namespace drill {
 class Progress {
  public:
   Progress(std::string label, double seconds);
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
 
   void publish(double time, double force_N, double removed_mm3) noexcept {
     force_N_.store(force_N, std::memory_order_relaxed);
@@ -26,16 +22,14 @@ class Progress {
 
  private:
   void print(double time) const;
-  void watch();
+  void look(bool done);
 
   std::string label_;
   double seconds_;
-  bool terminal_;
+  bool terminal_ = is_terminal();
   std::atomic<double> time_{0}, force_N_{0}, removed_mm3_{0};
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool done_ = false;
-  std::thread thread_;
+  double next_ = 0.25 * seconds_;  // time of the next line where there is no terminal
+  Watcher watcher_;
 };
 
 }  // namespace drill

@@ -98,7 +98,7 @@ int run(const LiveOptions& options, int& code) {
   Workbench bench(std::move(loaded), options);
   Screen screen(window, bench, !scripted);
   std::unique_ptr<Sound> sound;
-  if (!options.mute) sound = std::make_unique<Sound>([&session = bench.session()] { return session.heard(); });
+  if (!options.mute) sound = std::make_unique<Sound>(bench.session().heard());
   std::printf("sound    %s\n", sound ? sound->text().c_str() : "none: muted");
   std::printf("ready    after %.1f s; %zu MB on the card; F1 shows keys and mouse\n", seconds_since(loading),
               (bench.texture().bytes() + (bench.structures() ? bench.structures()->bytes() : 0)) >> 20);

@@ -28,8 +28,7 @@ namespace {
 
 using namespace trephine;
 
-constexpr double kSettles = 0.25;    // [s]: an arm does so once its hand has arrived
-constexpr double kHeardTime = 5e-3;  // [s]: the removal rate that is heard is a mean over this
+constexpr double kSettles = 0.25;  // [s]: an arm does so once its hand has arrived
 
 /// A desktop arm of six axes in a light grip; the hand's spring is what the mouse pulls at.
 SimulatedDeviceOptions simulated_arm(const Posed& X_DH, double rate) {
@@ -194,7 +193,6 @@ void Session::run_on(Device& device) {
     const double period = loop.period();
     const bool guarded = running_.drill.guarded != nullptr;
     TickView view;
-    double removal = 0;  // smoothed [mm³/s]
     const auto observe = [&](const TickRecord& tick) noexcept {
       removed_mm3_ += tick.result.removed_mm3;
       if (tick.index > 0 && tick.dt > 1.5 * period) missed_ += static_cast<std::uint64_t>(tick.dt / period - 0.5);
@@ -223,10 +221,8 @@ void Session::run_on(Device& device) {
       view.contact_count = drill_.contacts_W(contacts);
       for (std::size_t i = 0; i < view.contact_count; ++i) view.contacts[i] = contacts[i].position;
       views_.post(view);
-      heard_spindle_.store(tick.input.spindle_on, std::memory_order_relaxed);
-      heard_force_.store(tick.result.wrench.force.norm(), std::memory_order_relaxed);
-      removal += std::min(1.0, tick.dt / kHeardTime) * (tick.result.removed_mm3 / tick.dt - removal);
-      heard_removal_.store(removal, std::memory_order_relaxed);
+      heard_.post(
+          heard_drill_.after(tick.input.spindle_on, tick.result.wrench.force.norm(), tick.result.removed_mm3, tick.dt));
       tick_time_.add(1e-6 * drill.took_us());
       history_.add({static_cast<float>(tick.result.wrench.force.norm()),
                     static_cast<float>(tick.result.wrench.torque.norm()), static_cast<float>(drill.took_us())});

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "burr_path.hpp"
-#include "drill_voice.hpp"
+#include "heard_drill.hpp"
 #include "held_drill.hpp"
 #include "mouse_hand.hpp"
 #include "passing_drill.hpp"
@@ -115,11 +115,8 @@ class Session {
   /// Returns the latest tick's view.
   [[nodiscard]] const TickView& view() noexcept;
   [[nodiscard]] const History& history() const noexcept { return history_; }
-  /// Returns what is heard of the last tick. Any thread, no wait.
-  [[nodiscard]] DrillState heard() const noexcept {
-    return {heard_spindle_.load(std::memory_order_relaxed), heard_force_.load(std::memory_order_relaxed),
-            heard_removal_.load(std::memory_order_relaxed)};
-  }
+  /// What is heard of the last tick, for the sound's thread.
+  [[nodiscard]] trephine::Mailbox<trephine::CuttingSoundState>& heard() noexcept { return heard_; }
   /// Takes what the sliders show; a drill that is made later has it too. Throws std::invalid_argument.
   void tune(const Tuning& tuning);
   /// The turning burr's way since the last look; only with structures.
@@ -155,18 +152,17 @@ class Session {
   Inboxes inboxes_;
   trephine::Mailbox<HandWish> wishes_;
   trephine::Mailbox<TickView> views_;
+  trephine::Mailbox<trephine::CuttingSoundState> heard_;
   TickView view_;
   History history_;
   BurrPath path_;
-
-  std::atomic<bool> heard_spindle_{false};
-  std::atomic<double> heard_force_{0}, heard_removal_{0};
 
   // The haptic thread's, and its commands'.
   SessionOptions running_;
   trephine::Registration registration_;
   Posed X_DH_ = Posed::Identity();  // at the last tick
   PassingDrill drill_;
+  HeardDrill heard_drill_;
   double removed_mm3_ = 0;
   StructureReport closest_{};
   double most_push_N_ = 0;

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "sound.hpp"
 
+#include "heard_drill.hpp"
+
 #ifdef TREPHINE_LIVE_HAS_OPENAL
 #include <AL/al.h>
 #include <AL/alc.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstdint>
 #include <thread>
 #endif
 
@@ -16,9 +21,10 @@ namespace live {
 #ifdef TREPHINE_LIVE_HAS_OPENAL
 
 struct Sound::Player {
-  static constexpr std::size_t kPieces = 3, kSamples = DrillVoice::kRate / 200;  // 5 ms
+  static constexpr int kRate = 44100;                                // samples a second
+  static constexpr std::size_t kPieces = 3, kSamples = kRate / 200;  // 5 ms
 
-  explicit Player(std::function<DrillState()> s) : state(std::move(s)) {
+  explicit Player(trephine::Mailbox<trephine::CuttingSoundState>& heard) : sound(HeardDrill::kOptions, heard) {
     device = alcOpenDevice(nullptr);
     if (device == nullptr) return;
     context = alcCreateContext(device, nullptr);
@@ -37,11 +43,14 @@ struct Sound::Player {
     std::array<ALuint, kPieces> buffers{};
     alGenSources(1, &source);
     alGenBuffers(kPieces, buffers.data());
-    DrillVoice voice;
+    std::array<float, kSamples> signal{};
     std::array<std::int16_t, kSamples> samples{};
     const auto queue = [&](ALuint buffer) {
-      voice.fill(samples, state());
-      alBufferData(buffer, AL_FORMAT_MONO16, samples.data(), static_cast<ALsizei>(sizeof samples), DrillVoice::kRate);
+      sound.fill(signal, kRate);
+      std::transform(signal.begin(), signal.end(), samples.begin(), [](float v) {
+        return static_cast<std::int16_t>(std::lround(32767 * std::clamp(v, -1.0F, 1.0F)));
+      });
+      alBufferData(buffer, AL_FORMAT_MONO16, samples.data(), static_cast<ALsizei>(sizeof samples), kRate);
       alSourceQueueBuffers(source, 1, &buffer);
     };
     for (const ALuint b : buffers) queue(b);
@@ -63,14 +72,14 @@ struct Sound::Player {
     alcMakeContextCurrent(nullptr);
   }
 
-  std::function<DrillState()> state;
+  trephine::CuttingSound sound;
   ALCdevice* device = nullptr;
   ALCcontext* context = nullptr;
   std::atomic<bool> over{false};
   std::thread thread;
 };
 
-Sound::Sound(std::function<DrillState()> state) : player_(std::make_unique<Player>(std::move(state))) {
+Sound::Sound(trephine::Mailbox<trephine::CuttingSoundState>& heard) : player_(std::make_unique<Player>(heard)) {
   if (player_->context != nullptr)
     text_ = alcGetString(player_->device, ALC_DEVICE_SPECIFIER);
   else
@@ -80,7 +89,8 @@ Sound::Sound(std::function<DrillState()> state) : player_(std::make_unique<Playe
 #else
 
 struct Sound::Player {};
-Sound::Sound(std::function<DrillState()>) : text_("none: built without OpenAL (Debian: libopenal-dev)") {}
+Sound::Sound(trephine::Mailbox<trephine::CuttingSoundState>&)
+    : text_("none: built without OpenAL (Debian: libopenal-dev)") {}
 
 #endif
 

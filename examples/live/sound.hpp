@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "drill_voice.hpp"
+#include <trephine/stage/cutting_sound.hpp>
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -13,8 +12,8 @@ namespace live {
 /// Three pieces of 5 ms wait to be played, so a change is heard after 15 ms and what the sound device adds.
 class Sound {
  public:
-  /// `state` is called from the sound's thread and must not wait.
-  explicit Sound(std::function<DrillState()> state);
+  /// `heard` must outlive it: the haptic thread posts what the sound's thread plays.
+  explicit Sound(trephine::Mailbox<trephine::CuttingSoundState>& heard);
   ~Sound();
   Sound(const Sound&) = delete;
   Sound& operator=(const Sound&) = delete;

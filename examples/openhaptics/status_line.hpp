@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "../drill/watcher.hpp"
+
 #include <atomic>
-#include <condition_variable>
+#include <chrono>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <string>
-#include <thread>
 
 namespace openhaptics {
 
@@ -17,9 +17,6 @@ class StatusLine {
  public:
   /// `note`: called by the printing thread; what else there is to say, empty for nothing.
   explicit StatusLine(std::function<std::string()> note);
-  ~StatusLine();
-  StatusLine(const StatusLine&) = delete;
-  StatusLine& operator=(const StatusLine&) = delete;
 
   /// From the servo thread; never waits.
   void publish(double force_N, double removed_mm3, bool spindle) noexcept {
@@ -30,17 +27,18 @@ class StatusLine {
   }
 
  private:
-  void watch();
+  using Clock = std::chrono::steady_clock;
+  void look(bool done);
 
   std::function<std::string()> note_;
-  bool terminal_;
+  bool terminal_ = drill::is_terminal();
   std::atomic<double> force_N_{0}, removed_mm3_{0};
   std::atomic<bool> spindle_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  bool done_ = false;
-  std::thread thread_;
+  // Of the printing thread.
+  Clock::time_point began_ = Clock::now(), last_ = began_;
+  std::uint64_t ticks_before_ = 0;
+  drill::Watcher watcher_;
 };
 
 }  // namespace openhaptics

@@ -2,7 +2,7 @@
 #pragma once
 
 /// Structures of a segmentation, which a guard and cuts spare; tissues, guides and planned cavities.
-#include <trephine/structure/guides.hpp>
-#include <trephine/structure/keep_in.hpp>
+#include <trephine/guide/guides.hpp>
+#include <trephine/guide/keep_in.hpp>
 #include <trephine/structure/protection.hpp>
 #include <trephine/structure/tissues.hpp>

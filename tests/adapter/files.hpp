@@ -231,4 +231,16 @@ double farthest_apart(const Grid& grid, const Image& image, bool& same_densities
   return farthest;
 }
 
+/// All of a file.
+[[nodiscard]] inline std::string text_of(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+[[nodiscard]] inline std::size_t files_in(const TemporaryFolder& folder) {
+  const auto all = std::filesystem::directory_iterator(folder.path());
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
 }  // namespace trephine::test

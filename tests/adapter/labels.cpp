@@ -33,17 +33,6 @@ namespace {
 // Files keep decimal or single-precision geometry; a thousandth of a voxel is far below what is felt.
 constexpr double kSamePlace = 1e-6;
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-std::size_t files_in(const TemporaryFolder& folder) {
-  const auto all = std::filesystem::directory_iterator(folder.path());
-  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-}
-
 template <VoxelLabel Label>
 std::vector<Label> voxels_of(const LabelGrid<Label>& grid) {
   return {grid.voxels().begin(), grid.voxels().end()};

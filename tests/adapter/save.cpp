@@ -48,17 +48,6 @@ std::vector<Density> voxels_of(const VoxelGrid<Density>& grid) {
   return voxels;
 }
 
-std::string text_of(const std::filesystem::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-std::size_t files_in(const TemporaryFolder& folder) {
-  const auto all = std::filesystem::directory_iterator(folder.path());
-  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-}
-
 }  // namespace
 
 TEST_CASE_TEMPLATE("a saved volume comes back with its voxels, place and outside", Density, std::uint8_t, std::int8_t,

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""measure.py FILE... [--bytes N] [--median N] [--longest N] [--cell N]: how long a document's sentences and cells are.
+"""measure.py FILE... [--bytes N] [--median LEAST MOST] [--longest N] [--cell N]: how long a document's sentences and cells are.
 
 Prints a line a file: bytes, lines, sentences, the median and the longest sentence [words], the longest table cell
 [characters as shown] and how many of 100 words in prose and cells hold a digit. With a bound, a file beyond it fails, and its sentences and cells beyond it are printed.
 
 A sentence ends at . ! or ? before a space, or with its paragraph or list item. Code blocks, tables, headings, pictures,
-comments and what stands between marks `NAME: begin` and `NAME: end` (scripts write it) hold no sentences; inline code
-and a link's text count as they are shown, a link's address not at all."""
+comments hold no sentences; inline code and a link's text count as they are shown, a link's address not at all."""
 
 import argparse
 import re
@@ -24,7 +23,6 @@ def shown(text):
 
 def blocks(text):
     """Paragraphs and list items as single lines, and table cells; nothing of what is no prose."""
-    text = re.sub(r"<!-- ([^>]*): begin -->.*?<!-- \1: end -->", "", text, flags=re.S)
     text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
     text = re.sub(r"^```.*?^```[^\n]*$", "", text, flags=re.S | re.M)
     paragraphs, cells, current = [], [], []
@@ -67,8 +65,9 @@ def words(sentence):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("files", nargs="+")
-    for bound in ("bytes", "median", "longest", "cell"):
+    for bound in ("bytes", "longest", "cell"):
         parser.add_argument(f"--{bound}", type=float, default=float("inf"))
+    parser.add_argument("--median", type=float, nargs=2, default=(0, float("inf")))
     bounds = parser.parse_args()
 
     broken = False
@@ -88,8 +87,8 @@ def main():
         faults += [f"a cell of {len(c)} characters: {c}" for c in cells if len(c) > bounds.cell]
         if len(raw) > bounds.bytes:
             faults.append(f"more than {bounds.bytes:g} bytes")
-        if median > bounds.median:
-            faults.append(f"the median sentence has more than {bounds.median:g} words")
+        if not bounds.median[0] <= median <= bounds.median[1]:
+            faults.append(f"the median sentence has {median:g} words, not {bounds.median[0]:g} to {bounds.median[1]:g}")
         for fault in faults:
             print(f"  {fault}", file=sys.stderr)
         broken |= bool(faults)

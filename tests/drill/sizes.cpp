@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Sizes of tools are diameters, in options and in messages.
+#include "parsed.hpp"
 #include "temporal_bone.hpp"
 
 #include "support/near.hpp"
@@ -7,18 +8,8 @@
 #include <doctest/doctest.h>
 
 #include <stdexcept>
-#include <vector>
 
 using namespace drill;
-
-namespace {
-
-Options parsed(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), "drill");
-  return parse_options(static_cast<int>(arguments.size()), arguments.data());
-}
-
-}  // namespace
 
 TEST_CASE("options take diameters, and nothing that is printed says radius") {
   const Options options = parsed({"--burr-diameter", "3", "--shaft-diameter", "1.6"});

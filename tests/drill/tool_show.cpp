@@ -2,6 +2,7 @@
 // Tools that the example presses into bone, without and with the cutting law.
 #include "tool_show.hpp"
 #include "cutting.hpp"
+#include "parsed.hpp"
 #include "plots.hpp"
 #include "small_tooth.hpp"
 #include "support/near.hpp"
@@ -27,11 +28,6 @@ namespace {
 const ToolShow& shown() {
   static const ToolShow show = show_tools(small_tooth(), {}, small_tooth_surgeon());
   return show;
-}
-
-Options parsed(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), "drill");
-  return parse_options(static_cast<int>(arguments.size()), arguments.data());
 }
 
 }  // namespace

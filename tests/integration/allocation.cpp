@@ -45,7 +45,7 @@ void drill_with_all() {
   drill_without_heap<Density>(make_thesis_line<S>(), "thesis line");
   drill_without_heap<Density>(make_surface<S>(), "surface");
   drill_without_heap<Density>(make_thesis_surface<S>(), "thesis surface");
-  drill_without_heap<Density>(make_coupled<S>(), "coupled");
+  drill_without_heap<Density>(make_coupled(), "coupled");
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ void for_each_renderer(F&& f) {
   f(make_surface<float>());
   f(make_thesis_surface<float>());
   f(SurfaceApproxRenderer{ToolDiscretization{kDrill, SurfaceCounts{}}});
-  f(make_coupled<double>());
+  f(make_coupled());
 }
 
 /// Upright, its lowest point `depth` below the block's surface.

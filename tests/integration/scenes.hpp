@@ -2,7 +2,6 @@
 #pragma once
 
 #include <trephine/everything.hpp>
-#include <trephine/structure/guides.hpp>
 
 #include <cstdint>
 #include <random>
@@ -61,10 +60,7 @@ template <class S>
 }
 
 /// With friction.
-template <class S>
-[[nodiscard]] auto make_coupled() {
-  return CoupledToolRenderer<S, BallAndShaft, Coulomb>(kDrill);
-}
+[[nodiscard]] inline auto make_coupled() { return CoupledToolRenderer<BallAndShaft, Coulomb>(kDrill); }
 
 inline constexpr double kForceLimit = 3.3;
 inline constexpr double kTorqueLimit = 0.1;

@@ -23,7 +23,7 @@ namespace {
 constexpr double kDt = 1e-3;
 
 template <class Shape, class Law>
-using RendererOf = CoupledToolRenderer<double, Shape, Law>;
+using RendererOf = CoupledToolRenderer<Shape, Law>;
 
 /// The same block, cut as far.
 VoxelGrid<std::uint8_t> copy_of(const VoxelGrid<std::uint8_t>& bone) {

@@ -1,33 +1,13 @@
 # SPDX-License-Identifier: MIT
 # What `live` says to wrong arguments and without a display: cmake -D program=... -D folder=... -P check_program.cmake
-function(expect code pattern)
-  execute_process(
-    COMMAND ${CMAKE_COMMAND} -E env --unset=DISPLAY --unset=WAYLAND_DISPLAY ${program} ${ARGN}
-    RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60
-  )
-  if(NOT result EQUAL code)
-    message(SEND_ERROR "live ${ARGN}: exit code ${result}, expected ${code}\n${out}${err}")
-  elseif(code EQUAL 0 AND NOT out MATCHES "${pattern}")
-    message(SEND_ERROR "live ${ARGN}: says '${out}', expected ${pattern}")
-  elseif(NOT code EQUAL 0 AND NOT err MATCHES "^live: [^\n]*${pattern}[^\n]*\n$")
-    message(SEND_ERROR "live ${ARGN}: says '${err}', expected one line with ${pattern}")
-  endif()
-endfunction()
+set(name live)
+set(environment --unset=DISPLAY --unset=WAYLAND_DISPLAY)
+include(${CMAKE_CURRENT_LIST_DIR}/../support/expect_program.cmake)
 
 file(WRITE ${folder}/wrong.session "0 hand 1 2\n")
 file(WRITE ${folder}/back.session "2 spindle on\n1 spindle off\n")
 file(WRITE ${folder}/good.session "0 quit\n")
 expect(0 "--script" --help)
-# The document shows keys, mouse and commands as the program does.
-execute_process(COMMAND ${program} --help OUTPUT_VARIABLE help)
-string(FIND "${help}" "Keys:" from)
-string(SUBSTRING "${help}" ${from} -1 use)
-string(STRIP "${use}" use)
-file(READ ${CMAKE_CURRENT_LIST_DIR}/../../examples/README.md document)
-string(FIND "${document}" "${use}" at)
-if(from EQUAL -1 OR at EQUAL -1)
-  message(SEND_ERROR "examples/README.md does not show keys, mouse and commands as live --help does:\n${use}")
-endif()
 expect(2 "unicorn" --algorithm unicorn)
 expect(2 "--size" --size 12)
 expect(2 "--size" --size 10x10)

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The window's parts that need no OpenGL: camera, hand, sessions' files, keys, empty space, undo.
 #include "brick_summary.hpp"
-#include "drill_voice.hpp"
+#include "heard_drill.hpp"
 #include "keys.hpp"
 #include "live_options.hpp"
 #include "mouse_hand.hpp"
 #include "script.hpp"
 #include "strokes.hpp"
 #include "support/near.hpp"
+#include "support/spectrum.hpp"
 
 #include <doctest/doctest.h>
 #include <support/random.hpp>
@@ -15,6 +16,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <set>
 #include <string>
 
@@ -23,6 +25,7 @@ namespace {
 using namespace live;
 using trephine::test::near;
 using trephine::test::Random;
+using trephine::test::Spectrum;
 using trephine::test::within;
 
 Vec3d random_point(Random& random, double size) {
@@ -323,39 +326,72 @@ TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and who
   CHECK(now == voxels);
 }
 
-/// Crossings of zero upward a second: the pitch of a whine whose fundamental is its strongest part.
-double crossings(const std::vector<std::int16_t>& samples) {
-  int count = 0;
-  for (std::size_t i = 1; i < samples.size(); ++i) count += samples[i - 1] < 0 && samples[i] >= 0 ? 1 : 0;
-  return count * static_cast<double>(DrillVoice::kRate) / static_cast<double>(samples.size());
-}
-double loudness(const std::vector<std::int16_t>& samples) {
+double loudness(const std::vector<float>& samples) {
   double sum = 0;
-  for (const std::int16_t s : samples) sum += static_cast<double>(s) * s;
-  return std::sqrt(sum / static_cast<double>(samples.size())) / 32767;
+  for (const float s : samples) sum += static_cast<double>(s) * static_cast<double>(s);
+  return std::sqrt(sum / static_cast<double>(samples.size()));
 }
 
-TEST_CASE("drill voice: silent at rest, a pitch that sinks under load within 20 ms, louder in bone, no clicks") {
-  DrillVoice voice;
-  std::vector<std::int16_t> second(DrillVoice::kRate), piece(DrillVoice::kRate / 50);
-  voice.fill(second, {});
-  CHECK(loudness(second) == 0);
-  voice.fill(second, {.spindle_on = true});
-  voice.fill(second, {.spindle_on = true});
-  CHECK(voice.pitch() == near(DrillVoice::kIdlePitch, 0.01));
-  CHECK(crossings(second) == near(DrillVoice::kIdlePitch, 0.02));
-  const double free = loudness(second);
-  const DrillState cutting{.spindle_on = true, .force = 4, .removal_mm3_s = 10};
-  voice.fill(piece, cutting);  // 20 ms
-  CHECK(voice.pitch() < 0.88 * DrillVoice::kIdlePitch);
-  voice.fill(second, cutting);
-  CHECK(loudness(second) > 1.3 * free);
-  int steepest = 0;
-  for (std::size_t i = 1; i < second.size(); ++i) steepest = std::max(steepest, std::abs(second[i] - second[i - 1]));
-  CHECK(steepest < 32767 / 4);
-  voice.fill(second, {});
-  voice.fill(second, {});
-  CHECK(loudness(second) < 0.001);
+/// A drill and the sound of it: buffers of 5 ms, after five ticks each.
+class Listener {
+ public:
+  static constexpr double kRate = 44100, kDt = 1e-3;
+
+  std::vector<float> hear(double seconds, bool spindle_on, double force = 0, double removal_mm3_s = 0) {
+    std::vector<float> all, piece(220);
+    for (double t = 0; t < seconds; t += 5 * kDt) {
+      for (int i = 0; i < 5; ++i) box_.post(state_ = drill_.after(spindle_on, force, kDt * removal_mm3_s, kDt));
+      sound_.fill(piece, kRate);
+      all.insert(all.end(), piece.begin(), piece.end());
+    }
+    return all;
+  }
+  /// Of the teeth [Hz].
+  [[nodiscard]] double pitch() const { return state_.spindle * state_.teeth / (2 * std::numbers::pi); }
+
+ private:
+  HeardDrill drill_;
+  trephine::Mailbox<trephine::CuttingSoundState> box_;
+  trephine::CuttingSound sound_{HeardDrill::kOptions, box_};
+  trephine::CuttingSoundState state_;
+};
+
+/// The loudest of the lines about a pitch [Hz].
+double strongest_line(const std::vector<float>& samples, double around) {
+  const Spectrum heard(std::vector<double>(samples.begin(), samples.end()));
+  double best = 0, most = 0;
+  for (double f = 0.8 * around; f < 1.2 * around; f += 1)
+    if (const double a = heard.at(f / Listener::kRate); a > most) most = a, best = f;
+  return best;
+}
+
+TEST_CASE("heard drill: silent at rest, a pitch that sinks under load within 20 ms, louder in bone, no clicks") {
+  Listener listener;
+  CHECK(loudness(listener.hear(0.2, false)) == 0);
+  static_cast<void>(listener.hear(1, true));
+  const std::vector<float> spinning = listener.hear(0.4, true);
+  CHECK(listener.pitch() == near(HeardDrill::kIdlePitch, 0.01));
+  CHECK(strongest_line(spinning, HeardDrill::kIdlePitch) == near(HeardDrill::kIdlePitch, 0.02));
+  const double free = loudness(spinning);
+  CHECK(free > 0.05);
+  static_cast<void>(listener.hear(0.02, true, 4));
+  CHECK(listener.pitch() < 0.88 * HeardDrill::kIdlePitch);
+  const double pressed = loudness(listener.hear(0.4, true, 4));
+  CHECK(pressed > 1.3 * free);
+  // Denser bone gives less at the same force, and is quieter.
+  const double in_dense = loudness(listener.hear(0.4, true, 4, 2)), in_soft = loudness(listener.hear(0.4, true, 4, 10));
+  CHECK(in_dense > 1.05 * pressed);
+  CHECK(in_soft > 1.3 * in_dense);
+  const std::vector<float> loudest = listener.hear(0.4, true, 8, 40);
+  float steepest = 0, most = 0;
+  for (std::size_t i = 1; i < loudest.size(); ++i) {
+    steepest = std::max(steepest, std::abs(loudest[i] - loudest[i - 1]));
+    most = std::max(most, std::abs(loudest[i]));
+  }
+  CHECK(steepest < 0.25F);
+  CHECK(most < 1);
+  static_cast<void>(listener.hear(1, false));
+  CHECK(loudness(listener.hear(0.2, false)) == 0);
 }
 
 }  // namespace

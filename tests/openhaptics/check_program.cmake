@@ -1,18 +1,8 @@
 # SPDX-License-Identifier: MIT
 # What the program says on its command line: cmake -D program=... -P check_program.cmake
-function(expect code pattern)
-  execute_process(COMMAND ${program} ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60)
-  if(NOT result EQUAL code)
-    message(SEND_ERROR "openhaptics_drill ${ARGN}: exit code ${result}, expected ${code}\n${out}${err}")
-  endif()
-  if(code EQUAL 0)
-    if(NOT out MATCHES "${pattern}")
-      message(SEND_ERROR "openhaptics_drill ${ARGN}: says '${out}', expected ${pattern}")
-    endif()
-  elseif(NOT err MATCHES "^openhaptics_drill: [^\n]*${pattern}[^\n]*\n$")
-    message(SEND_ERROR "openhaptics_drill ${ARGN}: says '${err}', expected one line with ${pattern}")
-  endif()
-endfunction()
+set(name openhaptics_drill)
+set(environment)
+include(${CMAKE_CURRENT_LIST_DIR}/../support/expect_program.cmake)
 
 expect(0 "usage: .*--seconds S.*not affiliated|not affiliated.*--seconds S" --help)
 expect(2 "unknown option '--sekonds'" --sekonds 3)

@@ -39,7 +39,7 @@ struct Points {
 TEST_CASE("contact list: forces and moments add up to the wrench of all points and of friction") {
   CAPTURE(kSeed);
   Random random(kSeed);
-  ContactList<double> list;
+  ContactList list;
   list.reserve(64);
   for (int repeat = 0; repeat < 20; ++repeat) {
     const Points all(random, 30);
@@ -78,7 +78,7 @@ TEST_CASE("contact list: forces and moments add up to the wrench of all points a
 
 TEST_CASE("contact list: a position is the centre of pressure; elements beyond its room are left out") {
   Random random(kSeed + 1);
-  ContactList<float> list;
+  ContactList list;
   list.reserve(3);
   FoundationPoint q{};
   q.normal = Vec3d::UnitZ();
@@ -95,9 +95,9 @@ TEST_CASE("contact list: a position is the centre of pressure; elements beyond i
   REQUIRE(list.contacts().size() == 3);
   CHECK_FALSE(list.is_complete());
   for (const auto& c : list.contacts()) {
-    CHECK((c.position - Vec3<float>(5e-4F, 0, 0.5F)).norm() <= 1e-7F);
+    CHECK((c.position - Vec3d(5e-4, 0, 0.5)).norm() <= 1e-16);
     CHECK(c.force.z() == -4);
-    CHECK(c.normal == Vec3<float>(0, 0, -1));
+    CHECK(c.normal == Vec3d(0, 0, -1));
   }
   CHECK(list.contacts()[0].force.y() == 0);
   CHECK(list.contacts()[1].force.y() == 2);

@@ -30,9 +30,7 @@ struct Setup {
     for (const double h : spacing) longest = std::max(longest, h / std::round(h / spacing.minCoeff()));
     return longest;
   }
-  [[nodiscard]] CoupledGains gains() const {
-    return CoupledGains::derive(burr(), options(), true, spacing, longest_part());
-  }
+  [[nodiscard]] CoupledGains gains() const { return CoupledGains::derive(burr(), options(), spacing, longest_part()); }
 };
 // The default, a weak device, a small burr, a large burr, fine and long voxels, soft and hard coupling.
 const std::vector<Setup> kSetups{{1.5e-3, 800, 8.5, {3e-4, 3e-4, 3e-4}},   {1.5e-3, 800, 1, {3e-4, 3e-4, 3e-4}},
@@ -133,7 +131,7 @@ TEST_CASE("gains: the cutting burr is larger by the contact's offset and the cho
 TEST_CASE("coupled gains: a force far below the stiffness keeps points per element within their bound") {
   for (const double force : {1e-6, 1e-12, 1e-30, 1e-200}) {
     const CoupledOptions options{.stiffness = 1e5, .force = force};
-    const CoupledGains g = CoupledGains::derive(Burr{}, options, true, Vec3d::Constant(3e-4), 4e-4);
+    const CoupledGains g = CoupledGains::derive(Burr{}, options, Vec3d::Constant(3e-4), 4e-4);
     CAPTURE(force);
     CHECK(g.points_per_side >= 1);
     CHECK(g.points_per_side <= Foundation::kMaxSide);

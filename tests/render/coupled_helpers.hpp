@@ -6,6 +6,7 @@
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 
+#include <trephine/core/rotation.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
@@ -120,7 +121,7 @@ template <class Shape>
 template <class Law = Frictionless, class... Parts>
 [[nodiscard]] auto coupled_scene(Bone& bone, const Burr& burr, const Law& law = {},
                                  const CoupledOptions& gains = kGains, Parts... parts) {
-  return HapticScene{bone, kIso, CoupledToolRenderer<double, BallAndShaft, Law>{burr, gains, law}, parts...};
+  return HapticScene{bone, kIso, CoupledToolRenderer<BallAndShaft, Law>{burr, gains, law}, parts...};
 }
 
 /// Moves a scene's tool from a to b in `ticks`; the last tick's answer, with the worst status.
@@ -149,6 +150,20 @@ double unbalanced(const Scene& scene, const TickResult& r) {
   const double size = r.wrench.force.norm();
   return std::max((force - r.wrench.force).norm() / size,
                   (torque - r.wrench.torque).norm() / (size * 0.0015 + r.wrench.torque.norm()));
+}
+
+/// A wedge of `degrees` about a crest along y, below z = 0 in its own frame.
+[[nodiscard]] inline auto wedge(double degrees) {
+  const double half = degrees / 2 * kPi / 180;
+  return Both{HalfSpace{Vec3d::Zero(), Vec3d(std::cos(half), 0, std::sin(half))},
+              HalfSpace{Vec3d::Zero(), Vec3d(-std::cos(half), 0, std::sin(half))}};
+}
+
+/// A cube's corner that points up.
+[[nodiscard]] inline auto corner() {
+  const Mat3d C = rotation_between<double>(Vec3d(1, 1, 1).normalized(), Vec3d::UnitZ());
+  return Both{HalfSpace{Vec3d::Zero(), C.col(0)},
+              Both{HalfSpace{Vec3d::Zero(), C.col(1)}, HalfSpace{Vec3d::Zero(), C.col(2)}}};
 }
 
 }  // namespace trephine::test::coupled

@@ -14,36 +14,6 @@ namespace {
 using namespace trephine;
 using namespace trephine::test;
 
-/// Degrees of freedom of a user's own, without anything of the library's types.
-struct UserMotion {
-  static constexpr int kDof = 3;
-};
-struct FourDof {
-  static constexpr int kDof = 4;
-};
-static_assert(CoupledMotion<SixDof> && CoupledMotion<TranslationOnly> && CoupledMotion<UserMotion>);
-static_assert(!CoupledMotion<FourDof> && !CoupledMotion<int>);
-
-TEST_CASE("coupled options: degrees of freedom of a user's own act as the library's") {
-  RasterOptions o{.size = {24, 24, 24}};
-  const Burr burr{.tip_radius = 1e-3, .shaft_radius = 5e-4, .shaft_length = 5e-3};
-  const HalfSpace plane{o.middle(), Vec3d::UnitZ()};
-  auto a = rasterise<std::uint8_t>(plane, o), b = rasterise<std::uint8_t>(plane, o);
-  HapticScene own{a, o.isovalue(), CoupledToolRenderer<double, BallAndShaft, Frictionless, UserMotion>{burr}};
-  HapticScene library{b, o.isovalue(), CoupledToolRenderer<double, BallAndShaft, Frictionless, TranslationOnly>{burr}};
-  int differ = 0, touching = 0;
-  for (int i = 0; i < 60; ++i) {
-    Posed X = Posed::Identity();
-    X.translation() = o.middle() + Vec3d(1e-5 * i, 0, 2e-3 - 4e-5 * i);
-    const TickResult x = own.tick({.X_WT = X}, 1e-3), y = library.tick({.X_WT = X}, 1e-3);
-    differ += x.wrench == y.wrench ? 0 : 1;
-    touching += x.contact.count > 0 ? 1 : 0;
-    CHECK(x.wrench.torque == Vec3d::Zero());
-  }
-  CHECK(differ == 0);
-  CHECK(touching > 10);
-}
-
 TEST_CASE("coupled options: gains are positive and no more than can be computed with") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   for (const double bad : {0.0, -1.0, 1e13, 1e300, nan, inf}) {

@@ -20,16 +20,11 @@ using namespace trephine::test::coupled;
 
 constexpr unsigned kSeed = 907;
 
-template <CoupledMotion Motion, class Law = Frictionless, class... Parts>
-auto scene_of(Bone& bone, const RevolvedTool& tool, const Law& law = {}, Parts... parts) {
-  return HapticScene{bone, kIso, CoupledToolRenderer<double, RevolvedTool, Law, Motion>{tool, kGains, law}, parts...};
-}
-
 TEST_CASE("coupled, any shape: measures make a renderer with their tool") {
-  static_assert(std::same_as<decltype(CoupledToolRenderer{MatchHead{}}), CoupledToolRenderer<double, RevolvedTool>>);
+  static_assert(std::same_as<decltype(CoupledToolRenderer{MatchHead{}}), CoupledToolRenderer<RevolvedTool>>);
   static_assert(std::same_as<decltype(CoupledToolRenderer{TwistDrill{}, CoupledOptions{}, Coulomb(0.3, 0.3)}),
-                             CoupledToolRenderer<double, RevolvedTool, Coulomb>>);
-  static_assert(std::same_as<decltype(CoupledToolRenderer{Burr{}}), CoupledToolRenderer<double, BallAndShaft>>);
+                             CoupledToolRenderer<RevolvedTool, Coulomb>>);
+  static_assert(std::same_as<decltype(CoupledToolRenderer{Burr{}}), CoupledToolRenderer<BallAndShaft>>);
 }
 
 // A plane yields by the stiffness whatever touches it. Depth counts from where the exact tool touches the plane, which
@@ -37,6 +32,8 @@ TEST_CASE("coupled, any shape: measures make a renderer with their tool") {
 TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth along the normal") {
   CAPTURE(kSeed);
   Random random(kSeed);
+  CoupledOptions no_torque = kGains;
+  no_torque.torque = 0;
   for (const ToolOfShape& t : revolved_tools()) {
     const std::string& name = t.name;
     const RevolvedTool& tool = t.tool;
@@ -46,7 +43,7 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
       const ImageOptions o{.size = {60, 60, 60}, .sigma = n % 3 == 0 ? 0.5 : n % 3 == 1 ? 0.7 : 1};
       const Vec3d normal = random.unit(), at = o.near_middle(random);
       Bone bone = image(HalfSpace{at, normal}, o);
-      auto scene = scene_of<TranslationOnly>(bone, tool);
+      HapticScene scene{bone, kIso, CoupledToolRenderer{tool, no_torque}};
       Vec3d axis = (normal + random.arrow(0, 1)).normalized();
       if (axis.dot(normal) < 0.2) axis = (axis + normal).normalized();
       const Mat3d R = tool_at(Vec3d::Zero(), axis).linear();
@@ -86,7 +83,7 @@ TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in i
     const double top = (o.size[2] - 7 + random.uniform()) * kH;
     Bone bone = image(HalfSpace{Vec3d(0, 0, top), Vec3d::UnitZ()}, o);
     const Vec3d at = o.near_middle(random);
-    auto scene = scene_of<SixDof>(bone, tool, Frictionless{}, Cutting{});
+    HapticScene scene{bone, kIso, CoupledToolRenderer{tool, kGains}, Cutting{}};
     double removed = 0, rest = 0, behind = 0;
     const int ticks = static_cast<int>(kDepth / (kSpeed * kDt));
     for (int i = -100; i < ticks + 300; ++i) {
@@ -137,7 +134,7 @@ TEST_CASE("coupled, any shape: closed paths in contact gain nothing") {
     const ImageOptions o{.size = {50, 50, 50}};
     const Vec3d normal = random.unit(), at = o.near_middle(random);
     Bone bone = image(HalfSpace{at, normal}, o);
-    auto scene = scene_of<SixDof>(bone, tool);
+    HapticScene scene{bone, kIso, CoupledToolRenderer{tool, kGains}};
     const Vec3d axis = (normal + random.arrow(0, 0.5)).normalized(), u = normal.unitOrthogonal(), v = normal.cross(u);
     const Mat3d R = tool_at(Vec3d::Zero(), axis).linear();
     const Vec3d touch = at - (lowest_height(tool, axis, normal) + 4e-4) * normal;

@@ -14,20 +14,6 @@ using namespace trephine::test::coupled;
 constexpr unsigned kSeed = 321;
 constexpr double kWide = 2 * kBall.tip_radius;  // radius of sockets and grooves
 
-/// A wedge of `degrees` about a crest along y, below z = 0 in its own frame.
-auto wedge(double degrees) {
-  const double half = degrees / 2 * kPi / 180;
-  return Both{HalfSpace{Vec3d::Zero(), Vec3d(std::cos(half), 0, std::sin(half))},
-              HalfSpace{Vec3d::Zero(), Vec3d(-std::cos(half), 0, std::sin(half))}};
-}
-
-/// A cube's corner that points up.
-auto corner() {
-  const Mat3d C = rotation_between<double>(Vec3d(1, 1, 1).normalized(), Vec3d::UnitZ());
-  return Both{HalfSpace{Vec3d::Zero(), C.col(0)},
-              Both{HalfSpace{Vec3d::Zero(), C.col(1)}, HalfSpace{Vec3d::Zero(), C.col(2)}}};
-}
-
 /// Slides a ball over a shape's crest, no deeper than half its radius or so: from there on a ball that rolls over a
 /// crest at r from its centre changes its force by K (R / r − 1) a way, more than K; the force's greatest change in a
 /// tick beyond K dx, as a share of that.

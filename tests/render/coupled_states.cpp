@@ -155,18 +155,17 @@ TEST_CASE("coupled states: a jump past bone leaves nothing of the contact that w
   CHECK(scene.tick({.X_WT = over}, kDt).status == Status::kJump);
 }
 
-TEST_CASE_TEMPLATE("coupled states: what is no pose and what is anywhere leaves it finite, bounded and without heap", S,
-                   float, double) {
+TEST_CASE("coupled states: what is no pose and what is anywhere leaves it finite, bounded and without heap") {
   const ImageOptions o;
   const Vec3d m = o.middle();
   Bone bone = image(HalfSpace{m, Vec3d::UnitZ()}, o);
-  HapticScene plain{bone, kIso, CoupledToolRenderer<S>{kDrill, kGains}};
+  HapticScene plain{bone, kIso, CoupledToolRenderer<>{kDrill, kGains}};
   CHECK(hostile(plain, m) == 0);
-  HapticScene held{bone, kIso, CoupledToolRenderer<S, BallAndShaft, Coulomb>{kDrill, kGains, Coulomb(0.3, 0.2)}};
+  HapticScene held{bone, kIso, CoupledToolRenderer<BallAndShaft, Coulomb>{kDrill, kGains, Coulomb(0.3, 0.2)}};
   CHECK(hostile(held, m) == 0);
-  using Tool = CoupledToolRenderer<S>;
+  using Tool = CoupledToolRenderer<>;
   static_assert(noexcept(
-      std::declval<Tool&>().render(std::declval<const BoneSurfaceView<float>&>(), std::declval<const Pose<S>&>())));
+      std::declval<Tool&>().render(std::declval<const BoneSurfaceView<float>&>(), std::declval<const Posed&>())));
   static_assert(noexcept(plain.tick(std::declval<const TickInput&>(), kDt))&& noexcept(plain.reset()));
   static_assert(Renderer<Tool, BoneSurfaceView<std::uint8_t>> && Renderer<Tool, BoneSurfaceView<float>>);
   // Volumes of one voxel, of none but air, of none but bone.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "support/check_refused.hpp"
+
 #include <trephine/core/rotation.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
@@ -150,17 +152,6 @@ inline TickContext touching(const TickInput& input, double dt = kTick, const Pos
   c.dt = dt;
   c.contact = {1, true, false, 1e-3};
   return c;
-}
-
-/// The message std::invalid_argument carries, or "" when nothing was thrown.
-template <class F>
-std::string refusal(F&& f) {
-  try {
-    f();
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "";
 }
 
 }  // namespace trephine::test

@@ -3,6 +3,7 @@
 #include "support/raster.hpp"
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/guide/guides.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
@@ -14,7 +15,6 @@
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/passivity_controller.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
-#include <trephine/structure/guides.hpp>
 
 #include <doctest/doctest.h>
 

@@ -7,10 +7,10 @@
 #include <trephine/core/units.hpp>
 #include <trephine/device/presets.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/guide/guides.hpp>
+#include <trephine/guide/keep_in.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/structure/guides.hpp>
-#include <trephine/structure/keep_in.hpp>
 #include <trephine/structure/structure_guard.hpp>
 
 #include <doctest/doctest.h>

@@ -2,6 +2,7 @@
 // No cut takes a structure: adversarial ticks of whole scenes, against the structures' formulas.
 #include "structure/phantom.hpp"
 #include "support/cases.hpp"
+#include "support/densities.hpp"
 #include "support/near.hpp"
 #include "support/random.hpp"
 
@@ -51,29 +52,6 @@ Bone cavernous(unsigned seed) {
 }
 
 Posed askew() { return make_pose<double>(rotation_from_vector<double>(Vec3d(0.1, -0.15, 0.2)), Vec3d(0.5_mm, 0, 0)); }
-
-double interpolated(const std::vector<std::int16_t>& v, const Vec3d& u) {
-  double sum = 0;
-  const Vec3d lo = u.array().floor();
-  for (int c = 0; c < 8; ++c) {
-    double weight = 1;
-    std::size_t at = 0, pitch = 1;
-    for (int a = 0; a < 3; ++a) {
-      const int one = c >> a & 1;
-      weight *= one != 0 ? u[a] - lo[a] : 1 - (u[a] - lo[a]);
-      at += pitch * static_cast<std::size_t>(lo[a] + one);
-      pitch *= kSize;
-    }
-    sum += weight * static_cast<double>(v[at]);
-  }
-  return sum;
-}
-
-std::vector<std::int16_t> densities(const Bone& bone) {
-  std::vector<std::int16_t> v(static_cast<std::size_t>(kSize) * kSize * kSize);
-  bone.copy_voxels(v);
-  return v;
-}
 
 /// Ticks a scene as no hand would: fast, with jumps, turns, bad poses, stalls and restores.
 template <class Scene>
@@ -131,8 +109,8 @@ TEST_CASE("hostile ticks take none of a structure, under every policy") {
     int points = 0, taken = 0, elsewhere = 0, left = 0;
     for (int n = 0; n < 300000; ++n) {
       const Vec3d u = (kSize - 1.001) * Vec3d{random.uniform(), random.uniform(), random.uniform()};
-      if (interpolated(before, u) < kIso) continue;
-      const bool bone_now = interpolated(after, u) >= kIso;
+      if (interpolated(before, kSize, u) < kIso) continue;
+      const bool bone_now = interpolated(after, kSize, u) >= kIso;
       // What the veto protects: by the field's distances at the eight voxels around the point.
       bool guarded = false, far = true;
       for (int s = 0; s < 3; ++s) {
@@ -224,8 +202,8 @@ TEST_CASE("hostile ticks take nothing outside of planned cavities") {
     int outside = 0, taken = 0, inside = 0, left = 0;
     for (int n = 0; n < 300000; ++n) {
       const Vec3d u = (kSize - 1.001) * Vec3d{random.uniform(), random.uniform(), random.uniform()};
-      if (interpolated(before, u) < kIso) continue;
-      const bool bone_now = interpolated(after, u) >= kIso;
+      if (interpolated(before, kSize, u) < kIso) continue;
+      const bool bone_now = interpolated(after, kSize, u) >= kIso;
       const Vec3d p_S = X_SG * Vec3d(kVoxel * u);
       const double c = std::min(truth.distance(0, p_S) + 0.1_mm, truth.distance(2, p_S));
       const double d = truth.distance(1, p_S) - 0.2_mm;

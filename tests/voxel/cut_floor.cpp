@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bone that cuts must leave: by points of the interpolant, by the shape of the wall, and by volumes of bodies.
+#include "support/densities.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/near.hpp"
 #include "support/random.hpp"
@@ -66,31 +67,6 @@ VoxelGrid<Density> lumps(double iso, double contrast, unsigned seed, const Vec3d
         voxels.push_back(static_cast<Density>(iso + contrast * std::clamp(v, -1.0, 1.0)));
       }
   return {{.size = {kSize, kSize, kSize}, .spacing = spacing, .outside = iso - contrast}, voxels};
-}
-
-template <class Density>
-double interpolated(const std::vector<Density>& v, const Vec3d& u) {
-  double sum = 0;
-  const Vec3d lo = u.array().floor();
-  for (int c = 0; c < 8; ++c) {
-    double weight = 1;
-    std::size_t at = 0, pitch = 1;
-    for (int a = 0; a < 3; ++a) {
-      const int one = c >> a & 1;
-      weight *= one != 0 ? u[a] - lo[a] : 1 - (u[a] - lo[a]);
-      at += pitch * static_cast<std::size_t>(lo[a] + one);
-      pitch *= kSize;
-    }
-    sum += weight * static_cast<double>(v[at]);
-  }
-  return sum;
-}
-
-template <class Density>
-std::vector<Density> densities(const VoxelGrid<Density>& grid) {
-  std::vector<Density> v(static_cast<std::size_t>(kSize) * kSize * kSize);
-  grid.copy_voxels(v);
-  return v;
 }
 
 template <class Density>
@@ -161,9 +137,9 @@ void cut_and_look(VoxelGrid<Density> grid, double iso, unsigned seed, double con
   int points = 0, taken = 0, outside = 0, still_there = 0;
   for (int n = 0; n < 200000; ++n) {
     const Vec3d u = (kSize - 1.001) * Vec3d{random.uniform(), random.uniform(), random.uniform()};
-    if (interpolated(before, u) < iso) continue;
-    const bool bone = interpolated(after, u) >= iso;
-    if (interpolated(floors, u) >= iso) {
+    if (interpolated(before, kSize, u) < iso) continue;
+    const bool bone = interpolated(after, kSize, u) >= iso;
+    if (interpolated(floors, kSize, u) >= iso) {
       ++points;
       taken += bone ? 0 : 1;
     } else {
@@ -214,7 +190,7 @@ TEST_CASE("the wall that stays is as smooth as a cut") {
       double lo = 4, hi = 12;  // [voxels]
       for (int i = 0; i < 40; ++i) {
         const double r = 0.5 * (lo + hi);
-        (interpolated(after, Vec3d(centre / kVoxel + r * n_out)) >= 300 ? lo : hi) = r;
+        (interpolated(after, kSize, Vec3d(centre / kVoxel + r * n_out)) >= 300 ? lo : hi) = r;
       }
       off.push_back(lo - 8);
     }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 #include "voxel/sampled_fields.hpp"
 
@@ -15,19 +16,6 @@ namespace {
 constexpr unsigned kSeed = 555;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-/// The message of the std::invalid_argument that f throws, or what else happened.
-template <class F>
-std::string refusal(F&& f) {
-  try {
-    f();
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  } catch (...) {
-    return "another exception";
-  }
-  return "no exception";
-}
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
@@ -87,7 +75,7 @@ std::vector<bool> bricks_to_mark(const VoxelGrid<Density>& grid, const std::vect
 
 TEST_CASE("Construction refuses what does not fit, and says what") {
   const GridGeometry good{.size = {4, 3, 2}, .spacing = {1e-3, 2e-3, 3e-3}};
-  CHECK(refusal_of(good, 24) == "no exception");
+  CHECK(refusal_of(good, 24) == "");
   GridGeometry g = good;
   for (const int n : {0, -1, std::numeric_limits<int>::min()}) {
     g.size = {4, n, 2};
@@ -146,7 +134,7 @@ TEST_CASE("Construction refuses what does not fit, and says what") {
   for (const float v : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -2e30F})
     CHECK(holds(of_floats(v), "trephine::VoxelGrid: densities must be finite and below 1e30, got "));
   CHECK(holds(of_floats(0, 1e35), "densities must be finite and below 1e30"));
-  CHECK(of_floats(0, 0.1) == "no exception");
+  CHECK(of_floats(0, 0.1) == "");
 }
 
 TEST_CASE("Other calls refuse too, and leave the grid as it was") {

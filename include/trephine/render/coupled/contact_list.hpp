@@ -13,7 +13,6 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// List of a tick's contacts, for logs and drawing: one per surface element in contact, in the order of its points.
 /// Forces are on the tool [N], in G.
-template <RealScalar Scalar>
 class ContactList {
  public:
   /// Allocates room for `contacts` contacts. Further ones are left out (`is_complete`).
@@ -40,7 +39,7 @@ class ContactList {
     ElementSum& s = sums_[count_ - 1];
     s.load += load;
     s.moment += load * q.arm;
-    const Vec3<Scalar> f = (-load * q.normal).template cast<Scalar>();
+    const Vec3d f = -load * q.normal;
     contacts_[count_ - 1].normal += f;
     contacts_[count_ - 1].force += f;
   }
@@ -49,19 +48,19 @@ class ContactList {
   void add_force(std::uint64_t element, const Vec3d& f) noexcept {
     if (!(f.squaredNorm() > 0)) return;
     while (cursor_ < count_ && sums_[cursor_].element != element) ++cursor_;
-    if (cursor_ < count_) contacts_[cursor_].force += f.template cast<Scalar>();
+    if (cursor_ < count_) contacts_[cursor_].force += f;
   }
 
   /// Sets positions and normals after all points were added. A contact's position is its centre of pressure; p is the
   /// origin of the points' arms in G [m].
   void finish(const Vec3d& p) noexcept {
     for (std::size_t i = 0; i < count_; ++i) {
-      contacts_[i].position = (p + sums_[i].moment / sums_[i].load).template cast<Scalar>();
+      contacts_[i].position = p + sums_[i].moment / sums_[i].load;
       contacts_[i].normal.normalize();
     }
   }
 
-  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return {contacts_.data(), count_}; }
+  [[nodiscard]] std::span<const ContactPoint<double>> contacts() const noexcept { return {contacts_.data(), count_}; }
   /// Returns false if contacts were left out since `clear`.
   [[nodiscard]] bool is_complete() const noexcept { return is_complete_; }
 
@@ -71,7 +70,7 @@ class ContactList {
     double load = 0;               // [N]
     Vec3d moment = Vec3d::Zero();  // Σ load · arm [N·m]
   };
-  std::vector<ContactPoint<Scalar>> contacts_;
+  std::vector<ContactPoint<double>> contacts_;
   std::vector<ElementSum> sums_;
   std::size_t count_ = 0;
   std::size_t cursor_ = 0;  // contact that `add_force` found last

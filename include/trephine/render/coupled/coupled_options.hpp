@@ -4,19 +4,18 @@
 #include <trephine/core/finite.hpp>
 #include <trephine/core/refuse.hpp>
 
-#include <concepts>
-
-/// Options of the coupled tool, and the degrees of freedom that it solves for.
 namespace trephine::inline TREPHINE_ALIGNED {
 
 struct CoupledOptions {
   /// k_v [N/m]: stiffness that the hand feels when the tip is pressed on bone. Take as much as the device allows at its
   /// rate.
   double stiffness = 800;
-  /// k_θ [N·m/rad]. With infinity the tool has the device's rotation and the torque is zero, as with `TranslationOnly`.
+  /// k_θ [N·m/rad]. Infinity is for translation alone: the virtual tool has the device's rotation, and the torque is
+  /// zero.
   double rotational_stiffness = 0.3;
   double force = 8.5;  ///< largest force of the coupling [N]: the device's maximum
-  /// Likewise, the torque [N·m]. 0: the device gives none; the tool then has its rotation, as with `TranslationOnly`.
+  /// Likewise, the torque [N·m]. 0 is for devices without motors for torque: translation alone, as with an infinite
+  /// `rotational_stiffness`.
   double torque = 0.188;
   /// Fastest change of the force besides `stiffness` times the device's motion [N/s], in a scene; infinity for no bound
   /// (`ReleaseBound`). So a film that breaks lets the hand through in some ticks, and not in one, and a ball that snaps
@@ -53,21 +52,5 @@ struct CoupledOptions {
     if (!(bite >= 0 && bite <= 2)) refuse("CoupledOptions", "bite must be 0 to 2 voxels", bite);
   }
 };
-
-/// Solves for translation and rotation of the virtual tool.
-struct SixDof {
-  static constexpr int kDof = 6;
-};
-/// Solves for translation alone, for devices without motors for torque. The virtual tool has the device's rotation, and
-/// the torque is zero.
-struct TranslationOnly {
-  static constexpr int kDof = 3;
-};
-/// Degrees of freedom that the coupled tool solves for: any type with `kDof`, 3 for translation or 6 with rotation.
-template <class M>
-concept CoupledMotion = requires {
-  { M::kDof } -> std::convertible_to<int>;
-}
-&&(M::kDof == 3 || M::kDof == 6);
 
 }  // namespace trephine

@@ -9,6 +9,7 @@
 #include <trephine/render/coupled/contact_list.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
+#include <trephine/render/coupled/drawn_pose.hpp>
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/gains.hpp>
 #include <trephine/render/coupled/pose_search.hpp>
@@ -27,11 +28,11 @@
 namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Reports template arguments that fit no coupled tool in one readable error message.
-template <class S = double, class Shape = BallAndShaft, class FrictionLaw = Frictionless, class Motion = SixDof>
+template <class Shape = BallAndShaft, class FrictionLaw = Frictionless>
 class CoupledToolRenderer : public detail::UnusableRenderer {
-  static_assert(detail::kFits<S>,
+  static_assert(detail::kFits<Shape>,
                 "trephine::CoupledToolRenderer: write CoupledToolRenderer{burr, CoupledOptions{}, Coulomb{0.2, 0.15}}; "
-                "the last two may be left out. As a type: CoupledToolRenderer<double, tool, friction, motion>");
+                "the last two may be left out. As a type: CoupledToolRenderer<tool, friction>");
 
  public:
   template <class... Arguments>
@@ -63,10 +64,10 @@ class CoupledToolRenderer : public detail::UnusableRenderer {
 /// *Friction*: `Coulomb` at every point (`Bristles`); `Frictionless` costs nothing.
 ///
 /// Numbers that decide are in `CoupledConstants`. Haptic thread. `render` is noexcept, and allocates nothing.
-template <RealScalar S, ToolShape Shape, Friction FrictionLaw, CoupledMotion Motion>
-class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
+template <ToolShape Shape, Friction FrictionLaw>
+class CoupledToolRenderer<Shape, FrictionLaw> {
  public:
-  using Scalar = S;
+  using Scalar = double;
   using Gradient = AnalyticGradient;
   /// Newton steps of a tick, at most.
   static constexpr int kMaxSteps = CoupledConstants::kMaxSteps;
@@ -125,11 +126,11 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   /// True once after `set_tool`: the scene resets itself.
   [[nodiscard]] bool take_tool_change() noexcept { return std::exchange(tool_changed_, false); }
 
-  /// Returns the wrench on the tool about T's origin, G axes, for a device at X_GT, `dt` seconds after the last tick.
+  /// Returns the wrench on the tool about T's origin, G axes, for a device at X_device, `dt` seconds after the last
+  /// tick.
   template <class View>
-  Rendered<Scalar> render(const View& view, const Pose<Scalar>& X_GT, double dt = 1e-3) noexcept {
-    Rendered<Scalar> out;
-    const Posed X_device = X_GT.template cast<double>();
+  Rendered<double> render(const View& view, const Posed& X_device, double dt = 1e-3) noexcept {
+    Rendered<double> out;
     view.surface().begin_tick(std::max(bricks_per_tick_, view.surface().kBricksPerTick));
     const TickStart start = begin_tick(view, X_device);
     if (start.jumped) out.status = Status::kJump;
@@ -153,7 +154,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
     else if (is_felt_)
       out.contact = summary_;
     feel(extension, out);
-    draw(start, dt);
+    drawn_.follow(X_, start.is_new, bounds_.arm(), start.device_motion, dt);
     return out;
   }
 
@@ -182,31 +183,30 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   /// The head that cuts: a little larger than the tool's, so that the tool fits into its own hole.
   [[nodiscard]] const auto& cutting_head() const noexcept { return head_; }
   /// One contact per surface element in contact, friction included: G axes [m, N].
-  [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept { return contacts_.contacts(); }
+  [[nodiscard]] std::span<const ContactPoint<double>> contacts() const noexcept { return contacts_.contacts(); }
   /// Force on the tool of contacts for which `contacts()` has no room, G axes [N].
   [[nodiscard]] const Vec3d& unlisted_force() const noexcept { return unlisted_force_; }
   /// Pose of the virtual tool in G, where it touches bone and cuts.
-  [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept { return X_.template cast<Scalar>(); }
+  [[nodiscard]] Posed proxy_pose() const noexcept { return X_; }
   /// Bound on the wrench's change from tick to tick, which the scene applies (`CoupledOptions::release`).
   [[nodiscard]] ReleaseBound release_bound() const noexcept {
-    const bool solves_rotation = this->solves_rotation();
-    const double lever =
-        solves_rotation ? std::sqrt(options_.rotational_stiffness / options_.stiffness) : Constants::kHandLever;
-    return {options_.stiffness, lever, options_.release, solves_rotation};
+    const bool turns = options_.has_torque();
+    const double lever = turns ? std::sqrt(options_.rotational_stiffness / options_.stiffness) : Constants::kHandLever;
+    return {options_.stiffness, lever, options_.release, turns};
   }
   /// Pose at which the tool is drawn: the virtual tool's, or on the way there where it snapped past an edge. It moves
   /// by no more than the device does, and kDrawnSpeed.
-  [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_drawn_.template cast<Scalar>(); }
+  [[nodiscard]] Posed visual_pose() const noexcept { return drawn_.pose(); }
   /// Pose of the virtual tool in G, moved toward the device by at most `CoupledOptions::bite`: for a cut in time.
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return ahead(options_.bite * gains_.shortest_spacing); }
+  [[nodiscard]] Posed cutting_pose() const noexcept { return ahead(options_.bite * gains_.shortest_spacing); }
   /// The same for a cut at once, at the end of a tick of `dt` seconds.
-  [[nodiscard]] Pose<Scalar> cutting_pose(double dt) const noexcept {
+  [[nodiscard]] Posed cutting_pose(double dt) const noexcept {
     return ahead(options_.bite * gains_.shortest_spacing * (dt / CoupledOptions::kBiteTime));
   }
 
   /// The same for a cut by pressure whose law allows `way` [m], with `CoupledOptions::bite` in longest spacings. It
   /// goes a little ahead in any case: places where the voxels hold the tool's shape worst are cut too.
-  [[nodiscard]] Pose<Scalar> pressure_cutting_pose(double way = 0) const noexcept {
+  [[nodiscard]] Posed pressure_cutting_pose(double way = 0) const noexcept {
     const double bite = options_.bite * spacing_.maxCoeff();
     return ahead(std::clamp(way, CoupledOptions::kPressureBite * bite, bite));
   }
@@ -216,21 +216,19 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
 
   /// Derives from the tool what depends on it.
   void fit_tool() noexcept {
-    gains_ = CoupledGains::derive(shape_.burr(), options_, solves_rotation(), spacing_, longest_part_);
+    gains_ = CoupledGains::derive(shape_.burr(), options_, spacing_, longest_part_);
     head_ = shape_.cutting_head(gains_.cut_allowance);
     broad_phase_.set_contact_offset(gains_.law.offset);
     foundation_.set_side(gains_.points_per_side);
     bricks_per_tick_ = bricks_about_head(bounds_, spacing_);
   }
 
-  [[nodiscard]] bool solves_rotation() const noexcept { return Motion::kDof == 6 && options_.has_torque(); }
-
   /// Pose of the virtual tool, moved toward the device by at most `max_distance` [m].
-  [[nodiscard]] Pose<Scalar> ahead(double max_distance) const noexcept {
+  [[nodiscard]] Posed ahead(double max_distance) const noexcept {
     const double distance = to_device_.norm();
     Posed X = X_;
     X.translation() += distance > max_distance ? Vec3d(to_device_ * (max_distance / distance)) : to_device_;
-    return X.template cast<Scalar>();
+    return X;
   }
 
   /// State at the start of a tick.
@@ -346,7 +344,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
     if (!contacts_.is_complete() || !foundation_.has_all_points()) {
       // All contacts together balance the coupling.
       unlisted_force_ = -linear_part(coupling_wrench(extension));
-      for (const auto& c : contacts_.contacts()) unlisted_force_ -= c.force.template cast<double>();
+      for (const auto& c : contacts_.contacts()) unlisted_force_ -= c.force;
     }
     // A search that reached its bound in the air, behind the device, gives no force.
     if (!found.found_contact) return Vec6d::Zero();
@@ -364,7 +362,6 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
     return extend();
   }
 
-  /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
   /// Returns the coupling's extension, and stores its translation.
   [[nodiscard]] Vec6d extend() noexcept {
     Vec6d extension = motion_to(X_, X_device_);
@@ -373,28 +370,17 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
     return extension;
   }
 
+  /// Force [N] and torque [N·m] of the coupling on the virtual tool at an extension.
   [[nodiscard]] Vec6d coupling_wrench(const Vec6d& extension) const noexcept {
     return VirtualCoupling::wrench(gains_.coupling.evaluate(linear_part(extension), angular_part(extension)));
   }
 
   /// Sets the wrench on the hand, which the coupling gives at an extension.
-  void feel(const Vec6d& extension, Rendered<Scalar>& out) const noexcept {
+  void feel(const Vec6d& extension, Rendered<double>& out) const noexcept {
     if (!(extension.squaredNorm() > 0)) return;
     const Vec6d on_tool = coupling_wrench(extension);
     const Vec3d force = -linear_part(on_tool), torque = -angular_part(on_tool);
-    out.wrench = {force.template cast<Scalar>(), torque.template cast<Scalar>()};
-  }
-
-  /// Moves the drawn tool to the virtual one: at once where contact starts anew, else no faster than the device and
-  /// kDrawnSpeed.
-  void draw(const TickStart& start, double dt) noexcept {
-    const ToolMotion way = motion_between(X_drawn_, X_);
-    const double arm = bounds_.arm();
-    const double most = start.device_motion.at(arm) + Constants::kDrawnSpeed * dt;
-    if (start.is_new || !(way.at(arm) > most))
-      X_drawn_ = X_;
-    else
-      X_drawn_ = moved(X_drawn_, (most / way.at(arm)) * motion_to(X_drawn_, X_));
+    out.wrench = {force, torque};
   }
 
   void report_contacts(const Vec6d& last_step, ContactSummary& summary) noexcept {
@@ -432,7 +418,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   BroadPhase broad_phase_;
   Foundation foundation_;
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
-  ContactList<Scalar> contacts_;
+  ContactList contacts_;
   Vec3d spacing_ = Vec3d::Ones();  // of the grid [m]
   double longest_part_ = 1;        // of a surface element [m]
   int bricks_per_tick_ = 0;        // of the bone's surface, at most
@@ -452,7 +438,7 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
   bool has_pose_ = false;      // X_ is of an earlier tick
 
   // Results of the last tick.
-  Posed X_drawn_ = Posed::Identity();
+  DrawnPose drawn_;
   Vec3d to_device_ = Vec3d::Zero();       // from the virtual tool to the device [m]
   Vec3d unlisted_force_ = Vec3d::Zero();  // [N]
   double depth_ = 0;                      // of the deepest point [m]
@@ -462,16 +448,14 @@ class CoupledToolRenderer<S, Shape, FrictionLaw, Motion> {
 // A tool; the measures of one or a NamedTool; a burr; something else.
 template <ToolShape Shape, std::convertible_to<CoupledOptions> Options = CoupledOptions,
           Friction FrictionLaw = Frictionless>
-CoupledToolRenderer(Shape, Options = {}, FrictionLaw = FrictionLaw{})
-    -> CoupledToolRenderer<double, Shape, FrictionLaw, SixDof>;
+CoupledToolRenderer(Shape, Options = {}, FrictionLaw = FrictionLaw{}) -> CoupledToolRenderer<Shape, FrictionLaw>;
 template <class Measures, std::convertible_to<CoupledOptions> Options = CoupledOptions,
           Friction FrictionLaw = Frictionless>
 requires(std::convertible_to<Measures, RevolvedTool> && !ToolShape<Measures>)
     CoupledToolRenderer(Measures, Options = {}, FrictionLaw = FrictionLaw{})
-->CoupledToolRenderer<double, RevolvedTool, FrictionLaw, SixDof>;
+->CoupledToolRenderer<RevolvedTool, FrictionLaw>;
 template <std::convertible_to<CoupledOptions> Options = CoupledOptions, Friction FrictionLaw = Frictionless>
-CoupledToolRenderer(Burr, Options = {}, FrictionLaw = FrictionLaw{})
-    -> CoupledToolRenderer<double, BallAndShaft, FrictionLaw, SixDof>;
+CoupledToolRenderer(Burr, Options = {}, FrictionLaw = FrictionLaw{}) -> CoupledToolRenderer<BallAndShaft, FrictionLaw>;
 template <class... Arguments>
 CoupledToolRenderer(const Arguments&...) -> CoupledToolRenderer<detail::Misused<Arguments...>>;
 

@@ -33,8 +33,8 @@ struct CoupledGains {
 
   /// Derives the gains. `spacing` is the grid's [m]; `longest_part` the largest length of an element
   /// (`BoneSurface::longest_part`) [m].
-  [[nodiscard]] static CoupledGains derive(const Burr& burr, const CoupledOptions& options, bool solves_rotation,
-                                           const Vec3d& spacing, double longest_part) noexcept {
+  [[nodiscard]] static CoupledGains derive(const Burr& burr, const CoupledOptions& options, const Vec3d& spacing,
+                                           double longest_part) noexcept {
     using C = CoupledConstants;
     const double h = spacing.minCoeff(), R = burr.tip_radius, a = C::kFootprint * h;
     const double yield = std::min({C::kMaxYield * h, a * a / (2 * R), C::kMaxYieldOfRadius * R,
@@ -49,7 +49,7 @@ struct CoupledGains {
     const BoundedSpring rotation_spring{options.rotational_stiffness, options.torque};
     CoupledGains gains{h,
                        {gain / std::numbers::pi, ramp, spring.offset()},
-                       {spring, rotation_spring, solves_rotation},
+                       {spring, rotation_spring, options.has_torque()},
                        static_cast<std::size_t>(side < Foundation::kMaxSide ? std::ceil(side - C::kSideRounding)
                                                                             : double{Foundation::kMaxSide})};
     // The tool fits the hole of a head that is larger by the contact's offset and by the sag of chords. A chord of a

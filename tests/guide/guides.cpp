@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <trephine/core/rotation.hpp>
-#include <trephine/structure/guides.hpp>
+#include <trephine/guide/guides.hpp>
 
 #include "stage/fakes.hpp"
 #include "support/malloc_hook.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The guide of a planned cavity: against formulas, its own derivative, closed paths and steps.
 #include <trephine/core/rotation.hpp>
-#include <trephine/structure/keep_in.hpp>
+#include <trephine/guide/keep_in.hpp>
 
 #include "stage/fakes.hpp"
 #include "structure/phantom.hpp"

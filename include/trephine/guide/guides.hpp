@@ -6,9 +6,9 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
+#include <trephine/guide/guide_parts.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/context.hpp>
-#include <trephine/structure/guide_parts.hpp>
 
 #include <algorithm>
 #include <cmath>
