@@ -6,6 +6,7 @@
 #include "render/coupled_helpers.hpp"
 
 #include <trephine/core/rotation.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/voxel/bone_surface.hpp>
 
 #include <cmath>

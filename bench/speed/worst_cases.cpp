@@ -4,6 +4,7 @@
 #include "support/raster.hpp"
 
 #include <trephine/core/rotation.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/bone_volume.hpp>

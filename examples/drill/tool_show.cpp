@@ -10,6 +10,7 @@
 #include "scene.hpp"
 
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>

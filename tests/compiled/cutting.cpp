@@ -6,6 +6,7 @@
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>

@@ -8,6 +8,7 @@
 #include "support/check_refused.hpp"
 #include "support/malloc_hook.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <array>

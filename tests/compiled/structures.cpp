@@ -11,6 +11,7 @@
 
 #include <trephine/core/units.hpp>
 #include <trephine/device/replay.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/veto.hpp>
 #include <trephine/structure/structure_guard.hpp>

@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/carving.hpp>

@@ -5,6 +5,7 @@
 #include "support/near.hpp"
 
 #include <trephine/core/rotation.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/voxel/carving.hpp>
 
 #include <doctest/doctest.h>

@@ -4,6 +4,7 @@
 #include "support/cases.hpp"
 #include "support/check_refused.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/pressure_cut.hpp>

@@ -6,6 +6,7 @@
 
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/tool/revolved_vertices.hpp>
 
 #include <doctest/doctest.h>

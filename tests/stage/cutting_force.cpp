@@ -6,6 +6,7 @@
 #include "support/near.hpp"
 
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/veto.hpp>
 #include <trephine/tool/named_tools.hpp>

@@ -3,6 +3,7 @@
 
 #include "render/coupled_helpers.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/voxel/pressure_cut.hpp>

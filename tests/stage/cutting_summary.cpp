@@ -4,6 +4,7 @@
 #include "support/near.hpp"
 
 #include <trephine/device/replay.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/cutting_vibration.hpp>
 #include <trephine/stage/damping.hpp>

@@ -8,6 +8,7 @@
 #include "support/near.hpp"
 #include "support/spectrum.hpp"
 
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_vibration.hpp>
 #include <trephine/stage/remote.hpp>
 #include <trephine/tool/named_tools.hpp>

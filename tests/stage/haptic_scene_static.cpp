@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/haptic_scene.hpp>

@@ -7,6 +7,7 @@
 
 #include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/tool/cutting_law.hpp>
+#include <trephine/tool/engagement.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <doctest/doctest.h>

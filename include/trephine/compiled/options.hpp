@@ -5,6 +5,7 @@
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/line/line_options.hpp>
 #include <trephine/render/surface/surface_options.hpp>
+#include <trephine/stage/cutting_force_options.hpp>
 #include <trephine/stage/cutting_options.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>

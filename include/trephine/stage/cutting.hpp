@@ -4,6 +4,7 @@
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/cutting_options.hpp>
+#include <trephine/stage/cutting_part.hpp>
 #include <trephine/stage/cutting_path.hpp>
 #include <trephine/stage/cutting_pose.hpp>
 #include <trephine/stage/members.hpp>
@@ -19,25 +20,6 @@
 #include <utility>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// What a law of cutting lets a tick's cut by pressure take.
-struct PressedCut {
-  double fraction = 1;  ///< of the bone in the head, 0 to 1
-  double way = 0;       ///< by which the head may go ahead [m]
-};
-
-/// The part of a scene that removes bone and adds the forces of doing so. `cut` returns the removed volume [mm³],
-/// finite and >= 0; `floor` is the CutFloor of the scene's Veto, or null. Haptic thread, once a tick, after contact.
-template <class C, class Grid, class R>
-concept CuttingPart = requires(C cutting, Grid& bone, double isovalue, const R& renderer, const CutTick& tick) {
-  { cutting.cut(bone, isovalue, renderer, tick, nullptr) }
-  noexcept->std::same_as<double>;
-};
-
-/// A law that decides how much bone a tick removes under pressure, and gives the forces of the edges: `CuttingForce`.
-/// `engage` is called after contact, before the cut, and `apply` after it.
-template <class L>
-concept FeedLaw = Stage<L> && CuttingReporter<L>;
 
 /// No forces of cutting.
 struct NoLaw {};

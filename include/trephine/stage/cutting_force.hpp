@@ -4,12 +4,13 @@
 #include <trephine/core/spatial.hpp>
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/context.hpp>
-#include <trephine/stage/cutting.hpp>
-#include <trephine/stage/cutting_options.hpp>
+#include <trephine/stage/cutting_force_options.hpp>
+#include <trephine/stage/cutting_part.hpp>
 #include <trephine/stage/head_samples.hpp>
 #include <trephine/stage/members.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/tool/cutting_law.hpp>
+#include <trephine/tool/engagement.hpp>
 #include <trephine/voxel/tissue_cut.hpp>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/stage/cutting_part.hpp>
 #include <trephine/stage/members.hpp>
 #include <trephine/stage/motion.hpp>
 #include <trephine/voxel/cut_policy.hpp>
@@ -13,18 +14,6 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Shortest time between two cuts at once where the renderer gives them a speed (`cutting_pose(dt)`) [s]. A cut makes
 /// bone's surface anew, which at 40 kHz takes longer than a tick.
 inline constexpr double kShortestBite = 1e-3;
-
-/// What a cut knows of its tick. Poses are the device's, in G.
-struct CutTick {
-  Posed X_GT_before = Posed::Identity();  ///< at the last tick; equals X_GT where no path joins them
-  Posed X_GT = Posed::Identity();         ///< now
-  bool continues = false;                 ///< a path joins both: neither a gap nor a jump lies between
-  bool restarts = false;                  ///< contact starts anew
-  bool spindle_on = false;                ///< as the input says
-  bool cuts = false;                      ///< the spindle turns, contact is up to date and nothing starts anew
-  double dt = 0;                          ///< since the last tick [s], within [kShortestDt, kLongestDt]
-  double force_N = 0;  ///< magnitude of the contact's force, before any stage: the pressing force [N]
-};
 
 namespace detail {
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/release_bound.hpp>
+#include <trephine/core/spatial.hpp>
 #include <trephine/stage/far_away.hpp>
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_state.hpp>

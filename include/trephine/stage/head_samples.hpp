@@ -3,6 +3,7 @@
 
 #include <trephine/core/math.hpp>
 #include <trephine/tool/cutting_law.hpp>
+#include <trephine/tool/engagement.hpp>
 #include <trephine/tool/head_elements.hpp>
 #include <trephine/voxel/carving.hpp>
 #include <trephine/voxel/density_field.hpp>

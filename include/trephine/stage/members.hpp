@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/release_bound.hpp>
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/context.hpp>
 
@@ -11,6 +10,8 @@
 /// calls them by the functions of the same meaning in `member`, which do nothing where T lacks the member. All are
 /// called on the haptic thread, and none may throw, allocate, wait or lock unless said otherwise.
 namespace trephine::inline TREPHINE_ALIGNED {
+
+class ReleaseBound;  // contact/release_bound.hpp
 
 // --- Of renderers ----------------------------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 
 #include <trephine/core/misuse.hpp>
 #include <trephine/render/renderer.hpp>
-#include <trephine/stage/cutting.hpp>
+#include <trephine/stage/cutting_part.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/members.hpp>
 #include <trephine/voxel/density_field.hpp>

@@ -3,7 +3,8 @@
 
 #include <trephine/core/rotation.hpp>
 #include <trephine/core/square_roots.hpp>
-#include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/cutting_head.hpp>
+#include <trephine/tool/head_sweep.hpp>
 #include <trephine/tool/rims_in_voxels.hpp>
 #include <trephine/voxel/cutter.hpp>
 
@@ -161,5 +162,39 @@ class RevolvedCutter {
 };
 
 static_assert(Cutter<RevolvedCutter>);
+
+/// A cut in time counts each pose of a path once, in the tick that ends there. A cut that makes room where the tool is
+/// needs thicker rims, in which voxels leave bone.
+template <>
+struct HeadSweep<CuttingHead> {
+  [[nodiscard]] static double way(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
+    return RevolvedCutter::way(head, a, b);
+  }
+  [[nodiscard]] static double size(const CuttingHead& head) noexcept {
+    return head.outline.largest_radius() + head.allowance;
+  }
+  template <CutKind kKind>
+  [[nodiscard]] static RevolvedCutter cutter(const CuttingHead& head, const Posed& from, const Posed& to,
+                                             bool start_is_cut, const Vec3d& spacing) noexcept {
+    const double step = spacing.minCoeff() / 2;
+    if constexpr (kKind == CutKind::kByPressure)
+      return {pressed(head, spacing), from, to, step, 0, true};
+    else
+      return {head, from, to, step, sag_square(spacing, 1.0 / 24), start_is_cut || kKind != CutKind::kAtOnce};
+  }
+
+ private:
+  /// The head that cuts by pressure in voxels of this spacing [m]. Such a cut goes ahead until the tool is free, so
+  /// rims are sharper and the hole keeps its width. Where a drill's edge makes the wall, flutes finish it: an edge cuts
+  /// voxels of the wall as deep as a long side would only with some side behind it.
+  [[nodiscard]] static CuttingHead pressed(const CuttingHead& head, const Vec3d& spacing) noexcept {
+    // [cell's diagonals]. Voxels that make the wall lie within half a diagonal of it. Of a longer guide a side under
+    // load reams the hole, of a shorter one bone in it holds the edge.
+    constexpr double kGuide = 0.5;
+    const ToolOutline outline = head.with_guide(kGuide * spacing.norm());
+    return {with_sharper_rims(outline, std::sqrt(spacing.squaredNorm() / 3)),
+            pressed_allowance(head.allowance, outline.largest_radius(), spacing)};
+  }
+};
 
 }  // namespace trephine

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/tool/cutting_head.hpp>
 #include <trephine/tool/outline.hpp>
+#include <trephine/tool/revolved_cutter.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
@@ -43,23 +45,13 @@ struct Shank {
   }
 };
 
-/// The part of a tool that cuts: an outline, enlarged by `allowance` [m] on all sides.
-struct CuttingHead {
-  ToolOutline outline;
-  double allowance = 0;
-  double guide = 0;  ///< height above the head to which the tool goes on as wide as its hole [m]
-
-  /// The outline with the guide, or with so much of it [m].
-  [[nodiscard]] ToolOutline with_guide(double height) const noexcept {
-    return guide > 0 ? outline.raised(std::min(guide, height)) : outline;
-  }
-};
-
 /// A rigid tool given by its outline: a `ToolShape`. The part below the height `head_top` cuts.
 /// T's origin lies on the axis, one largest radius of the head above the foremost point, as the centre of a burr's
 /// ball. Shapes in `tool/shapes/` convert to it; any other outline makes one too.
 class RevolvedTool {
  public:
+  using Cutter = RevolvedCutter;  ///< the body that its head removes
+
   /// Throws std::invalid_argument for an outline that is not closed, whose head is empty, or whose foremost point is
   /// not one radius of the head below T's origin.
   RevolvedTool(const ToolOutline& outline, double head_top)

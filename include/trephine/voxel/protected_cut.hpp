@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/voxel/cut_floor.hpp>
+#include <trephine/voxel/cut_policy.hpp>
 
 #include <concepts>
 
 namespace trephine::inline TREPHINE_ALIGNED {
+
+template <VoxelDensity Density>
+class CutFloor;  // voxel/cut_floor.hpp
 
 /// Another cut that never lowers a voxel below its floor, whatever tool, pose, speed or policy. A scene's `Cutting`
 /// makes one of its policy and the floor of its `Veto`; a program that calls `carve` itself makes its own.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // says: a law of cutting belongs into the Cutting
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 

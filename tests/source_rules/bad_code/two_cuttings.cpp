@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // says: more than one Cutting: what cuts in a scene is one part
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
+#include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 using namespace trephine;

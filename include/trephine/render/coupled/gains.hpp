@@ -6,7 +6,7 @@
 #include <trephine/render/coupled/foundation.hpp>
 #include <trephine/render/coupled/springs.hpp>
 #include <trephine/render/coupled/virtual_coupling.hpp>
-#include <trephine/tool/rims_in_voxels.hpp>
+#include <trephine/tool/sag.hpp>
 #include <trephine/tool/shape.hpp>
 
 #include <algorithm>

@@ -3,7 +3,8 @@
 
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/tolerances.hpp>
-#include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/cutting_head.hpp>
+#include <trephine/tool/revolved_cutter.hpp>
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
@@ -13,6 +14,8 @@ enum class DrillEnd : unsigned char { kFlat, kCone, kRound };
 /// A drill bit: a cylinder about T's z axis, from its cutting end to `length` behind T's origin. The foremost point of
 /// every end is one radius ahead of T's origin, as with the ball of a burr.
 struct DrillBit {
+  using Cutter = RevolvedCutter;  ///< the body that it removes
+
   double radius = 0.001;
   double length = 0.010;  ///< of the cutting flutes, from T's origin toward the handle
   DrillEnd end = DrillEnd::kCone;
@@ -33,7 +36,8 @@ struct DrillBit {
   }
 
   /// The bit, all of which cuts.
-  operator CuttingHead() const {  // NOLINT(google-explicit-constructor): these measures are a head
+  operator CuttingHead() const { return cutting_head(); }  // NOLINT(google-explicit-constructor): it is a head
+  [[nodiscard]] CuttingHead cutting_head() const {
     validate();
     ToolOutline outline(end == DrillEnd::kFlat ? radius : 0, -radius);
     if (end == DrillEnd::kRound)
