@@ -7,6 +7,7 @@
 #include <trephine/stage/cutting.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/any_cut.hpp>
+#include <trephine/voxel/cut_floor.hpp>
 
 #include <doctest/doctest.h>
 
@@ -214,28 +215,48 @@ TEST_CASE("Only what cuts is cut: a way with the spindle off is no way that was 
   CHECK(std::isnan(milling.cut(grid, 127.5, renderer, {.X_GT_before = before, .X_GT = before, .cuts = true})));
 }
 
-TEST_CASE("A cut chosen at run time is the same cut, and another one begins anew") {
-  const auto run = [](auto milling, [[maybe_unused]] bool goes_on) {
-    auto grid = block();
+TEST_CASE("A cut chosen at run time is the same cut, and another one begins as in a new part") {
+  const auto drill = [](auto& milling, Grid& grid, double from) {
     double removed = 0;
     for (int t = 0; t < 40; ++t)
-      removed += milling.carve(grid, 127.5, at(10 + 0.1 * t), at(10.1 + 0.1 * t), kBurr, kOn);
-    if constexpr (std::same_as<decltype(milling), Cutting<AnyCut>>) {
-      if (!goes_on) return std::pair{removed, copy_of(grid)};
-      milling.adopt(AnyCut{RateLimitedCut<>{.rate = 3e3}});
-      for (int t = 0; t < 40; ++t) removed += milling.carve(grid, 127.5, at(14), at(14.1), kBurr, kOn);
-    }
-    return std::pair{removed, copy_of(grid)};
+      removed += milling.carve(grid, 127.5, at(from + 0.1 * t), at(from + 0.1 * (t + 1)), kBurr, kOn);
+    return removed;
   };
-  CHECK(run(Cutting{AnyCut{GeometricCut{}}}, false) == run(Cutting{}, false));
-  CHECK(run(Cutting{AnyCut{AdvancingCut{.speed = 0.1}}}, false) == run(Cutting{AdvancingCut{.speed = 0.1}}, false));
-  CHECK(run(Cutting{AnyCut{RateLimitedCut<>{.rate = 1e3}}}, true).first >
-        run(Cutting{RateLimitedCut<>{.rate = 1e3}}, false).first);
-  CHECK(run(Cutting{AnyCut{}}, false).first == 0);
-  CHECK(run(Cutting{AnyCut{}}, true).first > 0);
+  const auto same = [&](const auto& policy) {
+    auto grid = block(), twin = block();
+    Cutting chosen{AnyCut{policy}};
+    Cutting fixed{policy};
+    const double removed = drill(chosen, grid, 10);
+    CHECK(removed > 0);
+    CHECK(removed == drill(fixed, twin, 10));
+    // Another cut: dithering and the last cut are those of a new part.
+    chosen.adopt(RateLimitedCut<>{.rate = 3e3});
+    Cutting next{RateLimitedCut<>{.rate = 3e3}};
+    CHECK(drill(chosen, grid, 16) == drill(next, twin, 16));
+    CHECK(copy_of(grid) == copy_of(twin));
+  };
+  same(GeometricCut{});
+  same(AdvancingCut{.speed = 0.1});
+  auto grid = block();
+  Cutting nothing{AnyCut{}};
+  CHECK(drill(nothing, grid, 10) == 0);
   CHECK_THROWS_AS(AnyCut(AdvancingCut{.speed = -1}).validate(), std::invalid_argument);
   CHECK(AnyCut{}.is_none());
   CHECK(AnyCut{PressureCut{}}.kind() == CutKind::kByPressure);
+}
+
+TEST_CASE("A still tip cuts at once what a floor no longer keeps") {
+  auto grid = block();
+  CutFloor<std::uint8_t> floor(grid, 127.5);
+  floor.protect(0, {{0, 0, 0}, {39, 23, 23}}, [](int i, int, int) { return (i - 12.0) * kVoxel; });
+  floor.seal(grid);
+  Cutting milling;
+  const auto cut = [&](CutFloor<std::uint8_t>* f) { return milling.carve(grid, 127.5, at(12), at(12), kBurr, kOn, f); };
+  const double half = cut(&floor);
+  CHECK(half > 0);
+  CHECK(cut(&floor) == 0);
+  CHECK(cut(nullptr) == near(half, 0.1));  // the other half of the ball
+  CHECK(cut(nullptr) == 0);
 }
 
 TEST_CASE_TEMPLATE("A tip that creeps cuts every 256th of a voxel, within that of the whole sweep", Density,
