@@ -219,7 +219,7 @@ TEST_CASE("A cut chosen at run time is the same cut, and another one begins as i
   const auto drill = [](auto& milling, Grid& grid, double from) {
     double removed = 0;
     for (int t = 0; t < 40; ++t)
-      removed += milling.carve(grid, 127.5, at(from + 0.1 * t), at(from + 0.1 * (t + 1)), kBurr, kOn);
+      removed += milling.carve(grid, 127.5, at(from + 0.1 * t, 25), at(from + 0.1 * (t + 1), 25), kBurr, kOn);
     return removed;
   };
   const auto same = [&](const auto& policy) {
