@@ -135,4 +135,9 @@ template <RealScalar Scalar>
   return worst;
 }
 
+/// Returns the length of v, or the largest double where its squares overflow.
+[[nodiscard]] inline double bounded_norm(const Vec3d& v) noexcept {
+  return std::min(std::hypot(v.x(), v.y(), v.z()), std::numeric_limits<double>::max());
+}
+
 }  // namespace trephine

@@ -7,10 +7,7 @@
 #include <trephine/stage/pose_history.hpp>
 #include <trephine/stage/scene_state.hpp>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -35,13 +32,11 @@ namespace trephine::inline TREPHINE_ALIGNED {
 ///
 /// Statuses of `tick`, besides the renderer's own:
 /// - `kBadInput`: the pose is not finite, farther than kFarthestPosition, or no rotation within kRotationTolerance.
-///   The wrench is zero, nothing is carved, and renderer and stages keep their state; the next good tick continues
-///   from it.
+///   The wrench is zero, nothing is cut, and all state stays; the next good tick continues from it.
 /// - `kNonFinite`: a law overflowed. The wrench is zero; renderer and stages are reset.
 /// - `kStartedInside`: the wrench is not zero, and the bone there may be new to the scene. This is the first tick, a
-///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). Where the scene does not
-///   bound its wrench (`bounds_wrench`) it is the full contact wrench, and the caller must ramp it, as a ServoLoop
-///   does.
+///   tick after `reset`, or a tick after densities rose anywhere (`VoxelGrid::restore`). A scene that does not bound
+///   its wrench (`bounds_wrench`) returns all of it, and the caller must ramp it, as a ServoLoop does.
 /// - `kJump`: tool or bone moved farther in the tick than a hand moves them (`is_jump`). Nothing is cut. Only a scene
 ///   that cuts, bounds its wrench or uses velocities compares poses; others have the renderer's status.
 /// - `kFarAway`: all else is well, and the tool has been over `kFarthestHand` from the grid for `kFarTime`. Poses are
@@ -49,8 +44,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 ///
 /// With a coupled tool or a `ReleaseLimit` the wrench never steps: from tick to tick it changes, as a vector, by at
 /// most the stiffness times the tool's motion relative to the bone, and `release` times dt. A jump counts as no motion,
-/// but lets the wrench fall where the device yields to it.
-/// Only `kBadInput` and `kNonFinite` send zero at once. Stages after the bound add their own change.
+/// but lets the wrench fall where the device yields to it. Stages after the bound add their own change.
 ///
 /// A bad `dt` is no error: it is clamped to [kShortestDt, kLongestDt] (NaN to the shortest), and the tick has zero
 /// twist. Ticks after a gap (see PoseHistory) also have zero twist, so velocities never spike.
@@ -195,7 +189,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
         const CutTick tick{step.X_GT_before, now.X_GT,
                            step.continues,   now.restarts,
                            spindle_on,       spindle_on && !now.restarts && now.evaluated,
-                           context.dt,       magnitude(now.wrench_G.force)};
+                           context.dt,       bounded_norm(now.wrench_G.force)};
         const double removed_mm3 = cutting().cut(*bone_, isovalue_, renderer_, tick, parts_.cut_floor());
         if (!(removed_mm3 >= 0) || !is_finite(removed_mm3)) return false;
         result.removed_mm3 = context.removed_mm3 = removed_mm3;
@@ -239,11 +233,6 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
     result.cutting = {};
     result.status = Status::kNonFinite;
     return result;
-  }
-
-  /// Returns the length of v without overflow, so a cut never receives an infinite force.
-  [[nodiscard]] static double magnitude(const Vec3d& v) noexcept {
-    return std::min(std::hypot(v.x(), v.y(), v.z()), std::numeric_limits<double>::max());
   }
 
   [[no_unique_address]] PoseHistory<kUsesTwist, kCuts, kUsesHistory> history_;
