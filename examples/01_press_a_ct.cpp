@@ -4,6 +4,7 @@
 // See the force grow by stiffness times depth from where the image's surface is. CMake links trephine::itk.
 #include <trephine/adapter/itk.hpp>
 #include <trephine/trephine.hpp>
+#include <trephine/voxel/largest_piece.hpp>
 
 #include <cmath>
 #include <cstdint>

@@ -2,6 +2,7 @@
 // Guides a pedicle drill along a planned axis, and stops it at a depth. The hand is 1 mm and 5 degrees off.
 // See the guide pull sideways and turn, nothing along the axis until the depth, and then the stop.
 #include <trephine/structures.hpp>
+#include <trephine/tools.hpp>
 #include <trephine/trephine.hpp>
 
 #include <cstdint>
