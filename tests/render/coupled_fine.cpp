@@ -85,7 +85,7 @@ TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it,
   };
   const CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000), .felt = 1.0 / 60});
   check("geometric", 30, 1e-4, 1.2, Cutting{});
-  check("under pressure", 30, 1e-4, 0.8, cutting, Cutting{PressureCut{}});
+  check("under pressure", 30, 1e-4, 0.8, Cutting{PressureCut{}, cutting});
   if (kSanitized) return;
   check("rate 1e6", 30, 1e-4, 1.0, Cutting{{.rate = 1e6}});
   check("advancing", 30, 1e-4, 0.8, Cutting{AdvancingCut{.speed = 50e-3}});

@@ -185,9 +185,9 @@ TEST_CASE("coupled own hole: slices of two and a half and five times the voxels'
   check("geometric", {4e-4, 4e-4, 1e-3}, 0.1, Cutting{});
   check("geometric", {4e-4, 4e-4, 2e-3}, 0.3, Cutting{});
   check("geometric", {4e-4, 2e-3, 2e-3}, 0.3, Cutting{});
-  check("by pressure", {4e-4, 4e-4, 1e-3}, 0.1, law, Cutting{PressureCut{}});
-  check("by pressure", {2e-3, 4e-4, 4e-4}, 0.3, law, Cutting{PressureCut{}});
-  check("by pressure", {4e-4, 2e-3, 2e-3}, 0.3, law, Cutting{PressureCut{}});
+  check("by pressure", {4e-4, 4e-4, 1e-3}, 0.1, Cutting{PressureCut{}, law});
+  check("by pressure", {2e-3, 4e-4, 4e-4}, 0.3, Cutting{PressureCut{}, law});
+  check("by pressure", {4e-4, 2e-3, 2e-3}, 0.3, Cutting{PressureCut{}, law});
   check("advancing", {4e-4, 2e-3, 4e-4}, 0.3, Cutting{AdvancingCut{.speed = 20e-3}});
   check("rate", {4e-4, 2e-3, 4e-4}, 0.3, Cutting{{.rate = 2e5}});
 }
