@@ -5,6 +5,8 @@
 #include "common/percentile.hpp"
 #include "common/table.hpp"
 
+#include <trephine/render/thesis/line.hpp>
+#include <trephine/render/thesis/surface.hpp>
 #include <trephine/trephine.hpp>
 
 #include <benchmark/benchmark.h>
@@ -20,7 +22,7 @@ namespace trephine::bench::speed {
 using Clock = std::chrono::steady_clock;
 using Grid = VoxelGrid<std::uint8_t>;
 using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float, AreaWeights>;
+using Surface = SurfaceApproxRenderer<float>;
 using Line = LineApproxRenderer<float>;
 inline constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
 #if defined(__clang__)

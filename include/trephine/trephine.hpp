@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything but structures, the compiled library and the adapters. Include single headers where compile time matters.
+/// Everything but structures, the compiled library, the thesis' own renderers and the adapters. Include single headers
+/// where compile time matters.
 #include <trephine/contact/friction.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/units.hpp>
@@ -36,7 +37,6 @@
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/version.hpp>
 #include <trephine/voxel/brick_mesh.hpp>
-#include <trephine/voxel/clearance_map.hpp>
 #include <trephine/voxel/convert.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 #include <trephine/voxel/isovalue_warning.hpp>

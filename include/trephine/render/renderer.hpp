@@ -14,9 +14,6 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// The other members return results of the last `render`, for logging, drawing and carving.
 ///
 /// A renderer whose law depends on time has `render(field, X_GT, dt)` too, with the time since the last tick [s].
-///
-/// A renderer that saves work without torque has a member `disable_torque()`. The constructor of a scene with ForceOnly
-/// calls it.
 // clang-format off
 template <class R, class Field>
 concept Renderer = requires(R r, const R& c, const Field& field, const Pose<typename R::Scalar>& X_GT) {

@@ -12,18 +12,11 @@
 /// Discretization of a burr into vertices, for the Line and Surface approximations.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Lower end of the shaft's vertices. The thesis starts the cylinder at the ball's centre. Its part inside the ball
-/// touches no bone that the ball does not touch, and a vertex at the centre makes every press of the tip a shaft
+/// Vertex count of the Line approximation (thesis 3.1): vertices along the shaft's centreline, both ends included. The
+/// shaft starts where it leaves the ball: a vertex at the ball's centre would make every press of the tip a shaft
 /// contact.
-enum class ShaftStart {
-  kEmerging,   ///< at the height where the shaft leaves the ball
-  kTipCentre,  ///< at the ball's centre (thesis)
-};
-
-/// Vertex count of the Line approximation (thesis 3.1): vertices along the shaft's centreline, both ends included.
 struct LineCounts {
   int shaft = 50;
-  ShaftStart start = ShaftStart::kEmerging;
 };
 
 /// Vertex counts of the Surface approximation (thesis 3.2). Each group (ball, slice) has a further vertex at its
@@ -33,7 +26,6 @@ struct SurfaceCounts {
   int sphere = 260;   ///< vertices on the ball
   int slices = 70;    ///< slices along the shaft
   int per_slice = 8;  ///< vertices round each slice
-  ShaftStart start = ShaftStart::kEmerging;
 
   /// Counts of the thesis: 207 vertices with the centres.
   [[nodiscard]] static constexpr SurfaceCounts thesis() noexcept {
@@ -51,9 +43,6 @@ struct PointArrays {
     x.push_back(static_cast<Scalar>(p.x()));
     y.push_back(static_cast<Scalar>(p.y()));
     z.push_back(static_cast<Scalar>(p.z()));
-  }
-  void resize(int count) {
-    for (auto* a : {&x, &y, &z}) a->resize(static_cast<std::size_t>(count));
   }
   void pad() {
     const auto padded = static_cast<std::size_t>(padded_to_lane(size()));
@@ -123,7 +112,7 @@ class ToolDiscretization<LineCounts, S, Burr> {
     if (!(counts.shaft >= 1 && counts.shaft <= kMaxVertices))
       refuse("ToolDiscretization", "shaft vertices must be 1 to 100000", counts.shaft);
     // The centreline, unlike the shaft's surface, leaves the ball at its pole.
-    const double from = counts.start == ShaftStart::kTipCentre ? 0.0 : burr.tip_radius;
+    const double from = burr.tip_radius;
     for (int i = 0; i < counts.shaft; ++i) {
       const double fraction = counts.shaft == 1 ? 1.0 : static_cast<double>(i) / (counts.shaft - 1);
       points_.push_back({0, 0, from + fraction * (burr.shaft_length - from)});
@@ -139,14 +128,6 @@ class ToolDiscretization<LineCounts, S, Burr> {
   [[nodiscard]] const PointArrays<Scalar>& points() const noexcept { return points_; }
   /// Heights of the vertices above T's origin, ascending [m].
   [[nodiscard]] const std::vector<Scalar>& heights() const noexcept { return points_.z; }
-  /// Vertices of the same burr without its shaft: none.
-  [[nodiscard]] ToolDiscretization without_shaft() const {
-    Burr ball = burr_;
-    ball.shaft_length = 0;
-    ToolDiscretization tool(ball, {});
-    tool.burr_ = burr_;
-    return tool;
-  }
 
  private:
   Burr burr_;
@@ -229,18 +210,6 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
             .half_arc = half_arc,
             .half_length = half_length > radius / Scalar(2) ? Scalar(0) : half_length};
   }
-  /// Vertices of the ball, or of the tip, alone.
-  [[nodiscard]] ToolDiscretization without_shaft() const {
-    ToolDiscretization tip(*this);
-    const int count = groups_[0].count;
-    tip.groups_.resize(1);
-    tip.points_.resize(count);
-    tip.inward_.resize(count);
-    tip.radii_.resize(static_cast<std::size_t>(count));
-    tip.areas_.resize(static_cast<std::size_t>(count));
-    tip.add_centres();
-    return tip;
-  }
 
  protected:
   // For tools that are no burr and add their own vertices. `burr` has the tool's size.
@@ -279,7 +248,7 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   // Each slice is in the middle of its length of shaft.
   void add_slices(const SurfaceCounts& counts) {
     const double R = burr_.shaft_radius;
-    const double from = counts.start == ShaftStart::kTipCentre ? 0.0 : burr_.shaft_emerges();
+    const double from = burr_.shaft_emerges();
     const double length = (burr_.shaft_length - from) / counts.slices;
     const double area = 2 * std::numbers::pi * R * length / counts.per_slice;
     for (int s = 0; s < counts.slices; ++s) {

@@ -30,7 +30,6 @@ struct ThesisLineOptions {
   /// Throws std::invalid_argument for a number outside its range.
   void validate() const {
     if (!(stiffness > 0) || !is_finite(stiffness)) refuse("ThesisLineOptions", "stiffness must be > 0 N/m", stiffness);
-    if (!(friction >= 0) || !is_finite(friction)) refuse("ThesisLineOptions", "friction must be >= 0", friction);
     for (const int steps : {translation_steps, rotation_steps, raycast_steps})
       if (!(steps >= 1 && steps <= 100000)) refuse("ThesisLineOptions", "step counts must be 1 to 100000", steps);
     proxy.validate();

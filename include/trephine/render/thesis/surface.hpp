@@ -8,7 +8,6 @@
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
