@@ -41,17 +41,24 @@ struct Impact {
   double deepest = -1e9;  ///< of any vertex anywhere on the path [m]
 };
 
-// Oracle: the vertices and the points searched between them, the path in small pieces, then bisection.
-template <class Step, class Shape, class Scalar>
-Impact impact_slowly(const Step& step, const Shape& shape, const LineTool<Scalar>& tool, const Centreline<double>& a,
-                     const Centreline<double>& b, int pieces) {
+// Heights of a line's vertices and of the points searched between them.
+template <class Scalar>
+std::vector<double> searched_heights(const LineTool<Scalar>& tool) {
+  const double from = static_cast<double>(tool.heights().front());
+  const double length = static_cast<double>(tool.heights()[static_cast<std::size_t>(tool.count() - 1)]) - from;
+  const int points = (tool.count() - 1) * (kLane + 1);
+  std::vector<double> heights;
+  for (int i = 0; i <= points; ++i) heights.push_back(from + length * i / points);
+  return heights;
+}
+
+// Oracle: points of the line at some heights, the path in small pieces, then bisection.
+template <class Step, class Shape>
+Impact impact_slowly(const Step& step, const Shape& shape, const std::vector<double>& heights,
+                     const Centreline<double>& a, const Centreline<double>& b, int pieces) {
   const auto depth_at = [&](double time) {
     double deepest = -1e9;
-    const double from = static_cast<double>(tool.heights().front());
-    const double length = static_cast<double>(tool.heights()[static_cast<std::size_t>(tool.count() - 1)]) - from;
-    const int points = (tool.count() - 1) * (kLane + 1);
-    for (int i = 0; i <= points; ++i)
-      deepest = std::max(deepest, -shape(on_path(step, a, b, time, from + length * i / points)));
+    for (const double h : heights) deepest = std::max(deepest, -shape(on_path(step, a, b, time, h)));
     return deepest;
   };
   Impact impact;
@@ -76,7 +83,7 @@ enum class Motion { kTranslation, kRotation, kBoth };
 struct Tally {
   int found = 0, missed = 0, grazing = 0, invented = 0;
   double point = 0;  ///< distance of IntP from the surface [voxels]
-  double late = 0;   ///< distance of IntP from where the oracle's vertices first touch [voxels]
+  double late = 0;   ///< distance of IntP from where the line's point there first touches [voxels]
 };
 
 // Thousands of random moves of a line past a shape, at the speeds of a hand, 1 ms each.
@@ -85,6 +92,7 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
                    Random& random) {
   const ShapeField<Scalar, Shape> field(shape, kVoxel);
   std::vector<Scalar> scratch(2 * static_cast<std::size_t>(tool.padded()));
+  const std::vector<double> heights = searched_heights(tool);
   Tally tally;
   for (int i = 0; i < moves; ++i) {
     const double moved = 1e-3 * std::pow(10.0, random.uniform(-2, 0));  // .01 to 1 m/s
@@ -109,7 +117,7 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
     const auto from = line<Scalar>(tip, direction), to = line<Scalar>(to_tip, to_direction);
     const Centreline<double> from_d{from.tip.template cast<double>(), from.direction.template cast<double>()};
     const Centreline<double> to_d{to.tip.template cast<double>(), to.direction.template cast<double>()};
-    const Impact exact = impact_slowly(step, shape, tool, from_d, to_d, 100);
+    const Impact exact = impact_slowly(step, shape, heights, from_d, to_d, 100);
     if (exact.found && exact.time <= 0) continue;  // started inside: another test
     const auto hit = find_first_contact(field, tool, step, from, to, scratch.data());
     CHECK_FALSE(hit.bounded);
@@ -126,7 +134,10 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
     ++tally.found;
     tally.point = std::max(tally.point, std::abs(shape(hit.point.template cast<double>())) / kVoxel);
     const Vec3d tip_there = on_path(step, from_d, to_d, exact.time, 0);
-    const Vec3d there = on_path(step, from_d, to_d, exact.time, (hit.point.template cast<double>() - tip_there).norm());
+    const double height = (hit.point.template cast<double>() - tip_there).norm();
+    const Impact own = impact_slowly(step, shape, {height}, from_d, to_d, 100);
+    if (!own.found) continue;
+    const Vec3d there = on_path(step, from_d, to_d, own.time, height);
     tally.late = std::max(tally.late, (hit.point.template cast<double>() - there).norm() / kVoxel);
     CHECK(hit.fraction >= Scalar(0));
     CHECK(hit.fraction <= Scalar(1));
@@ -162,8 +173,8 @@ void check_random_moves(const Step& step, const char* name) {
     // Along one step a vertex moves half a voxel and Eq. 1 is linear: exact on a plate.
     CHECK(sum.point < (std::is_same_v<Scalar, float> ? 7e-6 : 2e-14));
     CHECK(ball.point < 0.024);
-    // Half a voxel, the final step, is what is promised.
-    CHECK(std::max(sum.late, ball.late) <= 0.15);
+    // Half a voxel, the final step, is what is promised; points between vertices also graze the ball.
+    CHECK(std::max(sum.late, ball.late) <= 0.2);
   }
 }
 
@@ -276,7 +287,7 @@ TEST_CASE_TEMPLATE("turns by half a circle, no motion, and bad numbers", Scalar,
       const Centreline<Scalar> wild{Vec3<Scalar>::Constant(bad), Vec3<Scalar>::Constant(bad)};
       static_cast<void>(find_first_contact(field, tool, step, up, wild, scratch.data()));
       static_cast<void>(find_first_contact(field, tool, step, wild, up, scratch.data()));
-      CHECK(field.samples <= 2 * (2 * (512 + 1)) * tool.padded());
+      CHECK(field.samples <= 2 * (2 * (512 + 1)) * (tool.padded() + kLane));
     }
     // The bound is kept and said.
     auto coarse = step;
@@ -285,7 +296,7 @@ TEST_CASE_TEMPLATE("turns by half a circle, no motion, and bad numbers", Scalar,
     const auto far =
         find_first_contact(field, tool, coarse, up, line<Scalar>(Vec3d(1, 0, 0), Vec3d::UnitZ()), scratch.data());
     CHECK(far.bounded);
-    CHECK(field.samples <= (2 * (8 + 1)) * tool.padded());
+    CHECK(field.samples <= (2 * (8 + 1)) * (tool.padded() + kLane));
   };
   check(TranslateRotate{});
   check(RayCast{});
