@@ -94,7 +94,7 @@ struct Bench {
     CAPTURE(name);
     CAPTURE(static_cast<int>(place));
     const Energy e = closed_loops(renderer, field, o.middle(), radius, place, kLoops);
-    MESSAGE(name, " at place ", static_cast<int>(place), ": worst loop ", 100 * e.worst, " %");
+    MESSAGE(std::string(name), " at place ", static_cast<int>(place), ": worst loop ", 100 * e.worst, " %");
     CHECK(e.loops > kLoops / 2);
     CHECK(100 * e.worst <= most);
     return e;
@@ -112,7 +112,7 @@ TEST_CASE("closed loops: net work of every law") {
   const auto thesis_surface = [&](Place place, double most) {
     return bench.row("the thesis' Surface", ThesisSurface<double>(tool(26)), place, most);
   };
-  const Energy few = surface(26, Place::kTip, 32), more = surface(100, Place::kTip, 3.1),
+  const Energy few = surface(26, Place::kTip, 16), more = surface(100, Place::kTip, 1.4),
                many = surface(400, Place::kTip, 0.39), shaft = surface(26, Place::kShaft, 0.45),
                deep_few = surface(26, Place::kDeep, 1.6), deep = surface(400, Place::kDeep, 1.6);
   const Energy thesis_tip = thesis_surface(Place::kTip, 31), thesis_shaft = thesis_surface(Place::kShaft, 100),
