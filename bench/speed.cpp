@@ -18,9 +18,7 @@
 namespace trephine::bench::speed {
 namespace {
 
-/// The thesis' own formulas, and ours that sum over patches.
-using Thesis = SurfaceApproxRenderer<float, CollisionRatio, HoldForce, TorqueOnly>;
-using Patches = SurfaceApproxRenderer<float, PatchWeights>;
+using Thesis = ThesisSurface<float>;
 
 /// The thesis' ticks with a gradient for each hit: the least that any law adds to them that asks how bone lies.
 struct WithGradients {
@@ -286,29 +284,24 @@ void measure_speed(const Options& options, const Scene& scene) {
     run.add("surface" + count, rendering(on_flat, lying, X));
     run.add("surface" + count + ", bare", Samples(on_flat, lying, X, taken_by(on_flat, lying, X).samples));
     run.add("thesis" + count, rendering(on_flat, Thesis(lying.tool()), X));
-    run.add("patches" + count, rendering(on_flat, Patches(lying.tool()), X));
     run.add("thesis with gradients" + count, WithGradients{Thesis(lying.tool()), on_flat, X, hits});
   }
-  // The same with a map of air; bare samples are those of a tick that looks at all.
-  ClearanceMap<std::uint8_t> air(scene.tooth, kIsovalue);
-  const FieldWithClearance<Field, std::uint8_t> known(field, air);
-  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)})
-    run.add(std::string("surface, culled, ") + name, rendering(known, thesis, X));
-  // Without and with the field's knowledge of air; the plain one knows nothing, not even where the grid ends.
+  // Without and with the field's knowledge of its end; the plain one knows nothing.
   const test::CountingField<Field> plain(field);
-  for (const auto& [name, X] :
-       {std::pair("near air", near_air), std::pair("far air", far_air), std::pair("beyond the grid", outside)}) {
+  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("beyond the grid", outside)}) {
     run.add("line, " + std::string(name) + ", all sampled", moving(plain, X, line()));
     run.add("line, " + std::string(name), moving(field, X, line()));
-    run.add("line, " + std::string(name) + ", map of air", moving(known, X, line()));
   }
-  BoneSurface<std::uint8_t> bone(scene.tooth, kIsovalue);
-  const FieldWithClearance<BoneSurfaceView<std::uint8_t>, std::uint8_t> known_bone(bone.view(), air);
-  auto tool = coupled();
-  tool.prepare(bone.view());
-  for (const auto& [name, X] : {std::pair("near air", near_air), std::pair("far air", far_air)}) {
-    run.add("coupled, " + std::string(name), moving(bone.view(), Posed(X.cast<double>()), tool));
-    run.add("coupled, " + std::string(name) + ", map of air", moving(known_bone, Posed(X.cast<double>()), tool));
+  // The rates of the thesis' Fig. 26 and 29: its algorithms and ours, by their counts.
+  for (const int n : {50, 100, 250, 500, 1000}) {
+    const ToolDiscretization<LineCounts, float> tool(burr_of(), {.shaft = n});
+    run.add("line of " + std::to_string(n), moving(field, light, Line(tool)));
+    run.add("thesis' line of " + std::to_string(n), moving(field, light, ThesisLine<float>(tool)));
+  }
+  for (const int n : {10, 20, 30, 50, 100}) {
+    const ToolDiscretization<SurfaceCounts, float> tool(burr_of(), {.sphere = 26, .slices = n});
+    run.add("surface of " + std::to_string(n), rendering(field, Surface(tool), light));
+    run.add("thesis' surface of " + std::to_string(n), rendering(field, Thesis(tool), light));
   }
   for (const auto& [name, work] : speed_levels::work_at_o2()) run.add("-O2, " + name, work);
   for (const auto& [name, work] : speed_levels::work_at_o3()) run.add("-O3, " + name, work);
@@ -317,16 +310,14 @@ void measure_speed(const Options& options, const Scene& scene) {
 
   Report report(run, options);
   sampling.report(report);
-  const std::string near = "surface, near air, bare", sampled = ", all sampled", mapped = ", map of air";
+  const std::string near = "surface, near air, bare", sampled = ", all sampled";
   const double contact = std::string(kCompiler) == "g++" ? 1.5 : 1.8;
   report.row("no-contact tick / bare samples, Surface", "surface, near air", near, 1.15);
-  report.row("culled far air / bare samples, Surface", "surface, culled, far air", "surface, far air, bare", 0.25);
-  report.row("culled near air / bare samples, Surface", "surface, culled, near air", near, 0.65);
   report.row("outside the grid's box / bare samples, Surface", "surface, outside", near, 0.1);
   for (const std::string hits : {"20 hits", "84 hits"}) {
     report.row("contact tick of " + hits + " / bare samples", "surface, " + hits, "surface, " + hits + ", bare",
                contact);
-    report.row("patches / the thesis' way, " + hits, "patches, " + hits, "thesis, " + hits, 1);
+    report.row("ours / the thesis' way, " + hits, "surface, " + hits, "thesis, " + hits, 1);
     report.row("the thesis' way and a gradient a hit / without, " + hits, "thesis with gradients, " + hits,
                "thesis, " + hits);
   }
@@ -336,10 +327,14 @@ void measure_speed(const Options& options, const Scene& scene) {
     report.row("contact tick, " + what + " / its samples, single ones as such", tick, taken);
     report.row("samples as taken, " + what + " / bare samples", taken, bare);  // no tick can be below
   }
-  for (const std::string where : {"line, near air", "line, far air"})
-    report.row(where + ", moving: a map of air / all sampled", where + mapped, where + sampled);
-  for (const std::string where : {"coupled, near air", "coupled, far air"})
-    report.row(where + ", moving: a map of air / none", where + mapped, where);
+  for (const int n : {50, 100, 250, 500, 1000}) {
+    const std::string tool = "line of " + std::to_string(n);
+    report.row(tool + " vertices / the thesis' one", tool, "thesis' " + tool);
+  }
+  for (const int n : {10, 20, 30, 50, 100}) {
+    const std::string tool = "surface of " + std::to_string(n);
+    report.row(tool + " slices / the thesis' one", tool, "thesis' " + tool);
+  }
   report.row("line beyond the grid, moving / all sampled", "line, beyond the grid", "line, beyond the grid" + sampled);
   for (const std::string name : {"sampling", "no-contact tick", "contact tick"})
     report.row("-O2 / -O3, " + name, "-O2, " + name, "-O3, " + name, 1.2);

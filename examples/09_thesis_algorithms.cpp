@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The thesis' two algorithms and the coupled tool, side by side on one path: over a bone, into it, and along it.
-// See Line and the coupled tool feel stiffness times depth, and Surface sink in by its springs' own law.
+// The thesis' two algorithms as it writes them, beside ours, pressed into a bone.
+// See the thesis' Surface step as vertices come and go (Eq. 16), where ours follows the depth; both Lines feel alike.
 #include <trephine/thesis.hpp>
 #include <trephine/trephine.hpp>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <vector>
@@ -17,21 +16,25 @@ int main() {
   VoxelGrid<std::int16_t> bone({.size = {64, 64, 48}, .spacing = {0.5_mm, 0.5_mm, 0.5_mm}}, hounsfield);
 
   const Burr burr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 40_mm};
-  HapticScene line{bone, 300, LineApproxRenderer{ToolDiscretization{burr, LineCounts{}}, {.stiffness = 500}}};
-  HapticScene surface{bone, 300, SurfaceApproxRenderer{ToolDiscretization{burr, SurfaceCounts{}}, {.stiffness = 500}}};
-  HapticScene coupled{bone, 300, CoupledToolRenderer{burr, CoupledOptions{.stiffness = 500}}};
+  const ToolDiscretization centreline{burr, LineCounts{}};
+  const ToolDiscretization vertices{burr, SurfaceCounts::thesis()};
+  HapticScene thesis_line{bone, 300, ThesisLine{centreline, {.stiffness = 500}}};
+  HapticScene thesis_surface{bone, 300, ThesisSurface{vertices, {.stiffness = 500}}};
+  HapticScene line{bone, 300, LineApproxRenderer{centreline, {.stiffness = 500}}};
+  HapticScene surface{bone, 300, SurfaceApproxRenderer{vertices, {.stiffness = 500}}};
 
-  std::printf("depth of the burr's end   Line   Surface   coupled tool [N]\n");
-  for (int tick = 0; tick < 3000; ++tick) {
+  std::printf("depth of the burr's end   Line: thesis, ours   Surface: thesis, ours [N]\n");
+  for (int tick = 1; tick <= 1500; ++tick) {
     Posed X_WT = Posed::Identity();
-    const double depth = tick < 1500 ? 1e-6 * tick : 1.5_mm;  // down by 1 mm/s, then along by 4 mm/s
-    X_WT.translation() = Vec3d(12_mm + 4e-6 * std::max(0, tick - 1500), 16_mm, 13.2045_mm - depth);
+    const double depth = 1e-6 * tick;  // down by 1 mm/s
+    X_WT.translation() = Vec3d(16_mm, 16_mm, 13.2045_mm - depth);
     const TickInput input{.X_WT = X_WT, .spindle_on = false};
     TickInput tip = input;  // Line's tip is a point at T's origin: here it goes where the burr's end is
     tip.X_WT.translation().z() -= burr.tip_radius;
-    const TickResult a = line.tick(tip, 1e-3), b = surface.tick(input, 1e-3), c = coupled.tick(input, 1e-3);
-    if (tick % 300 == 299)
-      std::printf("%20.2f mm %7.3f %9.3f %9.3f\n", 1e3 * depth, a.wrench.force.norm(), b.wrench.force.norm(),
-                  c.wrench.force.norm());
+    const TickResult a = thesis_line.tick(tip, 1e-3), b = line.tick(tip, 1e-3);
+    const TickResult c = thesis_surface.tick(input, 1e-3), d = surface.tick(input, 1e-3);
+    if (tick % 150 == 0)
+      std::printf("%20.2f mm %13.3f %7.3f %14.3f %7.3f\n", 1e3 * depth, a.wrench.force.norm(), b.wrench.force.norm(),
+                  c.wrench.force.norm(), d.wrench.force.norm());
   }
 }

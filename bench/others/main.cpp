@@ -130,7 +130,8 @@ Tool own_tool(const std::string& name, double radius, VoxelGrid<std::uint8_t>& b
   return {name, radius, [=](const Posed& X) { scene->reset(), tick(X); }, tick};
 }
 
-/// With this stiffness infinitely many vertices give the ideal force at the slide's depth on a ball of `ball` metres.
+/// With this k of the foundation [N/m³] infinitely many vertices give the ideal force at the slide's depth on a ball of
+/// `ball` metres.
 double surface_stiffness(const Burr& burr, double ball) {
   const Posed X = make_pose<double>(Mat3d::Identity(), Vec3d(0, 0, ball + burr.tip_radius - kDeep));
   return kIdeal /
@@ -142,8 +143,9 @@ std::vector<Tool> tools(ChaiBone& chai, VoxelGrid<std::uint8_t>& bone, const Bur
   const double R = burr.tip_radius, ball = kBallRadius * bone.spacing().x();
   chai.set_spacing(bone.spacing().x());
   const LineApproxRenderer<float> line(ToolDiscretization<LineCounts, float>(burr, {}), {.stiffness = kStiffness});
-  const SurfaceApproxRenderer<float> surface(ToolDiscretization<SurfaceCounts, float>(burr, {}),
-                                             {.thesis_stiffness = surface_stiffness(burr, ball)});
+  const ToolDiscretization<SurfaceCounts, float> vertices(burr, {});
+  const double share = surface_stiffness(burr, ball) / SurfaceApproxRenderer<float>(vertices).foundation_stiffness();
+  const SurfaceApproxRenderer<float> surface(vertices, {.stiffness = share * SurfaceOptions{}.stiffness});
   return {chai_tool(chai, burr, 0), chai_tool(chai, burr, 7),
           own_tool("Coupled", R, bone, CoupledToolRenderer{burr, CoupledOptions{.stiffness = kStiffness}}),
           own_tool("Line", 0, bone, line), own_tool("Surface", R, bone, surface)};

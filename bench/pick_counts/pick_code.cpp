@@ -47,18 +47,12 @@ Parts parts(const LineSetting& s, const Scene& scene) {
 // A device known by name gets the stages of its preset.
 Parts parts(const SurfaceSetting& s, const Scene& scene) {
   const bool known = !scene.device.empty();
-  const char* const policies = scene.tool_name.empty() ? ""
-                                                       : ", trephine::ExtendAlongSurface, trephine::FullWrench,\n"
-                                                         "    trephine::AnalyticGradient, trephine::RevolvedTool";
   return {text("const trephine::SurfaceCounts counts{.sphere = %d, .slices = %d, .per_slice = %d};\n", s.sphere,
                s.slices, s.per_slice) +
               "const trephine::ToolDiscretization tool{drill, counts};\n" +
               text("const trephine::SurfaceOptions options{.stiffness = %s, .search_step = %.6g%s};\n",
                    stiffness_code(scene).c_str(), s.search_step, known ? ", .budget = device.budget" : "") +
-              (s.patches ? std::string("trephine::SurfaceApproxRenderer renderer{tool, options};\n")
-                         : text("trephine::SurfaceApproxRenderer<float, trephine::AreaWeights%s> renderer{tool, "
-                                "options};\n",
-                                policies)) +
+              "trephine::SurfaceApproxRenderer renderer{tool, options};\n" +
               (known ? "const trephine::HuntCrossley damping{device.hunt_crossley};\n"
                        "const trephine::PassivityController passivity{device.passivity};\n"
                        "const trephine::WrenchRateLimit rate{device.rate};\n"

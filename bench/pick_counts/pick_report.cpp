@@ -114,8 +114,8 @@ std::string as_csv(const Study& study) {
         out += "coupled,,,,,,";
       } else {
         const auto& s = std::get<SurfaceSetting>(m.setting);
-        out += text("surface,%s,%d,%d,%d,%d,%.9g", s.patches ? "patch" : "area",
-                    1 + s.sphere + s.slices * (1 + s.per_slice), s.sphere, s.slices, s.per_slice, s.search_step);
+        out += text("surface,,%d,%d,%d,%d,%.9g", 1 + s.sphere + s.slices * (1 + s.per_slice), s.sphere, s.slices,
+                    s.per_slice, s.search_step);
       }
       const auto& chosen = study.choices[i].recommended;
       out += text(",%.9g,%.9g,%d,%.9g,%.9g,%.9g,%.9g,%d,%.9g,%.9g,%.9g,%d,%d\n", m.median_us, m.p999_us, m.repetitions,

@@ -102,12 +102,10 @@ std::unique_ptr<Player> make(const LineSetting& s, const Scene& scene, const Gri
 }
 
 std::unique_ptr<Player> make(const SurfaceSetting& s, const Scene& scene, const Grid& bone) {
-  return with_tool(scene, [&]<class Shape>(const Shape& shape) {
+  return with_tool(scene, [&](const auto& shape) {
     const SurfaceCounts counts{.sphere = s.sphere, .slices = s.slices, .per_slice = s.per_slice};
     const ToolDiscretization tool{shape, counts};
     const SurfaceOptions options{.stiffness = scene.stiffness, .search_step = s.search_step, .budget = scene.budget()};
-    using Areas = SurfaceApproxRenderer<float, AreaWeights, ExtendAlongSurface, FullWrench, AnalyticGradient, Shape>;
-    if (!s.patches) return player_of(Areas{tool, options}, scene, bone);
     return player_of(SurfaceApproxRenderer{tool, options}, scene, bone);
   });
 }
@@ -146,8 +144,8 @@ std::string describe(const Setting& setting) {
     return text("%d vertices, steps of %.4g voxel", l->vertices, l->step);
   if (std::holds_alternative<CoupledSetting>(setting)) return "nothing to choose";
   const auto& s = std::get<SurfaceSetting>(setting);
-  return text("sphere %d, %d slices of %d%s, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
-              s.patches ? ", patches" : "", s.search_step);
+  return text("sphere %d, %d slices of %d, search in steps of %.4g voxel", s.sphere, s.slices, s.per_slice,
+              s.search_step);
 }
 
 std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
@@ -172,8 +170,7 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
       for (const int c : per_slice) {
         // Fine along the shaft and coarse round it, or the other way, is waste.
         if (c > 2 * b || b > 20 * c) continue;
-        for (const double step : steps) all.emplace_back(SurfaceSetting{a, b, c, step, false});
-        if (!quick) all.emplace_back(SurfaceSetting{a, b, c, 0.5, true});
+        for (const double step : steps) all.emplace_back(SurfaceSetting{a, b, c, step});
       }
   return all;
 }
@@ -181,13 +178,13 @@ std::vector<Setting> settings_to_try(Algorithm algorithm, bool quick) {
 Setting truth_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 2000 : 4000, quick ? 0.0625 : 0.03125};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
-  return quick ? SurfaceSetting{4000, 320, 64, 0.125, false} : SurfaceSetting{8000, 640, 128, 0.0625, false};
+  return quick ? SurfaceSetting{2000, 160, 32, 0.125} : SurfaceSetting{4000, 320, 64, 0.0625};
 }
 
 Setting check_setting(Algorithm algorithm, bool quick) {
   if (algorithm == Algorithm::kLine) return LineSetting{quick ? 1000 : 2000, quick ? 0.125 : 0.0625};
   if (algorithm == Algorithm::kCoupled) return CoupledSetting{};
-  return quick ? SurfaceSetting{2000, 160, 32, 0.25, false} : SurfaceSetting{4000, 320, 64, 0.125, false};
+  return quick ? SurfaceSetting{1000, 80, 16, 0.25} : SurfaceSetting{2000, 160, 32, 0.125};
 }
 
 std::unique_ptr<Player> make_player(const Setting& setting, const Scene& scene, const Grid& bone) {

@@ -136,7 +136,6 @@ struct SurfaceSetting {
   int slices = 20;
   int per_slice = 8;
   double search_step = 0.5;  ///< voxels
-  bool patches = false;      ///< PatchWeights instead of AreaWeights: the same law, summed better
 
   friend bool operator==(const SurfaceSetting&, const SurfaceSetting&) = default;
 };

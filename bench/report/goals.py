@@ -17,7 +17,6 @@ COLUMNS = {
 HEADER = ["what"] + [title for title, _, _ in COLUMNS.values()] + ["met"]
 IMAGES = {"ct_blur": "CT blur", "ct_blur_c60": "CT blur, contrast 60", "partial_volume": "partial volume"}
 TIPS, SHAFTS = tables.SMOOTH_TIPS, tables.SMOOTH_SHAFTS
-SURFACE_LAWS = {"default law": tables.SURFACE_DEFAULT, "AreaWeights": tables.SURFACE_AREA}
 
 
 def goal(what, rows, **limits):
@@ -62,11 +61,10 @@ def goals(sweep):
                           torque=2, direction=2, tick=20))
         found.append(goal(f"Surface, defaults, against rigid contact, {name}",
                           at(TIPS + SHAFTS, tables.SURFACE_DEFAULT, "model", **more), direction=5))
-    for name, law in SURFACE_LAWS.items():
-        found.append(best(f"Surface, {name}, tip", TIPS, "surface", law, 20e3, "force_error_rel_p95",
-                          force=1, direction=2, point=0.05))
+    found.append(best("Surface, tip", TIPS, "surface", tables.SURFACE_DEFAULT, 20e3, "force_error_rel_p95",
+                      force=1, direction=2, point=0.05))
     for voxel_mm, diameter in ((0.3, "5.3"), (0.15, "10.7")):
-        laws = [("Line", "line", tables.LINE_DEFAULT, 50e3)] + [(f"Surface, {n}", "surface", v, 20e3) for n, v in SURFACE_LAWS.items()]
+        laws = [("Line", "line", tables.LINE_DEFAULT, 50e3), ("Surface", "surface", tables.SURFACE_DEFAULT, 20e3)]
         for name, renderer, variant, most_ns in laws:
             found.append(best(f"{name}, shaft of {diameter} voxels diameter", SHAFTS, renderer, variant, most_ns,
                               "torque_error_rel_p95", voxel_mm, torque=2, direction=2))
@@ -79,8 +77,8 @@ GAIN_HEADER = ["at the thesis' counts, tip", "times less force error (4)", "time
 def gains(sweep):
     """Ours against the thesis' formulas at the same counts: least and greatest over the smooth tips."""
     found = []
-    pairs = [(f"Surface, {n}", v, tables.SURFACE_THESIS) for n, v in SURFACE_LAWS.items()]
-    for name, variant, thesis in pairs + [("Line", tables.LINE_DEFAULT, tables.LINE_THESIS)]:
+    for name, variant, thesis in (("Surface", tables.SURFACE_DEFAULT, tables.SURFACE_THESIS),
+                                  ("Line", tables.LINE_DEFAULT, tables.LINE_THESIS)):
         both = [(sweep.at_defaults(s, variant), sweep.at_defaults(s, thesis)) for s in TIPS]
         both = [(ours, theirs) for ours, theirs in both if ours and theirs]
         if not both:
@@ -93,22 +91,14 @@ def gains(sweep):
 
 
 def choices(sweep):
-    """Each reading that the thesis leaves open: the default's worst figure beside the other reading's."""
-    line, surface = tables.LINE_DEFAULT, tables.SURFACE_DEFAULT
-    asked = [
-        ("sum: PatchWeights, Eq. 16", TIPS, surface, tables.SURFACE_THESIS, "force"),
-        ("sum: PatchWeights, Eq. 16", TIPS, surface, tables.SURFACE_THESIS, "direction"),
-        ("sum: PatchWeights, Eq. 16", TIPS, surface, tables.SURFACE_THESIS, "tick"),
-        ("sum: PatchWeights, AreaWeights", TIPS, surface, tables.SURFACE_AREA, "force"),
-        ("normals: SplineGradient, StoredGradient", TIPS, line, line.replace("spline", "stored"), "force"),
-        ("normals: SplineGradient, AnalyticGradient", TIPS, line, line.replace("spline", "analytic"), "force"),
-        ("tracking: Constrained, Projected", SHAFTS, line, line.replace("constrained", "projected"), "torque"),
-        ("tracking: Constrained, Centreline", SHAFTS, line, line.replace("constrained", "centreline"), "torque"),
-        ("refine: true, false", SHAFTS, line, line.replace("-refined", ""), "torque"),
-        ("refine: true, false", SHAFTS, line, line.replace("-refined", ""), "tick"),
-        ("stepping: TranslateRotate, RayCast", SHAFTS, line, line.replace("translate_rotate", "ray_cast"), "torque"),
-        ("torque from: proxy, probe", SHAFTS, line, line + "-probe_origin", "torque"),
-    ]
+    """The worst figures of ours beside those of the thesis' algorithms, and of Line's two searches."""
+    surface, line = (tables.SURFACE_DEFAULT, tables.SURFACE_THESIS), (tables.LINE_DEFAULT, tables.LINE_THESIS)
+    asked = [("Surface: ours, thesis", TIPS, *surface, key) for key in ("force", "direction", "tick")]
+    asked += [("Surface: ours, thesis", SHAFTS, *surface, key) for key in ("torque", "tick")]
+    asked += [("Line: ours, thesis", TIPS, *line, key) for key in ("force", "direction", "tick")]
+    asked += [("Line: ours, thesis", SHAFTS, *line, key) for key in ("torque", "tick")]
+    asked += [("Line: translate and rotate, ray casting", SHAFTS, tables.LINE_DEFAULT, tables.LINE_RAY_CAST, key)
+              for key in ("torque", "tick")]
     rows = []
     for what, scenarios, ours, theirs, key in asked:
         title, column, factor = COLUMNS[key]

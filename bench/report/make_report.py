@@ -49,7 +49,7 @@ def figure(path):
 
 
 def beside_the_thesis(sweep, kind):
-    laws = {"thesis": (tables.SURFACE_THESIS, tables.LINE_THESIS), "AreaWeights": (tables.SURFACE_AREA,),
+    laws = {"thesis": (tables.SURFACE_THESIS, tables.LINE_THESIS),
             "default": (tables.SURFACE_DEFAULT, tables.LINE_DEFAULT, tables.COUPLED)}
     rows = []
     for scenario in tables.unique(sweep.rows, "scenario"):

@@ -69,10 +69,7 @@ def error_against_time(folder, sweep, scenario, renderer):
     plot.setup += ["set logscale xy", "set format xy '%g'"]
     groups = {}
     for row in rows:
-        parts = row["variant"].split("-")
-        group = parts[0] if renderer != "line" else (
-            "thesis" if row["variant"] == tables.LINE_THESIS else parts[1] + (", refined" if "refined" in parts else "")
-            + ("" if "spline" in parts else ", " + parts[3] + " normals"))
+        group = "thesis" if row["variant"] in (tables.LINE_THESIS, tables.SURFACE_THESIS) else row["variant"]
         groups.setdefault(group, []).append((row["tick_ns_median"] / 1000, 100 * row[key]))
     for (group, members), colour in zip(sorted(groups.items()), COLOURS * 2):
         plot.add(group, members, f"points pt 7 ps 0.45 lc rgb '{colour}'")

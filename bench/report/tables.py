@@ -5,11 +5,11 @@ import csv
 import math
 import os
 
-SURFACE_THESIS = "ratio-hold-torque-analytic"
-SURFACE_AREA = "area-extend-full-analytic"
-SURFACE_DEFAULT = "patch-extend-full-analytic"
-LINE_THESIS = "translate_rotate-projected-torque-stored-thesis_trigger"
-LINE_DEFAULT = "translate_rotate-constrained-full-spline-refined"
+SURFACE_THESIS = "thesis_surface"
+SURFACE_DEFAULT = "surface"
+LINE_THESIS = "thesis_line"
+LINE_DEFAULT = "translate_rotate"
+LINE_RAY_CAST = "ray_cast"
 SURFACE_COUNTS = dict(vertices=260.0, slices=70.0, per_slice=8.0)  # SurfaceCounts{}
 THESIS_COUNTS = dict(surface=dict(vertices=26.0, slices=20.0, per_slice=8.0), line=dict(vertices=50.0), coupled={})
 COUPLED = "coupled"
@@ -51,8 +51,7 @@ def counts(row):
 
 
 def renderer_of(variant):
-    law = variant.split("-")[0]
-    return "surface" if law in ("ratio", "area", "patch") else "coupled" if law == COUPLED else "line"
+    return "surface" if variant in (SURFACE_THESIS, SURFACE_DEFAULT) else "coupled" if variant == COUPLED else "line"
 
 
 class Sweep:

@@ -26,7 +26,7 @@ namespace {
 
 using namespace trephine;
 using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float, AreaWeights>;
+using Surface = SurfaceApproxRenderer<float>;
 
 struct Bone {
   static constexpr int kLevel = 88;  // voxels

@@ -7,22 +7,19 @@
 namespace trephine::bench::speed {
 /// Bytes of a grid and what goes with it.
 void measure_memory(const Options& options) {
-  Table table(options.folder + "/speed_memory.csv",
-              "voxels,density,grid_MB,bytes_per_voxel,without_original_MB,air_map_MB");
+  Table table(options.folder + "/speed_memory.csv", "voxels,density,grid_MB,bytes_per_voxel,without_original_MB");
   const auto row = [&]<class Density>(int side, Density) {
     const double count = std::pow(side, 3);
     const std::vector<Density> none(static_cast<std::size_t>(count));
     const std::array<int, 3> size{side, side, side};
     const GridGeometry geometry{.size = size, .spacing = Vec3d::Constant(1e-4)};
     double bare = 0;
-    double air = 0;
     {
       const VoxelGrid<Density> grid(geometry, none, {.keep_original = false});
       bare = static_cast<double>(grid.bytes());
-      air = static_cast<double>(ClearanceMap<Density>(grid, 1).bytes());
     }
     const double all = bare + std::pow(side + 2, 3) * sizeof(Density);
-    table.row(side, sizeof(Density) == 1 ? "8 bit" : "16 bit", all / 1e6, all / count, bare / 1e6, air / 1e6);
+    table.row(side, sizeof(Density) == 1 ? "8 bit" : "16 bit", all / 1e6, all / count, bare / 1e6);
   };
   for (const int side : {256, 512}) {
     row(side, std::uint8_t{});

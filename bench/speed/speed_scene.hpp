@@ -20,7 +20,7 @@ namespace trephine::bench::speed {
 using Clock = std::chrono::steady_clock;
 using Grid = VoxelGrid<std::uint8_t>;
 using Field = DensityField<std::uint8_t, float>;
-using Surface = SurfaceApproxRenderer<float, AreaWeights>;
+using Surface = SurfaceApproxRenderer<float>;
 using Line = LineApproxRenderer<float>;
 inline constexpr double kIsovalue = drill::PhantomDensities::kIsovalue;
 #if defined(__clang__)

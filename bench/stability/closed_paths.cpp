@@ -114,11 +114,9 @@ void plan_closed_paths(const StabilityOptions& options, Plan& plan) {
   std::vector<Setup> setups = usual_setups({{.renderer = "line", .friction = 0.3},
                                             {.renderer = "line", .options = "thesis", .friction = 0.3},
                                             {.renderer = "line", .budget = kBudget},
-                                            {.renderer = "surface", .budget = kBudget},
-                                            {.renderer = "surface", .options = "area weights"}});
+                                            {.renderer = "surface", .budget = kBudget}});
   const std::size_t main = setups.size();  // the others: fewer paths
-  for (const std::string renderer : {"line", "surface"})
-    for (const auto& choice : thesis_choices(renderer)) setups.push_back({.renderer = renderer, .options = choice});
+  setups.push_back({.renderer = "surface", .options = "thesis' counts"});
   for (std::size_t i = 0; i < setups.size(); ++i) {
     setups[i].burr.shaft_length = 12e-3;
     plan.push_back({setups[i].renderer + ", closed paths", [s = setups[i], is_main = i < main, quick = options.quick] {

@@ -119,7 +119,6 @@ Place scanned_place(const std::string& skull, bool milled) {
 void plan_milling(const StabilityOptions& options, Plan& plan) {
   const auto measured = [=](bool skull, Setup s, double newton, bool spindle) {
     Site site = skull ? scanned(options.skull) : block();
-    if (s.options == "thesis" && s.renderer == "line") site.bone = with_gradients(*site.bone);
     s.burr = site.burr;
     s.mill_rate = site.rate;
     const double seconds = (options.quick ? 3.0 : 60.0) / (skull ? 3 : 1);

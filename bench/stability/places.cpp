@@ -2,6 +2,10 @@
 #include "stability/places.hpp"
 #include "stability/tool_scene.hpp"
 
+#include "support/fields.hpp"
+
+#include <trephine/render/thesis/surface.hpp>
+
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -12,14 +16,26 @@ namespace {
 
 constexpr int kSteps = 2000;
 
-template <class Weights>
 std::vector<double> press(const Setup& setup, const Vec3d& n) {
   const ToolDiscretization<SurfaceCounts, double> tool(setup.burr, counts_of(setup));
-  const SurfaceApproxRenderer<double, Weights> renderer(tool, {.stiffness = setup.stiffness});
+  const SurfaceApproxRenderer<double> renderer(tool, {.stiffness = setup.stiffness});
   std::vector<double> force;
   for (int i = 0; i <= kSteps; ++i)
-    force.push_back(renderer.thesis_stiffness() *
-                    plane_law<Weights>(tool, 0, setup.burr.tip_radius * i / kSteps, n).dot(n));
+    force.push_back(renderer.foundation_stiffness() * plane_law(tool, 0, setup.burr.tip_radius * i / kSteps, n).dot(n));
+  return force;
+}
+
+std::vector<double> press_thesis(const Setup& setup, const Vec3d& n) {
+  Burr ball = setup.burr;
+  ball.shaft_length = 0;
+  ThesisSurface<double> renderer(ToolDiscretization<SurfaceCounts, double>(ball, counts_of(setup)),
+                                 {.stiffness = setup.stiffness});
+  const test::ShapeField<double, test::HalfSpace> plane({Vec3d::Zero(), n}, kPlaceVoxel);
+  std::vector<double> force;
+  for (int i = 0; i <= kSteps; ++i) {
+    const Vec3d tip = ball.tip_radius * (1 - static_cast<double>(i) / kSteps) * n;
+    force.push_back(renderer.render(plane, make_pose<double>(Mat3d::Identity(), tip)).wrench.force.dot(n));
+  }
   return force;
 }
 
@@ -62,22 +78,12 @@ std::unique_ptr<AnyTool> make_tool(const Setup& setup, Bone& bone, double isoval
   throw std::invalid_argument("make_tool: no renderer '" + setup.renderer + "'");
 }
 
-std::vector<std::string> thesis_choices(const std::string& renderer) {
-  if (renderer == "line")
-    return {"torque without force", "stored gradient", "projected tracking", "thesis' trigger", "most active vertex"};
-  if (renderer == "surface") return {"Eq. 16", "held force", "torque without force", "thesis' counts"};
-  return {};
-}
-
 PlaneLaw::PlaneLaw(const Setup& setup, const Vec3d& n) : radius_(setup.burr.tip_radius) {
   if (setup.renderer == "line" || setup.renderer == "coupled") {
     k_ = setup.stiffness;
     return;
   }
-  const bool ratio = setup.options == "thesis" || setup.options == "Eq. 16";
-  table_ = ratio                             ? press<CollisionRatio>(setup, n)
-           : setup.options == "area weights" ? press<AreaWeights>(setup, n)
-                                             : press<PatchWeights>(setup, n);
+  table_ = setup.options == "thesis" ? press_thesis(setup, n) : press(setup, n);
   edge_ = table_.back();
 }
 
@@ -156,7 +162,6 @@ Posed tool_pose(const Vec3d& p, const Vec3d& shaft) {
 
 std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n) {
   RasterOptions o{.size = {n, n, n}, .spacing = Vec3d::Constant(kPlaceVoxel)};
-  o.grid.stored_gradients = true;
   o.grid.keep_original = false;
   const Vec3d middle = o.middle();
   o.X_WG.translation() = -middle;
@@ -176,7 +181,7 @@ std::unique_ptr<Bone> round(const Place& place, double half) {
   return std::make_unique<Bone>(bone.cropped(box));
 }
 
-std::shared_ptr<Bone> with_gradients(const Bone& bone) {
+std::shared_ptr<Bone> copy_of(const Bone& bone) {
   const auto& n = bone.size();
   std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
                                    static_cast<std::size_t>(n[2]));
@@ -184,7 +189,7 @@ std::shared_ptr<Bone> with_gradients(const Bone& bone) {
   return std::make_shared<Bone>(
       GridGeometry{
           .size = n, .spacing = bone.spacing(), .X_WG = bone.X_WG(), .outside = static_cast<double>(bone.outside())},
-      std::span<const std::int16_t>(voxels), GridOptions{.stored_gradients = true});
+      std::span<const std::int16_t>(voxels));
 }
 
 std::vector<std::string> place_names() {

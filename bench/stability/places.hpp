@@ -32,7 +32,7 @@ struct Stack {
 
 struct Setup {
   std::string renderer = "line";    ///< "line", "surface", "coupled"
-  std::string options = "default";  ///< "default", "thesis", or the one choice in which it differs from the default
+  std::string options = "default";  ///< "default", "thesis", or Surface's "thesis' counts"
   Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 0};
   double stiffness = 800;  ///< as the renderers mean it [N/m]
   double friction = 0;     ///< Line, Coupled: μ
@@ -66,9 +66,6 @@ class AnyTool {
 
 /// The options of a setup in words: "default + friction 0.3".
 [[nodiscard]] std::string label(const Setup& setup);
-
-/// The choices in which a renderer's options can differ, one at a time, from its default.
-[[nodiscard]] std::vector<std::string> thesis_choices(const std::string& renderer);
 
 /// The law of a ball pressed `depth` [m] into a plane with outward normal n, in closed form over its vertices [N], for
 /// the scene that `setup` makes of voxels as the places have them. Coupled: its coupling.
@@ -122,8 +119,8 @@ struct Place {
 
 /// Scanned bone round the place, `half` [m] to each side.
 [[nodiscard]] std::unique_ptr<Bone> round(const Place& place, double half);
-/// A copy with stored gradients: what a run may carve, and no other.
-[[nodiscard]] std::shared_ptr<Bone> with_gradients(const Bone& bone);
+/// A copy: what a run may carve, and no other.
+[[nodiscard]] std::shared_ptr<Bone> copy_of(const Bone& bone);
 
 /// Any shape as a grid of `n` voxels a side whose middle is the world's origin.
 [[nodiscard]] std::shared_ptr<Bone> make_bone(const std::function<double(const Vec3d&)>& shape, int n = 64);

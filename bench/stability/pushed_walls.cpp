@@ -46,8 +46,7 @@ Push push(const Setup& setup, Bone& bone, double thickness, double speed) {
 }  // namespace
 
 void plan_thin_walls(const StabilityOptions& options, Plan& plan) {
-  const std::vector<Setup> tools = usual_setups(
-      {{.renderer = "surface", .options = "thesis' counts"}, {.renderer = "surface", .options = "area weights"}});
+  const std::vector<Setup> tools = usual_setups({{.renderer = "surface", .options = "thesis' counts"}});
   const std::vector<double> speeds = options.quick ? std::vector{0.01, 1.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0};
   for (int voxels = 1; voxels <= 4; ++voxels) {
     const double thickness = voxels * kPlaceVoxel;

@@ -18,8 +18,7 @@ constexpr double kRuleE = 1e-3;  // [mJ] what counts as nothing: rounding of a r
 
 const std::vector<Setup> kTools = usual_setups({{.renderer = "line", .budget = kPremium},
                                                 {.renderer = "surface", .budget = kPremium},
-                                                {.renderer = "surface", .options = "thesis' counts"},
-                                                {.renderer = "surface", .options = "area weights"}});
+                                                {.renderer = "surface", .options = "thesis' counts"}});
 
 bool has_shaft(const Place& place) { return place.burr.shaft_length > 0; }
 
@@ -136,7 +135,7 @@ void plan_places(const StabilityOptions& options, Plan& plan) {
     const bool shaft = has_shaft(*place);
     for (const Setup& tool : kTools) {
       if (tool.budget && !shaft) continue;
-      if (options.quick && (tool.options == "area weights" || tool.options == "thesis' counts")) continue;
+      if (options.quick && tool.options == "thesis' counts") continue;
       for (const std::string hand : {"light", "firm"})
         for (const int delay : {0, 1})
           for (const bool real : {false, true})

@@ -231,16 +231,16 @@ void plan_stages(const StabilityOptions& options, Plan& plan) {
       for (const std::string hand : {"none", "firm"})
         for (const bool staged : {false, true})
           plan.push_back({renderer + ", presets", [=] { return preset_rows(name, renderer, hand, staged); }});
-    // The thesis' choices, all and one at a time.
-    std::vector<std::string> choices = thesis_choices(renderer);
-    if (!choices.empty()) choices.insert(choices.begin(), "thesis");
-    choices.insert(choices.begin(), "default");
+    // Ours and the thesis'.
+    std::vector<std::string> choices{"default"};
+    if (renderer != "coupled") choices.push_back("thesis");
+    if (renderer == "surface") choices.push_back("thesis' counts");
     for (const auto& choice : choices) {
       const Who who(renderer, choice);
       for (const std::string place :
            {"flat wall", "edge 90", "concave corner", "one bar under the shaft", "shaft flush"})
         plan.push_back({renderer + ", choices", [=] { return choice_rows(who, place, within); }});
-      if (choice == "default" || choice == "thesis")
+      if (choice != "thesis' counts")
         plan.push_back({renderer + ", energy over time", [=] { return energy_lines(who); }});
     }
   }

@@ -43,7 +43,7 @@ Run run(const Ground& ground, const Setup& tool, const Case& c, double K) {
   s.burr = place.burr;
   s.stiffness = K;
   s.mill_rate = place.mill_rate;
-  const auto bone = ground.milled ? with_gradients(*place.bone) : place.bone;
+  const auto bone = ground.milled ? copy_of(*place.bone) : place.bone;
   auto any = make_tool(s, *bone, place.isovalue);
   LoopOptions o = press(place, s, c.device(), bias_for(K));
   const bool held = c.hand != "none";

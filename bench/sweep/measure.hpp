@@ -43,7 +43,7 @@ struct Imaged {
             : image.kind == "partial_volume" ? test::Image::kPartialVolume
             : image.kind == "ct_blur"        ? test::Image::kCtBlur
                                              : test::Image::kClampedDistance;
-  o.grid = {.keep_original = false, .stored_gradients = true};
+  o.grid = {.keep_original = false};
   return o;
 }
 
@@ -133,7 +133,7 @@ template <class Renderer>
   if constexpr (requires { renderer.report(); }) {
     // Line: its proxy or IntP.
     if (shaft) return renderer.report().intersection.template cast<double>();
-    return renderer.tip_proxy().position().template cast<double>();
+    return renderer.cutting_pose().translation().template cast<double>();
   } else {
     Vec3d sum = Vec3d::Zero();
     double weight = 0;

@@ -11,7 +11,7 @@ namespace trephine::bench {
 /// How fine a renderer is, and what of. Counts that a renderer does not have are 0.
 struct Setting {
   std::string renderer;                         ///< "line", "surface" or "coupled"
-  std::string variant;                          ///< policies by name; the default is "default"
+  std::string variant;                          ///< the law by name: the thesis' or ours
   int vertices = 50;                            ///< Line: along the shaft
   int sphere = 26, slices = 20, per_slice = 8;  ///< Surface
   double step = 0.5;                            ///< of a search [voxels]
@@ -73,16 +73,14 @@ class Bones {
   std::unique_ptr<Data> data_;
 };
 
-/// Variants of a renderer that `run` has: policies in the order of the template's parameters, then options that differ
-/// from the default.
+/// Variants of a renderer that `run` has: the thesis' own and this library's.
 [[nodiscard]] std::vector<std::string> variants(const std::string& renderer);
-/// The thesis' own and this library's default.
-inline constexpr const char* kSurfaceThesis = "ratio-hold-torque-analytic";
-inline constexpr const char* kSurfaceArea = "area-extend-full-analytic";
-inline constexpr const char* kSurfaceDefault = "patch-extend-full-analytic";
+inline constexpr const char* kSurfaceThesis = "thesis_surface";
+inline constexpr const char* kSurfaceDefault = "surface";
 inline constexpr const char* kCoupledDefault = "coupled";
-inline constexpr const char* kLineThesis = "translate_rotate-projected-torque-stored-thesis_trigger";
-inline constexpr const char* kLineDefault = "translate_rotate-constrained-full-spline-refined";
+inline constexpr const char* kLineThesis = "thesis_line";
+inline constexpr const char* kLineDefault = "translate_rotate";
+inline constexpr const char* kLineRayCast = "ray_cast";
 
 /// Both rows (discretisation, model) of a setting, none where the scenario does not concern the renderer. Throws
 /// std::invalid_argument for an unknown variant.

@@ -57,7 +57,7 @@ template <class T>
   const std::vector<double> lengths{1, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625};
   if (renderer == "surface") {
     // The counts of ball and shaft for the laws that are compared.
-    for (const auto* v : {kSurfaceThesis, kSurfaceArea, kSurfaceDefault}) {
+    for (const auto* v : {kSurfaceThesis, kSurfaceDefault}) {
       vary(v, &Setting::sphere, Ints{14, 20, 26, 38, 50, 74, 98, 146, 200, 260, 300, 400, 600, 800, 1000});
       vary(v, &Setting::slices, Ints{5, 10, 20, 30, 50, 100, 200});
       vary(v, &Setting::per_slice, Ints{4, 6, 8, 12, 16, 24, 32});
@@ -65,9 +65,9 @@ template <class T>
     vary(kSurfaceDefault, &Setting::step, lengths);
     return all;
   }
-  for (const auto* v : {kLineThesis, "translate_rotate-constrained-full-spline", kLineDefault})
+  for (const auto* v : {kLineThesis, kLineDefault})
     vary(v, &Setting::vertices, Ints{10, 20, 50, 100, 200, 500, 1000, 2000});
-  for (const auto* v : {kLineDefault, "ray_cast-constrained-full-spline-refined"}) vary(v, &Setting::step, lengths);
+  for (const auto* v : {kLineDefault, kLineRayCast}) vary(v, &Setting::step, lengths);
   return all;
 }
 
@@ -103,8 +103,7 @@ std::vector<Job> make_plan(bool quick) {
     jobs.push_back({scenario, Image(), surface(SurfaceCounts{})});
     for (const auto& image : images()) {
       if (quick && !representative) continue;
-      for (const auto& s :
-           {surface(kSurfaceArea), surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
+      for (const auto& s : {surface(), surface(SurfaceCounts{}), surface(kDensest), line(), coupled()})
         jobs.push_back({scenario, image, s});
     }
   }
@@ -114,11 +113,10 @@ std::vector<Job> make_plan(bool quick) {
     const Image fine{.voxel_mm = 0.15};
     jobs.push_back({scenario, fine, line()});
     jobs.push_back({scenario, fine, surface(SurfaceCounts{})});
-    for (const auto* v : {kSurfaceArea, kSurfaceDefault})
-      for (const int n : {20, 50, 100, 200}) {
-        jobs.push_back({scenario, fine, surface(v)});
-        jobs.back().setting.slices = n;
-      }
+    for (const int n : {20, 50, 100, 200}) {
+      jobs.push_back({scenario, fine, surface()});
+      jobs.back().setting.slices = n;
+    }
   }
   // Each once, and those of an image together.
   std::set<std::string> seen;

@@ -61,9 +61,13 @@ int verify(const Options& options, bool plots) {
   const Verification v = run_verification(options);
   write_line_csv(v.line, (fs::path(options.out) / "verification_line.csv").string());
   write_surface_csv(v.surface, (fs::path(options.out) / "verification_surface.csv").string());
-  int failed = print_findings("Line (thesis, Fig. 21 and 22)", check_line(v));
-  failed += print_findings("Surface (thesis, Fig. 23 and 24)", check_surface(v));
-  failed += print_findings("Both", compare_roughness(v));
+  int failed = print_findings("Line (thesis, Fig. 21 and 22)", check_line(v.line));
+  failed += print_findings("Surface (thesis, Fig. 23 and 24)", check_surface(v.surface, v.surgeon));
+  failed += print_findings("Both", compare_roughness(v.line, v.surface, v.surgeon));
+  failed += print_findings("Line, as the thesis writes it", check_line(v.thesis_line));
+  failed += print_findings("Surface, as the thesis writes it", check_surface(v.thesis_surface, v.surgeon));
+  failed +=
+      print_findings("Both, as the thesis writes them", compare_roughness(v.thesis_line, v.thesis_surface, v.surgeon));
   if (plots) {
     std::set<int> slices;
     for (const SliceRow& s : v.surface.slices) slices.insert(s.slice);

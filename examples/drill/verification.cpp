@@ -6,6 +6,8 @@
 #include "phantom.hpp"
 #include "run.hpp"
 
+#include <trephine/render/thesis/line.hpp>
+#include <trephine/render/thesis/surface.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
 
@@ -47,11 +49,13 @@ Verification run_verification(const Options& options) {
   const Surgeon surgeon(top_of(cube()), kBurr, {.seconds = 6, .hole_depth = 2.6, .lean = 0.36});
   const ToolDiscretization line{kBurr, LineCounts{.shaft = options.line_vertices}};
   const ToolDiscretization surface{kBurr, counts_of(options, SurfaceCounts::thesis())};
-  return {
-      lean_on_edge("line", LineApproxRenderer{line, LineOptions{.stiffness = kStiffness}}, surgeon, options.real_time),
-      lean_on_edge("surface", SurfaceApproxRenderer{surface, SurfaceOptions{.stiffness = kStiffness}}, surgeon,
-                   options.real_time),
-      surgeon};
+  const auto run = [&](const std::string& name, const auto& renderer) {
+    return lean_on_edge(name, renderer, surgeon, options.real_time);
+  };
+  return {run("line", LineApproxRenderer{line, LineOptions{.stiffness = kStiffness}}),
+          run("surface", SurfaceApproxRenderer{surface, SurfaceOptions{.stiffness = kStiffness}}),
+          run("the thesis' line", ThesisLine{line, ThesisLineOptions{.stiffness = kStiffness}}),
+          run("the thesis' surface", ThesisSurface{surface, ThesisSurfaceOptions{.stiffness = kStiffness}}), surgeon};
 }
 
 void write_line_csv(const RunLog& log, const std::string& path) {

@@ -12,10 +12,10 @@
 /// shaft leaning on the edge. What the thesis reads off its Figures 21 to 24 by eye is computed here.
 namespace drill {
 
-/// Both runs, and when their phases end.
+/// The runs of both algorithms, ours and as the thesis writes them, and when their phases end.
 struct Verification {
-  RunLog line;
-  RunLog surface;
+  RunLog line, surface;
+  RunLog thesis_line, thesis_surface;
   Surgeon surgeon;
 };
 
@@ -28,9 +28,9 @@ struct Finding {
   enum class Verdict { kPass, kFail, kInformation } verdict = Verdict::kInformation;
 };
 
-[[nodiscard]] std::vector<Finding> check_line(const Verification& v);
-[[nodiscard]] std::vector<Finding> check_surface(const Verification& v);
-[[nodiscard]] std::vector<Finding> compare_roughness(const Verification& v);
+[[nodiscard]] std::vector<Finding> check_line(const RunLog& log);
+[[nodiscard]] std::vector<Finding> check_surface(const RunLog& log, const Surgeon& surgeon);
+[[nodiscard]] std::vector<Finding> compare_roughness(const RunLog& line, const RunLog& surface, const Surgeon& surgeon);
 
 /// Prints findings, one or two lines each; returns how many failed.
 int print_findings(const std::string& title, const std::vector<Finding>& findings);

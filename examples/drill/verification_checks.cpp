@@ -99,11 +99,11 @@ Torques torques_of(const RunLog& log, const Surgeon& surgeon) {
 
 }  // namespace
 
-std::vector<Finding> check_line(const Verification& v) {
+std::vector<Finding> check_line(const RunLog& log) {
   Relation torque;    // moment of the reaction about T's origin against the torque that the scene gave the device
   Relation reaction;  // spring against reaction
   double longest = 0;
-  for (const LogRow& r : v.line.rows) {
+  for (const LogRow& r : log.rows) {
     if (!(r.reaction_N > 0.01)) continue;
     const Vec3d arm = r.intersection - r.probe.translation();
     torque.add(arm.cross(r.reaction).norm(), r.wrench.torque.norm());
@@ -111,7 +111,7 @@ std::vector<Finding> check_line(const Verification& v) {
     longest = std::max(longest, r.spring_m);
   }
   const bool enough = torque.count >= 500;
-  return {rate_kept(v.line),
+  return {rate_kept(log),
           {"torque = lever arm x reaction force",
            text("%zu ticks in shaft contact: ratio %.4f, worst tick %.2f %% off (limit 2 %%)", torque.count,
                 torque.slope(), 100 * torque.worst),
@@ -122,12 +122,11 @@ std::vector<Finding> check_line(const Verification& v) {
            verdict(enough && reaction.correlation() > 0.999 && std::abs(reaction.slope() / 800 - 1) < 0.01)}};
 }
 
-std::vector<Finding> check_surface(const Verification& v) {
-  const RunLog& log = v.surface;
+std::vector<Finding> check_surface(const RunLog& log, const Surgeon& surgeon) {
   Relation torque;
   std::size_t pairs = 0, deeper = 0, stronger = 0;
   int most = 0;
-  const Vec3d hole_W = v.surgeon.spot().p_W;
+  const Vec3d hole_W = surgeon.spot().p_W;
   // How far a slice's side has gone beyond the wall of the hole, which stands upright.
   const auto depth = [&](const SliceRow& s) {
     const LogRow& r = log.rows[s.tick];
@@ -172,9 +171,8 @@ std::vector<Finding> check_surface(const Verification& v) {
        verdict(pairs >= 200 && share(deeper) >= 95)}};
 }
 
-std::vector<Finding> compare_roughness(const Verification& v) {
-  const Torques line = torques_of(v.line, v.surgeon);
-  const Torques surface = torques_of(v.surface, v.surgeon);
+std::vector<Finding> compare_roughness(const RunLog& line_log, const RunLog& surface_log, const Surgeon& surgeon) {
+  const Torques line = torques_of(line_log, surgeon), surface = torques_of(surface_log, surgeon);
   const double l = roughness(line.raw);
   const double s = roughness(surface.raw);
   const auto row = [](const char* name, const Torques& t) {

@@ -193,21 +193,19 @@ TEST_CASE_TEMPLATE("no force outside, and let go when the straight path is free"
   const auto grid = rasterise<std::uint8_t>(Ball{o.middle(), 8 * h}, o);
   const auto field = field_of<Scalar>(grid, o);
   const Vec3d top = o.middle() + 12 * h * Vec3d::UnitZ();
-  for (const Trigger trigger : {Trigger::kSwept, Trigger::kThesis}) {
-    SurfaceProxy<Scalar> proxy(ProxyOptions{.trigger = trigger});
-    CHECK_FALSE(proxy.in_contact());
-    CHECK(lead(proxy, field, top, top + 4 * h * Vec3d::UnitX(), 0.1 * h) == Status::kOk);
-    CHECK_FALSE(proxy.in_contact());
-    CHECK(lead(proxy, field, top, o.middle() + 4 * h * Vec3d::UnitZ(), 0.1 * h) == Status::kOk);
-    CHECK(proxy.in_contact());
-    // Back out: gone within a tick of the probe's leaving the bone.
-    CHECK(lead(proxy, field, o.middle() + 4 * h * Vec3d::UnitZ(), o.middle() + 8.2 * h * Vec3d::UnitZ(), 0.1 * h) ==
-          Status::kOk);
-    CHECK_FALSE(proxy.in_contact());
-    CHECK(proxy.position() == (o.middle() + 8.2 * h * Vec3d::UnitZ()).template cast<Scalar>());
-    proxy.reset();
-    CHECK_FALSE(proxy.in_contact());
-  }
+  SurfaceProxy<Scalar> proxy;
+  CHECK_FALSE(proxy.in_contact());
+  CHECK(lead(proxy, field, top, top + 4 * h * Vec3d::UnitX(), 0.1 * h) == Status::kOk);
+  CHECK_FALSE(proxy.in_contact());
+  CHECK(lead(proxy, field, top, o.middle() + 4 * h * Vec3d::UnitZ(), 0.1 * h) == Status::kOk);
+  CHECK(proxy.in_contact());
+  // Back out: gone within a tick of the probe's leaving the bone.
+  CHECK(lead(proxy, field, o.middle() + 4 * h * Vec3d::UnitZ(), o.middle() + 8.2 * h * Vec3d::UnitZ(), 0.1 * h) ==
+        Status::kOk);
+  CHECK_FALSE(proxy.in_contact());
+  CHECK(proxy.position() == (o.middle() + 8.2 * h * Vec3d::UnitZ()).template cast<Scalar>());
+  proxy.reset();
+  CHECK_FALSE(proxy.in_contact());
 }
 
 TEST_CASE_TEMPLATE("a slow approach is never taken for a start in bone", Scalar, float, double) {
@@ -216,20 +214,19 @@ TEST_CASE_TEMPLATE("a slow approach is never taken for a start in bone", Scalar,
   Random random(24);
   const ShapeField<Scalar, HalfSpace> field({Vec3d(0, 0, 0.0013), Vec3d::UnitZ()}, h);
   int wrong = 0;
-  for (const Trigger trigger : {Trigger::kSwept, Trigger::kThesis})
-    for (int i = 0; i < 5000; ++i) {
-      SurfaceProxy<Scalar> proxy(ProxyOptions{.trigger = trigger});
-      Vec3<Scalar> p(Scalar(0.01), Scalar(-0.02), static_cast<Scalar>(0.0013 + random.uniform(5, 15) * h));
+  for (int i = 0; i < 5000; ++i) {
+    SurfaceProxy<Scalar> proxy;
+    Vec3<Scalar> p(Scalar(0.01), Scalar(-0.02), static_cast<Scalar>(0.0013 + random.uniform(5, 15) * h));
+    wrong += proxy.follow(field, p) != Status::kOk;
+    p.z() = static_cast<Scalar>(0.0013);
+    for (int n = random.below(5) - 2; n != 0; n += n < 0 ? 1 : -1)
+      p.z() = std::nextafter(p.z(), n < 0 ? Scalar(-1) : Scalar(1));
+    wrong += proxy.follow(field, p) != Status::kOk;
+    for (int k = 0; k < 4; ++k) {
+      p.z() = std::nextafter(p.z(), Scalar(-1));
       wrong += proxy.follow(field, p) != Status::kOk;
-      p.z() = static_cast<Scalar>(0.0013);
-      for (int n = random.below(5) - 2; n != 0; n += n < 0 ? 1 : -1)
-        p.z() = std::nextafter(p.z(), n < 0 ? Scalar(-1) : Scalar(1));
-      wrong += proxy.follow(field, p) != Status::kOk;
-      for (int k = 0; k < 4; ++k) {
-        p.z() = std::nextafter(p.z(), Scalar(-1));
-        wrong += proxy.follow(field, p) != Status::kOk;
-      }
     }
+  }
   CHECK(wrong == 0);
 }
 

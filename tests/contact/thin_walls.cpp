@@ -22,7 +22,7 @@ struct Crossings {
 
 // A probe that goes to and fro through a plate, ever faster, slanting and sliding behind it.
 template <class Field>
-Crossings cross(const Field& field, const RasterOptions& o, double thick, const Vec3d& n, Trigger trigger, double speed,
+Crossings cross(const Field& field, const RasterOptions& o, double thick, const Vec3d& n, double speed,
                 Random& random) {
   using Scalar = typename Field::Scalar;
   const double h = kVoxel, dt = 1e-3;
@@ -30,7 +30,7 @@ Crossings cross(const Field& field, const RasterOptions& o, double thick, const 
   Status worst = Status::kOk;
   for (int run = 0; run < 10; ++run) {
     const double side = run % 2 == 0 ? 1 : -1;
-    SurfaceProxy<Scalar> proxy(ProxyOptions{.trigger = trigger});
+    SurfaceProxy<Scalar> proxy;
     const auto within = [&](double along_n) {
       const Vec3d r = random.unit();
       return Vec3d(o.middle() + random.uniform(0, 7) * h * (r - r.dot(n) * n) + side * along_n * h * n);
@@ -64,7 +64,7 @@ Crossings cross(const Field& field, const RasterOptions& o, double thick, const 
 
 // A plate of one voxel that lies askew is no voxel thick everywhere in its trilinear image (in places it is a touch: 3
 // of 255 levels above the isovalue), so plates here begin at one and a half.
-TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at any speed", Scalar, float, double) {
+TEST_CASE_TEMPLATE("no plate of 1.5 voxels or more is popped through at any speed", Scalar, float, double) {
   const unsigned seed = 51;
   CAPTURE(seed);
   Random random(seed);
@@ -79,7 +79,7 @@ TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at a
         CAPTURE(thick);
         CAPTURE(static_cast<int>(image));
         CAPTURE(speed);
-        const Crossings c = cross(field, o, thick, n, Trigger::kSwept, speed, random);
+        const Crossings c = cross(field, o, thick, n, speed, random);
         CHECK(c.through == 0);
         CHECK(c.deepest > 15);
         tries += c.tries;
@@ -90,7 +90,7 @@ TEST_CASE_TEMPLATE("swept: no plate of 1.5 voxels or more is popped through at a
 
 // A plate of one voxel, blurred by half a voxel: its image is thin in places, and in some directions there are gaps.
 // An image that is a tenth of a voxel thick everywhere holds, pressed and slid along from behind.
-TEST_CASE("swept: a plate of one blurred voxel holds where its image is a tenth of a voxel thick") {
+TEST_CASE("a plate of one blurred voxel holds where its image is a tenth of a voxel thick") {
   const unsigned seed = 54;
   CAPTURE(seed);
   const double h = kVoxel, width = 0.5 * h * std::sqrt(2.0);
@@ -137,16 +137,6 @@ TEST_CASE("swept: a plate of one blurred voxel holds where its image is a tenth 
   }
   CHECK(whole > 20);
   for (const int count : held) CHECK(count == whole);
-}
-
-TEST_CASE_TEMPLATE("the thesis' trigger is blind to walls crossed in a tick", Scalar, float, double) {
-  // 1 m/s is 3.3 voxels a tick: a plate of 2 voxels lies between two probes that are both free.
-  Random random(52);
-  const RasterOptions o{.size = {72, 72, 72}};
-  const auto grid = rasterise<std::uint8_t>(Plate{o.middle(), Vec3d::UnitZ(), 2 * kVoxel}, o);
-  const auto field = field_of<Scalar>(grid, o);
-  CHECK(cross(field, o, 2, Vec3d::UnitZ(), Trigger::kThesis, 1.0, random).through > 0);
-  CHECK(cross(field, o, 2, Vec3d::UnitZ(), Trigger::kSwept, 1.0, random).through == 0);
 }
 
 TEST_CASE_TEMPLATE("grazing and edge-on: a plate is not entered from its rim", Scalar, float, double) {
@@ -199,8 +189,8 @@ TEST_CASE_TEMPLATE("work is bounded whatever the probe does", Scalar, float, dou
   for (const auto* grid : {&rough, &full, &one}) {
     const auto base = field_of<Scalar>(*grid, o);
     const CountingField field(base);
-    for (const Trigger trigger : {Trigger::kSwept, Trigger::kThesis}) {
-      const ProxyOptions options{.iterations = 16, .path_steps = 64, .jump = 1.0, .trigger = trigger};
+    {
+      const ProxyOptions options{.iterations = 16, .path_steps = 64, .jump = 1.0};
       SurfaceProxy<Scalar, Coulomb> proxy(options, Coulomb(0.2, 0.1));
       for (int i = 0; i < 3000; ++i) {
         Vec3<Scalar> p = (o.middle() + h * random.arrow(0, 40)).template cast<Scalar>();

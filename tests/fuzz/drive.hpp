@@ -198,7 +198,7 @@ inline AdvancingCut any_speed(Bytes& in) {
 
 template <class Renderer>
 void play_with(Renderer renderer, Bytes& in, const Bone& b, double isovalue, long& ticks) {
-  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels, {.stored_gradients = true});
+  VoxelGrid<std::uint8_t> bone(b.geometry, b.voxels);
   play_in(bone, std::move(renderer), any_rate(in), in, b, isovalue, ticks);
 }
 
@@ -217,17 +217,15 @@ inline long drive(std::span<const std::uint8_t> bytes) {
     if (in.below(3) == 0) budget = StiffnessBudget{any_stiffness(in), 0.3};
     switch (in.below(7)) {
       case 0:
-        play_with(LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb>(
+        play_with(LineApproxRenderer<float, TranslateRotate, Coulomb>(
                       ToolDiscretization<LineCounts, float>(burr, {.shaft = 1 + in.below(40)}),
                       {.stiffness = stiffness, .budget = budget}),
                   in, bone, isovalue, ticks);
         break;
       case 1: {
-        LineOptions o{.stiffness = stiffness};
-        o.proxy.trigger = Trigger::kThesis;
-        o.recheck_at_rest = false;
-        play_with(LineApproxRenderer<float, RayCast, ProjectedTracking, Frictionless, TorqueOnly, StoredGradient>(
-                      ToolDiscretization<LineCounts, float>(burr, {.shaft = 1 + in.below(40)}), o),
+        const bool cast = in.coin();
+        play_with(ThesisLine<float>(ToolDiscretization<LineCounts, float>(burr, {.shaft = 1 + in.below(40)}),
+                                    {.stiffness = stiffness, .ray_casting = cast}),
                   in, bone, isovalue, ticks);
         break;
       }
@@ -259,10 +257,9 @@ inline long drive(std::span<const std::uint8_t> bytes) {
         break;
       }
       default:
-        play_with(
-            SurfaceApproxRenderer<float, CollisionRatio, HoldForce, TorqueOnly, CentralGradient>(
-                ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 26, .slices = 4}), {.stiffness = stiffness}),
-            in, bone, isovalue, ticks);
+        play_with(ThesisSurface<float>(ToolDiscretization<SurfaceCounts, float>(burr, {.sphere = 26, .slices = 4}),
+                                       {.stiffness = stiffness}),
+                  in, bone, isovalue, ticks);
     }
   } catch (const std::invalid_argument& refused) {
     require(std::string(refused.what()).rfind("trephine::", 0) == 0, "a refusal says who refuses");

@@ -96,7 +96,7 @@ bool soak(const char* name, const Renderer& renderer, int minutes) {
 int main(int argc, char** argv) {
   const int minutes = argc > 1 ? std::max(1, static_cast<int>(std::atof(argv[1]) / 60)) : 60;
   const Burr burr{.tip_radius = 1.5e-3, .shaft_radius = 8e-4, .shaft_length = 20e-3};
-  const LineApproxRenderer<float, TranslateRotate, ConstrainedTracking, Coulomb> line(
+  const LineApproxRenderer<float, TranslateRotate, Coulomb> line(
       ToolDiscretization<LineCounts, float>(burr, LineCounts{}));
   const SurfaceApproxRenderer<float> surface(ToolDiscretization<SurfaceCounts, float>(burr, SurfaceCounts::thesis()));
   const CoupledToolRenderer coupled{burr};

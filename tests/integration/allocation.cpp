@@ -15,7 +15,7 @@ namespace {
 template <class Density, class R>
 void drill_without_heap(R renderer, const std::string& name) {
   CAPTURE(name);
-  auto bone = make_block<Density>({.stored_gradients = true});
+  auto bone = make_block<Density>();
   auto scene = make_full_scene(bone, std::move(renderer));
   double removed = 0;
   double most_force = 0;

@@ -42,7 +42,7 @@ TEST_CASE("a scene that starts in bone says so with its first wrench, then no mo
     const double y = kMiddle + 1e-3 * random.uniform(-1, 1);
     const double depth = 0.1e-3 + 0.2e-3 * place;  // up to 1.5 mm
     for_each_renderer([&](auto renderer) {
-      auto bone = make_block<std::uint8_t>({.stored_gradients = true});
+      auto bone = make_block<std::uint8_t>();
       HapticScene scene{bone, kIsovalue, renderer};
       const TickInput input{.X_WT = pressed(x, y, depth)};
       TickResult r = scene.tick(input, 1e-3);
@@ -71,7 +71,7 @@ TEST_CASE("bone that is restored round the tool is brought in by a ramp") {
     const double depth = place < 6 ? 0.5e-3 + 0.5e-3 * place : 16e-3;
     const double lean = place < 6 ? 0.02 * place : 0;
     for_each_renderer([&](auto renderer) {
-      auto bone = make_block<std::uint8_t>({.stored_gradients = true});
+      auto bone = make_block<std::uint8_t>();
       HapticScene scene{bone, kIsovalue, renderer, DeviceLimits{.force = 3.3, .torque = 0.1}};
       // A hole, a little wider than the drill, in which it hangs and sways by 0.05 mm.
       Burr wide = kDrill;

@@ -47,7 +47,7 @@ std::vector<TickInput> hostile_inputs() {
 template <class R>
 void survive(R renderer, const std::string& name) {
   CAPTURE(name);
-  auto bone = make_block<std::uint8_t>({.stored_gradients = true});
+  auto bone = make_block<std::uint8_t>();
   auto scene = make_full_scene(bone, std::move(renderer));
   const TickInput away{.X_WT = make_pose<double>(Mat3d::Identity(), Vec3d(0.012, 0.012, 0.022))};
   const auto inputs = hostile_inputs();
@@ -74,8 +74,7 @@ void survive(R renderer, const std::string& name) {
 template <class R>
 void survive_grid(const std::array<int, 3>& size, std::uint8_t density, R renderer) {
   std::vector<std::uint8_t> voxels(static_cast<std::size_t>(size[0] * size[1] * size[2]), density);
-  VoxelGrid<std::uint8_t> bone({.size = size, .spacing = {2e-3, 2e-3, 2e-3}, .outside = 0.0}, voxels,
-                               {.stored_gradients = true});
+  VoxelGrid<std::uint8_t> bone({.size = size, .spacing = {2e-3, 2e-3, 2e-3}, .outside = 0.0}, voxels);
   auto scene = make_full_scene(bone, std::move(renderer));
   for (int i = 0; i < 200; ++i) {
     const double z = 0.004 - 4e-5 * i;

@@ -25,7 +25,7 @@ HandTarget hand(double t) { return {drilling_pose(t), t > 0.1 ? 1U : 0U}; }
 template <class R>
 void record_and_replay(R renderer, const std::string& name) {
   CAPTURE(name);
-  auto bone = make_block<std::int16_t>({.stored_gradients = true});
+  auto bone = make_block<std::int16_t>();
   auto scene = make_full_scene(bone, std::move(renderer));
   SimulatedDevice device(device_options(), hand);
   ServoLoop loop(device, scene, Registration{}, {}, NoPacing{});

@@ -36,16 +36,12 @@ inline constexpr Burr kDrill{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaf
 template <class S>
 [[nodiscard]] auto make_line() {
   using Tool = ToolDiscretization<LineCounts, S>;
-  return LineApproxRenderer<S, TranslateRotate, ConstrainedTracking, Coulomb>(Tool(kDrill, LineCounts{}));
+  return LineApproxRenderer<S, TranslateRotate, Coulomb>(Tool(kDrill, LineCounts{}));
 }
 template <class S>
 [[nodiscard]] auto make_thesis_line() {
   using Tool = ToolDiscretization<LineCounts, S>;
-  LineOptions options;
-  options.proxy.trigger = Trigger::kThesis;
-  options.recheck_at_rest = false;
-  return LineApproxRenderer<S, RayCast, ProjectedTracking, Coulomb, TorqueOnly, StoredGradient>(
-      Tool(kDrill, LineCounts{.shaft = 50, .start = ShaftStart::kTipCentre}), options, RayCast{.steps = 10});
+  return ThesisLine<S>(Tool(kDrill, LineCounts{}), {.friction = 0.15, .ray_casting = true});
 }
 template <class S>
 [[nodiscard]] auto make_surface() {
@@ -55,8 +51,7 @@ template <class S>
 template <class S>
 [[nodiscard]] auto make_thesis_surface() {
   using Tool = ToolDiscretization<SurfaceCounts, S>;
-  return SurfaceApproxRenderer<S, CollisionRatio, HoldForce, TorqueOnly, CentralGradient>(
-      Tool(kDrill, SurfaceCounts::thesis()));
+  return ThesisSurface<S>(Tool(kDrill, SurfaceCounts::thesis()));
 }
 
 /// With friction.

@@ -58,7 +58,7 @@ TEST_CASE("Surface's code compiles, runs and is what is printed") {
   Grid bone = plane(0.010);
 #include "pasted_surface.inc"
   CHECK(scene.tick(pressed(), 1e-3).wrench.force.z() > 0.5);
-  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, true}, kScene) == printed("pasted_surface.inc"));
+  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5}, kScene) == printed("pasted_surface.inc"));
 }
 
 TEST_CASE("the isovalue is printed among the file's own densities") {

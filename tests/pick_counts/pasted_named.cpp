@@ -56,7 +56,7 @@ TEST_CASE("Surface's code for a tool and a device by name compiles, runs and is 
   Grid bone = plane(0.010);
 #include "named_surface.inc"
   CHECK(pressed_force(scene, 0.0115) > 0);
-  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5, false}, kNamed) == printed("named_surface.inc"));
+  CHECK(as_code(SurfaceSetting{200, 40, 16, 0.5}, kNamed) == printed("named_surface.inc"));
 }
 
 TEST_CASE("all renderers are led with a tool by name") {

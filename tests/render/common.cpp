@@ -3,11 +3,14 @@
 #include "support/cases.hpp"
 #include "support/malloc_hook.hpp"
 
+#include <trephine/render/thesis/line.hpp>
+#include <trephine/render/thesis/surface.hpp>
+
 #include <doctest/doctest.h>
 
 #include <tuple>
 
-/// What every renderer owes, whichever policies it is made of.
+/// What every renderer owes.
 namespace {
 
 using namespace trephine;
@@ -16,39 +19,21 @@ using namespace trephine::test;
 const Burr kBurr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.012};
 
 template <class Scalar>
-using Lines = std::tuple<
-    LineApproxRenderer<Scalar>, LineApproxRenderer<Scalar, RayCast, ConstrainedTracking, Coulomb, FullWrench>,
-    LineApproxRenderer<Scalar, TranslateRotate, CentrelineTracking, Coulomb, TorqueOnly>,
-    LineApproxRenderer<Scalar, RayCast, CentrelineTracking, Frictionless, FullWrench>,
-    LineApproxRenderer<Scalar, TranslateRotate, ProjectedTracking, Frictionless, TorqueOnly>,
-    LineApproxRenderer<Scalar, RayCast, ProjectedTracking, Coulomb, FullWrench>,
-    LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly, CentralGradient>,
-    LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Coulomb, FullWrench, StoredGradient>>;
+using Lines = std::tuple<LineApproxRenderer<Scalar>, LineApproxRenderer<Scalar, RayCast, Coulomb>, ThesisLine<Scalar>>;
 
 template <class Scalar>
-using Surfaces =
-    std::tuple<SurfaceApproxRenderer<Scalar>, SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, AreaWeights, HoldForce, FullWrench>,
-               SurfaceApproxRenderer<Scalar, AreaWeights, ExtendAlongSurface, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, CollisionRatio, HoldForce, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, CollisionRatio, HoldForce, FullWrench>,
-               SurfaceApproxRenderer<Scalar, CollisionRatio, ExtendAlongSurface, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, CollisionRatio, ExtendAlongSurface, FullWrench>,
-               SurfaceApproxRenderer<Scalar, MeanWeights, HoldForce, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, MeanWeights, HoldForce, FullWrench>,
-               SurfaceApproxRenderer<Scalar, MeanWeights, ExtendAlongSurface, TorqueOnly>,
-               SurfaceApproxRenderer<Scalar, MeanWeights, ExtendAlongSurface, FullWrench, CentralGradient>,
-               SurfaceApproxRenderer<Scalar, AreaWeights, ExtendAlongSurface, FullWrench, StoredGradient>>;
+using Surfaces = std::tuple<SurfaceApproxRenderer<Scalar>, ThesisSurface<Scalar>>;
 
 template <class R>
 constexpr bool kIsLine = requires(const R& r) {
   r.report();
 };
 
+// The thesis' shaft gives torque without its force.
 template <class R>
-constexpr bool kTorqueAlone = requires(R& r) {
-  r.disable_torque();
-};
+constexpr bool kTorqueAlone = false;
+template <class Scalar>
+constexpr bool kTorqueAlone<ThesisLine<Scalar>> = true;
 
 template <class R>
 R make() {
@@ -73,7 +58,7 @@ auto field_for(const VoxelGrid<Density>& grid, double isovalue) {
 }
 
 // Bone with everything in it: a rough block with a hole and a rib.
-RasterOptions scene_options() { return {.size = {56, 56, 56}, .grid = {.stored_gradients = true}}; }
+RasterOptions scene_options() { return {.size = {56, 56, 56}}; }
 auto scene_shape(const RasterOptions& o) {
   const Vec3d m = o.middle();
   return Either{Both{HalfSpace{m - Vec3d(0, 0, 0.001), Vec3d::UnitZ()},
@@ -109,44 +94,17 @@ struct Walk {
   }
 };
 
-// Every combination is a renderer, on every kind of field.
+// Each is a renderer, on every kind of field.
 template <class R>
 constexpr bool kGood = Renderer<R, DensityField<std::uint8_t, typename R::Scalar, typename R::Gradient>>&&
     Renderer<R, DensityField<std::int16_t, typename R::Scalar, typename R::Gradient>>&&
         Renderer<R, DensityField<float, typename R::Scalar, typename R::Gradient>>;
-template <class Scalar, class Gradient, class Shaft>
-constexpr bool all_good() {
-  const auto line = []<class Step, class Friction>() {
-    return kGood<LineApproxRenderer<Scalar, Step, ProjectedTracking, Friction, Shaft, Gradient>> &&
-           kGood<LineApproxRenderer<Scalar, Step, CentrelineTracking, Friction, Shaft, Gradient>> &&
-           kGood<LineApproxRenderer<Scalar, Step, ConstrainedTracking, Friction, Shaft, Gradient>>;
-  };
-  const auto surface = []<class Weights>() {
-    return kGood<SurfaceApproxRenderer<Scalar, Weights, HoldForce, Shaft, Gradient>> &&
-           kGood<SurfaceApproxRenderer<Scalar, Weights, ExtendAlongSurface, Shaft, Gradient>>;
-  };
-  return line.template operator()<TranslateRotate, Frictionless>() &&
-         line.template operator()<RayCast, Frictionless>() && line.template operator()<TranslateRotate, Coulomb>() &&
-         line.template operator()<RayCast, Coulomb>() && surface.template operator()<AreaWeights>() &&
-         surface.template operator()<CollisionRatio>() && surface.template operator()<MeanWeights>();
-}
 template <class Scalar>
 constexpr bool all_good() {
-  return all_good<Scalar, AnalyticGradient, TorqueOnly>() && all_good<Scalar, AnalyticGradient, FullWrench>() &&
-         all_good<Scalar, CentralGradient, TorqueOnly>() && all_good<Scalar, CentralGradient, FullWrench>() &&
-         all_good<Scalar, StoredGradient, TorqueOnly>() && all_good<Scalar, StoredGradient, FullWrench>();
+  const auto all = []<class... R>(std::type_identity<std::tuple<R...>>) { return (kGood<R> && ...); };
+  return all(std::type_identity<Lines<Scalar>>{}) && all(std::type_identity<Surfaces<Scalar>>{});
 }
 static_assert(all_good<float>() && all_good<double>());
-static_assert(Tracking<ProjectedTracking> && Tracking<CentrelineTracking> && Tracking<ConstrainedTracking>);
-struct OwnShaft {  // a user's own policy
-  static constexpr bool kForce = true;
-};
-static_assert(ShaftForce<OwnShaft> && ShaftForce<TorqueOnly> && ShaftForce<FullWrench>);
-static_assert(!ShaftForce<Coulomb> && !ShaftForce<ConstrainedTracking>);
-static_assert(kGood<LineApproxRenderer<float, RayCast, ConstrainedTracking, Coulomb, OwnShaft, AnalyticGradient>>);
-static_assert(kGood<SurfaceApproxRenderer<double, PatchWeights, HoldForce, OwnShaft, AnalyticGradient>>);
-static_assert(Weighting<CollisionRatio> && Weighting<AreaWeights> && Weighting<MeanWeights>);
-static_assert(!DeepContact<int> && !ShaftForce<int> && !Tracking<int>);
 
 TEST_CASE_TEMPLATE("finite, no heap, summed contacts, rigid poses, along smooth and hostile walks", Scalar, float,
                    double) {
@@ -246,15 +204,13 @@ TEST_CASE_TEMPLATE("no force outside bone", Scalar, float, double) {
 
 TEST_CASE_TEMPLATE("grids of one voxel, two voxels, empty, full, and places far from them", Scalar, float, double) {
   const Vec3d h = Vec3d::Constant(kVoxel);
-  const GridOptions stored{.stored_gradients = true};
-  const VoxelGrid<std::uint8_t> one({.size = {1, 1, 1}, .spacing = h, .outside = 0.0}, std::vector<std::uint8_t>{255},
-                                    stored);
+  const VoxelGrid<std::uint8_t> one({.size = {1, 1, 1}, .spacing = h, .outside = 0.0}, std::vector<std::uint8_t>{255});
   const VoxelGrid<std::uint8_t> two({.size = {2, 1, 1}, .spacing = h, .outside = 0.0},
-                                    std::vector<std::uint8_t>{255, 255}, stored);
+                                    std::vector<std::uint8_t>{255, 255});
   const VoxelGrid<std::uint8_t> empty({.size = {16, 16, 16}, .spacing = h, .outside = 0.0},
-                                      std::vector<std::uint8_t>(4096, 0), stored);
+                                      std::vector<std::uint8_t>(4096, 0));
   const VoxelGrid<std::uint8_t> full({.size = {16, 16, 16}, .spacing = h, .outside = 255.0},
-                                     std::vector<std::uint8_t>(4096, 255), stored);
+                                     std::vector<std::uint8_t>(4096, 255));
   for_each_renderer<Scalar>([&]<class R>(std::type_identity<R>) {
     for (const auto* grid : {&one, &two, &empty, &full}) {
       const auto field = field_for<R>(*grid, 127.5);
@@ -302,8 +258,6 @@ TEST_CASE("float and double agree") {
                                   std::type_identity<LineApproxRenderer<double>>{}));
   worst = std::max(worst, compare(std::type_identity<SurfaceApproxRenderer<float>>{},
                                   std::type_identity<SurfaceApproxRenderer<double>>{}));
-  worst = std::max(worst, compare(std::type_identity<SurfaceApproxRenderer<float, MeanWeights>>{},
-                                  std::type_identity<SurfaceApproxRenderer<double, MeanWeights>>{}));
   MESSAGE("float against double: ", worst, " N");
 }
 
@@ -347,10 +301,6 @@ TEST_CASE_TEMPLATE("turn bone and tool together and the wrench turns along", Sca
   // Surface: the tool's vertices turn along, so only the image of the surface differs, by up to 1/(4 · 5) voxel on the
   // bar: 15 µm at up to 3 N/mm each for the ball and two or three slices.
   turned(std::type_identity<SurfaceApproxRenderer<Scalar>>{}, 0.0006, 0.05, 1e-3);
-  turned(std::type_identity<SurfaceApproxRenderer<Scalar, MeanWeights>>{}, 0.0009, 0.03, 1e-3);
-  // Deeper, slices have their centres in bone, and the law of their vertices where they are moved out of it. There
-  // vertices graze, and each that touches or not changes the mean's divisor: by an eighth for a slice.
-  turned(std::type_identity<SurfaceApproxRenderer<Scalar, MeanWeights>>{}, 0.0006, 1.6 / 8 + 0.05, 1e-3);
 }
 
 }  // namespace

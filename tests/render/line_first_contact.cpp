@@ -41,15 +41,24 @@ struct Impact {
   double deepest = -1e9;  ///< of any vertex anywhere on the path [m]
 };
 
-// Oracle: the same vertices, the path in small pieces, then bisection.
-template <class Step, class Shape, class Scalar>
-Impact impact_slowly(const Step& step, const Shape& shape, const LineTool<Scalar>& tool, const Centreline<double>& a,
-                     const Centreline<double>& b, int pieces) {
+// Heights of a line's vertices and of the points searched between them.
+template <class Scalar>
+std::vector<double> searched_heights(const LineTool<Scalar>& tool) {
+  const double from = static_cast<double>(tool.heights().front());
+  const double length = static_cast<double>(tool.heights()[static_cast<std::size_t>(tool.count() - 1)]) - from;
+  const int points = (tool.count() - 1) * (kLane + 1);
+  std::vector<double> heights;
+  for (int i = 0; i <= points; ++i) heights.push_back(from + length * i / points);
+  return heights;
+}
+
+// Oracle: points of the line at some heights, the path in small pieces, then bisection.
+template <class Step, class Shape>
+Impact impact_slowly(const Step& step, const Shape& shape, const std::vector<double>& heights,
+                     const Centreline<double>& a, const Centreline<double>& b, int pieces) {
   const auto depth_at = [&](double time) {
     double deepest = -1e9;
-    for (int i = 0; i < tool.count(); ++i)
-      deepest = std::max(
-          deepest, -shape(on_path(step, a, b, time, static_cast<double>(tool.heights()[static_cast<std::size_t>(i)]))));
+    for (const double h : heights) deepest = std::max(deepest, -shape(on_path(step, a, b, time, h)));
     return deepest;
   };
   Impact impact;
@@ -74,7 +83,7 @@ enum class Motion { kTranslation, kRotation, kBoth };
 struct Tally {
   int found = 0, missed = 0, grazing = 0, invented = 0;
   double point = 0;  ///< distance of IntP from the surface [voxels]
-  double late = 0;   ///< distance of IntP from where the oracle's vertices first touch [voxels]
+  double late = 0;   ///< distance of IntP from where the line's point there first touches [voxels]
 };
 
 // Thousands of random moves of a line past a shape, at the speeds of a hand, 1 ms each.
@@ -83,6 +92,7 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
                    Random& random) {
   const ShapeField<Scalar, Shape> field(shape, kVoxel);
   std::vector<Scalar> scratch(2 * static_cast<std::size_t>(tool.padded()));
+  const std::vector<double> heights = searched_heights(tool);
   Tally tally;
   for (int i = 0; i < moves; ++i) {
     const double moved = 1e-3 * std::pow(10.0, random.uniform(-2, 0));  // .01 to 1 m/s
@@ -107,7 +117,7 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
     const auto from = line<Scalar>(tip, direction), to = line<Scalar>(to_tip, to_direction);
     const Centreline<double> from_d{from.tip.template cast<double>(), from.direction.template cast<double>()};
     const Centreline<double> to_d{to.tip.template cast<double>(), to.direction.template cast<double>()};
-    const Impact exact = impact_slowly(step, shape, tool, from_d, to_d, 100);
+    const Impact exact = impact_slowly(step, shape, heights, from_d, to_d, 100);
     if (exact.found && exact.time <= 0) continue;  // started inside: another test
     const auto hit = find_first_contact(field, tool, step, from, to, scratch.data());
     CHECK_FALSE(hit.bounded);
@@ -123,8 +133,11 @@ Tally random_moves(const Step& step, const Shape& shape, const LineTool<Scalar>&
     }
     ++tally.found;
     tally.point = std::max(tally.point, std::abs(shape(hit.point.template cast<double>())) / kVoxel);
-    const Vec3d there = on_path(step, from_d, to_d, exact.time,
-                                static_cast<double>(tool.heights()[static_cast<std::size_t>(hit.vertex)]));
+    const Vec3d tip_there = on_path(step, from_d, to_d, exact.time, 0);
+    const double height = (hit.point.template cast<double>() - tip_there).norm();
+    const Impact own = impact_slowly(step, shape, {height}, from_d, to_d, 100);
+    if (!own.found) continue;
+    const Vec3d there = on_path(step, from_d, to_d, own.time, height);
     tally.late = std::max(tally.late, (hit.point.template cast<double>() - there).norm() / kVoxel);
     CHECK(hit.fraction >= Scalar(0));
     CHECK(hit.fraction <= Scalar(1));
@@ -160,8 +173,8 @@ void check_random_moves(const Step& step, const char* name) {
     // Along one step a vertex moves half a voxel and Eq. 1 is linear: exact on a plate.
     CHECK(sum.point < (std::is_same_v<Scalar, float> ? 7e-6 : 2e-14));
     CHECK(ball.point < 0.024);
-    // Half a voxel, the final step, is what is promised.
-    CHECK(std::max(sum.late, ball.late) <= 0.15);
+    // Half a voxel, the final step, is what is promised; points between vertices also graze the ball.
+    CHECK(std::max(sum.late, ball.late) <= 0.2);
   }
 }
 
@@ -183,23 +196,6 @@ TEST_CASE_TEMPLATE("the error falls with the square of the step in the point of 
     CHECK(t.point < step * step / (8 * 3));
     CHECK(t.point > step * step / (8 * 3) / 2);
   }
-}
-
-TEST_CASE_TEMPLATE("fixed counts as in the thesis step over a wall that step lengths find", Scalar, float, double) {
-  const LineTool<Scalar> tool(kBurr, {.shaft = 50});
-  std::vector<Scalar> scratch(2 * static_cast<std::size_t>(tool.padded()));
-  const ShapeField<Scalar, Plate> field({Vec3d(0.0007, 0, 0), Vec3d::UnitX(), kVoxel}, kVoxel);
-  const auto from = line<Scalar>(Vec3d::Zero(), Vec3d::UnitZ()), to = line<Scalar>(Vec3d(0.002, 0, 0), Vec3d::UnitZ());
-  const auto found = [&](const auto& step) {
-    return find_first_contact(field, tool, step, from, to, scratch.data()).found;
-  };
-  CHECK(found(TranslateRotate{}));
-  CHECK(found(RayCast{}));
-  // At 0, .667, 1.333, 2 mm a vertex is in the plate (.55 to .85); at 0, 1, 2 mm it is not.
-  CHECK(found(TranslateRotate{.translation_steps = 3, .rotation_steps = 1}));
-  CHECK_FALSE(found(TranslateRotate{.translation_steps = 2, .rotation_steps = 1}));
-  CHECK(found(RayCast{.steps = 3}));
-  CHECK_FALSE(found(RayCast{.steps = 2}));
 }
 
 TEST_CASE_TEMPLATE("a search forward finds the side it came from, and says how far it got", Scalar, float, double) {
@@ -291,7 +287,7 @@ TEST_CASE_TEMPLATE("turns by half a circle, no motion, and bad numbers", Scalar,
       const Centreline<Scalar> wild{Vec3<Scalar>::Constant(bad), Vec3<Scalar>::Constant(bad)};
       static_cast<void>(find_first_contact(field, tool, step, up, wild, scratch.data()));
       static_cast<void>(find_first_contact(field, tool, step, wild, up, scratch.data()));
-      CHECK(field.samples <= 2 * (2 * (512 + 1)) * tool.padded());
+      CHECK(field.samples <= 2 * (2 * (512 + 1)) * (tool.padded() + kLane));
     }
     // The bound is kept and said.
     auto coarse = step;
@@ -300,7 +296,7 @@ TEST_CASE_TEMPLATE("turns by half a circle, no motion, and bad numbers", Scalar,
     const auto far =
         find_first_contact(field, tool, coarse, up, line<Scalar>(Vec3d(1, 0, 0), Vec3d::UnitZ()), scratch.data());
     CHECK(far.bounded);
-    CHECK(field.samples <= (2 * (8 + 1)) * tool.padded());
+    CHECK(field.samples <= (2 * (8 + 1)) * (tool.padded() + kLane));
   };
   check(TranslateRotate{});
   check(RayCast{});
@@ -332,11 +328,6 @@ TEST_CASE("stepping options outside their range are refused") {
   CHECK_THROWS_WITH(steps({.step = std::nan("")}),
                     "trephine::TranslateRotate: step must be > 0 and at most 16 voxels, got nan");
   CHECK_THROWS_WITH(steps({.max_steps = 0}), "trephine::TranslateRotate: max_steps must be 1 to 100000, got 0");
-  CHECK_THROWS_WITH((TranslateRotate{.translation_steps = -1}.validate()),
-                    "trephine::TranslateRotate: step counts must be >= 0, got -1");
-  CHECK_THROWS_WITH((TranslateRotate{.rotation_steps = -2}.validate()),
-                    "trephine::TranslateRotate: step counts must be >= 0, got -2");
-  CHECK_THROWS_WITH(RayCast{.steps = -1}.validate(), "trephine::RayCast: the step count must be >= 0, got -1");
   CHECK_THROWS_WITH((RayCast{.stepping = {.max_steps = 100001}}.validate()),
                     "trephine::RayCast: max_steps must be 1 to 100000, got 100001");
 }

@@ -61,8 +61,7 @@ TEST_CASE_TEMPLATE("a shaft that leans on a hole's rim: torque k r² 2 sin(Δ/2)
     }
 }
 
-TEST_CASE_TEMPLATE("the wrench is the springs', and a thesis scene leaves the shaft's force out", Scalar, float,
-                   double) {
+TEST_CASE_TEMPLATE("the wrench is the springs'", Scalar, float, double) {
   const Hole hole;
   const RasterOptions o{.size = {96, 96, 64}};
   const auto grid = rasterise<std::uint8_t>(hole.shape(), o);
@@ -70,13 +69,8 @@ TEST_CASE_TEMPLATE("the wrench is the springs', and a thesis scene leaves the sh
   const Posed end = hole.leaning(hole.rim_lean() + 0.15, 0.4);
   const LineOptions options{.stiffness = 500, .shaft_stiffness = 900};
   LineApproxRenderer<Scalar> full(Tool<Scalar>(kBurr, {}), options);
-  LineApproxRenderer<Scalar, TranslateRotate, ConstrainedTracking, Frictionless, TorqueOnly> thesis(
-      Tool<Scalar>(kBurr, {}), options);
   const auto f = lead(full, field, hole.leaning(0.1, 0.4), end, 40);
-  const auto t = lead(thesis, field, hole.leaning(0.1, 0.4), end, 40);
   REQUIRE(full.report().shaft_contact);
-  CHECK(f.wrench.torque == t.wrench.torque);
-  CHECK(t.wrench.force == Vec3<Scalar>::Zero());
   REQUIRE(full.contacts().size() == 1);
   const Vec3d force = full.contacts()[0].force.template cast<double>();
   CHECK((f.wrench.force.template cast<double>() - force).norm() == 0);
@@ -95,8 +89,7 @@ TEST_CASE_TEMPLATE("the wrench is the springs', and a thesis scene leaves the sh
         near(2 * r.norm() * std::sin(0.5 * angle_deg(r, end.linear().col(2)) / degrees(1)), 6.5e-7));
 }
 
-TEST_CASE_TEMPLATE("tip and shaft both in contact: the two torque origins differ by the tip's own penetration", Scalar,
-                   float, double) {
+TEST_CASE_TEMPLATE("tip and shaft both in contact: the wrench is the contacts'", Scalar, float, double) {
   // The tip presses into the floor of a hole while the shaft leans on its rim.
   const Vec3d top(0.0144, 0.0144, 0.0140);
   const auto shape = Either{Both{HalfSpace{top, Vec3d::UnitZ()}, Hollow{Rod{top, Vec3d::UnitZ(), 0.002}}},
@@ -108,63 +101,26 @@ TEST_CASE_TEMPLATE("tip and shaft both in contact: the two torque origins differ
   const auto pose = [&](double l, double deep) {
     return tool_at(top - Vec3d(0, 0, 0.004 + deep), {std::sin(l), 0, std::cos(l)});
   };
-  const auto go = [&](TorqueOrigin origin, Vec3<Scalar>& e) {
-    LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 200}),
-                                        {.stiffness = 800, .torque_origin = origin});
-    lead(renderer, field, pose(0.05, -0.0005), pose(0.05, 0.0005), 30);
-    lead(renderer, field, pose(0.05, 0.0005), pose(lean + 0.15, 0.0005), 60);
-    const auto out = render_at(renderer, field, pose(lean + 0.15, 0.0005));
-    REQUIRE(renderer.report().shaft_contact);
-    REQUIRE(out.contact.tip);
-    CHECK(out.contact.count == 2);
-    e = renderer.tip_proxy().position() - Vec3<Scalar>(pose(lean + 0.15, 0.0005).translation().template cast<Scalar>());
-    CHECK(static_cast<double>(e.norm()) == near(0.0005, 0.021));
-    CHECK(angle_deg(renderer.report().tip_force.template cast<double>(), Vec3d::UnitZ()) < 1e-6);
-    return std::pair{renderer.report(), in_double(out.wrench)};
-  };
-  Vec3<Scalar> e1, e2;
-  const auto [proxy, proxy_wrench] = go(TorqueOrigin::kProxy, e1);
-  const auto [probe, probe_wrench] = go(TorqueOrigin::kProbe, e2);
-  CHECK((probe.spring - proxy.spring - e1).norm() <= Scalar(1e-7));
-  CHECK((probe_wrench.torque - proxy_wrench.torque).norm() > 5e-4);
-  // Both are the moment about T of the shaft's force at IntP. The floor bears that force's vertical part, up to as
-  // much as the tip's own force.
-  const Vec3d T = pose(lean + 0.15, 0.0005).translation();
-  const auto check = [&](const LineReport<Scalar>& r, const Wrenchd& w) {
-    const Vec3d f = 800 * r.spring.template cast<double>(), tip = r.tip_force.template cast<double>();
-    CHECK((w.torque - (r.intersection.template cast<double>() - T).cross(f)).norm() < 1.1e-9);
-    const Vec3d up = tip.normalized();
-    const double borne = std::clamp(f.dot(up), -tip.norm(), tip.norm());
-    CHECK((w.force - (tip + f - borne * up)).norm() < 8.9e-8);
-  };
-  check(proxy, proxy_wrench);
-  check(probe, probe_wrench);
-}
-
-TEST_CASE_TEMPLATE("with the shaft from the ball's centre every press of the tip is a shaft contact too", Scalar, float,
-                   double) {
-  const RasterOptions o{.size = {64, 64, 64}};
-  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
-  const auto field = field_of<Scalar>(grid, o);
-  const Vec3d lean = Vec3d(0.5, 0, 1).normalized();
-  const Posed above = tool_at(o.middle() + 2 * kVoxel * Vec3d::UnitZ(), lean);
-  const Posed pressed = tool_at(o.middle() - 3 * kVoxel * Vec3d::UnitZ(), lean);
-  const auto shaft_contact = [&](ShaftStart start) {
-    LineApproxRenderer<Scalar, TranslateRotate, ProjectedTracking, Frictionless, FullWrench> renderer(
-        Tool<Scalar>(kBurr, {.shaft = 50, .start = start}), {.proxy = {.trigger = Trigger::kThesis}});
-    bool any = false;
-    for (int i = 0; i <= 60; ++i)
-      any = render_at(renderer, field, between(above, pressed, i / 60.0)).contact.shaft || any;
-    return any;
-  };
-  CHECK_FALSE(shaft_contact(ShaftStart::kEmerging));
-  // Under the thesis' trigger the vertex at the centre is in bone with the probe; its offset place is on the surface,
-  // just outside: whether a search finds it there is a matter of a thousandth of a voxel, which is why the library's
-  // shaft starts where it emerges. What must hold: no torque comes of it.
-  LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 50, .start = ShaftStart::kTipCentre}));
-  const auto out = lead(renderer, field, above, pressed, 60);
-  CHECK(static_cast<double>(out.wrench.torque.norm()) < 1e-15);
-  CHECK(static_cast<double>(out.wrench.force.norm()) == near(800 * 3 * kVoxel, 1e-4));
+  LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 200}), {.stiffness = 800});
+  lead(renderer, field, pose(0.05, -0.0005), pose(0.05, 0.0005), 30);
+  lead(renderer, field, pose(0.05, 0.0005), pose(lean + 0.15, 0.0005), 60);
+  const Posed end = pose(lean + 0.15, 0.0005);
+  const auto out = render_at(renderer, field, end);
+  const LineReport<Scalar>& report = renderer.report();
+  REQUIRE(report.shaft_contact);
+  REQUIRE(out.contact.tip);
+  CHECK(out.contact.count == 2);
+  const Vec3<Scalar> e = renderer.tip_proxy().position() - Vec3<Scalar>(end.translation().template cast<Scalar>());
+  CHECK(static_cast<double>(e.norm()) == near(0.0005, 0.021));
+  CHECK(angle_deg(report.tip_force.template cast<double>(), Vec3d::UnitZ()) < 1e-6);
+  // The moment about T of the shaft's force at IntP. The floor bears that force's vertical part, up to as much as the
+  // tip's own force.
+  const Wrenchd w = in_double(out.wrench);
+  const Vec3d f = 800 * report.spring.template cast<double>(), tip = report.tip_force.template cast<double>();
+  CHECK((w.torque - (report.intersection.template cast<double>() - end.translation()).cross(f)).norm() < 1.1e-9);
+  const Vec3d up = tip.normalized();
+  const double borne = std::clamp(f.dot(up), -tip.norm(), tip.norm());
+  CHECK((w.force - (tip + f - borne * up)).norm() < 8.9e-8);
 }
 
 TEST_CASE_TEMPLATE("the first tick searches nothing; a shaft that starts in bone waits until it was free", Scalar,
@@ -195,57 +151,48 @@ TEST_CASE_TEMPLATE("moves shorter than `rest_threshold` add up: a slow approach 
   // 40 kHz and 2 mm/s: 50 nm a tick.
   const ShapeField<Scalar, HalfSpace> field({Vec3d(-0.00001, 0, 0), Vec3d::UnitX()}, kVoxel);
   const Vec3d lean = Vec3d(-0.001, 0, 1).normalized();
-  for (const bool recheck : {true, false}) {
-    LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {}), {.recheck_at_rest = recheck});
-    bool found = false;
-    Status worst = Status::kOk;
-    for (int i = 0; i < 1200; ++i) {
-      const auto out = render_at(renderer, field, tool_at(Vec3d(0.00004 - i * 50e-9, 0, 0), lean));
-      worst = worse(worst, out.status);
-      found = found || renderer.report().shaft_contact;
-    }
-    CHECK(found);
-    CHECK(worst == Status::kOk);
-    // And it is then followed as slowly: the shaft's far end is now .03 mm and more in the wall.
-    REQUIRE(renderer.report().shaft_contact);
-    const Vec3d far = renderer.proxy_pose().template cast<double>() * Vec3d(0, 0, 0.02);
-    CHECK(far.x() > -0.00001 - 2e-3 * kVoxel);
+  LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {}));
+  bool found = false;
+  Status worst = Status::kOk;
+  for (int i = 0; i < 1200; ++i) {
+    const auto out = render_at(renderer, field, tool_at(Vec3d(0.00004 - i * 50e-9, 0, 0), lean));
+    worst = worse(worst, out.status);
+    found = found || renderer.report().shaft_contact;
   }
+  CHECK(found);
+  CHECK(worst == Status::kOk);
+  // And it is then followed as slowly: the shaft's far end is now .03 mm and more in the wall.
+  REQUIRE(renderer.report().shaft_contact);
+  const Vec3d far = renderer.proxy_pose().template cast<double>() * Vec3d(0, 0, 0.02);
+  CHECK(far.x() > -0.00001 - 2e-3 * kVoxel);
 }
 
-TEST_CASE_TEMPLATE("at rest: IntP is kept as in the thesis, or rechecked so that carved bone lets go", Scalar, float,
-                   double) {
+TEST_CASE_TEMPLATE("at rest IntP is followed, so that carved bone lets go", Scalar, float, double) {
   const Hole hole;
   const RasterOptions o{.size = {96, 96, 64}};
-  for (const bool recheck : {false, true}) {
-    auto grid = rasterise<std::uint8_t>(hole.shape(), o);
-    const auto field = field_of<Scalar>(grid, o);
-    LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {}), {.recheck_at_rest = recheck});
-    const Posed end = hole.leaning(hole.rim_lean() + 0.15);
-    const auto before = lead(renderer, field, hole.leaning(0.1), end, 40);
-    REQUIRE(renderer.report().shaft_contact);
-    const auto rested = render_at(renderer, field, end);
-    CHECK((rested.wrench.torque - before.wrench.torque).norm() < Scalar(2e-17));
-    for (int k = 0; k < o.size[2]; ++k)
-      for (int j = 0; j < o.size[1]; ++j)
-        grid.lower_row(j, k, 0, o.size[0] - 1, [](int, std::uint8_t) { return std::uint8_t{0}; });
-    grid.commit();
-    const auto carved = render_at(renderer, field, end);
-    CHECK(renderer.report().shaft_contact == !recheck);
-    if (recheck) CHECK(carved.wrench == Wrench<Scalar>{});
-    if (!recheck) CHECK(carved.wrench == rested.wrench);
-    // Any move ends it.
-    const auto moved = render_at(renderer, field, hole.leaning(hole.rim_lean() + 0.1501));
-    CHECK(moved.wrench == Wrench<Scalar>{});
-  }
+  auto grid = rasterise<std::uint8_t>(hole.shape(), o);
+  const auto field = field_of<Scalar>(grid, o);
+  LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {}));
+  const Posed end = hole.leaning(hole.rim_lean() + 0.15);
+  const auto before = lead(renderer, field, hole.leaning(0.1), end, 40);
+  REQUIRE(renderer.report().shaft_contact);
+  const auto rested = render_at(renderer, field, end);
+  CHECK((rested.wrench.torque - before.wrench.torque).norm() < Scalar(2e-17));
+  for (int k = 0; k < o.size[2]; ++k)
+    for (int j = 0; j < o.size[1]; ++j)
+      grid.lower_row(j, k, 0, o.size[0] - 1, [](int, std::uint8_t) { return std::uint8_t{0}; });
+  grid.commit();
+  const auto carved = render_at(renderer, field, end);
+  CHECK_FALSE(renderer.report().shaft_contact);
+  CHECK(carved.wrench == Wrench<Scalar>{});
 }
 
 // --- Thin ribs
 // -----------------------------------------------------------------------------------------------------------
 
 // A rib of `thick` voxels that only the shaft can meet; the tool is pushed against it sideways as a whole, and turned.
-template <class Track, class Scalar>
-int ticks_through(double thick, double speed, Trigger trigger, bool turning, int& ticks_held) {
+template <class Scalar>
+int ticks_through(double thick, double speed, bool turning, int& ticks_held) {
   const Vec3d at(0.0096, 0.0144, 0.0072);
   const RasterOptions o{.size = {64, 96, 100}};
   // Its surface's height is bounded: above the ball, below the shaft's end.
@@ -254,8 +201,7 @@ int ticks_through(double thick, double speed, Trigger trigger, bool turning, int
       Both{HalfSpace{at + Vec3d(0, 0, 0.010), Vec3d::UnitZ()}, HalfSpace{at + Vec3d(0, 0, 0.006), -Vec3d::UnitZ()}}};
   const auto grid = rasterise<std::uint8_t>(rib, o);
   const auto field = field_of<Scalar>(grid, o);
-  LineApproxRenderer<Scalar, TranslateRotate, Track> renderer(Tool<Scalar>(kBurr, {.shaft = 200}),
-                                                              {.proxy = {.trigger = trigger}});
+  LineApproxRenderer<Scalar> renderer(Tool<Scalar>(kBurr, {.shaft = 200}));
   const double travel = 0.004;
   const int ticks = std::max(2, static_cast<int>(std::ceil(travel / (speed * 1e-3))));
   int through = 0;
@@ -279,7 +225,7 @@ int ticks_through(double thick, double speed, Trigger trigger, bool turning, int
   return through;
 }
 
-TEST_CASE_TEMPLATE("swept: a shaft pushed or turned against a thin rib does not pop through", Scalar, float, double) {
+TEST_CASE_TEMPLATE("a shaft pushed or turned against a thin rib does not pop through", Scalar, float, double) {
   for (const bool turning : {false, true})
     for (const double thick : {2.0, 3.0})
       for (const double speed : {0.02, 0.1, 0.5, 1.0}) {
@@ -287,12 +233,9 @@ TEST_CASE_TEMPLATE("swept: a shaft pushed or turned against a thin rib does not 
         CAPTURE(thick);
         CAPTURE(speed);
         int ticks = 0;
-        CHECK(ticks_through<ConstrainedTracking, Scalar>(thick, speed, Trigger::kSwept, turning, ticks) == 0);
+        CHECK(ticks_through<Scalar>(thick, speed, turning, ticks) == 0);
         CHECK(ticks > 0);
       }
-  // The thesis' trigger looks at the probe alone, which at 1 m/s is on either side but never in a rib of two voxels.
-  int ticks = 0;
-  CHECK(ticks_through<ConstrainedTracking, Scalar>(2, 1.0, Trigger::kThesis, false, ticks) > 0);
 }
 
 // --- The drawn tool
@@ -399,9 +342,9 @@ TEST_CASE("line options outside their range are refused") {
   CHECK_THROWS_WITH(make({.rest_threshold = -1}), "trephine::LineOptions: rest_threshold must be >= 0 m, got -1");
   CHECK_THROWS_WITH(make({.proxy = {.iterations = 0}}), "trephine::ProxyOptions: iterations must be 1 to 1000, got 0");
   const auto stepping = [] {
-    LineApproxRenderer<float, RayCast> renderer(Tool<float>(kBurr, {}), {}, RayCast{.steps = -1});
+    LineApproxRenderer<float, RayCast> renderer(Tool<float>(kBurr, {}), {}, RayCast{.stepping = {.step = 0}});
   };
-  CHECK_THROWS_WITH(stepping(), "trephine::RayCast: the step count must be >= 0, got -1");
+  CHECK_THROWS_WITH(stepping(), "trephine::RayCast: step must be > 0 and at most 16 voxels, got 0");
 }
 
 }  // namespace

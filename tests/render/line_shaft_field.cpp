@@ -34,7 +34,7 @@ TEST_CASE("shaft field: its value is the largest density on the line, its surfac
                                                     {.shaft = 200});
   std::vector<double> scratch(2 * static_cast<std::size_t>(tool.padded()));
   const Vec3d tip = c - Vec3d(0, 0, 5e-3);
-  const ShaftField<Base> field(base, tool, tip, true, scratch.data());
+  const ShaftField<Base> field(base, tool, tip, scratch.data());
   CHECK(field.voxel() == base.voxel());
 
   for (int i = 0; i < 50; ++i) {
@@ -76,7 +76,7 @@ TEST_CASE("shaft field: bone straight ahead of the tip has no normal across the 
                                                     {.shaft = 50});
   std::vector<double> scratch(2 * static_cast<std::size_t>(tool.padded()));
   const Vec3d tip = o.middle() - Vec3d(0, 0, 3e-3);
-  const ShaftField<Base> field(base, tool, tip, false, scratch.data());
+  const ShaftField<Base> field(base, tool, tip, scratch.data());
   Vec3d n = Vec3d::Zero();
   CHECK(!field.normal(tip + Vec3d(0, 0, 5e-3), n));
 }

@@ -5,6 +5,7 @@
 #include "support/near.hpp"
 
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/render/thesis/surface.hpp>
 
 #include <doctest/doctest.h>
 
@@ -19,10 +20,10 @@ using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
 const Burr kBall{.tip_radius = 0.0015, .shaft_length = 0};
 
-template <class Scalar, class Weights = AreaWeights>
-using Held = SurfaceApproxRenderer<Scalar, Weights, HoldForce>;
-template <class Scalar, class Weights = AreaWeights>
-using Extended = SurfaceApproxRenderer<Scalar, Weights, ExtendAlongSurface>;
+template <class Scalar>
+using Held = ThesisSurface<Scalar>;
+template <class Scalar>
+using Extended = SurfaceApproxRenderer<Scalar>;
 
 Posed ball_at(const Vec3d& p) { return tool_at(p, Vec3d::UnitZ()); }
 
@@ -89,7 +90,7 @@ TEST_CASE_TEMPLATE("started inside: held gives nothing, the extension pushes out
   CHECK(angle_deg(extended.groups()[0].force.template cast<double>(), n) < 0.51);
 }
 
-template <class Weights, class Scalar>
+template <class Scalar>
 double jump_at_centre(int vertices, double& slope_after) {
   const double h = kVoxel, radius = kBall.tip_radius;
   const RasterOptions o{.size = {48, 48, 48}};
@@ -99,7 +100,7 @@ double jump_at_centre(int vertices, double& slope_after) {
     const Vec3d n = random.unit();
     const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), n}, o);
     const auto field = field_of<Scalar>(grid, o);
-    Extended<Scalar, Weights> renderer(Tool<Scalar>(kBall, {.sphere = vertices}));
+    Extended<Scalar> renderer(Tool<Scalar>(kBall, {.sphere = vertices}));
     const auto force = [&](double depth) {
       return Vec3d(
           render_at(renderer, field, ball_at(o.middle() + (radius - depth) * n)).wrench.force.template cast<double>());
@@ -151,12 +152,11 @@ TEST_CASE_TEMPLATE("a jump starts deep contact anew and is said", Scalar, float,
 
 // How far the vertices' law with the centre on a plane is from its mean over all directions, which the extension begins
 // with: the jump in closed form.
-template <class Weights>
 double spread_at_centre(int vertices) {
   const double radius = kBall.tip_radius;
   const Tool<double> tool(kBall, {.sphere = vertices});
   Random random(82);
-  const auto force = [&](const Vec3d& n) { return plane_law<Weights>(tool, 0, 0.999 * radius, n); };
+  const auto force = [&](const Vec3d& n) { return plane_law(tool, 0, 0.999 * radius, n); };
   double mean = 0, worst = 0;
   constexpr int kTurns = 3000;
   for (int i = 0; i < kTurns; ++i) {
@@ -172,34 +172,26 @@ double spread_at_centre(int vertices) {
 
 TEST_CASE_TEMPLATE("pressed through the centre: the extension begins where the vertices' law ends", Scalar, float,
                    double) {
-  const auto check = [](const char* name, auto weights, int vertices) {
-    using Weights = decltype(weights);
+  for (const int vertices : {26, 400}) {
     double slope = 0;
-    const double jump = jump_at_centre<Weights, Scalar>(vertices, slope);
-    const double spread = spread_at_centre<Weights>(vertices);
-    MESSAGE(std::string(name), ", ", vertices,
-            " vertices: force jump where the centre enters, worst of 20 directions: ", jump,
+    const double jump = jump_at_centre<Scalar>(vertices, slope), spread = spread_at_centre(vertices);
+    MESSAGE(vertices, " vertices: force jump where the centre enters, worst of 20 directions: ", jump,
             "; the law's own spread over directions: ", spread);
     // A tenth of a voxel of travel and the image's surface are 2 % of R each, its normal 1 %.
     CHECK(jump <= spread + 0.05);
-  };
-  check("area", AreaWeights{}, 26);
-  check("area", AreaWeights{}, 400);
-  check("collision ratio", CollisionRatio{}, 26);
-  check("collision ratio", CollisionRatio{}, 400);
-  check("mean", MeanWeights{}, 26);
+  }
 }
 
 // A tool led along `way` to the origin of `shape` in steps [m]: how its force changes on the one with which its centre
 // comes in [N]. `edge`: a plane's force there.
-template <class Weights, class Scalar, class Shape>
+template <class Scalar, class Shape>
 double step_where_centre_enters(const Shape& shape, const Vec3d& way, double step, double& edge) {
   const double radius = kBall.tip_radius;
   const RasterOptions o{.size = {48, 48, 48}};
   const auto grid = rasterise<std::uint8_t>([&](const Vec3d& p) { return shape(Vec3d(p - o.middle())); }, o);
   const auto field = field_of<Scalar>(grid, o);
-  Extended<Scalar, Weights> renderer(Tool<Scalar>(kBall, {}));
-  edge = renderer.thesis_stiffness() * mean_plane_force<Weights>(renderer.tool(), 0, 1.0);
+  Extended<Scalar> renderer(Tool<Scalar>(kBall, {}));
+  edge = renderer.foundation_stiffness() * mean_plane_force(renderer.tool(), 0, 1.0);
   Vec3d before = Vec3d::Zero();
   for (double off = 2 * radius; off > -radius; off -= step) {
     const Vec3d force =
@@ -235,7 +227,7 @@ TEST_CASE_TEMPLATE("in a corner and over an edge too the extension begins where 
   const auto check = [](const char* name, const auto& shape, const Vec3d& way) {
     constexpr double kStep = 0.05 * kVoxel;
     double whole = 0;
-    const double step = step_where_centre_enters<PatchWeights, Scalar>(shape, way, kStep, whole);
+    const double step = step_where_centre_enters<Scalar>(shape, way, kStep, whole);
     MESSAGE(std::string(name), ": where the centre enters the force steps by ", step / whole, " of a plane's there");
     // No steeper than three walls at once, each as a plane is there: 2 / R; and the image's rounding.
     CHECK(step < (6 * kStep / kBall.tip_radius + 0.03) * whole);
@@ -294,48 +286,14 @@ TEST_CASE_TEMPLATE("slid out of a corner, deep, the force is a plane's again", S
   const Vec3d at = o.middle() - Vec3d::Constant(3e-3);
   const auto grid = rasterise<std::uint8_t>([&](const Vec3d& p) { return (p - at).minCoeff(); }, o);
   const auto field = field_of<Scalar>(grid, o);
-  Extended<Scalar, PatchWeights> renderer(Tool<Scalar>(kBall, {}));
-  const double edge = renderer.thesis_stiffness() * mean_plane_force<PatchWeights>(renderer.tool(), 0, 1.0);
+  Extended<Scalar> renderer(Tool<Scalar>(kBall, {}));
+  const double edge = renderer.foundation_stiffness() * mean_plane_force(renderer.tool(), 0, 1.0);
   const Vec3d in = at - 0.1 * radius * Vec3d::Ones(), out = Vec3d(in.x(), at.y() + 3 * radius, at.z() + 3 * radius);
   static_cast<void>(lead(renderer, field, ball_at(at + 2 * radius * Vec3d::Ones()), ball_at(in), 200));
   static_cast<void>(lead(renderer, field, ball_at(in), ball_at(out), 200));
   CHECK(renderer.groups()[0].deep);
   const Vec3d force = renderer.groups()[0].force.template cast<double>();
   CHECK((force - 1.1 * edge * Vec3d::UnitX()).norm() < 0.01 * edge);
-}
-
-// A user's own deep contact: a constant force along the surface's normal.
-template <class Scalar>
-struct ConstantState {
-  void update_outside(const Vec3<Scalar>&, const Vec3<Scalar>&) noexcept {}
-  template <PointField Field>
-  Status compute_inside(const Field& field, const Vec3<Scalar>& c, Scalar, Scalar edge_force,
-                        Vec3<Scalar>& force) noexcept {
-    Vec3<Scalar> n = Vec3<Scalar>::Zero();
-    static_cast<void>(field.normal(c, n));
-    force = edge_force * n;
-    return Status::kOk;
-  }
-  void reset() noexcept {}
-};
-struct ConstantForce {
-  template <RealScalar Scalar>
-  using State = ConstantState<Scalar>;
-};
-static_assert(DeepContact<ConstantForce> && DeepContact<HoldForce> && DeepContact<ExtendAlongSurface>);
-static_assert(!DeepContact<PatchWeights> && !DeepContact<FullWrench>);
-
-TEST_CASE_TEMPLATE("a user's own deep contact gives the force of a group in bone", Scalar, float, double) {
-  const RasterOptions o{.size = {48, 48, 48}};
-  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
-  const auto field = field_of<Scalar>(grid, o);
-  SurfaceApproxRenderer<Scalar, AreaWeights, ConstantForce> renderer(
-      Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_length = 0}, SurfaceCounts::thesis()));
-  static_assert(Renderer<decltype(renderer), std::remove_cvref_t<decltype(field)>>);
-  const auto out = render_at(renderer, field, tool_at(o.middle() - Vec3d(0, 0, kVoxel), Vec3d::UnitZ()));
-  CHECK(renderer.groups()[0].deep);
-  const double edge = renderer.thesis_stiffness() * mean_plane_force<AreaWeights>(renderer.tool(), 0, 1.0);
-  CHECK(static_cast<double>(out.wrench.force.z()) == near(edge, 9.9e-8));
 }
 
 TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {

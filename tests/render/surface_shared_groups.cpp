@@ -56,13 +56,12 @@ double slice_length(const Tool<S>& tool) {
 
 /// The groups' largest stiffness: over the last tenth of a radius.
 template <class S>
-std::vector<SpringGroup> closed_springs(const Tool<S>& tool, bool shaft_force) {
+std::vector<SpringGroup> closed_springs(const Tool<S>& tool) {
   std::vector<SpringGroup> springs;
   for (std::size_t g = 0; g < tool.groups().size(); ++g) {
     const double R = static_cast<double>(tool.groups()[g].radius);
     const auto force = [&](double depth) { return plane_force(g == 0, slice_length(tool), R, depth); };
-    springs.push_back(
-        {(force(R) - force(0.9 * R)) / (0.1 * R), static_cast<double>(tool.groups()[g].height), g == 0 || shaft_force});
+    springs.push_back({(force(R) - force(0.9 * R)) / (0.1 * R), static_cast<double>(tool.groups()[g].height)});
   }
   return springs;
 }
@@ -70,14 +69,14 @@ std::vector<SpringGroup> closed_springs(const Tool<S>& tool, bool shaft_force) {
 StiffnessBudget sum_of(const std::vector<SpringGroup>& springs) {
   StiffnessBudget sum;
   for (const SpringGroup& g : springs) {
-    if (g.force) sum.linear += g.stiffness;
+    sum.linear += g.stiffness;
     sum.angular += g.stiffness * g.lever * g.lever;
   }
   return sum;
 }
 
 /// What the renderer gives for a tool on a plane, in T axes: spring lengths, the groups' forces and the contacts.
-template <class W, class S>
+template <class S>
 struct Pressed {
   const Tool<S>* tool;
   std::vector<S> edge_forces, lengths;
@@ -91,7 +90,7 @@ struct Pressed {
         groups(t.groups().size()),
         contacts(static_cast<std::size_t>(t.periphery()) + t.groups().size()) {
     for (std::size_t g = 0; g < t.groups().size(); ++g)
-      edge_forces.push_back(static_cast<S>(kLiteral * mean_plane_force<W>(t, g, 1.0)));
+      edge_forces.push_back(static_cast<S>(kLiteral * mean_plane_force(t, g, 1.0)));
   }
 
   /// Presses the tool on the plane with the outward normal n; T's origin is `above` [m] over it.
@@ -113,13 +112,9 @@ struct Pressed {
       for (int i = group.first; i < group.first + group.count; ++i) {
         const Vec3d d = tool->inward()[i].template cast<double>();
         const double depth = -above - n.dot(tool->points()[i].template cast<double>());
-        double length = depth > 0 && d.dot(n) > 0 ? depth / d.dot(n) : 0;
-        Vec3d direction = d;
-        if constexpr (kUsesPatches<W>) {
-          const auto spring = tool->patch(i).template cast<double>().spring(depth, n, d, Vec3d::UnitZ());
-          length = spring.length;
-          direction = spring.direction;
-        }
+        const auto spring = tool->patch(i).template cast<double>().spring(depth, n, d, Vec3d::UnitZ());
+        const double length = spring.length;
+        const Vec3d direction = spring.direction;
         if (!(length > 0)) continue;
         const auto index = static_cast<std::size_t>(i);
         lengths[index] = static_cast<S>(length);
@@ -132,7 +127,7 @@ struct Pressed {
       r.force = sum;
     }
   }
-  void share(SharedGroups<W, S>& shared) { shared.share(*tool, lengths, groups, {contacts.data(), count}); }
+  void share(SharedGroups<S>& shared) { shared.share(*tool, lengths, groups, {contacts.data(), count}); }
 
   [[nodiscard]] Vec3d force() const {
     Vec3d sum = Vec3d::Zero();
@@ -152,55 +147,43 @@ Vec3d lying(double rise, double spin) {
   return {std::cos(rise) * std::cos(spin), std::cos(rise) * std::sin(spin), std::sin(rise)};
 }
 
-template <class S, class W>
-struct Kind {
-  using Scalar = S;
-  using Weights = W;
-};
-
-TEST_CASE_TEMPLATE("shared groups: a budget that all groups fit changes no bit, a smaller budget does", K,
-                   Kind<double, PatchWeights>, Kind<float, PatchWeights>, Kind<double, AreaWeights>) {
-  using S = typename K::Scalar;
-  using W = typename K::Weights;
+TEST_CASE_TEMPLATE("shared groups: a budget that all groups fit changes no bit, a smaller budget does", S, double,
+                   float) {
   // Patches beside the equator round the last tenth of a radius off: 12 % at most of the closed form's stiffness there.
   constexpr double kMore = 1.03, kLess = 0.85;
   CAPTURE(kSeed);
   Random random(kSeed);
   const Tool<S> tool(kDrill, kFine);
-  for (const bool shaft_force : {true, false}) {
-    const StiffnessBudget sum = sum_of(closed_springs(tool, shaft_force));
-    Pressed<W, S> pressed(tool);
-    const auto changes = [&](const StiffnessBudget& budget) {
-      SharedGroups<W, S> shared(budget, tool, kLiteral, pressed.edge_forces, shaft_force);
-      int changed = 0;
-      for (int i = 0; i < 10; ++i) {
-        pressed.press(lying(random.uniform(-0.05, 0.05), random.uniform(0, 6)), random.uniform(-3e-4, 1e-3));
-        const Pressed<W, S> before = pressed;
-        pressed.share(shared);
-        for (std::size_t g = 0; g < pressed.groups.size(); ++g)
-          changed += pressed.groups[g].force != before.groups[g].force ? 1 : 0;
-        for (std::size_t c = 0; c < pressed.count; ++c)
-          changed += pressed.contacts[c].force != before.contacts[c].force ? 1 : 0;
-      }
-      return changed;
-    };
-    CHECK(changes(kVast) == 0);
-    CHECK(changes({kMore * sum.linear, kMore * sum.angular}) == 0);
-    CHECK(changes({kLess * sum.linear, 1e9}) > 0);
-    CHECK(changes({1e9, kLess * sum.angular}) > 0);
-  }
+  const StiffnessBudget sum = sum_of(closed_springs(tool));
+  Pressed<S> pressed(tool);
+  const auto changes = [&](const StiffnessBudget& budget) {
+    SharedGroups<S> shared(budget, tool, kLiteral, pressed.edge_forces);
+    int changed = 0;
+    for (int i = 0; i < 10; ++i) {
+      pressed.press(lying(random.uniform(-0.05, 0.05), random.uniform(0, 6)), random.uniform(-3e-4, 1e-3));
+      const Pressed<S> before = pressed;
+      pressed.share(shared);
+      for (std::size_t g = 0; g < pressed.groups.size(); ++g)
+        changed += pressed.groups[g].force != before.groups[g].force ? 1 : 0;
+      for (std::size_t c = 0; c < pressed.count; ++c)
+        changed += pressed.contacts[c].force != before.contacts[c].force ? 1 : 0;
+    }
+    return changed;
+  };
+  CHECK(changes(kVast) == 0);
+  CHECK(changes({kMore * sum.linear, kMore * sum.angular}) == 0);
+  CHECK(changes({kLess * sum.linear, 1e9}) > 0);
+  CHECK(changes({1e9, kLess * sum.angular}) > 0);
 }
 
-TEST_CASE_TEMPLATE("shared groups: a group and its contacts shrink by one factor, and nothing else changes", K,
-                   Kind<double, PatchWeights>, Kind<float, PatchWeights>, Kind<double, AreaWeights>) {
-  using S = typename K::Scalar;
-  using W = typename K::Weights;
+TEST_CASE_TEMPLATE("shared groups: a group and its contacts shrink by one factor, and nothing else changes", S, double,
+                   float) {
   constexpr double kRounding = std::is_same_v<S, float> ? 1e-6 : 1e-14;  // of two products, relative
   CAPTURE(kSeed);
   Random random(kSeed + 1);
   const Tool<S> tool(kDrill, {});
-  Pressed<W, S> pressed(tool);
-  SharedGroups<W, S> shared(kPremium, tool, kLiteral, pressed.edge_forces, true);
+  Pressed<S> pressed(tool);
+  SharedGroups<S> shared(kPremium, tool, kLiteral, pressed.edge_forces);
   int deep = 0, shallow = 0, free = 0, off = 0, grown = 0, moved = 0, touched = 0;
   Figures sums, factors;
   for (int i = 0; i < 200; ++i) {
@@ -208,7 +191,7 @@ TEST_CASE_TEMPLATE("shared groups: a group and its contacts shrink by one factor
     // Room beyond the contacts in use stays as it is.
     const Vec3<S> sentinel(S(7), S(8), S(9));
     if (pressed.count < pressed.contacts.size()) pressed.contacts[pressed.count].force = sentinel;
-    const Pressed<W, S> before = pressed;
+    const Pressed<S> before = pressed;
     const auto calls = heap_calls([&] { pressed.share(shared); });
     CHECK(calls == 0);
     std::size_t c = 0;
@@ -257,8 +240,7 @@ struct Felt {
 };
 
 /// Central differences of the total wrench about T, in steps so small that few vertices enter in one of them.
-template <class W>
-Felt felt(Pressed<W, double>& pressed, SharedGroups<W, double>& shared, const Vec3d& n, double above) {
+inline Felt felt(Pressed<double>& pressed, SharedGroups<double>& shared, const Vec3d& n, double above) {
   constexpr double kMove = 1e-6, kTurn = 1e-4;
   // T's origin moves by dx, and T turns by dr about it: the plane's normal in T turns back.
   const auto wrench = [&](const Vec3d& dx, const Vec3d& dr) {
@@ -285,9 +267,9 @@ TEST_CASE("shared groups: all groups pressed into a plane are within the linear 
   CAPTURE(kSeed);
   Random random(kSeed + 2);
   const Tool<double> tool(kDrill, kFine);
-  Pressed<PatchWeights, double> pressed(tool);
-  SharedGroups<PatchWeights, double> shared(kPremium, tool, kLiteral, pressed.edge_forces, true);
-  SharedGroups<PatchWeights, double> unshared(kVast, tool, kLiteral, pressed.edge_forces, true);
+  Pressed<double> pressed(tool);
+  SharedGroups<double> shared(kPremium, tool, kLiteral, pressed.edge_forces);
+  SharedGroups<double> unshared(kVast, tool, kLiteral, pressed.edge_forces);
   Felt with, without;
   for (int i = 0; i < 60; ++i) {
     // The shallow end is still in bone, the deep end's centre is not.
@@ -311,8 +293,8 @@ TEST_CASE("shared groups: all groups pressed into a plane are within the linear 
 
 TEST_CASE("shared groups: without contact, and with a single group in contact") {
   const Tool<double> tool(kDrill, {});
-  Pressed<PatchWeights, double> pressed(tool);
-  SharedGroups<PatchWeights, double> shared(kPremium, tool, kLiteral, pressed.edge_forces, true);
+  Pressed<double> pressed(tool);
+  SharedGroups<double> shared(kPremium, tool, kLiteral, pressed.edge_forces);
   pressed.press(Vec3d::UnitX(), 0.01);
   pressed.share(shared);
   CHECK(pressed.count == 0);
@@ -327,11 +309,12 @@ TEST_CASE("shared groups: without contact, and with a single group in contact") 
   }
   CHECK(factors.worst() == near(factors.least(), 1.2e-15));
   CHECK(factors.worst() < 0.5);
-  CHECK_THROWS_AS((SharedGroups<PatchWeights, double>({0, 1}, tool, kLiteral, {}, true)), std::invalid_argument);
+  CHECK_THROWS_AS((SharedGroups<double>({0, 1}, tool, kLiteral, {})), std::invalid_argument);
 }
 
-static_assert(noexcept(std::declval<SharedGroups<PatchWeights, float>&>().share(
-    std::declval<const Tool<float>&>(), std::declval<std::span<const float>&>(),
-    std::declval<std::span<SliceReport<float>>&>(), std::declval<std::span<ContactPoint<float>>&>())));
+static_assert(noexcept(std::declval<SharedGroups<float>&>().share(std::declval<const Tool<float>&>(),
+                                                                  std::declval<std::span<const float>&>(),
+                                                                  std::declval<std::span<SliceReport<float>>&>(),
+                                                                  std::declval<std::span<ContactPoint<float>>&>())));
 
 }  // namespace

@@ -136,10 +136,9 @@ struct Look {
   }
 };
 
-inline VoxelGrid<std::int16_t> small_grid(const Posed& X_WG = Posed::Identity(), bool stored = false) {
+inline VoxelGrid<std::int16_t> small_grid(const Posed& X_WG = Posed::Identity()) {
   const std::vector<std::int16_t> voxels(64, 0);
-  return VoxelGrid<std::int16_t>({.size = {4, 4, 4}, .spacing = Vec3d::Constant(1e-3), .X_WG = X_WG}, voxels,
-                                 {.keep_original = true, .stored_gradients = stored});
+  return VoxelGrid<std::int16_t>({.size = {4, 4, 4}, .spacing = Vec3d::Constant(1e-3), .X_WG = X_WG}, voxels);
 }
 
 inline Posed at(double x, double y, double z) { return make_pose<double>(Mat3d::Identity(), Vec3d(x, y, z)); }

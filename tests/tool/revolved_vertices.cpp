@@ -2,7 +2,7 @@
 #include "support/figures.hpp"
 #include "support/near.hpp"
 
-#include <trephine/render/surface/weighting.hpp>
+#include <trephine/render/surface/plane_law.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/tool/revolved_vertices.hpp>
 
@@ -148,14 +148,14 @@ TEST_CASE("a round burr as a surface of revolution has the vertices of its ball,
 }
 
 /// Force over k of all groups pressed straight down into a half space by `depth`, along its normal.
-template <class W, class Tool>
+template <class Tool>
 double pressed(const Tool& tool, double depth) {
   double sum = 0;
   for (std::size_t g = 0; g < tool.groups().size(); ++g) {
     const auto& group = tool.groups()[g];
     // Group g's own depth counts from its foremost place along the normal.
     const double own = depth - tool.groups()[0].radius - group.height + group.radius;
-    sum += plane_law<W>(tool, g, own, Vec3d::UnitZ()).z();
+    sum += plane_law(tool, g, own, Vec3d::UnitZ()).z();
   }
   return sum;
 }
@@ -173,7 +173,7 @@ double pressed_continuum(const ToolOutline& outline, double depth) {
   return sum;
 }
 
-TEST_CASE_TEMPLATE("Surface's law of a tip pressed straight down is the continuum's", W, AreaWeights, PatchWeights) {
+TEST_CASE("Surface's law of a tip pressed straight down is the continuum's") {
   Figures off;
   for (const std::string& name : names_of_tools()) {
     CAPTURE(name);
@@ -183,7 +183,7 @@ TEST_CASE_TEMPLATE("Surface's law of a tip pressed straight down is the continuu
     for (const double share : {0.1, 0.2, 0.35}) {
       const double exact = pressed_continuum(shape.outline(), share * R);
       CAPTURE(share);
-      const double found = pressed<W>(tool, share * R);
+      const double found = pressed(tool, share * R);
       CHECK(found == near(exact, 0.012));
       off.add(std::abs(found / exact - 1));
     }
@@ -204,15 +204,9 @@ TEST_CASE("Line's vertices of a tool are those of a burr of its size, and its he
   const ToolDiscretization burr{named.tool.burr(), LineCounts{.shaft = 30}};
   CHECK(line.heights() == burr.heights());
   CHECK(line.cutting_head().outline.z_high() == named.tool.cutting_head(0).outline.z_high());
-  CHECK(line.without_shaft().count() == 0);
-  CHECK(line.without_shaft().cutting_head().outline.z_high() == line.cutting_head().outline.z_high());
 
   const ToolDiscretization surface{PearBurr{}, SurfaceCounts{}};
   static_assert(std::is_same_v<decltype(surface), const ToolDiscretization<SurfaceCounts, float, RevolvedTool>>);
-  const auto tip = surface.without_shaft();
-  CHECK(tip.groups().size() == 1);
-  CHECK(tip.periphery() == surface.groups()[0].count);
-  for (int i = 0; i < tip.periphery(); ++i) CHECK(tip.points()[i] == surface.points()[i]);
 }
 
 TEST_CASE("counts out of range are refused for a tool as for a burr") {

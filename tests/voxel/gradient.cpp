@@ -32,11 +32,9 @@ Vec3d inner_point(std::mt19937& rng, const std::array<int, 3>& size, double marg
 
 /// A user's own policy: the forward difference of the interpolant over one voxel.
 struct ForwardGradient {
-  static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
-                                       const Vec3<Scalar>& u) noexcept {
+  [[nodiscard]] static Vec3<Scalar> at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
     Vec3<Scalar> g;
     for (int a = 0; a < 3; ++a) g[a] = sample(v, Vec3<Scalar>(u + Vec3<Scalar>::Unit(a))) - sample(v, u);
     return g;
@@ -44,14 +42,13 @@ struct ForwardGradient {
 };
 static_assert(GradientPolicy<ForwardGradient> && !BatchedGradientPolicy<ForwardGradient>);
 static_assert(GradientPolicy<AnalyticGradient> && BatchedGradientPolicy<AnalyticGradient>);
-static_assert(GradientPolicy<CentralGradient> && GradientPolicy<StoredGradient> && GradientPolicy<SplineGradient>);
+static_assert(GradientPolicy<CentralGradient> && GradientPolicy<SplineGradient>);
 struct WithoutTraits {
-  static Vec3d at(const VoxelGrid<std::int16_t>&, const SampleView<std::int16_t, double>&, const Vec3d&) noexcept;
+  static Vec3d at(const SampleView<std::int16_t, double>&, const Vec3d&) noexcept;
 };
 struct MayThrow : WithoutTraits {
-  static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
-  static Vec3d at(const VoxelGrid<std::int16_t>&, const SampleView<std::int16_t, double>&, const Vec3d&);
+  static Vec3d at(const SampleView<std::int16_t, double>&, const Vec3d&);
 };
 static_assert(!GradientPolicy<WithoutTraits> && !GradientPolicy<MayThrow> && !GradientPolicy<int>);
 
@@ -60,9 +57,9 @@ static_assert(!GradientPolicy<WithoutTraits> && !GradientPolicy<MayThrow> && !Gr
 TEST_CASE("All gradients are exact on a linear field, per metre, whatever the spacing") {
   const std::array size{12, 11, 10};
   const Vec3d slope(3, -5, 7);  // densities a voxel
-  const auto grid = make_grid<float>({.size = size, .spacing = kSpacing},
-                                     [&](int i, int j, int k) { return slope.x() * i + slope.y() * j + slope.z() * k; },
-                                     {.stored_gradients = true});
+  const auto grid = make_grid<float>({.size = size, .spacing = kSpacing}, [&](int i, int j, int k) {
+    return slope.x() * i + slope.y() * j + slope.z() * k;
+  });
   const Vec3d exact = slope.cwiseQuotient(kSpacing);
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed);
@@ -70,25 +67,23 @@ TEST_CASE("All gradients are exact on a linear field, per metre, whatever the sp
     const Vec3d p = inner_point(rng, size, 1.01);
     CHECK((gradient_at<float, AnalyticGradient>(grid, p) - exact).norm() < 1e-14 * exact.norm());
     CHECK((gradient_at<float, CentralGradient>(grid, p) - exact).norm() < 1e-14 * exact.norm());
-    CHECK((gradient_at<float, StoredGradient>(grid, p) - exact).norm() < 1e-14 * exact.norm());
     // Clamped at the far border: one voxel more of margin.
     const Vec3d q = inner_point(rng, size, 2.01);
     CHECK((gradient_at<float, ForwardGradient>(grid, q) - exact).norm() < 1e-14 * exact.norm());
   }
 }
 
-TEST_CASE("On a quadratic field central and stored gradients are exact at voxels, the analytic one within a cell") {
+TEST_CASE("On a quadratic field central gradients are exact at voxels, the analytic one within a cell") {
   const std::array size{10, 10, 10};
   // ρ = x² + 2 y² − z² + x y in voxels: along an axis the interpolant of x² has slope 2 i + 1 in cell i.
   const auto rho = [](double x, double y, double z) { return x * x + 2 * y * y - z * z + x * y; };
-  const auto grid = make_grid<float>({.size = size, .spacing = kSpacing}, rho, {.stored_gradients = true});
+  const auto grid = make_grid<float>({.size = size, .spacing = kSpacing}, rho);
   for (int k = 1; k < 9; ++k)
     for (int j = 1; j < 9; ++j)
       for (int i = 1; i < 9; ++i) {
         const Vec3d p = kSpacing.cwiseProduct(Vec3d(i, j, k));
         const Vec3d exact = Vec3d(2 * i + j, 4 * j + i, -2 * k).cwiseQuotient(kSpacing);
         CHECK((gradient_at<float, CentralGradient>(grid, p) - exact).norm() < 2e-15 * (1 + exact.norm()));
-        CHECK((gradient_at<float, StoredGradient>(grid, p) - exact).norm() < 2e-15 * (1 + exact.norm()));
         // Just inside the cell that begins at the voxel.
         const Vec3d in_cell = kSpacing.cwiseProduct(Vec3d(i + 1e-9, j + 1e-9, k + 1e-9));
         // A change of slope of a few densities a voxel, over 1e-9 voxels.
@@ -123,18 +118,35 @@ TEST_CASE_TEMPLATE("The analytic gradient is the derivative of the interpolant",
   }
 }
 
-TEST_CASE_TEMPLATE("Stored and central gradients agree away from the border", Density, std::uint8_t, std::int16_t,
+// As the thesis stores them: differences at the voxels, then interpolated.
+TEST_CASE_TEMPLATE("Central gradients are interpolated central differences", Density, std::uint8_t, std::int16_t,
                    std::uint16_t, float) {
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 3);
   const std::array size{11, 9, 8};
-  const auto grid = random_grid<Density>({.size = size, .spacing = kSpacing}, rng, {.stored_gradients = true});
+  const auto grid = random_grid<Density>({.size = size, .spacing = kSpacing}, rng);
   for (int n = 0; n < 1000; ++n) {
-    const Vec3d p = inner_point(rng, size, 0.0);
-    const Vec3d central = gradient_at<Density, CentralGradient>(grid, p);
-    // Float densities: their difference is stored rounded.
-    CHECK((gradient_at<Density, StoredGradient>(grid, p) - central).norm() <=
-          (std::is_same_v<Density, float> ? 2.5e-7 : 6e-11) * (1 / kSpacing.minCoeff()));
+    const Vec3d p = inner_point(rng, size, 0.0), u = p.cwiseQuotient(kSpacing), f = u - u.array().floor().matrix();
+    Vec3d g = Vec3d::Zero();
+    for (int corner = 0; corner < 8; ++corner) {
+      const std::array bit{corner & 1, (corner >> 1) & 1, corner >> 2};
+      double weight = 1;
+      std::array<int, 3> v{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double along = f[static_cast<int>(a)];
+        weight *= bit[a] != 0 ? along : 1 - along;
+        v[a] = static_cast<int>(std::floor(u[static_cast<int>(a)])) + bit[a];
+      }
+      const auto density = [&](int i, int j, int k) {
+        return static_cast<double>(grid.contains(i, j, k) ? grid.at(i, j, k) : grid.outside());
+      };
+      const Vec3d difference(density(v[0] + 1, v[1], v[2]) - density(v[0] - 1, v[1], v[2]),
+                             density(v[0], v[1] + 1, v[2]) - density(v[0], v[1] - 1, v[2]),
+                             density(v[0], v[1], v[2] + 1) - density(v[0], v[1], v[2] - 1));
+      g += 0.5 * weight * difference;
+    }
+    CHECK((gradient_at<Density, CentralGradient>(grid, p) - g.cwiseQuotient(kSpacing)).norm() <=
+          1e-10 * (1 / kSpacing.minCoeff()));
   }
 }
 
@@ -149,14 +161,11 @@ TEST_CASE("A tilted plane on a 1:1:3 grid has its own normal") {
     const Vec3d middle = h.cwiseProduct(Vec3d(14.5, 14.5, 6.5));
     const auto grid = make_grid<float>(
         {.size = size, .spacing = h, .X_WG = make_pose<double>(random_rotation(rng), {1, 2, 3})},
-        [&](int i, int j, int k) { return -normal.dot(h.cwiseProduct(Vec3d(i, j, k)) - middle) * 1e5; },
-        {.stored_gradients = true});
+        [&](int i, int j, int k) { return -normal.dot(h.cwiseProduct(Vec3d(i, j, k)) - middle) * 1e5; });
     Vec3d found = Vec3d::Zero();
     REQUIRE(DensityField<float, double>(grid, 0).normal(middle, found));
     CHECK(angle_degrees(found, normal) < 5e-6);
     REQUIRE(DensityField<float, double, CentralGradient>(grid, 0).normal(middle, found));
-    CHECK(angle_degrees(found, normal) < 5e-6);
-    REQUIRE(DensityField<float, double, StoredGradient>(grid, 0).normal(middle, found));
     CHECK(angle_degrees(found, normal) < 5e-6);
   }
 }

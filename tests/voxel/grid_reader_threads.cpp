@@ -63,8 +63,7 @@ TEST_CASE_TEMPLATE("Views of other threads miss nothing while the haptic thread 
   const double iso = 50;
   const std::array size{45, 38, 41};
   auto grid = make_grid<Density>({.size = size, .spacing = Vec3d::Constant(h), .outside = 0},
-                                 [](int i, int j, int k) { return 100 + (i * 7 + j * 5 + k * 3) % 27; },
-                                 {.stored_gradients = true});
+                                 [](int i, int j, int k) { return 100 + (i * 7 + j * 5 + k * 3) % 27; });
   std::atomic<bool> done{false};
   std::vector<Mirror<Density>> mirrors;
   for (int n = 0; n < 4; ++n) mirrors.emplace_back(grid);

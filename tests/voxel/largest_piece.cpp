@@ -167,7 +167,7 @@ TEST_CASE("largest piece: the grid keeps its place and its memory, and restore b
   for (const bool keeps : {false, true}) {
     const double isovalue = keeps ? 1 : 0.5;  // of a mask, just its bone's density too
     VoxelGrid<float> grid({.size = {6, 5, 4}, .spacing = Vec3d::Constant(1e-3), .X_WG = X_WG, .outside = -2}, voxels,
-                          {.keep_original = keeps, .stored_gradients = true});
+                          {.keep_original = keeps});
     const RemovedPieces removed = keep_largest_piece(grid, isovalue);
     CHECK(removed.pieces == 1);
     CHECK(removed.voxels == 1);
@@ -175,7 +175,6 @@ TEST_CASE("largest piece: the grid keeps its place and its memory, and restore b
     CHECK(grid.at(2, 2, 2) == 1);
     CHECK(grid.outside() == -2);
     CHECK(grid.keeps_original() == keeps);
-    CHECK(grid.has_stored_gradients());
     CHECK(grid.X_WG().isApprox(X_WG, 0));
     if (keeps) grid.restore();
     CHECK(grid.at(5, 4, 3) == -2);

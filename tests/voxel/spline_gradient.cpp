@@ -98,7 +98,7 @@ TEST_CASE_TEMPLATE("gradients in batches are those of single points, hostile one
   std::vector<std::int16_t> noise(20 * 18 * 16);
   for (auto& v : noise) v = static_cast<std::int16_t>(random.below(4000) - 1000);
   const VoxelGrid<std::int16_t> grid({.size = {20, 18, 16}, .spacing = {0.0003, 0.0004, 0.0009}, .outside = -1000.0},
-                                     noise, {.stored_gradients = true});
+                                     noise);
   const auto check = [&](auto gradient) {
     const DensityField<std::int16_t, Scalar, decltype(gradient)> field(grid, 100);
     constexpr int n = 9 * kLane;
@@ -127,7 +127,6 @@ TEST_CASE_TEMPLATE("gradients in batches are those of single points, hostile one
   };
   check(AnalyticGradient{});
   check(CentralGradient{});
-  check(StoredGradient{});
   check(SplineGradient{});
 }
 

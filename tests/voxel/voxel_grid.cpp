@@ -34,22 +34,6 @@ void check_bricks(const VoxelGrid<Density>& grid) {
   }
 }
 
-/// Differences as a fresh grid of the same voxels has them.
-template <VoxelDensity Density>
-void check_differences(const VoxelGrid<Density>& grid) {
-  const auto voxels = copy_of(grid);
-  const VoxelGrid<Density> fresh({.size = grid.size(), .spacing = grid.spacing(), .outside = double(grid.outside())},
-                                 voxels, {.keep_original = false, .stored_gradients = true});
-  bool same = true;
-  for (int k = -1; k <= grid.size()[2]; ++k)
-    for (int j = -1; j <= grid.size()[1]; ++j)
-      for (int i = -1; i <= grid.size()[0]; ++i)
-        for (std::size_t a = 0; a < 3; ++a)
-          same = same &&
-                 grid.differences()[3 * grid.index(i, j, k) + a] == fresh.differences()[3 * fresh.index(i, j, k) + a];
-  CHECK(same);
-}
-
 /// Bricks whose halo holds a voxel that differs between two states.
 template <VoxelDensity Density>
 std::vector<bool> bricks_to_mark(const VoxelGrid<Density>& grid, const std::vector<Density>& before) {
@@ -170,8 +154,7 @@ TEST_CASE_TEMPLATE("A grid holds its buffer, its border and its range", Density,
        {std::array{1, 1, 1}, std::array{7, 9, 17}, std::array{254, 3, 2}, std::array{62, 30, 2}}) {
     std::vector<Density> voxels(static_cast<std::size_t>(size[0] * size[1] * size[2]));
     for (auto& v : voxels) v = random_density<Density>(rng);
-    const VoxelGrid<Density> grid({.size = size, .spacing = Vec3d::Constant(1e-3), .outside = 1}, voxels,
-                                  {.stored_gradients = true});
+    const VoxelGrid<Density> grid({.size = size, .spacing = Vec3d::Constant(1e-3), .outside = 1}, voxels);
     CHECK(copy_of(grid) == voxels);
     const auto range = std::minmax_element(voxels.begin(), voxels.end());
     CHECK(grid.original_range().min == *range.first);
@@ -183,7 +166,6 @@ TEST_CASE_TEMPLATE("A grid holds its buffer, its border and its range", Density,
           if (!grid.contains(i, j, k)) border = border && grid.at(i, j, k) == Density(1);
     CHECK(border);
     check_bricks(grid);
-    check_differences(grid);
     for (std::size_t b = 0; b < grid.brick_count(); ++b) {
       const auto at = grid.brick_coordinates(b);
       CHECK(grid.brick_index(at[0], at[1], at[2]) == b);
@@ -218,15 +200,12 @@ TEST_CASE("A cropped grid is the same field at the same place") {
   const Vec3d h(3e-4, 4e-4, 9e-4);
   const Posed X_WG = make_pose<double>(random_rotation(rng), {0.3, -0.2, 0.1});
   const auto grid = make_grid<std::int16_t>(
-      {.size = {24, 20, 16}, .spacing = h, .X_WG = X_WG, .outside = -1000},
-      [&](int i, int j, int k) {
+      {.size = {24, 20, 16}, .spacing = h, .X_WG = X_WG, .outside = -1000}, [&](int i, int j, int k) {
         const bool bone = i >= 6 && i <= 14 && j >= 5 && j <= 12 && k >= 4 && k <= 13;
         return bone ? 500 + static_cast<int>(rng() % 300) : static_cast<int>(rng() % 200) - 1000;
-      },
-      {.stored_gradients = true});
+      });
   const auto crop = grid.cropped(400, 3);
   CHECK(crop.size() == std::array{9 + 6, 8 + 6, 10 + 5});  // the far z margin meets the grid's end
-  CHECK(crop.has_stored_gradients());
   CHECK(crop.outside() == grid.outside());
   // Voxel for voxel the same bits ...
   bool same = true;
@@ -249,7 +228,7 @@ TEST_CASE_TEMPLATE("Rows are lowered, never raised; ranges, gradients and marks 
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 3);
   const std::array size{37, 21, 18};
-  auto grid = random_grid<Density>({.size = size, .spacing = Vec3d::Constant(1e-3)}, rng, {.stored_gradients = true});
+  auto grid = random_grid<Density>({.size = size, .spacing = Vec3d::Constant(1e-3)}, rng);
   GridReader<Density> reader(grid, false);
   for (int edit = 0; edit < 60; ++edit) {
     const auto before = copy_of(grid);
@@ -280,7 +259,6 @@ TEST_CASE_TEMPLATE("Rows are lowered, never raised; ranges, gradients and marks 
     CHECK(marked == bricks_to_mark(grid, before));
   }
   check_bricks(grid);
-  check_differences(grid);
 }
 
 TEST_CASE("A row across bricks gives each its own part's range") {
@@ -308,8 +286,7 @@ TEST_CASE("NaN lowers nothing") {
 TEST_CASE_TEMPLATE("restore() brings back every bit, brick by brick", Density, std::uint8_t, std::int16_t, float) {
   CAPTURE(kSeed);
   std::mt19937 rng(kSeed + 4);
-  auto grid =
-      random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng, {.stored_gradients = true});
+  auto grid = random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng);
   const auto original = copy_of(grid);
   GridReader<Density> reader(grid, false);
   CHECK(grid.restore() == 0);
@@ -341,5 +318,4 @@ TEST_CASE_TEMPLATE("restore() brings back every bit, brick by brick", Density, s
   CHECK(heap == 0);
   CHECK(calls > 3);
   CHECK(copy_of(grid) == original);
-  check_differences(grid);
 }

@@ -7,13 +7,7 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Rule that starts and ends a proxy's contact.
-enum class Trigger {
-  kSwept,   ///< contact starts where the probe's path crosses the surface; it ends when the path to the probe is free
-  kThesis,  ///< contact holds if and only if the probe is in bone: a wall crossed within a tick is missed
-};
-
-/// Options of a surface proxy: search steps, work limits and the contact rule.
+/// Options of a surface proxy: search steps and work limits.
 struct ProxyOptions {
   double step = 0.5;  ///< largest tangential move and largest search step, in voxels
   /// Tangential moves per tick, in addition to those of a straight slide (at most 8 times as many).
@@ -22,7 +16,6 @@ struct ProxyOptions {
   /// Largest motion of the probe between two ticks [m]: 5 m/s at 1 kHz, beyond any hand. After a longer motion contact
   /// is reset, because a proxy left behind would pull the hand across the gap.
   double jump = 0.005;
-  Trigger trigger = Trigger::kSwept;
   /// Longest way of the proxy along the surface over the probe's way. A bound makes a proxy drop off an edge gradually;
   /// it then lags behind, and energy is lost. Without it the proxy slides on at once.
   std::optional<double> slide{};

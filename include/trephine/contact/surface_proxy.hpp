@@ -5,7 +5,6 @@
 #include <trephine/contact/proxy_options.hpp>
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/core/status.hpp>
-#include <trephine/voxel/clearance_field.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -16,12 +15,13 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// & Tarr 1997, Eriksson 2006). In contact it is on the surface, just outside bone, as near to the probe as friction
 /// allows.
 ///
-/// A tick first decides about contact (`Trigger`). It then moves the proxy in the tangent plane toward the probe. A
-/// projection along the normal back to the surface follows each move. A move is accepted if the proxy gets nearer to
-/// the probe. With smooth normals (`SplineGradient`) a move is also accepted if it leaves less tangential distance, and
-/// rejected if it overshoots without that. The proxy then rests at the point whose normal faces the probe, at any speed
-/// of the probe. This rule ends the moves at concave corners and in sockets without chatter. All samples are at the
-/// proxy, so the probe may be at any depth, even where gradients vanish.
+/// Contact starts where the probe's path crosses the surface, and ends when the path to the probe is free. A tick moves
+/// the proxy in the tangent plane toward the probe. A projection along the normal back to the surface follows each
+/// move. A move is accepted if the proxy gets nearer to the probe. With smooth normals (`SplineGradient`) a move is
+/// also accepted if it leaves less tangential distance, and rejected if it overshoots without that. The proxy then
+/// rests at the point whose normal faces the probe, at any speed of the probe. This rule ends the moves at concave
+/// corners and in sockets without chatter. All samples are at the proxy, so the probe may be at any depth, even where
+/// gradients vanish.
 ///
 /// A proxy moves on toward the probe if the bone under it was removed. A proxy in bone (start inside, restored bone) is
 /// projected out along the normal, else along the nearest of 14 directions. A start in bone returns `kStartedInside`.
@@ -134,12 +134,8 @@ class SurfaceProxy {
 
   template <PointField Field>
   Status follow_free(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
-    const auto margin = static_cast<Scalar>(kClearanceMargin) * field.voxel();
-    if (is_known_clear(field, p, Scalar((p - q_).norm() + margin))) {
-      q_ = p;
-      return Status::kOk;
-    }
-    if (options_.trigger == Trigger::kThesis && field.value(p) < Scalar(0)) {
+    const auto margin = static_cast<Scalar>(kBeyondMargin) * field.voxel();
+    if (is_known_beyond(field, p, Scalar((p - q_).norm() + margin))) {
       q_ = p;
       return Status::kOk;
     }
@@ -161,10 +157,6 @@ class SurfaceProxy {
   template <PointField Field>
   Status follow_in_contact(const Field& field, const Vec3<Scalar>& p, Scalar step) noexcept {
     const bool probe_free = field.value(p) < Scalar(0);
-    if (options_.trigger == Trigger::kThesis && probe_free) {
-      release(p);
-      return Status::kOk;
-    }
     const Scalar at_q = field.value(q_);
     if (!(at_q < Scalar(0))) {
       if (!project_out(field, q_)) {

@@ -28,6 +28,21 @@ inline constexpr bool kSmoothNormals = requires {
   requires Field::kSmoothNormals;
 };
 
+/// A field that can decide if a whole ball, given by centre p_G and radius [m], lies beyond the volume and in air.
+template <class F>
+concept BoundedField = requires(const F& f, const Vec3<typename F::Scalar>& p) {
+  { f.is_beyond(p, typename F::Scalar{}) }
+  noexcept->std::same_as<bool>;
+};
+
+/// Returns true if the field knows, without a sample, that the ball of `radius` [m] around p_G is beyond the volume and
+/// in air. False proves nothing.
+template <class Field, RealScalar Scalar>
+[[nodiscard]] bool is_known_beyond(const Field& field, const Vec3<Scalar>& p_G, Scalar radius) noexcept {
+  if constexpr (BoundedField<Field>) return field.is_beyond(p_G, radius);
+  return false;
+}
+
 /// Number of equal steps for a distance.
 struct StepPlan {
   int count = 1;

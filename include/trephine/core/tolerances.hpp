@@ -29,8 +29,8 @@ inline constexpr double kFlatShare = 1e-3;
 /// Bracket length, in voxels, at which a surface search ends. It is a tenth of the smallest error that the bench
 /// reports.
 inline constexpr double kSurfaceTolerance = 1e-3;
-/// Margin, in voxels, by which a known clearance must exceed a distance. It covers the rounding of points in single
-/// precision.
-inline constexpr double kClearanceMargin = 0.01;
+/// Margin, in voxels, by which a ball beyond the volume must exceed a motion. It covers the rounding of points in
+/// single precision.
+inline constexpr double kBeyondMargin = 0.01;
 
 }  // namespace trephine

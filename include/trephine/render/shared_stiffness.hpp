@@ -17,14 +17,13 @@ namespace trephine::inline TREPHINE_ALIGNED {
 struct SpringGroup {
   double stiffness = 0;  ///< largest tangent stiffness of the group by itself [N/m]
   double lever = 0;      ///< distance of its force from T [m]
-  bool force = true;     ///< adds to the linear stiffness; false for a shaft that gives torque alone
 };
 
 /// True if all groups together, each at its largest stiffness, are within the budget without sharing.
 [[nodiscard]] inline bool fits(const StiffnessBudget& budget, const std::vector<SpringGroup>& groups) noexcept {
   double linear = 0, angular = 0;
   for (const SpringGroup& g : groups) {
-    if (g.force) linear += g.stiffness;
+    linear += g.stiffness;
     angular += g.stiffness * g.lever * g.lever;
   }
   return linear <= budget.linear && angular <= budget.angular;
@@ -62,7 +61,7 @@ class SharedStiffness {
     for (std::size_t g = 0; g < groups.size(); ++g) {
       const double k = groups[g].stiffness, angular = k * groups[g].lever * groups[g].lever;
       double cap = 1;
-      if (groups[g].force && k > budget.linear) cap = budget.linear / k;
+      if (k > budget.linear) cap = budget.linear / k;
       if (angular * cap > budget.angular) cap = budget.angular / angular;
       caps_[g] = static_cast<Scalar>(cap);
       capped[g].stiffness *= cap;
@@ -131,7 +130,6 @@ class SharedStiffness {
     double norm = 0, squares = 0, slope = 0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
       const SpringGroup& group = groups[first + i];
-      if (!rotation && !group.force) continue;
       const double root = std::sqrt(group.stiffness);
       const double u = root * depth[i], d = root * (rotation ? group.lever : 1);
       const double u6 = std::pow(u, kNorm - 2);

@@ -39,11 +39,6 @@ concept BoundsWrench = requires(const R& renderer) {
   { renderer.release_bound() }
   noexcept->std::same_as<ReleaseBound>;
 };
-/// `disable_torque()` saves the work for torques, in a scene with ForceOnly.
-template <class R>
-concept DisablesTorque = requires(R renderer) {
-  renderer.disable_torque();
-};
 /// `stiffness()` is the largest stiffness of contact as felt [N/m]: a servo loop compares it with the device's.
 template <class R>
 concept HasStiffness = requires(const R& renderer) {

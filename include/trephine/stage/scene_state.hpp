@@ -77,7 +77,6 @@ class SceneState {
       : bone_(&bone), isovalue_(isovalue), renderer_(std::move(renderer)), parts_(std::move(parts)...) {
     if (!is_finite(isovalue)) refuse("HapticScene", "isovalue must be finite", isovalue);
     check_tool_size(bone, renderer_.shape());
-    if constexpr (!kHasTorque && DisablesTorque<ContactRenderer>) renderer_.disable_torque();
     parts_.validate(bone, isovalue);
     if constexpr (kAttaches) attached_ = renderer_.attach(bone, isovalue);
     prepare_parts();

@@ -6,18 +6,11 @@
 /// Numbers of a burr's vertices, for the Line and Surface approximations.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Lower end of the shaft's vertices. The thesis starts the cylinder at the ball's centre. Its part inside the ball
-/// touches no bone that the ball does not touch, and a vertex at the centre makes every press of the tip a shaft
+/// Vertex count of the Line approximation (thesis 3.1): vertices along the shaft's centreline, both ends included. The
+/// shaft starts where it leaves the ball: a vertex at the ball's centre would make every press of the tip a shaft
 /// contact.
-enum class ShaftStart {
-  kEmerging,   ///< at the height where the shaft leaves the ball
-  kTipCentre,  ///< at the ball's centre (thesis)
-};
-
-/// Vertex count of the Line approximation (thesis 3.1): vertices along the shaft's centreline, both ends included.
 struct LineCounts {
   int shaft = 50;
-  ShaftStart start = ShaftStart::kEmerging;
 };
 
 /// Vertex counts of the Surface approximation (thesis 3.2). Each group (ball, slice) has a further vertex at its
@@ -27,7 +20,6 @@ struct SurfaceCounts {
   int sphere = 260;   ///< vertices on the ball
   int slices = 70;    ///< slices along the shaft
   int per_slice = 8;  ///< vertices round each slice
-  ShaftStart start = ShaftStart::kEmerging;
 
   /// Counts of the thesis: 207 vertices with the centres.
   [[nodiscard]] static constexpr SurfaceCounts thesis() noexcept {

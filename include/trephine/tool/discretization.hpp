@@ -24,9 +24,6 @@ struct PointArrays {
     y.push_back(static_cast<Scalar>(p.y()));
     z.push_back(static_cast<Scalar>(p.z()));
   }
-  void resize(int count) {
-    for (auto* a : {&x, &y, &z}) a->resize(static_cast<std::size_t>(count));
-  }
   void pad() {
     const auto padded = static_cast<std::size_t>(padded_to_lane(size()));
     for (auto* a : {&x, &y, &z})
@@ -95,7 +92,7 @@ class ToolDiscretization<LineCounts, S, Burr> {
     if (!(counts.shaft >= 1 && counts.shaft <= kMaxVertices))
       refuse("ToolDiscretization", "shaft vertices must be 1 to 100000", counts.shaft);
     // The centreline, unlike the shaft's surface, leaves the ball at its pole.
-    const double from = counts.start == ShaftStart::kTipCentre ? 0.0 : burr.tip_radius;
+    const double from = burr.tip_radius;
     for (int i = 0; i < counts.shaft; ++i) {
       const double fraction = counts.shaft == 1 ? 1.0 : static_cast<double>(i) / (counts.shaft - 1);
       points_.push_back({0, 0, from + fraction * (burr.shaft_length - from)});
@@ -111,14 +108,6 @@ class ToolDiscretization<LineCounts, S, Burr> {
   [[nodiscard]] const PointArrays<Scalar>& points() const noexcept { return points_; }
   /// Heights of the vertices above T's origin, ascending [m].
   [[nodiscard]] const std::vector<Scalar>& heights() const noexcept { return points_.z; }
-  /// Vertices of the same burr without its shaft: none.
-  [[nodiscard]] ToolDiscretization without_shaft() const {
-    Burr ball = burr_;
-    ball.shaft_length = 0;
-    ToolDiscretization tool(ball, {});
-    tool.burr_ = burr_;
-    return tool;
-  }
 
  private:
   Burr burr_;
@@ -201,18 +190,6 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
             .half_arc = half_arc,
             .half_length = half_length > radius / Scalar(2) ? Scalar(0) : half_length};
   }
-  /// Vertices of the ball, or of the tip, alone.
-  [[nodiscard]] ToolDiscretization without_shaft() const {
-    ToolDiscretization tip(*this);
-    const int count = groups_[0].count;
-    tip.groups_.resize(1);
-    tip.points_.resize(count);
-    tip.inward_.resize(count);
-    tip.radii_.resize(static_cast<std::size_t>(count));
-    tip.areas_.resize(static_cast<std::size_t>(count));
-    tip.add_centres();
-    return tip;
-  }
 
  protected:
   // For tools that are no burr and add their own vertices. `burr` has the tool's size.
@@ -251,7 +228,7 @@ class ToolDiscretization<SurfaceCounts, S, Burr> {
   // Each slice is in the middle of its length of shaft.
   void add_slices(const SurfaceCounts& counts) {
     const double R = burr_.shaft_radius;
-    const double from = counts.start == ShaftStart::kTipCentre ? 0.0 : burr_.shaft_emerges();
+    const double from = burr_.shaft_emerges();
     const double length = (burr_.shaft_length - from) / counts.slices;
     const double area = 2 * std::numbers::pi * R * length / counts.per_slice;
     for (int s = 0; s < counts.slices; ++s) {

@@ -131,12 +131,6 @@ class ToolDiscretization<Counts, S, RevolvedTool> : public ToolDiscretization<Co
   }
 
   [[nodiscard]] const CuttingHead& cutting_head() const noexcept { return head_; }
-  /// Vertices of the same tool without the shaft's, or without the slices.
-  [[nodiscard]] ToolDiscretization without_shaft() const {
-    ToolDiscretization tip(*this);
-    static_cast<Base&>(tip) = Base::without_shaft();
-    return tip;
-  }
 
  private:
   void add_slice(const detail::SideRing& ring, int count) {

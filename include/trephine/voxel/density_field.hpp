@@ -73,7 +73,7 @@ class DensityField {
 
   /// Returns ∇ρ at p_G in G axes [density per metre], by the gradient policy. At a surface it points into the bone.
   [[nodiscard]] Vec3<Scalar> gradient(const Vec3<Scalar>& p_G) const noexcept {
-    return GradientChoice::at(*grid_, view_, coordinates(p_G)).cwiseProduct(per_metre_);
+    return GradientChoice::at(view_, coordinates(p_G)).cwiseProduct(per_metre_);
   }
 
   /// Computes the outward unit normal −∇ρ/|∇ρ| at p_G, in G axes. If the density is flat there (8-bit plateaus, deep in

@@ -13,15 +13,12 @@
 /// divides by the spacing of each axis, so results are right on anisotropic grids. Thesis section 2.1.2.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// A gradient estimator: a static function of grid and position, with two traits. `kNeedsStored` is true if it reads
-/// `VoxelGrid::differences`. `kSmooth` is true if normals vary little across a voxel, so that cells do not show in
-/// them. `at(grid, view, u)` returns the gradient at voxel coordinates u of the padded array.
+/// A gradient estimator. `kSmooth` is true if normals vary little across a voxel, so that cells do not show in them.
+/// `at(view, u)` returns the gradient at voxel coordinates u of the padded array.
 template <class G>
-concept GradientPolicy = requires(const VoxelGrid<std::int16_t>& grid, const SampleView<std::int16_t, double>& view,
-                                  const Vec3<double>& u) {
-  { G::kNeedsStored } -> std::convertible_to<bool>;
+concept GradientPolicy = requires(const SampleView<std::int16_t, double>& view, const Vec3<double>& u) {
   { G::kSmooth } -> std::convertible_to<bool>;
-  { G::at(grid, view, u) }
+  { G::at(view, u) }
   noexcept->std::same_as<Vec3<double>>;
 };
 
@@ -37,11 +34,9 @@ concept BatchedGradientPolicy = GradientPolicy<G> &&
 /// The exact gradient of the trilinear interpolant, whose isosurface is the bone's surface. It jumps from cell to cell.
 /// Cost: one cell.
 struct AnalyticGradient {
-  static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
-                                       const Vec3<Scalar>& u) noexcept {
+  [[nodiscard]] static Vec3<Scalar> at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
     const auto r = corners(v, c.base);
     const Scalar dx = lerp(lerp(r[1] - r[0], r[3] - r[2], c.fy), lerp(r[5] - r[4], r[7] - r[6], c.fy), c.fz);
@@ -57,14 +52,12 @@ struct AnalyticGradient {
   }
 };
 
-/// Central difference of the interpolant, one voxel to either side: continuous, and twice as wide as a cell. Cost: six
-/// samples.
+/// Central difference of the interpolant, one voxel to either side: continuous, and twice as wide as a cell. It equals
+/// the trilinear interpolation of central differences at the voxels, which the thesis stores. Cost: six samples.
 struct CentralGradient {
-  static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = false;
   template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
-                                       const Vec3<Scalar>& u) noexcept {
+  [[nodiscard]] static Vec3<Scalar> at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
     Vec3<Scalar> g;
     for (int a = 0; a < 3; ++a) {
       Vec3<Scalar> d = Vec3<Scalar>::Zero();
@@ -75,38 +68,12 @@ struct CentralGradient {
   }
 };
 
-/// The thesis' method: trilinear interpolation of central differences that the grid stores per voxel and updates after
-/// each cut. In exact arithmetic it equals `CentralGradient`, except if that reaches past the border. It trades memory
-/// (`GridOptions::stored_gradients`) for samples. Cost: one cell of three numbers.
-struct StoredGradient {
-  static constexpr bool kNeedsStored = true;
-  static constexpr bool kSmooth = false;
-  template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>& grid, const SampleView<Density, Scalar>& v,
-                                       const Vec3<Scalar>& u) noexcept {
-    const Cell<Scalar> c = cell_at(v, u);
-    Vec3<Scalar> g = Vec3<Scalar>::Zero();
-    for (int corner = 0; corner < 8; ++corner) {
-      const int x = corner & 1;
-      const int y = (corner >> 1) & 1;
-      const int z = corner >> 2;
-      const Scalar w =
-          (x != 0 ? c.fx : Scalar(1) - c.fx) * (y != 0 ? c.fy : Scalar(1) - c.fy) * (z != 0 ? c.fz : Scalar(1) - c.fz);
-      const auto* d = grid.differences() + 3 * static_cast<std::ptrdiff_t>(c.base + z * v.plane + y * v.row + x);
-      g += (Scalar(0.5) * w) * Vec3<Scalar>(Scalar(d[0]), Scalar(d[1]), Scalar(d[2]));
-    }
-    return g;
-  }
-};
-
 /// Gradient of the cubic B-spline whose control points are the voxels. It is smooth across cells, so the ripple of
 /// single cells averages out, and exact for linear densities. Cost: 64 voxels.
 struct SplineGradient {
-  static constexpr bool kNeedsStored = false;
   static constexpr bool kSmooth = true;
   template <VoxelDensity Density, RealScalar Scalar>
-  [[nodiscard]] static Vec3<Scalar> at(const VoxelGrid<Density>&, const SampleView<Density, Scalar>& v,
-                                       const Vec3<Scalar>& u) noexcept {
+  [[nodiscard]] static Vec3<Scalar> at(const SampleView<Density, Scalar>& v, const Vec3<Scalar>& u) noexcept {
     const Cell<Scalar> c = cell_at(v, u);
     const SplineWeights<Scalar> x(c.fx), y(c.fy), z(c.fz);
     std::array<Scalar, 64> voxels;

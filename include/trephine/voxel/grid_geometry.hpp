@@ -27,8 +27,7 @@ struct GridGeometry {
 
 /// Optional memory of a grid.
 struct GridOptions {
-  bool keep_original = true;      ///< store a copy for `restore()`: one more Density a voxel
-  bool stored_gradients = false;  ///< store central differences for `StoredGradient`: three numbers a voxel
+  bool keep_original = true;  ///< store a copy for `restore()`: one more Density a voxel
 };
 
 }  // namespace trephine

@@ -160,7 +160,7 @@ RemovedPieces keep_largest_piece(VoxelGrid<Density>& grid, double isovalue) {
   });
   grid = VoxelGrid<Density>(
       {.size = n, .spacing = grid.spacing(), .X_WG = grid.X_WG(), .outside = static_cast<double>(grid.outside())}, left,
-      {.keep_original = grid.keeps_original(), .stored_gradients = grid.has_stored_gradients()});
+      {.keep_original = grid.keeps_original()});
   return removed;
 }
 

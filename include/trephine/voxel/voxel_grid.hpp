@@ -38,7 +38,7 @@ struct DensityRange {
 /// The bone: a rectilinear CT volume that is read a thousand times a second while the drill lowers its densities.
 ///
 /// Memory: one linear array, x fastest, with a border of one voxel of `outside` density on all sides, so that sampling
-/// needs no branch at the edges. `keep_original` doubles it, and `stored_gradients` adds three numbers a voxel. Brick
+/// needs no branch at the edges. `keep_original` doubles it. Brick
 /// data and the bookkeeping of an open edit add 4 % to 8-bit voxels (`bytes`).
 ///
 /// Threads: only the haptic thread writes, and only it may call the members below. Other threads read through
@@ -54,9 +54,6 @@ class VoxelGrid {
 
  public:
   static constexpr int kBrick = 8;  ///< voxels along a brick's edge
-  /// Type of a stored central difference, wide enough to hold ρ(i+1) − ρ(i−1) exactly.
-  using Difference = std::conditional_t<std::is_floating_point_v<Density>, float,
-                                        std::conditional_t<sizeof(Density) == 1, std::int16_t, std::int32_t>>;
 
   /// Copies `voxels` (x fastest). Throws std::invalid_argument for a buffer that does not match the size, a size or
   /// spacing out of range, a pose that is not rigid or too far, or a density that is not finite.
@@ -113,12 +110,9 @@ class VoxelGrid {
   [[nodiscard]] std::size_t index(int i, int j, int k) const noexcept {
     return static_cast<std::size_t>((k + 1) * static_cast<std::ptrdiff_t>(plane_) + (j + 1) * row_ + (i + 1));
   }
-  [[nodiscard]] bool has_stored_gradients() const noexcept { return !differences_.empty(); }
-  /// Returns ρ(+1) − ρ(−1) along x, y, z of every voxel, border included, in the voxels' own layout.
-  [[nodiscard]] const Difference* differences() const noexcept { return differences_.data(); }
   /// Returns the memory of this grid's arrays [bytes].
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return (voxels_.size() + original_.size()) * sizeof(Density) + differences_.size() * sizeof(Difference) +
+    return (voxels_.size() + original_.size()) * sizeof(Density) +
            versions_.size() * (sizeof(std::uint32_t) + sizeof(DensityRange<Density>)) +
            (edited_.size() + touched_.size()) * sizeof(std::uint64_t) + touched_.size() * sizeof(std::size_t) +
            (new_min_.size() + old_max_.size()) * sizeof(Density) + surface_slopes_.bytes();
@@ -213,8 +207,6 @@ class VoxelGrid {
   [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density density) const noexcept;
   void update_range(std::size_t b) noexcept;
   void clear_edit() noexcept;
-  void update_differences(std::size_t b) noexcept;
-  void update_differences(const VoxelBox& box) noexcept;
   void restore_brick(std::size_t b) noexcept;
 
   std::array<int, 3> size_{};
@@ -227,7 +219,6 @@ class VoxelGrid {
   int plane_ = 0;
   std::vector<Density> voxels_;
   std::vector<Density> original_;
-  std::vector<Difference> differences_;
 
   std::array<int, 3> bricks_{};
   std::vector<std::uint32_t> versions_;

@@ -10,8 +10,7 @@
 #include <cstring>
 #include <limits>
 
-/// Quantities that a VoxelGrid derives from its densities: the range of each brick, and central differences of each
-/// voxel. A commit updates them.
+/// The range of densities that a VoxelGrid derives for each brick. A commit updates it.
 namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Returns the box of the brick and its halo, clipped to the grid and its border.
@@ -107,40 +106,6 @@ void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
   // The edit lowered a voxel at the maximum; the others are at most that.
   const VoxelBox box = haloed_box(b);
   if (!corner_reaches(box, range.max)) store_relaxed(range.max, scan(box, &range.max).max);
-}
-
-/// Updates the differences of a brick's voxels, border included, next to edited voxels. All changed differences lie in
-/// marked bricks or the border, and work by brick stays bounded if edits lie far apart.
-template <class Density>
-void VoxelGrid<Density>::update_differences(std::size_t b) noexcept {
-  const auto at_brick = brick_coordinates(b);
-  VoxelBox box;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const int lo = at_brick[a] == 0 ? -1 : at_brick[a] * kBrick;
-    const int hi = at_brick[a] == bricks_[a] - 1 ? size_[a] : at_brick[a] * kBrick + kBrick - 1;
-    box.lo[a] = std::max(lo, edit_box_.lo[a] - 1);
-    box.hi[a] = std::min(hi, edit_box_.hi[a] + 1);
-  }
-  update_differences(box);
-}
-
-template <class Density>
-void VoxelGrid<Density>::update_differences(const VoxelBox& box) noexcept {
-  // One-sided at the border, where the array ends: half as long.
-  const auto difference = [this](std::size_t centre, int i, int last, std::ptrdiff_t step) {
-    const Density* v = voxels_.data() + centre;
-    return static_cast<Difference>(static_cast<Difference>(i < last ? v[step] : *v) -
-                                   static_cast<Difference>(i > -1 ? v[-step] : *v));
-  };
-  for (int k = box.lo[2]; k <= box.hi[2]; ++k)
-    for (int j = box.lo[1]; j <= box.hi[1]; ++j)
-      for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
-        const std::size_t at_voxel = index(i, j, k);
-        Difference* d = differences_.data() + 3 * at_voxel;
-        d[0] = difference(at_voxel, i, size_[0], 1);
-        d[1] = difference(at_voxel, j, size_[1], row_);
-        d[2] = difference(at_voxel, k, size_[2], plane_);
-      }
 }
 
 }  // namespace trephine

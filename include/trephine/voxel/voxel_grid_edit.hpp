@@ -184,7 +184,6 @@ void VoxelGrid<Density>::commit() noexcept {
   if (touched_words_.empty()) return;
   for_each_touched([&](std::size_t b) {
     update_range(b);
-    if (has_stored_gradients()) update_differences(b);
     store_release(versions_[b], versions_[b] + 1);
   });
   last_edit_ = edit_box_;

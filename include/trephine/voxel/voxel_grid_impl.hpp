@@ -45,10 +45,6 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
     edited_.assign(touched_.size(), 0);
   }
   for (std::size_t b = 0; b < ranges_.size(); ++b) ranges_[b] = scan_range(b);
-  if (options.stored_gradients) {
-    differences_.resize(3 * voxels_.size());
-    update_differences({{-1, -1, -1}, {size_[0], size_[1], size_[2]}});
-  }
 }
 
 namespace detail {
@@ -152,7 +148,7 @@ VoxelGrid<Density> VoxelGrid<Density>::cropped(VoxelBox box) const {
       const auto from = voxels_.begin() + static_cast<std::ptrdiff_t>(index(box.lo[0], j, k));
       voxels.insert(voxels.end(), from, from + g.size[0]);
     }
-  return VoxelGrid(g, voxels, {.keep_original = !original_.empty(), .stored_gradients = has_stored_gradients()});
+  return VoxelGrid(g, voxels, {.keep_original = !original_.empty()});
 }
 
 }  // namespace trephine

@@ -98,8 +98,6 @@ struct CoupledConstants {
   static constexpr double kStartDepth = 0.1;
   /// Samples along the tool's axis, at most: they bound the work for tools of a thousand voxels.
   static constexpr int kMaxAxisSamples = 1000;
-  /// Clearance spheres along the tool's axis, at most, before the test for air gives up.
-  static constexpr int kMaxAirSpheres = 8;
 
   /// Speed at which the drawn tool catches up with the virtual one, besides the device's motion [m/s]. A tool that
   /// snaps by a millimetre is there in 10 ms, within a picture.

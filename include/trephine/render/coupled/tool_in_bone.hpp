@@ -3,7 +3,6 @@
 
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/tool/tool_shape.hpp>
-#include <trephine/voxel/clearance_field.hpp>
 
 #include <algorithm>
 
@@ -24,28 +23,12 @@ template <class View>
   return false;
 }
 
-/// Returns true if the view proves, without a density sample, that no bone is within `motion` [m] of the tool. False
-/// proves nothing.
+/// Returns true if the tool and `motion` [m] about it lie beyond the volume and in air. False proves nothing.
 template <class View>
 [[nodiscard]] bool is_known_in_air(const View& view, const ToolBounds& bounds, const Posed& X, double motion) noexcept {
-  if constexpr (ClearanceField<View> || BoundedField<View>) {
-    const Vec3d u = z_axis(X);
-    const double voxel = view.grid().spacing().minCoeff();
-    const double radius = (bounds.z_high - bounds.z_low) / 2 + bounds.radius + motion + voxel;
-    const double middle = (bounds.z_high + bounds.z_low) / 2;
-    if (is_known_clear<View, double>(view, X.translation() + middle * u, radius)) return true;
-    // Clear spheres about points of the axis, until they cover the tool.
-    if constexpr (ClearanceField<View>) {
-      double z = bounds.z_low;
-      for (int i = 0; i < CoupledConstants::kMaxAirSpheres; ++i) {
-        const double clearance = view.template clearance_at<double>(X.translation() + z * u) - bounds.radius - motion;
-        if (!(clearance > voxel)) return false;
-        z += clearance;
-        if (z > bounds.z_high) return true;
-      }
-    }
-  }
-  return false;
+  const double radius = (bounds.z_high - bounds.z_low) / 2 + bounds.radius + motion + view.grid().spacing().minCoeff();
+  const double middle = (bounds.z_high + bounds.z_low) / 2;
+  return view.is_beyond(X.translation() + middle * z_axis(X), radius);
 }
 
 }  // namespace trephine

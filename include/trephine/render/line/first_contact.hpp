@@ -3,7 +3,6 @@
 
 #include <trephine/contact/surface_search.hpp>
 #include <trephine/tool/discretization.hpp>
-#include <trephine/voxel/clearance_field.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <array>
@@ -57,14 +56,13 @@ struct DeepestOnLine {
   Scalar height = Scalar(0);  ///< of the deepest point above the tip [m]
   Scalar value = Scalar(0);   ///< of the field there
 };
-/// Searches the deepest point at the vertices. `refined` also searches a lane of points between the two neighbours of
-/// the deepest vertex. Cost: tool.count() samples, and a lane more if refined. `scratch` has room for tool.padded()
-/// numbers.
+/// Searches the deepest point at the vertices, then at a lane of points between the two neighbours of the deepest
+/// vertex. A ridge between vertices is thus located within a sixteenth of their spacing. Cost: tool.count() samples and
+/// a lane more. `scratch` has room for tool.padded() numbers.
 template <ContactField Field, RealScalar Scalar>
 [[nodiscard]] DeepestOnLine<Scalar> deepest_on_line(const Field& field,
                                                     const ToolDiscretization<LineCounts, Scalar>& tool,
-                                                    const Centreline<Scalar>& line, bool refined,
-                                                    Scalar* scratch) noexcept {
+                                                    const Centreline<Scalar>& line, Scalar* scratch) noexcept {
   line_values(field, tool, line, scratch);
   DeepestOnLine<Scalar> best;
   best.vertex = index_of_largest(scratch, tool.count());
@@ -72,7 +70,7 @@ template <ContactField Field, RealScalar Scalar>
   const auto at = static_cast<std::size_t>(best.vertex);
   best.height = heights[at];
   best.value = scratch[at];
-  if (!refined || tool.count() < 2) return best;
+  if (tool.count() < 2) return best;
   const Scalar from = heights[at > 0 ? at - 1 : at];
   const Scalar to = heights[best.vertex + 1 < tool.count() ? at + 1 : at];
   const auto spacing = (to - from) / Scalar(kLane + 1);
@@ -87,7 +85,7 @@ template <ContactField Field, RealScalar Scalar>
   return best;
 }
 
-/// Step length of a search without fixed step counts.
+/// Step length of a search.
 struct SteppingOptions {
   double step = 0.5;    ///< largest step of the farthest vertex, in voxels; longer steps can miss thin walls
   int max_steps = 512;  ///< of a translation, rotation or ray; bounds the work, longer paths get longer steps
@@ -102,16 +100,10 @@ struct SteppingOptions {
 /// Path that translates the line, then rotates it: Eq. 3, 4. The line of t−1 moves to the tip of t in equal steps, then
 /// rotates to the direction of t by equal angles.
 struct TranslateRotate {
-  int translation_steps = 0;  ///< fixed count (thesis); 0: from `stepping`
-  int rotation_steps = 0;     ///< fixed count (thesis); 0: from `stepping`
   SteppingOptions stepping{};
 
   /// Throws std::invalid_argument for a number outside its range.
-  void validate() const {
-    stepping.validate("TranslateRotate");
-    if (translation_steps < 0 || rotation_steps < 0)
-      refuse("TranslateRotate", "step counts must be >= 0", std::min(translation_steps, rotation_steps));
-  }
+  void validate() const { stepping.validate("TranslateRotate"); }
 
   template <RealScalar Scalar>
   struct Path {
@@ -148,9 +140,9 @@ struct TranslateRotate {
     const double step = stepping.step * static_cast<double>(voxel);
     const auto translation = plan_steps(static_cast<double>((to.tip - from.tip).norm()), step, stepping.max_steps);
     const auto rotation = plan_steps(static_cast<double>(p.angle * reach), step, stepping.max_steps);
-    p.translations = translation_steps > 0 ? translation_steps : translation.count;
-    p.rotations = rotation_steps > 0 ? rotation_steps : rotation.count;
-    p.bounded = (translation_steps == 0 && translation.bounded) || (rotation_steps == 0 && rotation.bounded);
+    p.translations = translation.count;
+    p.rotations = rotation.count;
+    p.bounded = translation.bounded || rotation.bounded;
     return p;
   }
 };
@@ -158,14 +150,10 @@ struct TranslateRotate {
 /// Path by ray casting: Eq. 5. Every vertex moves along a straight ray from its position at t−1 to that at t, in equal
 /// steps.
 struct RayCast {
-  int steps = 0;  ///< fixed count (thesis); 0: from `stepping`
   SteppingOptions stepping{};
 
   /// Throws std::invalid_argument for a number outside its range.
-  void validate() const {
-    stepping.validate("RayCast");
-    if (steps < 0) refuse("RayCast", "the step count must be >= 0", steps);
-  }
+  void validate() const { stepping.validate("RayCast"); }
 
   template <RealScalar Scalar>
   struct Path {
@@ -190,7 +178,7 @@ struct RayCast {
     const Scalar far_end = (to.at(reach) - from.at(reach)).norm();
     const auto plan = plan_steps(static_cast<double>(std::max(near_end, far_end)),
                                  stepping.step * static_cast<double>(voxel), stepping.max_steps);
-    return {from, to, steps > 0 ? steps : plan.count, steps == 0 && plan.bounded};
+    return {from, to, plan.count, plan.bounded};
   }
 };
 
@@ -216,51 +204,31 @@ struct FirstContact {
   Centreline<Scalar> line{};                  ///< last line free of bone
 };
 
-/// Conservative advancement: true if known clearances show, without a sample, that a line of length `reach` [m] meets
-/// no bone between two poses. On either path the point at height h moves by at most |Δtip| + h |Δdirection|.
+/// True if the field knows, without a sample, that a line of length `reach` [m] stays beyond the volume between two
+/// poses. On either path the point at height h moves by at most |Δtip| + h |Δdirection|.
 template <ContactField Field, RealScalar Scalar>
-[[nodiscard]] bool is_path_clear(const Field& field, const Centreline<Scalar>& from, const Centreline<Scalar>& to,
-                                 Scalar reach) noexcept {
-  if constexpr (BoundedField<Field> || ClearanceField<Field>) {
-    constexpr auto kRounding = Scalar(1.0001);  // covers directions that are not exactly of unit length
-    const Scalar shift = (to.tip - from.tip).norm() + static_cast<Scalar>(kClearanceMargin) * field.voxel();
-    const Scalar turn = (to.direction - from.direction).norm();
-    if constexpr (BoundedField<Field>) {
-      const Scalar half = reach / Scalar(2);
-      if (field.is_beyond(from.at(half), kRounding * (half + shift + reach * turn))) return true;
-    }
-    if constexpr (ClearanceField<Field>) {
-      // Clear balls, one after the other, along the line. A ball at height h clears heights up to
-      // (clearance + h − shift) / (1 + turn).
-      constexpr int kMaxBalls = 16;  // bounds the work; without a result the caller samples
-      Scalar height = Scalar(0);
-      for (int i = 0; i < kMaxBalls; ++i) {
-        const Scalar clearance = field.clearance_at(from.at(height)) / kRounding;
-        const Scalar next = (clearance + height - shift) / (Scalar(1) + turn);
-        if (!(next > height)) return false;
-        if (next > reach) return true;
-        height = next;
-      }
-    }
-  }
-  return false;
+[[nodiscard]] bool is_path_beyond(const Field& field, const Centreline<Scalar>& from, const Centreline<Scalar>& to,
+                                  Scalar reach) noexcept {
+  constexpr auto kRounding = Scalar(1.0001);  // covers directions that are not exactly of unit length
+  const Scalar shift = (to.tip - from.tip).norm() + static_cast<Scalar>(kBeyondMargin) * field.voxel();
+  const Scalar turn = (to.direction - from.direction).norm();
+  const Scalar half = reach / Scalar(2);
+  return is_known_beyond(field, from.at(half), kRounding * (half + shift + reach * turn));
 }
 
 /// Searches forward from `from` (t−1) to `to` (t) and stops at the first step with a vertex in bone. A search backward
-/// from t could miss the first surface of a thin wall. `refined` also searches between vertices (`deepest_on_line`).
-/// `scratch` has room for 2 · tool.padded() numbers. Cost: tool.count() samples per step, refined a lane more; none if
-/// known clearances cover the path.
+/// from t could miss the first surface of a thin wall. `scratch` has room for 2 · tool.padded() numbers. Cost:
+/// tool.count() samples and a lane more per step; none if the path is known to be beyond the volume.
 template <ContactField Field, Stepping Step, RealScalar Scalar>
 [[nodiscard]] FirstContact<Scalar> find_first_contact(const Field& field,
                                                       const ToolDiscretization<LineCounts, Scalar>& tool,
                                                       const Step& stepping, const Centreline<Scalar>& from,
-                                                      const Centreline<Scalar>& to, Scalar* scratch,
-                                                      bool refined = false) noexcept {
+                                                      const Centreline<Scalar>& to, Scalar* scratch) noexcept {
   const Scalar reach = tool.heights()[static_cast<std::size_t>(tool.count() - 1)];
   const auto path = stepping.path(from, to, reach, field.voxel());
   FirstContact<Scalar> hit;
   hit.bounded = path.bounded;
-  if (is_path_clear(field, from, to, reach)) {
+  if (is_path_beyond(field, from, to, reach)) {
     hit.line = path.at(path.steps());
     return hit;
   }
@@ -271,7 +239,7 @@ template <ContactField Field, Stepping Step, RealScalar Scalar>
   hit.started_inside = before[index_of_largest(before, tool.count())] >= Scalar(0);
   for (int n = 1; n <= path.steps() && !hit.found; ++n, std::swap(before, now)) {
     const Centreline<Scalar> line = path.at(n);
-    const auto deepest = deepest_on_line(field, tool, line, refined, now);
+    const auto deepest = deepest_on_line(field, tool, line, now);
     hit.found = deepest.value >= Scalar(0);
     if (!hit.found) {
       hit.line = line;

@@ -3,11 +3,9 @@
 
 #include <trephine/contact/surface_proxy.hpp>
 #include <trephine/core/rotation.hpp>
-#include <trephine/render/line/line_misuse.hpp>
 #include <trephine/render/line/line_options.hpp>
 #include <trephine/render/line/shaft_tracking.hpp>
 #include <trephine/render/renderer.hpp>
-#include <trephine/render/shaft_force.hpp>
 
 #include <algorithm>
 #include <array>
@@ -22,21 +20,20 @@ namespace trephine::inline TREPHINE_ALIGNED {
 ///
 /// A spring joins the tip to its proxy (Eq. 6, 7). The shaft's first contact is searched from t−1 toward t (Eq. 1–5)
 /// and then tracked. A spring between the contact point of the shaft and the probe's shaft gives a reaction and a
-/// torque (Eq. 8–12). With `TorqueOnly` the torque is `r × F_IntP`. With `FullWrench` the wrench is that of the
-/// contacts about T's origin: F_IntP acts at IntP, and the tip's contact carries the part of F_IntP along the tip's own
-/// force, up to that force. Both torques agree while the tip is free.
+/// torque (Eq. 8–12). The wrench is that of the contacts about T's origin: F_IntP acts at IntP, and the tip's contact
+/// carries the part of F_IntP along the tip's own force, up to that force.
 ///
 /// Special cases: the first tick has no t−1 and searches nothing. A shaft that starts in bone gives no torque and
-/// `kStartedInside` until it is free. A search whose last step is free makes no contact. Under `Trigger::kThesis`
-/// contact requires a vertex of the probe's own pose in bone, and ends with it.
+/// `kStartedInside` until it is free. A search whose last step is free makes no contact.
 ///
 /// Work per tick: tip and shaft each as in SurfaceProxy, where a sample of the shaft is `count` samples, repeated for
-/// each piece of `ConstrainedTracking`. A first contact adds at most 2 · (stepping.max_steps + 1) · count samples. Tip
-/// and shaft each take no samples while free if a known clearance covers their path (beyond the grid, or by
-/// `EmptySpaceSkipping`).
-template <RealScalar S, Stepping Step, Tracking Track, Friction FrictionLaw, ShaftForce Shaft,
-          GradientPolicy GradientChoice, class Shape>
-class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Shape> {
+/// each piece of `track_shaft`. A first contact adds at most 2 · (stepping.max_steps + 1) · count samples. Tip
+/// and shaft each take no samples while their path is beyond the grid.
+///
+/// Write `LineApproxRenderer{ToolDiscretization{burr, LineCounts{}}, LineOptions{}, TranslateRotate{}, Coulomb{0.2,
+/// 0.15}}`; the last three may be left out.
+template <RealScalar S, Stepping Step = TranslateRotate, Friction FrictionLaw = Frictionless, class Shape = Burr>
+class LineApproxRenderer {
   // Largest rotation per tick without a jump [rad]: 200 rad/s at 1 kHz, beyond any wrist. It extends `jump` for the far
   // end of the shaft, which a quick rotation moves farther than a hand moves a tip.
   static constexpr double kMaxRotation = 0.2;
@@ -45,7 +42,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
 
  public:
   using Scalar = S;
-  using Gradient = GradientChoice;
+  using Gradient = SplineGradient;
   using Tool = ToolDiscretization<LineCounts, Scalar, Shape>;
 
   /// Throws std::invalid_argument for options outside their range.
@@ -100,10 +97,6 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
     report_ = {};
   }
 
-  /// Drops the shaft's vertices, which give torque alone; a scene with `ForceOnly` calls it before its first tick. The
-  /// proxy pose then has no contact of the shaft.
-  void disable_torque() requires(!Shaft::kForce) { tool_ = tool_.without_shaft(); }
-
   [[nodiscard]] const LineReport<Scalar>& report() const noexcept { return report_; }
   [[nodiscard]] const LineOptions& options() const noexcept { return options_; }
   /// Stiffness of the tip's spring, within the budget [N/m].
@@ -116,7 +109,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
     const double k = options_.shaft_stiffness.value_or(options_.stiffness);
     if (!options_.budget) return k;
     const double angular_limit = options_.budget->angular / std::max(lever * lever, kMinLever2);
-    return std::min({k, angular_limit, Shaft::kForce ? linear_limit() : k});
+    return std::min({k, angular_limit, linear_limit()});
   }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   /// The burr, or one of the tool's size.
@@ -196,25 +189,20 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   template <ContactField Field>
   void add_shaft(const Field& field, Rendered<Scalar>& result) noexcept {
     const Centreline<Scalar> probe{X_GT_.translation(), z_axis(X_GT_)};
-    ShaftScene<Field> scene{field,     tool_,           {tip_position(), probe.direction},
-                            previous_, scratch_.data(), options_.refine};
-    const ShaftContact<Scalar> c = update_shaft(scene, probe, result.status);
+    ShaftScene<Field> scene{field, tool_, {tip_position(), probe.direction}, previous_, scratch_.data()};
+    const ShaftContact<Scalar> c = update_shaft(scene, result.status);
     result.status = worse(result.status, c.status);
     if (!c.touching) return;
 
-    const Vec3<Scalar> r = c.point - scene.offset.tip;  // Eq. 8
-    const Vec3<Scalar>& p = options_.torque_origin == TorqueOrigin::kProxy ? scene.offset.tip : probe.tip;
-    const Vec3<Scalar> on_probe = p + r.norm() * probe.direction;  // Eq. 9
-    const Vec3<Scalar> g = c.point - on_probe;                     // Eq. 10
+    const Vec3<Scalar> r = c.point - scene.offset.tip;                            // Eq. 8
+    const Vec3<Scalar> on_probe = scene.offset.tip + r.norm() * probe.direction;  // Eq. 9
+    const Vec3<Scalar> g = c.point - on_probe;                                    // Eq. 10
     const Scalar k = static_cast<Scalar>(shaft_stiffness(static_cast<double>(r.norm() + g.norm())));
-    const Vec3<Scalar> f = k * g;      // Eq. 11
-    Vec3<Scalar> torque = r.cross(f);  // Eq. 12
-    if constexpr (Shaft::kForce) {
-      torque = (c.point - probe.tip).cross(f);
-      const Vec3<Scalar> on_tip = part_on_tip(f);
-      if (tip_.in_contact()) contacts_[0].force -= on_tip;
-      result.wrench.force += f - on_tip;
-    }
+    const Vec3<Scalar> f = k * g;                                // Eq. 11
+    const Vec3<Scalar> torque = (c.point - probe.tip).cross(f);  // Eq. 12, about T's origin
+    const Vec3<Scalar> on_tip = part_on_tip(f);
+    if (tip_.in_contact()) contacts_[0].force -= on_tip;
+    result.wrench.force += f - on_tip;
     result.wrench.torque += torque;
     result.contact.shaft = true;
     result.contact.depth = std::max(result.contact.depth, static_cast<double>(g.norm()));
@@ -239,40 +227,29 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
     return std::clamp(f.dot(along), -max, max) * along;
   }
 
-  // Linear stiffness limit of tip and of shaft [N/m]: half the budget each if the shaft gives force too.
-  [[nodiscard]] double linear_limit() const noexcept { return options_.budget->linear / (Shaft::kForce ? 2 : 1); }
+  // Linear stiffness limit of tip and of shaft [N/m]: half the budget each.
+  [[nodiscard]] double linear_limit() const noexcept { return options_.budget->linear / 2; }
 
   // Step (c) of the thesis' tick: keeps, searches or tracks the shaft's contact.
   template <ContactField Field>
-  ShaftContact<Scalar> update_shaft(ShaftScene<Field>& s, const Centreline<Scalar>& probe, Status tip) noexcept {
+  ShaftContact<Scalar> update_shaft(ShaftScene<Field>& s, Status tip) noexcept {
     if (!has_previous_ || embedded_ || needs_ramp(tip)) return start_shaft(s);
-    const bool thesis = options_.proxy.trigger == Trigger::kThesis;
-    if (thesis && !is_in_bone(s, probe)) {
-      shaft_.reset();
-      set_previous(s.offset);
-      return {};
-    }
     const Scalar far_motion = (s.offset.at(s.length()) - previous_.at(s.length())).norm();
     const Scalar motion = std::max(far_motion, Scalar((s.offset.tip - previous_.tip).norm()));
-    if (!(motion > static_cast<Scalar>(options_.rest_threshold)) &&
-        !(options_.recheck_at_rest && shaft_.in_contact())) {
-      if (!shaft_.in_contact()) return {};
-      return {.touching = true, .point = intersection_, .normal = shaft_normal_};
-    }
     ShaftContact<Scalar> c;
     if (shaft_.in_contact()) {
-      c = Track::track(s, shaft_);
+      c = track_shaft(s, shaft_);
     } else {
-      const auto hit = find_first_contact(s.field, s.tool, stepping_, previous_, s.offset, s.scratch, s.refined);
+      if (!(motion > static_cast<Scalar>(options_.rest_threshold))) return {};
+      const auto hit = find_first_contact(s.field, s.tool, stepping_, previous_, s.offset, s.scratch);
       report_.active = hit.active;
       if (hit.found) {
         s.previous = hit.line;
-        c = Track::start(s, hit.point, shaft_);
+        c = start_shaft_contact(s, shaft_);
       }
       if (hit.bounded) c.status = worse(c.status, Status::kWorkBound);
     }
     embedded_ = !c.touching && needs_ramp(c.status);
-    intersection_ = c.point;
     set_previous(s.offset);
     return c;
   }
@@ -296,7 +273,7 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   // True if a vertex of the line is in bone.
   template <ContactField Field>
   [[nodiscard]] static bool is_in_bone(const ShaftScene<Field>& s, const Centreline<Scalar>& line) noexcept {
-    if (is_path_clear(s.field, line, line, s.length())) return false;
+    if (is_path_beyond(s.field, line, line, s.length())) return false;
     line_values(s.field, s.tool, line, s.scratch);
     return s.scratch[index_of_largest(s.scratch, s.tool.count())] >= Scalar(0);
   }
@@ -315,7 +292,6 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
   Vec3<Scalar> tip_offset_ = Vec3<Scalar>::Zero();  // of the drawn ball from the tip's proxy [m]
   Vec3<Scalar> shaft_offset_ = Vec3<Scalar>::Zero();  // of the drawn shaft at its contact, in addition [m]
   Scalar lever_ = Scalar(1);                          // of the shaft's last contact [m]
-  Vec3<Scalar> intersection_ = Vec3<Scalar>::Zero();
   Vec3<Scalar> shaft_normal_ = Vec3<Scalar>::Zero();
   LineReport<Scalar> report_{};
   std::array<ContactPoint<Scalar>, 2> contacts_{};
@@ -324,8 +300,6 @@ class LineApproxRenderer<S, Step, Track, FrictionLaw, Shaft, GradientChoice, Sha
 
 template <class S, class Shape, Stepping Step = TranslateRotate, Friction F = Frictionless>
 LineApproxRenderer(ToolDiscretization<LineCounts, S, Shape>, LineOptions = {}, Step = {}, F = {})
-    -> LineApproxRenderer<S, Step, ConstrainedTracking, F, FullWrench, SplineGradient, Shape>;
-template <class... Arguments>
-LineApproxRenderer(const Arguments&...) -> LineApproxRenderer<detail::Misused<Arguments...>>;
+    -> LineApproxRenderer<S, Step, F, Shape>;
 
 }  // namespace trephine

@@ -11,30 +11,19 @@
 /// Options of the Line approximation, and its report on the shaft's contact.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Origin of the probe's shaft in Eq. 9. On the tip's proxy, where r starts too, the spring is purely rotational. On
-/// the probe it counts the tip's penetration a second time.
-enum class TorqueOrigin { kProxy, kProbe };
-
 struct LineOptions {
   double stiffness = 800;                   ///< k of Eq. 7 [N/m]
   std::optional<double> shaft_stiffness{};  ///< k of F_IntP = k g [N/m]; `stiffness` if not set
-  ProxyOptions proxy{};                     ///< of tip and shaft: steps, work limits and contact rule
-  TorqueOrigin torque_origin = TorqueOrigin::kProxy;
+  ProxyOptions proxy{};                     ///< of tip and shaft: steps and work limits
   /// Motion of both ends of the centreline since t−1 up to which the tool counts as resting [m]: below the resolution
   /// of the finest encoders. Shorter motions accumulate until they exceed it.
   double rest_threshold = 1e-7;
-  /// Updates IntP while the tool rests, so that bone removed under it has an effect. The thesis keeps IntP.
-  bool recheck_at_rest = true;
-  /// Searches between the neighbours of the deepest vertex too, for first contact and in `ConstrainedTracking`. A ridge
-  /// between vertices is then located within a sixteenth of their spacing. Cost: a lane of samples per search of all
-  /// vertices.
-  bool refine = true;
   /// Largest motion of the drawn ball and shaft relative to the proxy, over the tool's own motion. It keeps the drawn
   /// tool from jumping by a radius at first contact. Infinite: at once, as in the thesis.
   double drawn_rate = 2;
   /// Limits the tangent stiffness at T, of tip and shaft together, to the device's range. The shaft's spring at a lever
-  /// r has at most angular/r². Tip and shaft have at most half of `linear` each, or all of it if the shaft gives torque
-  /// alone. These limits do not depend on the contacts, so the force has no jumps.
+  /// r has at most angular/r². Tip and shaft have at most half of `linear` each. These limits do not depend on the
+  /// contacts, so the force has no jumps.
   std::optional<StiffnessBudget> budget{};
 
   /// Throws std::invalid_argument for a number outside its range.

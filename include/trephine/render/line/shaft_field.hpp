@@ -18,8 +18,8 @@ class ShaftField {
   using Tool = ToolDiscretization<LineCounts, Scalar>;
   static constexpr bool kSmoothNormals = trephine::kSmoothNormals<Base>;
 
-  ShaftField(const Base& base, const Tool& tool, const Vec3<Scalar>& tip, bool refined, Scalar* scratch) noexcept
-      : base_(&base), tool_(&tool), tip_(tip), refined_(refined), scratch_(scratch) {}
+  ShaftField(const Base& base, const Tool& tool, const Vec3<Scalar>& tip, Scalar* scratch) noexcept
+      : base_(&base), tool_(&tool), tip_(tip), scratch_(scratch) {}
 
   [[nodiscard]] Scalar voxel() const noexcept { return base_->voxel(); }
 
@@ -30,7 +30,7 @@ class ShaftField {
 
   /// Deepest point of the line through e.
   [[nodiscard]] DeepestOnLine<Scalar> deepest(const Vec3<Scalar>& e) const noexcept {
-    return deepest_on_line(*base_, *tool_, line_to(e), refined_, scratch_);
+    return deepest_on_line(*base_, *tool_, line_to(e), scratch_);
   }
 
   /// Value at the deepest point of the line through e.
@@ -56,7 +56,6 @@ class ShaftField {
   const Base* base_;
   const Tool* tool_;
   Vec3<Scalar> tip_;
-  bool refined_;
   Scalar* scratch_;
 };
 

@@ -1,51 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/contact/field_archetype.hpp>
 #include <trephine/contact/surface_proxy.hpp>
 
 #include <algorithm>
-#include <concepts>
 
-/// Deep contact of the Surface approximation: the force of a group of vertices whose centre is in bone. There the sum
-/// of the group's springs would cancel or reverse. Each group has its own state.
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// State of `HoldForce` (thesis Eq. 18, 19): holds the force of t−1. The held force does not rotate with the tool, does
-/// not change when the tool moves on, and is zero if the session starts in bone.
-template <RealScalar Scalar>
-class HeldForceState {
- public:
-  /// Stores the group's force [N] of a tick with its centre outside bone.
-  void update_outside(const Vec3<Scalar>&, const Vec3<Scalar>& force) noexcept {
-    held_force_ = force;
-    has_force_ = true;
-  }
-  /// Returns the held force in `force`; `kStartedInside` without one.
-  template <PointField Field>
-  Status compute_inside(const Field&, const Vec3<Scalar>&, Scalar, Scalar, Vec3<Scalar>& force) noexcept {
-    force = held_force_;
-    return has_force_ ? Status::kOk : Status::kStartedInside;
-  }
-  void reset() noexcept {
-    held_force_.setZero();
-    has_force_ = false;
-  }
-
- private:
-  Vec3<Scalar> held_force_ = Vec3<Scalar>::Zero();
-  bool has_force_ = false;
-};
-
-/// State of `ExtendAlongSurface` (ours): a frictionless SurfaceProxy q follows the group's centre c on the bone's
-/// surface, and springs toward it extend the law beyond the centre. On a plane F = edge_force (1 + depth / R). The
-/// force rotates with the surface, grows with depth, and works for a session that starts in bone.
+/// Deep contact of the Surface approximation: the force of a group of vertices whose centre is in bone (thesis Eq. 18,
+/// 19; ours). There the sum of the group's springs would cancel or reverse. Each group has its own state.
+///
+/// A frictionless SurfaceProxy q follows the group's centre c on the bone's surface, and springs toward it extend the
+/// law beyond the centre. On a plane F = edge_force (1 + depth / R). The force rotates with the surface, grows with
+/// depth, and works for a session that starts in bone.
 ///
 /// Continuity: between walls and over edges the vertices' force is not edge_force along the normal. Up to a depth of
 /// R/4 the state therefore blends from the vertices' law, evaluated with the group moved out to q, to the springs.
 /// Where the centre enters or leaves bone q is at c, and the vertices' law goes on.
 template <RealScalar Scalar>
-class ExtensionState {
+class DeepContact {
   // The vertices' law fades to zero over a depth of R over this.
   static constexpr auto kBlendDepths = Scalar(4);
   // Distance in voxels at which a group's centre is moved beyond the surface: rays that end at the centre end outside
@@ -59,7 +32,7 @@ class ExtensionState {
 
  public:
   /// Stores the group's centre c [m] of a tick with the centre outside bone.
-  void update_outside(const Vec3<Scalar>& c, const Vec3<Scalar>&) noexcept { proxy_.place_free(c); }
+  void update_outside(const Vec3<Scalar>& c) noexcept { proxy_.place_free(c); }
 
   /// Moves the proxy for the group's centre c [m] in bone. Returns in `shift` [m] how far the group is moved out for
   /// the vertices' law, or zero if that has faded.
@@ -80,15 +53,11 @@ class ExtensionState {
     return status;
   }
 
-  /// Computes the force [N] of a tick with the group's centre in bone, after `move_out`. `force` is the force of its
-  /// vertices there. `edge_force` [N] is the law's force on a plane with the centre on the surface; `radius` is the
-  /// group's [m].
-  template <PointField Field>
-  Status compute_inside(const Field&, const Vec3<Scalar>&, Scalar radius, Scalar edge_force,
-                        Vec3<Scalar>& force) noexcept {
+  /// Force [N] of a tick with the group's centre in bone, after `move_out`. `of_vertices` is the force of its vertices
+  /// there. `edge_force` [N] is the law's force on a plane with the centre on the surface; `radius` is the group's [m].
+  [[nodiscard]] Vec3<Scalar> force(Scalar radius, Scalar edge_force, const Vec3<Scalar>& of_vertices) const noexcept {
     const Scalar blended = std::max(to_proxy_.norm(), radius / kBlendDepths);
-    force = vertex_share(radius) * force + edge_force * (Scalar(1) / blended + Scalar(1) / radius) * to_proxy_;
-    return Status::kOk;
+    return vertex_share(radius) * of_vertices + edge_force * (Scalar(1) / blended + Scalar(1) / radius) * to_proxy_;
   }
   /// Share of the vertices' force in this tick, 0 to 1.
   [[nodiscard]] Scalar vertex_share(Scalar radius) const noexcept {
@@ -97,42 +66,8 @@ class ExtensionState {
   void reset() noexcept { proxy_.reset(); }
 
  private:
-  SurfaceProxy<Scalar> proxy_{
-      ProxyOptions{.iterations = kProxyIterations, .trigger = Trigger::kThesis, .slide = kProxySlide}};
+  SurfaceProxy<Scalar> proxy_{ProxyOptions{.iterations = kProxyIterations, .slide = kProxySlide}};
   Vec3<Scalar> to_proxy_ = Vec3<Scalar>::Zero();  // from the centre [m]
-};
-
-/// Deep contact of the thesis: holds the last force from outside bone.
-struct HoldForce {
-  template <RealScalar Scalar>
-  using State = HeldForceState<Scalar>;
-};
-/// Deep contact that extends the force law along the surface: the default.
-struct ExtendAlongSurface {
-  template <RealScalar Scalar>
-  using State = ExtensionState<Scalar>;
-};
-
-/// A policy for deep contact. `State<Scalar>` is default-constructed for each group; see `ExtensionState` for the
-/// meaning of its functions' arguments. `move_out` is optional: without it `force` comes as zero.
-// clang-format off
-template <class D>
-concept DeepContact = requires(typename D::template State<float> state, const detail::FieldArchetype<float>& field,
-                               const Vec3<float>& c, float x, Vec3<float>& force) {
-  requires std::default_initializable<typename D::template State<float>>;
-  { state.update_outside(c, c) } noexcept;
-  { state.compute_inside(field, c, x, x, force) } noexcept -> std::same_as<Status>;
-  { state.reset() } noexcept;
-};
-// clang-format on
-
-/// A policy that evaluates the vertices' law with the group moved out of bone.
-template <class D>
-inline constexpr bool kMovesOut = requires(typename D::template State<float> state,
-                                           const detail::FieldArchetype<float>& field, const Vec3<float>& c, float x,
-                                           Vec3<float>& shift) {
-  { state.move_out(field, c, x, shift) }
-  noexcept->std::same_as<Status>;
 };
 
 }  // namespace trephine

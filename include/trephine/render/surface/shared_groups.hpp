@@ -3,8 +3,8 @@
 
 #include <trephine/core/tick.hpp>
 #include <trephine/render/shared_stiffness.hpp>
+#include <trephine/render/surface/plane_law.hpp>
 #include <trephine/render/surface/surface_options.hpp>
-#include <trephine/render/surface/weighting.hpp>
 #include <trephine/tool/discretization.hpp>
 
 #include <algorithm>
@@ -18,19 +18,17 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Shares a stiffness budget between the groups of a Surface tool. The force law on a plane gives each group's largest
 /// tangent stiffness; its springs give its energy in each tick. No allocation after construction.
-template <Weighting W, RealScalar Scalar>
+template <RealScalar Scalar>
 class SharedGroups {
  public:
   using Tool = ToolDiscretization<SurfaceCounts, Scalar>;
 
   /// - `k`: literal stiffness of the force law;
   /// - `edge_forces`: for each group its force [N] pressed into a plane up to its centre. Deeper, the force grows by as
-  ///   much again per radius;
-  /// - `shaft_force`: slices give force, not torque alone.
+  ///   much again per radius.
   ///
   /// Throws std::invalid_argument for a budget out of range.
-  SharedGroups(const StiffnessBudget& budget, const Tool& tool, double k, std::vector<Scalar> edge_forces,
-               bool shaft_force)
+  SharedGroups(const StiffnessBudget& budget, const Tool& tool, double k, std::vector<Scalar> edge_forces)
       : edge_forces_(std::move(edge_forces)) {
     constexpr int kDepths = 10;  // depths at which the law is evaluated, per radius
     std::vector<SpringGroup> springs;
@@ -42,13 +40,13 @@ class SharedGroups {
       // Largest tangent stiffness: pressed into a plane as far as its centre, or with all its vertices in bone.
       double max_tangent = same_as_before ? springs.back().stiffness : 0, work = 0, previous = 0;
       for (int i = 1; i <= kDepths && !same_as_before; ++i) {
-        const double force = k * mean_plane_force<W>(tool, g, static_cast<double>(i) / kDepths);
+        const double force = k * mean_plane_force(tool, g, static_cast<double>(i) / kDepths);
         max_tangent = std::max(max_tangent, (force - previous) * kDepths / radius);
         work += 0.5 * (force + previous) * radius / kDepths;
         previous = force;
       }
       edge_energies_.push_back(same_as_before ? edge_energies_.back() : static_cast<Scalar>(work));
-      springs.push_back({max_tangent, static_cast<double>(group.height), g == 0 || shaft_force});
+      springs.push_back({max_tangent, static_cast<double>(group.height)});
     }
     if (!fits(budget, springs)) shared_.emplace(budget, springs);
   }

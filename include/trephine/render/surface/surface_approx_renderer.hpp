@@ -2,10 +2,11 @@
 #pragma once
 
 #include <trephine/render/renderer.hpp>
+#include <trephine/render/surface/deep_contact.hpp>
 #include <trephine/render/surface/patch_quadrature.hpp>
+#include <trephine/render/surface/plane_law.hpp>
 #include <trephine/render/surface/ray_exits.hpp>
 #include <trephine/render/surface/shared_groups.hpp>
-#include <trephine/render/surface/surface_misuse.hpp>
 #include <trephine/render/surface/surface_options.hpp>
 #include <trephine/render/surface/vertex_samples.hpp>
 #include <trephine/voxel/density_field.hpp>
@@ -17,7 +18,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
@@ -25,23 +25,24 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Surface approximation (thesis 3.2): penalty springs on the vertices of a ball and of slices along the shaft.
 ///
 /// Each vertex in bone has a spring toward its group's centre, as long as its exit distance in that direction (Eq.
-/// 15–17). The `Deep` policy gives the force of a group whose centre is in bone (Eq. 18, 19). Slices give a torque
-/// about the ball's centre (Eq. 20, 21). Vertices follow the device's pose: there is no proxy and no friction, and the
-/// tool penetrates as far as its springs yield.
+/// 15–17), integrated over the vertex's patch. `DeepContact` gives the force of a group whose centre is in bone (Eq.
+/// 18, 19). Slices give force, and a torque about the ball's centre (Eq. 20, 21). Vertices follow the device's pose:
+/// there is no proxy and no friction, and the tool penetrates as far as its springs yield.
 ///
-/// Work per tick: `padded` samples if a vertex may touch, none if the field's clearance covers the tool. Each vertex in
-/// bone costs a ray of `RayExits`. A group whose centre is in bone costs the work of `Deep` instead. `PatchWeights`
-/// adds a gradient for each vertex in bone and for its neighbours. It adds a gradient and a sample for each group
-/// without a vertex in bone, and the gradients of its neighbours if bone is within the patch's reach.
-template <RealScalar S, Weighting Weights, DeepContact Deep, ShaftForce Shaft, GradientPolicy GradientChoice,
-          class Shape>
-class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
+/// Work per tick: `padded` samples if a vertex may touch, none if the tool is beyond the volume. Each vertex in bone
+/// costs a ray of `RayExits`, and a gradient for it and for its neighbours. A group whose centre is in bone costs a
+/// proxy's step instead. A group without a vertex in bone costs a gradient and a sample, and the gradients of its
+/// neighbours if bone is within the patch's reach.
+///
+/// Write `SurfaceApproxRenderer{ToolDiscretization{burr, SurfaceCounts{}}, SurfaceOptions{}}`.
+template <RealScalar S, class Shape = Burr>
+class SurfaceApproxRenderer {
   // Depth, in radii of the tip, at which `SurfaceOptions::stiffness` is the secant stiffness.
   static constexpr double kReferenceDepth = 0.5;
 
  public:
   using Scalar = S;
-  using Gradient = GradientChoice;
+  using Gradient = AnalyticGradient;
   using Tool = ToolDiscretization<SurfaceCounts, Scalar, Shape>;
 
   /// Throws std::invalid_argument for options outside their range.
@@ -61,8 +62,8 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
         reports_(tool_.groups().size()) {
     options.validate();
     contacts_.resize(static_cast<std::size_t>(tool_.periphery()) + tool_.groups().size());
-    k_per_stiffness_ = burr().tip_radius * kReferenceDepth / mean_plane_force<Weights>(tool_, 0, kReferenceDepth);
-    k_ = options.thesis_stiffness.value_or(options.stiffness * k_per_stiffness_);
+    k_per_stiffness_ = burr().tip_radius * kReferenceDepth / mean_plane_force(tool_, 0, kReferenceDepth);
+    k_ = options.stiffness * k_per_stiffness_;
     // A stiffness that overflows would give kNonFinite at every contact.
     const auto representable = [&](double v) {
       if (v <= static_cast<double>(std::numeric_limits<Scalar>::max())) return static_cast<Scalar>(v);
@@ -70,9 +71,9 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
     };
     static_cast<void>(representable(k_));
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      edge_forces_.push_back(representable(k_ * mean_plane_force<Weights>(tool_, g, 1.0)));
+      edge_forces_.push_back(representable(k_ * mean_plane_force(tool_, g, 1.0)));
     clear_reports();
-    if (options.budget) shared_.emplace(*options.budget, tool_, k_, edge_forces_, Shaft::kForce);
+    if (options.budget) shared_.emplace(*options.budget, tool_, k_, edge_forces_);
   }
 
   /// Computes the wrench on the tool at pose X_GT, about T's origin in G axes.
@@ -94,7 +95,7 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
     }
     is_idle_ = false;
     for (std::size_t g = 0; g < tool_.groups().size(); ++g)
-      if (!remains_free(g)) result.status = worse(result.status, evaluate_group(field, g, reports_[g], result.contact));
+      if (!remains_free(g)) evaluate_group(g, reports_[g], result.contact);
     if (shared_) shared_->share(tool_, spring_length_, reports_, {contacts_.data(), contact_count_});
     for (std::size_t g = 0; g < tool_.groups().size(); ++g) {
       SliceReport<Scalar>& r = reports_[g];
@@ -106,7 +107,7 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       if (r.contacts == 0 && !r.deep) continue;
       r.torque = (r.lever_m * z_axis(X_GT)).cross(r.force);  // Eq. 20
       result.wrench.torque += r.torque;                      // Eq. 21
-      if constexpr (Shaft::kForce) result.wrench.force += r.force;
+      result.wrench.force += r.force;
       result.contact.shaft = result.contact.shaft || r.contacts > 0 || r.deep;
     }
     result.contact.count = static_cast<int>(contact_count_);
@@ -122,20 +123,14 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
     is_idle_ = false;
   }
 
-  /// Drops the shaft's vertices if they give torque alone; a scene with `ForceOnly` calls it before its first tick.
-  /// With a budget the shaft stays, because its energy takes part in the sharing.
-  void disable_torque() requires(!Shaft::kForce) {
-    if (!options_.budget) *this = SurfaceApproxRenderer(tool_.without_shaft(), options_);
-  }
-
   /// Reports of all groups: the ball first, then the slices from the tip up.
   [[nodiscard]] std::span<const SliceReport<Scalar>> groups() const noexcept { return reports_; }
   /// Reports of the slices alone.
   [[nodiscard]] std::span<const SliceReport<Scalar>> slices() const noexcept {
     return std::span<const SliceReport<Scalar>>(reports_).subspan(1);
   }
-  /// The literal k of Eq. 15 in use, whichever option set it; its unit depends on the weighting.
-  [[nodiscard]] double thesis_stiffness() const noexcept { return k_; }
+  /// k of the foundation [N/m³] (`plane_law`).
+  [[nodiscard]] double foundation_stiffness() const noexcept { return k_; }
   [[nodiscard]] const SurfaceOptions& options() const noexcept { return options_; }
   [[nodiscard]] const Tool& tool() const noexcept { return tool_; }
   /// The burr, or one of the tool's size.
@@ -147,11 +142,11 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};
   }
-  /// Secant stiffness [N/m] of the tip at δ = R/2, whichever option set it.
-  [[nodiscard]] double stiffness() const noexcept { return k_ / k_per_stiffness_; }
+  /// Secant stiffness [N/m] of the tip at δ = R/2.
+  [[nodiscard]] double stiffness() const noexcept { return options_.stiffness; }
   /// Tangent stiffness [N/m] of the tip pressed on a plane with `force` [N], within the budget; for 0 N at δ = R/2.
   [[nodiscard]] double tangent_stiffness(double force) const {
-    const double k = plane_tangent<Weights>(tool_, k_, force);
+    const double k = plane_tangent(tool_, k_, force);
     return options_.budget ? std::min(k, options_.budget->linear) : k;
   }
   /// The device's pose: the Surface approximation has no proxy. The same holds for the next two.
@@ -160,10 +155,6 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept { return X_GT_; }
 
  private:
-  struct NoPatches {
-    explicit NoPatches(const Tool&) noexcept {}
-  };
-
   [[nodiscard]] const Burr& burr() const noexcept { return tool_.burr(); }
 
   // Stores the new pose. A motion beyond `jump` resets deep contact.
@@ -189,32 +180,27 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   }
 
   // Computes force, contacts and report of group g.
-  template <ContactField Field>
-  Status evaluate_group(const Field& field, std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
+  void evaluate_group(std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
     r = {.deep = is_deep(g), .lever_m = group.height};
-    if (!r.deep && group_hit_[g] == 0) return Status::kOk;
+    if (!r.deep && group_hit_[g] == 0) return;
     const std::size_t first_contact = contact_count_;
     // Sum of the vertices' forces times their offsets along the shaft.
     Vec3<Scalar> moment = group_hit_[g] != 0 ? sum_springs(g, r, summary) : Vec3<Scalar>::Zero();
     const Vec3<Scalar> c = X_GT_ * tool_.points()[group.centre];
-    Status status = Status::kOk;
     if (r.deep) {
-      status = deep_[g].compute_inside(field, c, group.radius, edge_forces_[g], r.force);
-      if constexpr (kMovesOut<Deep>) moment *= deep_[g].vertex_share(group.radius);
+      r.force = deep_[g].force(group.radius, edge_forces_[g], r.force);
+      moment *= deep_[g].vertex_share(group.radius);
       summary.depth = std::max(summary.depth, static_cast<double>(group.radius));
       r.contacts = 0;
       contact_count_ = first_contact;
       contacts_[contact_count_++] = {c, safe_direction(r.force), r.force};
     } else {
       scale_contacts(first_contact, r.force);
-      deep_[g].update_outside(c, r.force);
+      deep_[g].update_outside(c);
     }
-    if constexpr (kUsesPatches<Weights>) {
-      const Vec3<Scalar> direction = safe_direction(r.force);
-      if (const Scalar whole = direction.dot(r.force); whole > Scalar(0)) r.lever_m += direction.dot(moment) / whole;
-    }
-    return status;
+    const Vec3<Scalar> direction = safe_direction(r.force);
+    if (const Scalar whole = direction.dot(r.force); whole > Scalar(0)) r.lever_m += direction.dot(moment) / whole;
   }
 
   // Sums the springs of group g's vertices: their force and number go to `r`, and their terms of the sum to contacts,
@@ -222,35 +208,31 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
   Vec3<Scalar> sum_springs(std::size_t g, SliceReport<Scalar>& r, ContactSummary& summary) noexcept {
     const auto& group = tool_.groups()[g];
     const Vec3<Scalar> c = X_GT_ * vertices_[group.centre];
-    WeightedSum<Weights, Scalar> sum;
-    Vec3<Scalar> moment = Vec3<Scalar>::Zero();
+    Vec3<Scalar> sum = Vec3<Scalar>::Zero(), moment = sum;
     for (int i = group.first; i < group.first + group.count; ++i) {
       const Scalar a = spring_length_[static_cast<std::size_t>(i)];
       if (!(a > Scalar(0))) continue;
-      const Vec3<Scalar> d = X_GT_.linear() * spring_direction(i);
-      const Scalar area = tool_.areas()[static_cast<std::size_t>(i)], radius = tool_.radius(i);
-      sum.add(d, a, area, radius);
+      const PatchSpring<Scalar>& spring = patches_.spring(i);
+      const Vec3<Scalar> d = X_GT_.linear() * spring.direction;
+      const Scalar radius = tool_.radius(i);
+      const Vec3<Scalar> term = (tool_.areas()[static_cast<std::size_t>(i)] * a) * d;
+      sum += term;
       summary.depth = std::max(summary.depth, static_cast<double>(a));
-      const Vec3<Scalar> term = (Weights::weight(area, a, radius) * a) * d;
-      Vec3<Scalar> position = c - (radius - a) * d;
-      if constexpr (kUsesPatches<Weights>) {
-        const PatchSpring<Scalar>& spring = patches_.spring(i);
-        Vec3<Scalar> shift = (std::min(spring.surface_distance, radius) - a) * d;
-        if (g > 0) {
-          const Vec3<Scalar> along = tool_.along(i);
-          shift += spring.shaft_offset * (X_GT_.linear() * along);
-          moment += (spring.shaft_offset / along.z()) * term;  // its line of action meets the axis so much higher
-        }
-        position += shift;
+      Vec3<Scalar> shift = (std::min(spring.surface_distance, radius) - a) * d;
+      if (g > 0) {
+        const Vec3<Scalar> along = tool_.along(i);
+        shift += spring.shaft_offset * (X_GT_.linear() * along);
+        moment += (spring.shaft_offset / along.z()) * term;  // its line of action meets the axis so much higher
       }
-      contacts_[contact_count_++] = {position, d, term};
+      const Vec3<Scalar> position = c - (radius - a) * d;
+      contacts_[contact_count_++] = {position + shift, d, term};
       ++r.contacts;
     }
-    r.force = static_cast<Scalar>(k_) * sum.result(group.count);  // Eq. 17
+    r.force = static_cast<Scalar>(k_) * sum;  // Eq. 17
     return static_cast<Scalar>(k_) * moment;
   }
 
-  // Finds the groups whose centre is in bone, and moves them out if `Deep` asks for it.
+  // Finds the groups whose centre is in bone, and moves them out.
   template <ContactField Field>
   Status place_groups(const Field& field) noexcept {
     Status status = Status::kOk;
@@ -262,10 +244,9 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
       if (is_deep_[g] != 0) {
         // A group out of contact does not update its deep state every tick: it catches up with the previous tick here.
         if (reports_[g].contacts == 0 && !reports_[g].deep && has_previous_)
-          deep_[g].update_outside(previous_X_GT_ * tool_.points()[centre], Vec3<Scalar>::Zero());
-        if constexpr (kMovesOut<Deep>)
-          status =
-              worse(status, deep_[g].move_out(field, X_GT_ * tool_.points()[centre], tool_.groups()[g].radius, shift));
+          deep_[g].update_outside(previous_X_GT_ * tool_.points()[centre]);
+        status =
+            worse(status, deep_[g].move_out(field, X_GT_ * tool_.points()[centre], tool_.groups()[g].radius, shift));
       }
       const bool moves = !shift.isZero(Scalar(0));
       if (moves || is_moved_[g] != 0) place_group(g, X_GT_.linear().transpose() * shift);
@@ -290,14 +271,6 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
     place(group.centre);
   }
 
-  // Unit direction of vertex i's spring, in T.
-  [[nodiscard]] Vec3<Scalar> spring_direction(int i) const noexcept {
-    if constexpr (kUsesPatches<Weights>)
-      return patches_.spring(i).direction;
-    else
-      return tool_.inward()[i];
-  }
-
   // Computes the spring lengths a_i of Eq. 15 for all groups whose centre is outside bone: from a vertex in bone toward
   // the centre, up to the first surface. Vertices without contact get 0. Returns false if nothing is in contact.
   template <ContactField Field>
@@ -313,11 +286,9 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
     exits_.search(field, X_GT_, static_cast<Scalar>(options_.search_step) * field.voxel());
     for (int j = 0; j < exits_.count(); ++j)
       spring_length_[static_cast<std::size_t>(hits_[static_cast<std::size_t>(j)])] = exits_[j];
-    if constexpr (kUsesPatches<Weights>) {
-      const std::span<const int> hits(hits_.data(), static_cast<std::size_t>(exits_.count()));
-      patches_.integrate(field, tool_, vertices_, X_GT_, samples_.values(), hits, exits_.covers(), spring_length_,
-                         group_hit_);
-    }
+    const std::span<const int> hits(hits_.data(), static_cast<std::size_t>(exits_.count()));
+    patches_.integrate(field, tool_, vertices_, X_GT_, samples_.values(), hits, exits_.covers(), spring_length_,
+                       group_hit_);
     return deep || std::find(group_hit_.begin(), group_hit_.end(), std::uint8_t{1}) != group_hit_.end();
   }
 
@@ -364,20 +335,20 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
 
   Tool tool_;
   SurfaceOptions options_;
-  double k_ = 0;                     // literal k of Eq. 15
+  double k_ = 0;                     // of the foundation [N/m³]
   double k_per_stiffness_ = 1;       // k over the secant stiffness at kReferenceDepth
   std::vector<Scalar> edge_forces_;  // of each group pressed into a plane up to its centre [N]
-  std::optional<SharedGroups<Weights, Scalar>> shared_;
+  std::optional<SharedGroups<Scalar>> shared_;
   PointArrays<Scalar> vertices_;  // the tool's points, of groups moved out of bone where they are then
-  VertexSamples<Scalar, kUsesPatches<Weights>> samples_;
+  VertexSamples<Scalar> samples_;
   RayExits<Scalar> exits_;
   std::vector<int> hits_;              // vertex of each ray
   std::vector<Scalar> spring_length_;  // of each vertex of the periphery [m]; 0: no contact
-  [[no_unique_address]] std::conditional_t<kUsesPatches<Weights>, PatchQuadrature<Scalar>, NoPatches> patches_;
+  PatchQuadrature<Scalar> patches_;
   std::vector<std::uint8_t> group_hit_;  // of each group: 1 if one of its vertices or patches is in bone
   std::vector<std::uint8_t> is_deep_;    // of each group: 1 if its centre is in bone
   std::vector<std::uint8_t> is_moved_;   // of each group: 1 if its vertices are off the tool's points
-  std::vector<typename Deep::template State<Scalar>> deep_;
+  std::vector<DeepContact<Scalar>> deep_;
   std::vector<SliceReport<Scalar>> reports_;
   std::vector<ContactPoint<Scalar>> contacts_;
   std::size_t contact_count_ = 0;
@@ -390,8 +361,6 @@ class SurfaceApproxRenderer<S, Weights, Deep, Shaft, GradientChoice, Shape> {
 
 template <class S, class Shape>
 SurfaceApproxRenderer(ToolDiscretization<SurfaceCounts, S, Shape>, SurfaceOptions = {})
-    -> SurfaceApproxRenderer<S, PatchWeights, ExtendAlongSurface, FullWrench, AnalyticGradient, Shape>;
-template <class... Arguments>
-SurfaceApproxRenderer(const Arguments&...) -> SurfaceApproxRenderer<detail::Misused<Arguments...>>;
+    -> SurfaceApproxRenderer<S, Shape>;
 
 }  // namespace trephine

@@ -11,15 +11,11 @@
 namespace trephine::inline TREPHINE_ALIGNED {
 
 struct SurfaceOptions {
-  /// Secant stiffness k [N/m] of the tip pressed on a plane at depth δ = R/2. With PatchWeights and AreaWeights the
+  /// Secant stiffness k [N/m] of the tip pressed on a plane at depth δ = R/2. The
   /// force grows with the square of the depth, F = 2 k δ²/R. The tangent stiffness, which decides stability on a
   /// device, is therefore 2 k at R/2 and at most 4 k near R. The renderer's `tangent_stiffness` returns it for a given
   /// force.
   double stiffness = 800;
-  /// The literal k of Eq. 15, which replaces `stiffness`. Its unit depends on the weighting: N/m for CollisionRatio and
-  /// MeanWeights, N/m³ for PatchWeights and AreaWeights. With N sphere vertices, CollisionRatio at k has a secant
-  /// stiffness of about N k / 2.
-  std::optional<double> thesis_stiffness{};
   /// Largest step of a vertex's search for the surface, in voxels.
   double search_step = 0.5;
   /// Largest motion of the tip between two ticks [m]. Beyond it contact is reset (`ProxyOptions::jump`).
@@ -30,8 +26,6 @@ struct SurfaceOptions {
 
   void validate() const {
     if (!(stiffness > 0) || !is_finite(stiffness)) refuse("SurfaceOptions", "stiffness must be > 0 N/m", stiffness);
-    if (thesis_stiffness && (!(*thesis_stiffness > 0) || !is_finite(*thesis_stiffness)))
-      refuse("SurfaceOptions", "thesis_stiffness must be > 0", *thesis_stiffness);
     if (!(search_step > 0 && search_step <= 4))
       refuse("SurfaceOptions", "search_step must be > 0 and at most 4 voxels", search_step);
     if (!(jump > 0)) refuse("SurfaceOptions", "jump must be > 0 m", jump);

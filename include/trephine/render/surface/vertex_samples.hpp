@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/contact/surface_search.hpp>
 #include <trephine/tool/discretization.hpp>
-#include <trephine/voxel/clearance_field.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -14,12 +13,11 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Samples the field at a Surface tool's vertices, after a broad phase: only groups of vertices that may touch bone.
-/// Groups with a known clearance get no samples. With `kPatches` a vertex outside bone may have a patch that reaches
-/// into it. No allocation after construction.
-template <RealScalar Scalar, bool kPatches>
+/// Samples the field at a Surface tool's vertices, unless the tool is beyond the volume. A vertex outside bone may have
+/// a patch that reaches into it. No allocation after construction.
+template <RealScalar Scalar>
 class VertexSamples {
-  // Factor on radii and reaches: covers the rounding of positions in single precision.
+  // Factor on the bounding radius: covers the rounding of positions in single precision.
   static constexpr auto kRounding = Scalar(1.0001);
 
  public:
@@ -31,48 +29,13 @@ class VertexSamples {
     for (int i = 0; i < tool.count(); ++i)
       bounds_radius_ = std::max(bounds_radius_, (tool.points()[i] - on_axis(bounds_height_)).norm());
     bounds_radius_ *= kRounding;
-    for (std::size_t g = 0; g < tool.groups().size(); ++g)
-      reaches_.push_back(kRounding * vertex_reach(tool, tool.groups()[g]));
   }
 
   /// Samples the field. Returns false if certainly no vertex and no patch is in bone.
   template <ContactField Field>
   [[nodiscard]] bool update(const Field& field, const Tool& tool, const Pose<Scalar>& X_GT) noexcept {
-    if constexpr (BoundedField<Field>)
-      if (field.is_beyond(Vec3<Scalar>(X_GT * on_axis(bounds_height_)), bounds_radius_)) return false;
-    if constexpr (!ClearanceField<Field>) {
-      sample(field, tool.points(), X_GT, 0, tool.padded());
-    } else {
-      // Groups [first, last) may touch. A clearance about a group's centre also covers the next groups within its
-      // radius. The search starts at the handle, where bone is farthest.
-      const auto& groups = tool.groups();
-      std::size_t first = 0;
-      std::size_t last = groups.size();
-      const auto clearance_at = [&](Scalar height) { return field.clearance_at(Vec3<Scalar>(X_GT * on_axis(height))); };
-      const auto is_clear = [&](Scalar clearance, Scalar height, std::size_t g) {
-        return clearance > std::abs(groups[g].height - height) + reaches_[g];
-      };
-      while (last > first) {
-        const Scalar height = groups[last - 1].height;
-        const Scalar clearance = clearance_at(height);
-        if (!is_clear(clearance, height, last - 1)) break;
-        while (last > first && is_clear(clearance, height, last - 1)) --last;
-      }
-      while (first < last) {
-        const Scalar height = groups[first].height;
-        const Scalar clearance = clearance_at(height);
-        if (!is_clear(clearance, height, first)) break;
-        while (first < last && is_clear(clearance, height, first)) ++first;
-      }
-      if (first == last) return false;
-      if constexpr (kPatches) {  // patches in bone use the samples of their neighbours
-        first = first > 0 ? first - 1 : 0;
-        last = std::min(last + 1, groups.size());
-      }
-      std::fill(values_.begin(), values_.end(), std::numeric_limits<Scalar>::lowest());
-      sample(field, tool.points(), X_GT, groups[first].first, groups[last - 1].first + groups[last - 1].count);
-      sample(field, tool.points(), X_GT, groups[first].centre, groups[last - 1].centre + 1);
-    }
+    if (is_known_beyond(field, Vec3<Scalar>(X_GT * on_axis(bounds_height_)), bounds_radius_)) return false;
+    sample(field, tool.points(), X_GT, 0, tool.padded());
     return may_touch();
   }
 
@@ -92,20 +55,12 @@ class VertexSamples {
       if (is_moved[g] != 0) values_[static_cast<std::size_t>(groups[g].centre)] = std::numeric_limits<Scalar>::lowest();
   }
 
-  /// The field at all vertices, padding included; the lowest number at vertices without a sample.
+  /// The field at all vertices, padding included; the lowest number at centres of groups moved out of bone.
   [[nodiscard]] std::span<const Scalar> values() const noexcept { return values_; }
   [[nodiscard]] Scalar operator[](int i) const noexcept { return values_[static_cast<std::size_t>(i)]; }
 
  private:
   [[nodiscard]] static Vec3<Scalar> on_axis(Scalar height) noexcept { return {Scalar(0), Scalar(0), height}; }
-
-  // Largest distance of a group's vertices, or of their patches, from its centre [m].
-  [[nodiscard]] static Scalar vertex_reach(const Tool& tool, const typename Tool::Group& group) noexcept {
-    Scalar most = group.radius;
-    for (int i = group.first; i < group.first + group.count; ++i)
-      most = std::max(most, tool.radius(i) + (kPatches ? tool.patch(i).reach() : Scalar(0)));
-    return most;
-  }
 
   // Samples vertices [first, last), and further vertices that fill up a lane.
   template <ContactField Field>
@@ -116,19 +71,16 @@ class VertexSamples {
     field.values(X_GT, p.x.data() + from, p.y.data() + from, p.z.data() + from, values_.data() + from, count);
   }
 
-  // True if a vertex is in bone or, with patches, if the density varies from vertex to vertex. A plain count: compilers
-  // vectorise it.
+  // True if a vertex is in bone or the density varies from vertex to vertex. A plain count: compilers vectorise it.
   [[nodiscard]] bool may_touch() const noexcept {
     const std::size_t whole_lanes = values_.size() / kLane * kLane;
     const Scalar reference = values_[0];
     int count = 0;
-    for (std::size_t i = 0; i < whole_lanes; ++i)
-      count += (kPatches ? values_[i] != reference : values_[i] >= Scalar(0)) ? 1 : 0;
+    for (std::size_t i = 0; i < whole_lanes; ++i) count += values_[i] != reference ? 1 : 0;
     return count > 0 || reference >= Scalar(0);
   }
 
   std::vector<Scalar> values_;
-  std::vector<Scalar> reaches_;  // of each group: largest distance from its centre at which bone touches it [m]
   // Bounding ball of all vertices: height of its centre on the shaft's axis, and its radius [m].
   Scalar bounds_height_ = Scalar(0);
   Scalar bounds_radius_ = Scalar(0);
