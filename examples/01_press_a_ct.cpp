@@ -3,6 +3,7 @@
 //   01_press_a_ct SCAN [ISOVALUE]
 // See the force grow by stiffness times depth from where the image's surface is. CMake links trephine::itk.
 #include <trephine/adapter/itk.hpp>
+#include <trephine/core/number.hpp>
 #include <trephine/trephine.hpp>
 #include <trephine/voxel/largest_piece.hpp>
 
