@@ -21,7 +21,7 @@ about() {
     benchmark) package=libbenchmark-dev; test_of="has_header benchmark/benchmark.h"; without="" ;;
     thread-sanitizer) sanitizer_package; test_of=has_thread_sanitizer; without="the tests under ThreadSanitizer" ;;
     clang) package=clang; test_of="has_command clang++"; without="" ;;
-    clang-format) package=clang-format-14; test_of="has_command clang-format-14"; without="" ;;
+    clang-format) package=clang-format-16; test_of="has_command clang-format-16"; without="" ;;
     clang-tidy) package=clang-tidy; test_of="has_command clang-tidy"; without="" ;;
     itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage, and ITK as a measure" ;;
     openvdb) package=libopenvdb-dev; test_of="has_header openvdb/openvdb.h"; without="OpenVDB as a measure" ;;

@@ -82,8 +82,8 @@ template <class Struct>
 inline constexpr std::size_t kFirstSize = sizeof(Struct);
 /// Without what the coupled tool brought along.
 template <>
-inline constexpr std::size_t kFirstSize<trephine_scene_options> = offsetof(trephine_scene_options,
-                                                                           rotational_stiffness);
+inline constexpr std::size_t kFirstSize<trephine_scene_options> =
+    offsetof(trephine_scene_options, rotational_stiffness);
 
 /// Without structures.
 template <>

@@ -42,14 +42,22 @@ class Clutched {
 
   trephine::DeviceStatus write(const trephine::Wrenchd& wrench_H_D) noexcept { return device_.write(wrench_H_D); }
 
-  trephine::DeviceStatus start(trephine::ServoCallback callback,
-                               void* user) noexcept requires trephine::SelfPacedDevice<Device> {
+  trephine::DeviceStatus start(trephine::ServoCallback callback, void* user) noexcept
+    requires trephine::SelfPacedDevice<Device>
+  {
     return device_.start(callback, user);
   }
-  void stop() noexcept requires trephine::SelfPacedDevice<Device> { device_.stop(); }
+  void stop() noexcept
+    requires trephine::SelfPacedDevice<Device>
+  {
+    device_.stop();
+  }
 
-  [[nodiscard]] std::string fault_text() const requires requires(const Device& d) { d.fault_text(); }
-  { return device_.fault_text(); }
+  [[nodiscard]] std::string fault_text() const
+    requires requires(const Device& d) { d.fault_text(); }
+  {
+    return device_.fault_text();
+  }
 
   [[nodiscard]] bool held() const noexcept { return held_.load(std::memory_order_relaxed); }
   /// What the tool is ahead of the hand [m], in D. Not while the loop runs.

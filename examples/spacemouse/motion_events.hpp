@@ -29,8 +29,7 @@ struct Event {
 /// Where events come from. `next` never waits: kNone when there is no more now, kLost when the driver is gone.
 template <class S>
 concept EventSource = requires(S& source) {
-  { source.next() }
-  noexcept->std::same_as<Event>;
+  { source.next() } noexcept -> std::same_as<Event>;
 };
 
 /// How fast full deflection moves the tool.

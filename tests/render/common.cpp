@@ -25,9 +25,7 @@ template <class Scalar>
 using Surfaces = std::tuple<SurfaceApproxRenderer<Scalar>, ThesisSurface<Scalar>>;
 
 template <class R>
-constexpr bool kIsLine = requires(const R& r) {
-  r.report();
-};
+constexpr bool kIsLine = requires(const R& r) { r.report(); };
 
 // The thesis' shaft gives torque without its force.
 template <class R>
@@ -96,9 +94,9 @@ struct Walk {
 
 // Each is a renderer, on every kind of field.
 template <class R>
-constexpr bool kGood = Renderer<R, DensityField<std::uint8_t, typename R::Scalar, typename R::Gradient>>&&
-    Renderer<R, DensityField<std::int16_t, typename R::Scalar, typename R::Gradient>>&&
-        Renderer<R, DensityField<float, typename R::Scalar, typename R::Gradient>>;
+constexpr bool kGood = Renderer<R, DensityField<std::uint8_t, typename R::Scalar, typename R::Gradient>> &&
+                       Renderer<R, DensityField<std::int16_t, typename R::Scalar, typename R::Gradient>> &&
+                       Renderer<R, DensityField<float, typename R::Scalar, typename R::Gradient>>;
 template <class Scalar>
 constexpr bool all_good() {
   const auto all = []<class... R>(std::type_identity<std::tuple<R...>>) { return (kGood<R> && ...); };

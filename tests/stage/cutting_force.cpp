@@ -627,10 +627,12 @@ TEST_CASE("cutting force: works with other renderers and cuts, and takes no memo
   bone.restore();
   run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, Cutting{GeometricCut{}, law}});
   bone.restore();
-  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains}, Cutting{RateLimitedCut<>{.rate = 2e5}, law}});
+  run(HapticScene{bone, block.isovalue(), CoupledToolRenderer{kDrill, kGains},
+                  Cutting{RateLimitedCut<>{.rate = 2e5}, law}});
   bone.restore();
   const ToolDiscretization vertices{kDrill, SurfaceCounts{}};
-  run(HapticScene{bone, block.isovalue(), SurfaceApproxRenderer{vertices, SurfaceOptions{}}, Cutting{GeometricCut{}, law}});
+  run(HapticScene{bone, block.isovalue(), SurfaceApproxRenderer{vertices, SurfaceOptions{}},
+                  Cutting{GeometricCut{}, law}});
 }
 
 TEST_CASE("cutting force: options out of range are refused") {

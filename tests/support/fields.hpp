@@ -83,8 +83,11 @@ class CountingField {
     base_->gradients(X, x, y, z, gx, gy, gz, n);
   }
   /// Not counted.
-  [[nodiscard]] auto smooth() const noexcept requires requires(const Base& base) { base.smooth(); }
-  { return base_->smooth(); }
+  [[nodiscard]] auto smooth() const noexcept
+    requires requires(const Base& base) { base.smooth(); }
+  {
+    return base_->smooth();
+  }
 
  private:
   const Base* base_;

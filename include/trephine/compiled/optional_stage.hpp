@@ -38,24 +38,31 @@ class OptionalStage {
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     if (stage_) stage_->apply(context, wrench);
   }
-  void begin_tick() noexcept requires requires(S& stage) { stage.begin_tick(); }
+  void begin_tick() noexcept
+    requires requires(S& stage) { stage.begin_tick(); }
   {
     if (stage_) stage_->begin_tick();
   }
-  void sent(const Wrenchd& wrench) noexcept requires requires(S& stage) { stage.sent(wrench); }
+  void sent(const Wrenchd& wrench) noexcept
+    requires requires(S& stage) { stage.sent(wrench); }
   {
     if (stage_) stage_->sent(wrench);
   }
-  void reset() noexcept requires requires(S& stage) { stage.reset(); }
+  void reset() noexcept
+    requires requires(S& stage) { stage.reset(); }
   {
     if (stage_) stage_->reset();
   }
-  void forget_wrench() noexcept requires requires(S& stage) { stage.forget_wrench(); }
+  void forget_wrench() noexcept
+    requires requires(S& stage) { stage.forget_wrench(); }
   {
     if (stage_) stage_->forget_wrench();
   }
-  [[nodiscard]] bool bounds_wrench() const noexcept requires requires(const S& stage) { stage.bounds_wrench(); }
-  { return stage_.has_value(); }
+  [[nodiscard]] bool bounds_wrench() const noexcept
+    requires requires(const S& stage) { stage.bounds_wrench(); }
+  {
+    return stage_.has_value();
+  }
 
  private:
   std::optional<S> stage_;

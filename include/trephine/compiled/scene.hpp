@@ -26,8 +26,8 @@ class Bone {
   /// Copies the voxels (x fastest) of a contiguous range: a vector, an array or a span of uint8, int8, uint16, int16 or
   /// float. Throws std::invalid_argument as `VoxelGrid` does.
   template <class Voxels>
-  requires VoxelDensity<DensityOf<Voxels>> Bone(const GridGeometry& geometry, const Voxels& voxels,
-                                                const GridOptions& options = {})
+    requires VoxelDensity<DensityOf<Voxels>>
+  Bone(const GridGeometry& geometry, const Voxels& voxels, const GridOptions& options = {})
       : bone_(BoneMaker<DensityOf<Voxels>>::make(
             geometry, std::span<const DensityOf<Voxels>>(voxels.data(), voxels.size()), options)) {}
 

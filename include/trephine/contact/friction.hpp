@@ -15,8 +15,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// thesis 2.1.3.
 template <class F>
 concept Friction = requires(const F& f, double t, double d, bool b) {
-  { f.slip(t, d, b) }
-  noexcept->std::same_as<double>;
+  { f.slip(t, d, b) } noexcept -> std::same_as<double>;
 };
 
 /// No friction: the proxy slides by the whole tangential distance.

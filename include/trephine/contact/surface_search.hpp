@@ -24,15 +24,12 @@ concept PointField = requires(const F& f, const Vec3<typename F::Scalar>& p, Vec
 
 /// True if a field declares its normals smooth, as `SplineGradient` does.
 template <class Field>
-inline constexpr bool kSmoothNormals = requires {
-  requires Field::kSmoothNormals;
-};
+inline constexpr bool kSmoothNormals = requires { requires Field::kSmoothNormals; };
 
 /// A field that can decide if a whole ball, given by centre p_G and radius [m], lies beyond the volume and in air.
 template <class F>
 concept BoundedField = requires(const F& f, const Vec3<typename F::Scalar>& p) {
-  { f.is_beyond(p, typename F::Scalar{}) }
-  noexcept->std::same_as<bool>;
+  { f.is_beyond(p, typename F::Scalar{}) } noexcept -> std::same_as<bool>;
 };
 
 /// Returns true if the field knows, without a sample, that the ball of `radius` [m] around p_G is beyond the volume and

@@ -66,10 +66,8 @@ struct DeviceState {
 template <class D>
 concept HapticDevice = requires(D& device, const D& constant, DeviceState& state, const Wrenchd& wrench_H_D) {
   { constant.capabilities() } -> std::convertible_to<DeviceCapabilities>;
-  { device.read(state) }
-  noexcept->std::same_as<DeviceStatus>;
-  { device.write(wrench_H_D) }
-  noexcept->std::same_as<DeviceStatus>;
+  { device.read(state) } noexcept -> std::same_as<DeviceStatus>;
+  { device.write(wrench_H_D) } noexcept -> std::same_as<DeviceStatus>;
 };
 
 /// Callback of a self-paced device, called once a servo tick in its own thread. It returns true to continue, false
@@ -85,16 +83,13 @@ using ServoCallback = bool (*)(void* user) noexcept;
 /// read the pose, which gives three times the stable stiffness of a commit one tick later.
 template <class D>
 concept SelfPacedDevice = HapticDevice<D> && requires(D& device, ServoCallback callback, void* user) {
-  { device.start(callback, user) }
-  noexcept->std::same_as<DeviceStatus>;
-  { device.stop() }
-  noexcept;
+  { device.start(callback, user) } noexcept -> std::same_as<DeviceStatus>;
+  { device.stop() } noexcept;
 };
 
 /// A simulated device whose time passes only when `advance(dt)` [s] is called; the loop does so before each reading.
 template <class D>
-concept AdvancedDevice = HapticDevice<D> && !SelfPacedDevice<D> && requires(D & device, double dt) {
-  device.advance(dt);
-};
+concept AdvancedDevice =
+    HapticDevice<D> && !SelfPacedDevice<D> && requires(D& device, double dt) { device.advance(dt); };
 
 }  // namespace trephine

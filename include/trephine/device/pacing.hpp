@@ -58,8 +58,7 @@ inline void sleep_until(ServoClock::time_point when) noexcept {
 template <class P>
 concept Pacing = requires(P& pacing, ServoClock::time_point when) {
   { P::kRealTime } -> std::convertible_to<bool>;
-  { pacing.wait_until(when) }
-  noexcept;
+  { pacing.wait_until(when) } noexcept;
 };
 
 /// Sleeps until each tick, for rates up to a few kHz. The processor is free between ticks. Wake-ups are late by the

@@ -83,7 +83,8 @@ class SimulatedDevice {
   static constexpr int kMaxDelayTicks = 8;  ///< length of the command queue: 8 ms at 1 kHz
 
   /// Throws std::invalid_argument if an option is out of range.
-  explicit SimulatedDevice(const SimulatedDeviceOptions& options = {}) requires std::same_as<Script, StillHand>
+  explicit SimulatedDevice(const SimulatedDeviceOptions& options = {})
+    requires std::same_as<Script, StillHand>
       : SimulatedDevice(options, StillHand{options.X_DH}) {}
 
   SimulatedDevice(const SimulatedDeviceOptions& options, Script script)
@@ -219,7 +220,7 @@ class SimulatedDevice {
   simulated::ZeroOrderHoldStep angular_step_;
 };
 
-SimulatedDevice(const SimulatedDeviceOptions&)->SimulatedDevice<StillHand>;
-SimulatedDevice()->SimulatedDevice<StillHand>;
+SimulatedDevice(const SimulatedDeviceOptions&) -> SimulatedDevice<StillHand>;
+SimulatedDevice() -> SimulatedDevice<StillHand>;
 
 }  // namespace trephine

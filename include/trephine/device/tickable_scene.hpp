@@ -19,8 +19,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// - `std::vector<std::string> warnings() const` returns sentences that the loop's own warnings begin with.
 template <class S>
 concept TickableScene = requires(S& scene, const TickInput& input, double dt) {
-  { scene.tick(input, dt) }
-  noexcept->std::same_as<TickResult>;
+  { scene.tick(input, dt) } noexcept -> std::same_as<TickResult>;
 };
 
 /// Returns true if the wrench on the hand must rise from zero after this tick. A scene that bounds its wrench needs

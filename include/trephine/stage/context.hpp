@@ -37,15 +37,14 @@ struct TickContext {
 /// - `static constexpr bool kUsesTwist = false` states that the stage does not read the twists.
 template <class S>
 concept Stage = requires(S s, const TickContext& context, Wrenchd& wrench) {
-  { s.apply(context, wrench) }
-  noexcept->std::same_as<void>;
+  { s.apply(context, wrench) } noexcept -> std::same_as<void>;
 };
 
 /// True for a stage that reads the context's twists, which is the default.
 template <class S>
 inline constexpr bool kStageUsesTwist = Stage<S>;
 template <class S>
-requires Stage<S> && requires { S::kUsesTwist; }
+  requires Stage<S> && requires { S::kUsesTwist; }
 inline constexpr bool kStageUsesTwist<S> = S::kUsesTwist;
 
 }  // namespace trephine

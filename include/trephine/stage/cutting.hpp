@@ -31,7 +31,7 @@ struct CutOptions {
   using type = Policy;
 };
 template <class Policy>
-requires requires { typename Policy::Options; }
+  requires requires { typename Policy::Options; }
 struct CutOptions<Policy> {
   using type = typename Policy::Options;
 };
@@ -76,15 +76,18 @@ class Cutting {
  public:
   using Options = typename detail::CutOptions<Policy>::type;  ///< what a `Remote<Cutting>` receives
 
-  Cutting() requires std::default_initializable<Policy> && std::default_initializable<Law> : Cutting(Policy{}) {}
+  Cutting()
+    requires std::default_initializable<Policy> && std::default_initializable<Law>
+      : Cutting(Policy{}) {}
   /// Throws std::invalid_argument for options out of range.
-  explicit Cutting(const Policy& policy, const CuttingOptions& options = {},
-                   const Head& head = {}) requires std::same_as<Law, NoLaw>
+  explicit Cutting(const Policy& policy, const CuttingOptions& options = {}, const Head& head = {})
+    requires std::same_as<Law, NoLaw>
       : policy_(policy), options_(options), path_(head) {
     validate();
   }
   template <FeedLaw L>
-  requires std::same_as<L, Law> Cutting(const Policy& policy, L law, const CuttingOptions& options = {})
+    requires std::same_as<L, Law>
+  Cutting(const Policy& policy, L law, const CuttingOptions& options = {})
       : policy_(policy), law_(std::move(law)), options_(options) {
     validate();
   }
@@ -107,8 +110,16 @@ class Cutting {
 
   [[nodiscard]] const Policy& policy() const noexcept { return policy_; }
   [[nodiscard]] const CuttingOptions& options() const noexcept { return options_; }
-  [[nodiscard]] Law& law() noexcept requires kHasLaw { return law_; }
-  [[nodiscard]] const Law& law() const noexcept requires kHasLaw { return law_; }
+  [[nodiscard]] Law& law() noexcept
+    requires kHasLaw
+  {
+    return law_;
+  }
+  [[nodiscard]] const Law& law() const noexcept
+    requires kHasLaw
+  {
+    return law_;
+  }
   /// Replaces the policy's options between ticks (haptic thread) by valid ones.
   void adopt(const Options& options) noexcept {
     if constexpr (kIsAny)
@@ -178,12 +189,17 @@ class Cutting {
     if constexpr (kHasLaw) law_.apply(context, wrench);
   }
   /// Adds the law's vibration, where it has one.
-  void vibrate(const TickContext& context, Wrenchd& wrench) noexcept requires requires(Law& law) {
-    law.vibrate(context, wrench);
+  void vibrate(const TickContext& context, Wrenchd& wrench) noexcept
+    requires requires(Law& law) { law.vibrate(context, wrench); }
+  {
+    law_.vibrate(context, wrench);
   }
-  { law_.vibrate(context, wrench); }
   /// Writes the true forces of the last tick.
-  void add_to(CuttingSummary& summary) const noexcept requires kHasLaw { law_.add_to(summary); }
+  void add_to(CuttingSummary& summary) const noexcept
+    requires kHasLaw
+  {
+    law_.add_to(summary);
+  }
 
   /// Returns the renderer's cutting pose as it is now.
   template <class R>
@@ -220,13 +236,13 @@ class Cutting {
   detail::CuttingPose<may_be(CutKind::kAtOnce), may_be(CutKind::kByPressure)> pose_;
 };
 
-Cutting()->Cutting<GeometricCut>;
-Cutting(RateLimitedCut<>, CuttingOptions = {})->Cutting<RateLimitedCut<>>;
+Cutting() -> Cutting<GeometricCut>;
+Cutting(RateLimitedCut<>, CuttingOptions = {}) -> Cutting<RateLimitedCut<>>;
 template <class Policy>
 Cutting(Policy, CuttingOptions = {}) -> Cutting<Policy>;
 template <class Policy, class Head>
-requires(!FeedLaw<Head>) Cutting(Policy, CuttingOptions, Head)
-->Cutting<Policy, NoLaw, Head>;
+  requires(!FeedLaw<Head>)
+Cutting(Policy, CuttingOptions, Head) -> Cutting<Policy, NoLaw, Head>;
 template <class Policy, FeedLaw Law>
 Cutting(Policy, Law, CuttingOptions = {}) -> Cutting<Policy, Law>;
 

@@ -26,8 +26,7 @@ struct CutTick {
 /// finite and >= 0; `floor` is the CutFloor of the scene's Veto, or null. Haptic thread, once a tick, after contact.
 template <class C, class Grid, class R>
 concept CuttingPart = requires(C cutting, Grid& bone, double isovalue, const R& renderer, const CutTick& tick) {
-  { cutting.cut(bone, isovalue, renderer, tick, nullptr) }
-  noexcept->std::same_as<double>;
+  { cutting.cut(bone, isovalue, renderer, tick, nullptr) } noexcept -> std::same_as<double>;
 };
 
 /// A law that decides how much bone a tick removes under pressure, and gives the forces of the edges: `CuttingForce`.

@@ -16,10 +16,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// A stage of cutting forces that reports them, such as CuttingForce.
 template <class C>
 concept ReportingCutting = Stage<C> && requires(const C& cutting) {
-  { cutting.report() }
-  noexcept->std::same_as<const CuttingReport&>;
-  { cutting.options() }
-  noexcept->std::same_as<const CuttingForce::Options&>;
+  { cutting.report() } noexcept -> std::same_as<const CuttingReport&>;
+  { cutting.options() } noexcept -> std::same_as<const CuttingForce::Options&>;
 };
 
 /// A CuttingForce with the vibration of its teeth: lines at z times the spindle's frequency and its harmonics, in force

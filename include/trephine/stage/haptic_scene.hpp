@@ -54,9 +54,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// may change between ticks. `tick` is noexcept and uses no heap, lock or clock. Its cost is that of renderer and
 /// cut. Same input and same binary give the same bits.
 template <class Density, class ContactRenderer, class... Parts>
-requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
-         detail::SceneMistake::kNone) class HapticScene<Density, ContactRenderer, Parts...>
-    : public detail::SceneState<Density, ContactRenderer, Parts...> {
+  requires(detail::kMistake<Density, ContactRenderer, Parts...> == detail::SceneMistake::kNone)
+class HapticScene<Density, ContactRenderer, Parts...> : public detail::SceneState<Density, ContactRenderer, Parts...> {
   using State = detail::SceneState<Density, ContactRenderer, Parts...>;
   using State::bone_;
   using State::isovalue_;
@@ -244,7 +243,7 @@ requires(detail::kMistake<Density, ContactRenderer, Parts...> ==
 template <class Density, class ContactRenderer, class... Parts>
 HapticScene(VoxelGrid<Density>&, double, ContactRenderer, Parts...) -> HapticScene<Density, ContactRenderer, Parts...>;
 template <class... Arguments>
-requires(!detail::kAreSceneArguments<Arguments...>) HapticScene(Arguments&&...)
-->HapticScene<detail::Misused<Arguments...>, void>;
+  requires(!detail::kAreSceneArguments<Arguments...>)
+HapticScene(Arguments&&...) -> HapticScene<detail::Misused<Arguments...>, void>;
 
 }  // namespace trephine

@@ -19,9 +19,7 @@ class ReleaseBound;  // contact/release_bound.hpp
 /// construction; it may allocate and throw. It returns a pointer to something with `view()`, which gives the field of a
 /// tick. Without it the scene passes a DensityField.
 template <class R, class Grid>
-concept AttachesToBone = requires(R renderer, Grid& bone, double isovalue) {
-  renderer.attach(bone, isovalue)->view();
-};
+concept AttachesToBone = requires(R renderer, Grid& bone, double isovalue) { renderer.attach(bone, isovalue)->view(); };
 /// `render(field, X_GT, dt)` is called instead of `render(field, X_GT)`, with the tick's duration [s]: a law in time.
 template <class R, class Field>
 concept RendersInTime = requires(R renderer, const Field& field, const Pose<typename R::Scalar>& X_GT, double dt) {
@@ -30,35 +28,26 @@ concept RendersInTime = requires(R renderer, const Field& field, const Pose<type
 /// `take_tool_change()` returns true once after the tool was replaced; the scene then starts anew with its head.
 template <class R>
 concept ChangesTool = requires(R renderer) {
-  { renderer.take_tool_change() }
-  noexcept->std::same_as<bool>;
+  { renderer.take_tool_change() } noexcept -> std::same_as<bool>;
 };
 /// `release_bound()` gives the bound that the scene puts on the wrench's change from tick to tick.
 template <class R>
 concept BoundsWrench = requires(const R& renderer) {
-  { renderer.release_bound() }
-  noexcept->std::same_as<ReleaseBound>;
+  { renderer.release_bound() } noexcept -> std::same_as<ReleaseBound>;
 };
 /// `stiffness()` is the largest stiffness of contact as felt [N/m]: a servo loop compares it with the device's.
 template <class R>
-concept HasStiffness = requires(const R& renderer) {
-  static_cast<double>(renderer.stiffness());
-};
+concept HasStiffness = requires(const R& renderer) { static_cast<double>(renderer.stiffness()); };
 /// `tangent_stiffness(force)` is the tangent at a contact force [N], of a law that is not linear [N/m].
 template <class R>
-concept HasTangentStiffness = requires(const R& renderer, double force) {
-  static_cast<double>(renderer.tangent_stiffness(force));
-};
+concept HasTangentStiffness =
+    requires(const R& renderer, double force) { static_cast<double>(renderer.tangent_stiffness(force)); };
 /// `cutting_head()` is the head that cuts, a Burr, a CuttingHead or an AnyHead; without it `shape()` cuts, a Burr.
 template <class R>
-concept HasCuttingHead = requires(const R& renderer) {
-  renderer.cutting_head();
-};
+concept HasCuttingHead = requires(const R& renderer) { renderer.cutting_head(); };
 /// `cutting_pose(dt)` is the pose of a cut at once that stands for dt [s]: the head goes ahead at a speed.
 template <class R>
-concept CutsAtSpeed = requires(const R& renderer, double dt) {
-  renderer.cutting_pose(dt);
-};
+concept CutsAtSpeed = requires(const R& renderer, double dt) { renderer.cutting_pose(dt); };
 /// `pressure_cutting_pose(way)` is the pose of a cut by pressure that may go ahead by `way` [m], and `foundation_law()`
 /// has the contact's `stiffness` [N/m³] and `ramp` [m], from which the pressed bone follows.
 template <class R>
@@ -68,43 +57,30 @@ concept CutsByPressure = requires(const R& renderer, double way) {
 };
 /// `unlisted_force()` is the force of contacts that had no room in `contacts()`, in G [N].
 template <class R>
-concept HasUnlistedForce = requires(const R& renderer) {
-  renderer.unlisted_force();
-};
+concept HasUnlistedForce = requires(const R& renderer) { renderer.unlisted_force(); };
 
 // --- Of parts --------------------------------------------------------------------------------------------------------
 
 /// `validate()` throws std::invalid_argument for options out of range; called by the scene's constructor.
 template <class P>
-concept Validates = requires(const P& part) {
-  part.validate();
-};
+concept Validates = requires(const P& part) { part.validate(); };
 /// `validate_for(bone, isovalue)` likewise, for what is not for this bone.
 template <class P, class Grid>
-concept ValidatesForBone = requires(const P& part, const Grid& bone, double isovalue) {
-  part.validate_for(bone, isovalue);
-};
+concept ValidatesForBone =
+    requires(const P& part, const Grid& bone, double isovalue) { part.validate_for(bone, isovalue); };
 /// `prepare(head)` tells the head that cuts: at construction, and after a change of tool.
 template <class P, class Head>
-concept PreparesForHead = requires(P part, const Head& head) {
-  part.prepare(head);
-};
+concept PreparesForHead = requires(P part, const Head& head) { part.prepare(head); };
 /// `begin_tick()` is called first in every tick, even for bad input (`Remote`); a renderer's before the parts'.
 template <class P>
-concept BeginsTick = requires(P part) {
-  part.begin_tick();
-};
+concept BeginsTick = requires(P part) { part.begin_tick(); };
 /// `reset()` clears state, but not what keeps the wrench from stepping. Called after a non-finite wrench and by the
 /// scene's own `reset`.
 template <class P>
-concept Resets = requires(P part) {
-  part.reset();
-};
+concept Resets = requires(P part) { part.reset(); };
 /// `forget_wrench()` clears the latter: no wrench acts on the hand. Called where a tick sends zero.
 template <class P>
-concept ForgetsWrench = requires(P part) {
-  part.forget_wrench();
-};
+concept ForgetsWrench = requires(P part) { part.forget_wrench(); };
 /// `bounds_wrench()` returns whether the part keeps the wrench from stepping.
 template <class P>
 concept SaysBoundsWrench = requires(const P& part) {
@@ -112,31 +88,23 @@ concept SaysBoundsWrench = requires(const P& part) {
 };
 /// `vibrate(context, wrench)` adds what is meant to change fast, in the part's place among the stages.
 template <class P>
-concept Vibrates = requires(P part, const TickContext& context, Wrenchd& wrench) {
-  part.vibrate(context, wrench);
-};
+concept Vibrates = requires(P part, const TickContext& context, Wrenchd& wrench) { part.vibrate(context, wrench); };
 /// `sent(wrench)` receives the wrench that leaves the scene, last in a tick, unless the tick ends with kBadInput or
 /// kNonFinite.
 template <class P>
-concept HearsSent = requires(P part, const Wrenchd& wrench) {
-  part.sent(wrench);
-};
+concept HearsSent = requires(P part, const Wrenchd& wrench) { part.sent(wrench); };
 /// `add_to(summary)` adds the part's structures, or its cutting, to the result after the last stage.
 template <class P>
 concept StructureReporter = requires(const P& part, StructureSummary& summary) {
-  { part.add_to(summary) }
-  noexcept->std::same_as<void>;
+  { part.add_to(summary) } noexcept -> std::same_as<void>;
 };
 template <class P>
 concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
-  { part.add_to(summary) }
-  noexcept->std::same_as<void>;
+  { part.add_to(summary) } noexcept -> std::same_as<void>;
 };
 /// `cut_floor()` is a pointer to the CutFloor below which no cut of the scene lowers bone, or null (`Veto`).
 template <class P>
-concept KeepsCutsOut = requires(const P& part) {
-  part.cut_floor();
-};
+concept KeepsCutsOut = requires(const P& part) { part.cut_floor(); };
 
 namespace member {
 

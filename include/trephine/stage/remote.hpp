@@ -10,8 +10,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// A part whose options can be replaced between ticks. They are validated before, so `adopt` does not throw.
 template <class T>
 concept Tunable = requires(T t, const typename T::Options& options) {
-  { t.adopt(options) }
-  noexcept;
+  { t.adopt(options) } noexcept;
 };
 
 /// A wrapper of a stage, renderer or carver whose options another thread may change while the scene ticks:
@@ -29,7 +28,7 @@ class Remote : public T {
   Remote(T start, Mailbox<Options>& inbox) : T(std::move(start)), inbox_(&inbox) {}
 
   void begin_tick() noexcept {
-    if constexpr (requires(T & t) { t.begin_tick(); }) T::begin_tick();
+    if constexpr (requires(T& t) { t.begin_tick(); }) T::begin_tick();
     if (const Options* latest = inbox_->take()) this->adopt(*latest);
   }
 

@@ -29,7 +29,7 @@ struct FieldOf {
   struct Attached {};  ///< nothing is kept
 };
 template <class R, class Density>
-requires AttachesToBone<R, VoxelGrid<Density>>
+  requires AttachesToBone<R, VoxelGrid<Density>>
 struct FieldOf<R, Density> {
   using Attached = decltype(std::declval<R&>().attach(std::declval<VoxelGrid<Density>&>(), 0.0));
   using Type = std::remove_cvref_t<decltype(std::declval<Attached&>()->view())>;
@@ -41,8 +41,7 @@ template <class R, class Density>
 concept RendererOfBone = requires {
   typename R::Scalar;
   typename R::Gradient;
-}
-&&Renderer<R, typename FieldOf<R, Density>::Type>;
+} && Renderer<R, typename FieldOf<R, Density>::Type>;
 }  // namespace detail
 
 /// A part that a scene may list after its renderer.
@@ -76,10 +75,8 @@ void bind_bone(VoxelGrid<Density>&);
 template <class...>
 inline constexpr bool kAreSceneArguments = false;
 template <class Bone, class Isovalue, class ContactRenderer, class... Parts>
-inline constexpr bool kAreSceneArguments<Bone, Isovalue, ContactRenderer, Parts...> = requires(Bone&& bone) {
-  detail::bind_bone(static_cast<Bone&&>(bone));
-}
-&&std::is_convertible_v<Isovalue, double>;
+inline constexpr bool kAreSceneArguments<Bone, Isovalue, ContactRenderer, Parts...> =
+    requires(Bone&& bone) { detail::bind_bone(static_cast<Bone&&>(bone)); } && std::is_convertible_v<Isovalue, double>;
 
 template <class>
 inline constexpr bool kIsGrid = false;

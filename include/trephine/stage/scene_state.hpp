@@ -42,14 +42,26 @@ class SceneState {
     return List::template part<T>(parts_);
   }
   /// Returns the part that cuts.
-  [[nodiscard]] auto& cutting() noexcept requires kCuts { return List::cutting(parts_); }
-  [[nodiscard]] const auto& cutting() const noexcept requires kCuts { return List::cutting(parts_); }
+  [[nodiscard]] auto& cutting() noexcept
+    requires kCuts
+  {
+    return List::cutting(parts_);
+  }
+  [[nodiscard]] const auto& cutting() const noexcept
+    requires kCuts
+  {
+    return List::cutting(parts_);
+  }
   [[nodiscard]] const Grid& bone() const noexcept { return *bone_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
-  [[nodiscard]] double stiffness() const noexcept requires HasStiffness<ContactRenderer> {
+  [[nodiscard]] double stiffness() const noexcept
+    requires HasStiffness<ContactRenderer>
+  {
     return static_cast<double>(renderer_.stiffness());
   }
-  [[nodiscard]] double tangent_stiffness(double force) const requires HasTangentStiffness<ContactRenderer> {
+  [[nodiscard]] double tangent_stiffness(double force) const
+    requires HasTangentStiffness<ContactRenderer>
+  {
     return static_cast<double>(renderer_.tangent_stiffness(force));
   }
 

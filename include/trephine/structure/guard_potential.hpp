@@ -67,9 +67,9 @@ class GuardPotential {
   /// in its order. Throws std::invalid_argument for options out of range, another number of structures, a pose that is
   /// not rigid, or a field whose bands do not reach `required_reach`.
   template <class Tool>
-  requires(std::same_as<Tool, Burr> || std::convertible_to<Tool, RevolvedTool>)
-      GuardPotential(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Tool& tool,
-                     std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
+    requires(std::same_as<Tool, Burr> || std::convertible_to<Tool, RevolvedTool>)
+  GuardPotential(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Tool& tool,
+                 std::span<const GuardedStructure> structures, const GuardPotentialOptions& options = {})
       : field_(std::move(field)), X_GS_(X_GS), burr_(holding_burr(tool)), H_(options.smoothing) {
     if (field_ == nullptr) refuse("GuardPotential", "it needs a StructureField", "none");
     if (!is_usable_pose(X_GS)) refuse("GuardPotential", "X_GS must be rigid", "not so");

@@ -23,6 +23,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tool with its edges.
 struct NamedTool {
+  using Tool = RevolvedTool;  ///< that a renderer takes
+
   RevolvedTool tool;
   CuttingEdges edges;
 

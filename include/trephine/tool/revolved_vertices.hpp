@@ -118,10 +118,12 @@ class ToolDiscretization<Counts, S, RevolvedTool> : public ToolDiscretization<Co
   using Scalar = S;
 
   /// Throws std::invalid_argument for counts out of range.
-  ToolDiscretization(const RevolvedTool& tool, const LineCounts& counts) requires std::same_as<Counts, LineCounts>
+  ToolDiscretization(const RevolvedTool& tool, const LineCounts& counts)
+    requires std::same_as<Counts, LineCounts>
       : Base(tool.burr(), counts), head_(tool.cutting_head(0)) {}
 
-  ToolDiscretization(const RevolvedTool& tool, const SurfaceCounts& counts) requires std::same_as<Counts, SurfaceCounts>
+  ToolDiscretization(const RevolvedTool& tool, const SurfaceCounts& counts)
+    requires std::same_as<Counts, SurfaceCounts>
       : Base(typename Base::Empty{}, tool.burr()), head_(tool.cutting_head(0)) {
     Base::check_counts(counts, true);
     const detail::VertexPlaces places(tool);

@@ -22,8 +22,8 @@ class AnyCut {
   AnyCut() = default;
   /// Takes one of the cuts, as it is.
   template <CutPolicy Policy>
-  requires std::constructible_from<
-      std::variant<std::monostate, GeometricCut, RateLimitedCut<>, AdvancingCut, PressureCut>, Policy>
+    requires std::constructible_from<
+        std::variant<std::monostate, GeometricCut, RateLimitedCut<>, AdvancingCut, PressureCut>, Policy>
   AnyCut(const Policy& cut) : cut_(cut) {}
 
   /// Throws std::invalid_argument where an option is out of range.

@@ -39,22 +39,14 @@ struct RowSpans {
 template <class C>
 concept Cutter = requires(const C& c, const Vec3d& p_G, double d, float f, CutLanes& out, HalfCutLanes& half,
                           const RowLanes& y, RowSpans& spans) {
-  { c.signed_distance(p_G) }
-  noexcept->std::same_as<double>;
-  { c.bounds() }
-  noexcept->std::same_as<Eigen::AlignedBox3d>;
-  { c.origin() }
-  noexcept->std::same_as<Vec3d>;
-  { c.rows(y, d, d, spans) }
-  noexcept;
-  { c.distances(f, f, f, f, out) }
-  noexcept;
-  { c.distances(f, f, f, f, half) }
-  noexcept;
-  { c.shares(f, f, f, f, f, out, out) }
-  noexcept;
-  { c.shares(f, f, f, f, f, half, half) }
-  noexcept;
+  { c.signed_distance(p_G) } noexcept -> std::same_as<double>;
+  { c.bounds() } noexcept -> std::same_as<Eigen::AlignedBox3d>;
+  { c.origin() } noexcept -> std::same_as<Vec3d>;
+  { c.rows(y, d, d, spans) } noexcept;
+  { c.distances(f, f, f, f, out) } noexcept;
+  { c.distances(f, f, f, f, half) } noexcept;
+  { c.shares(f, f, f, f, f, out, out) } noexcept;
+  { c.shares(f, f, f, f, f, half, half) } noexcept;
 };
 
 namespace detail {

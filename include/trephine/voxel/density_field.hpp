@@ -24,9 +24,7 @@ concept ContactField = requires(const F& f, const Vec3<typename F::Scalar>& p, c
 
 /// True for a field that interpolates its voxels trilinearly. Its surface bends within a cell where bone is curved.
 template <class F>
-inline constexpr bool kTrilinear = requires {
-  requires F::kTrilinear;
-};
+inline constexpr bool kTrilinear = requires { requires F::kTrilinear; };
 
 /// The density of a VoxelGrid minus the isovalue, as a field in G. Bone is >= 0; a density equal to the isovalue is
 /// bone. A view: cheap to construct, valid while the grid lives. Haptic thread only.

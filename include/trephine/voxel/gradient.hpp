@@ -18,18 +18,16 @@ namespace trephine::inline TREPHINE_ALIGNED {
 template <class G>
 concept GradientPolicy = requires(const SampleView<std::int16_t, double>& view, const Vec3<double>& u) {
   { G::kSmooth } -> std::convertible_to<bool>;
-  { G::at(view, u) }
-  noexcept->std::same_as<Vec3<double>>;
+  { G::at(view, u) } noexcept -> std::same_as<Vec3<double>>;
 };
 
 /// A policy with a batched form: `at_points` takes the arguments of `sample_gradients`.
 template <class G>
-concept BatchedGradientPolicy = GradientPolicy<G> &&
-    requires(const SampleView<std::int16_t, double>& view, const Mat3<double>& A, const Vec3<double>& t,
-             const double* in, double* out) {
-  { G::at_points(view, A, t, in, in, in, out, out, out, kLane) }
-  noexcept;
-};
+concept BatchedGradientPolicy =
+    GradientPolicy<G> && requires(const SampleView<std::int16_t, double>& view, const Mat3<double>& A,
+                                  const Vec3<double>& t, const double* in, double* out) {
+      { G::at_points(view, A, t, in, in, in, out, out, out, kLane) } noexcept;
+    };
 
 /// The exact gradient of the trilinear interpolant, whose isosurface is the bone's surface. It jumps from cell to cell.
 /// Cost: one cell.

@@ -14,7 +14,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// neighbours as words, and files store these formats.
 template <class T>
 concept VoxelDensity = std::same_as<T, std::uint8_t> || std::same_as<T, std::int8_t> ||
-    std::same_as<T, std::uint16_t> || std::same_as<T, std::int16_t> || std::same_as<T, float>;
+                       std::same_as<T, std::uint16_t> || std::same_as<T, std::int16_t> || std::same_as<T, float>;
 
 /// Size, spacing and pose of a grid. Voxel (i, j, k) is a sample at its **centre**, which lies at `spacing * (i, j, k)`
 /// in G.

@@ -91,8 +91,9 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
   last = x + 31 - std::countl_zero(changed);
   note(x, changed, std::as_const(value));
   // Unchanged lanes too: a fixed count costs less than a variable one.
-  [&]<std::size_t... kLane>(std::index_sequence<kLane...>) { (store_relaxed(at[kLane], value[kLane]), ...); }
-  (std::make_index_sequence<kLanes>());
+  [&]<std::size_t... kLane>(std::index_sequence<kLane...>) {
+    (store_relaxed(at[kLane], value[kLane]), ...);
+  }(std::make_index_sequence<kLanes>());
   std::array<Density, kLanes> low;
   std::array<Density, kLanes> high;
   for (std::size_t l = 0; l < kLanes; ++l) low[l] = value[l] < old[l] ? value[l] : std::numeric_limits<Density>::max();

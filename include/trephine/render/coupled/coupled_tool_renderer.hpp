@@ -15,7 +15,6 @@
 #include <trephine/render/coupled/pose_search.hpp>
 #include <trephine/render/coupled/tool_in_bone.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
-#include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/gradient.hpp>
 
 #include <algorithm>
@@ -451,9 +450,9 @@ template <ToolShape Shape, std::convertible_to<CoupledOptions> Options = Coupled
 CoupledToolRenderer(Shape, Options = {}, FrictionLaw = FrictionLaw{}) -> CoupledToolRenderer<Shape, FrictionLaw>;
 template <class Measures, std::convertible_to<CoupledOptions> Options = CoupledOptions,
           Friction FrictionLaw = Frictionless>
-requires(std::convertible_to<Measures, RevolvedTool> && !ToolShape<Measures>)
-    CoupledToolRenderer(Measures, Options = {}, FrictionLaw = FrictionLaw{})
-->CoupledToolRenderer<RevolvedTool, FrictionLaw>;
+  requires(std::convertible_to<Measures, typename Measures::Tool> && !ToolShape<Measures>)
+CoupledToolRenderer(Measures, Options = {}, FrictionLaw = FrictionLaw{})
+    -> CoupledToolRenderer<typename Measures::Tool, FrictionLaw>;
 template <std::convertible_to<CoupledOptions> Options = CoupledOptions, Friction FrictionLaw = Frictionless>
 CoupledToolRenderer(Burr, Options = {}, FrictionLaw = FrictionLaw{}) -> CoupledToolRenderer<BallAndShaft, FrictionLaw>;
 template <class... Arguments>

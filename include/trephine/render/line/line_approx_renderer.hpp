@@ -115,8 +115,11 @@ class LineApproxRenderer {
   /// The burr, or one of the tool's size.
   [[nodiscard]] const Burr& shape() const noexcept { return tool_.burr(); }
   /// The part that cuts, of a tool that is no burr.
-  [[nodiscard]] const auto& cutting_head() const noexcept requires requires(const Tool& t) { t.cutting_head(); }
-  { return tool_.cutting_head(); }
+  [[nodiscard]] const auto& cutting_head() const noexcept
+    requires requires(const Tool& t) { t.cutting_head(); }
+  {
+    return tool_.cutting_head();
+  }
   /// Contacts of the last tick, in G: tip and shaft.
   [[nodiscard]] std::span<const ContactPoint<Scalar>> contacts() const noexcept {
     return {contacts_.data(), contact_count_};

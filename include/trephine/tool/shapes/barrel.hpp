@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A barrel burr: sides that bulge as an arc between two flat ends. Lengths are in metres.
 struct BarrelBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0020;      ///< in the middle, the largest [m]
   double end_radius = 0.0014;  ///< of the ends, were their rims sharp [m], below `radius`
   double length = 0.0050;      ///< of the head [m]; at least twice what the sides bulge

@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A cylindrical (fissure) burr with a flat end and a rounded rim. Lengths are in metres.
 struct CylinderBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0008;      ///< [m]
   double length = 0.0045;      ///< of the head [m]; more than `radius`
   double rim_radius = 0.0002;  ///< of the rounded rim of the flat end [m], in (0, radius)

@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A disc (wheel) burr: a flat cylinder with a round rim, which cuts with it. Lengths are in metres.
 struct DiscBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0050;     ///< [m]
   double thickness = 0.0008;  ///< [m], below `radius`; the rim's radius is half of it
   Shank shank{};

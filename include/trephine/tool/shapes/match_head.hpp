@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A match-head burr (acorn): half a ball in front of a cylinder. Lengths are in metres.
 struct MatchHead {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0015;  ///< [m]
   double length = 0.0038;  ///< of the head, from the foremost point to the upper rim [m]; at least 1.5 radii
   Shank shank{};

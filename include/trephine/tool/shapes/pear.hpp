@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A pear burr: a ball in front that narrows as a cone toward the shank. Lengths are in metres.
 struct PearBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0012;      ///< of the ball, the largest [m]
   double length = 0.0040;      ///< of the head, from the foremost point to its upper rim [m]; more than two radii
   double top_radius = 0.0007;  ///< at the upper rim [m], below `radius`

@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A reamer: a long cutting taper with a chamfered front that widens a hole. Lengths are in metres.
 struct Reamer {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0040;        ///< at the upper rim, the largest [m]
   double front_radius = 0.0034;  ///< above the chamfer [m], below `radius`
   double chamfer = 0.0015;       ///< of the front, at 45° [m], below `front_radius`

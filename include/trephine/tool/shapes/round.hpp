@@ -9,6 +9,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A round burr: a ball on a neck. Lengths are in metres. `Burr` is the same without a neck, and quicker.
 struct RoundBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0015;  ///< of the ball [m], more than the neck's or the shank's
   Shank shank{};
 

@@ -7,6 +7,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// A tapered (fissure) burr: a round end that widens as a cone toward the shank. Lengths are in metres.
 struct TaperBurr {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0008;      ///< at the upper rim, the largest [m]
   double end_radius = 0.0004;  ///< of the round end [m], below `radius`
   double length = 0.0060;      ///< of the head [m]; more than two radii

@@ -10,6 +10,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// A twist drill: a cone that cuts, in front of flutes that guide it and carry chips, and as wide as its hole. Lengths
 /// are in metres.
 struct TwistDrill {
+  using Tool = RevolvedTool;  ///< that it becomes
+
   double radius = 0.0016;                             ///< [m]
   double point_angle = 118 * std::numbers::pi / 180;  ///< full angle of the cone [rad], 60° to 170°
   double length = 0.060;                              ///< from T's origin to the chuck [m]
