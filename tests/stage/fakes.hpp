@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-/// Laws simple enough to be known in closed form, in place of the real renderers and carvers.
+/// Laws simple enough to be known in closed form, in place of the real renderers and cuts.
 namespace trephine::test {
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

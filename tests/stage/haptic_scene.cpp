@@ -332,7 +332,7 @@ TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is g
   for (const double bad : {kNaN, kInf, -kInf}) {
     const int resets = scene.renderer().resets;
     const int carves = scene.part<Witness>().calls;
-    scene.renderer().overflow = bad;  // in the renderer: neither carvers nor stages see it
+    scene.renderer().overflow = bad;  // in the renderer: neither cut nor stages see it
     check_bad(resets + 1);
     CHECK(scene.part<Witness>().calls == carves);
     scene.renderer().overflow = 0;
@@ -345,7 +345,7 @@ TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is g
     CHECK(r.removed_mm3 == 0.5);  // that much bone is gone all the same
     scene.part<Times>().factor = 1;
     check_good();
-    scene.part<Witness>().answer_mm3 = bad;  // in a carver
+    scene.part<Witness>().answer_mm3 = bad;  // in the cut
     check_bad(resets + 3);
     scene.part<Witness>().answer_mm3 = 0;
     check_good();
@@ -367,7 +367,7 @@ TEST_CASE("a law that overflows: zero wrench, all state anew, the next tick is g
   CHECK(r.wrench.force.norm() == near(3, 1e-14));
 }
 
-TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their sum is reported") {
+TEST_CASE("a cut gets the cutting pose or the probe, the raw force, and its volume is reported") {
   auto bone = small_grid(turned({0, 0, 1}, {2, 0, 0}));
   auto scene = HapticScene{bone, 0.5, Floor<float>{}, Witness{.probe = false, .answer_mm3 = 0.25}, Times{7}, Look{}};
   const auto tool_at = [&](double x, double z) {
@@ -392,7 +392,7 @@ TEST_CASE("carvers get the cutting pose or the probe, the raw force, and their s
   CHECK((witness.now.translation() - Vec3d(1e-3, 0, 2 * kDeep)).norm() < 1e-14);
 }
 
-TEST_CASE("carvers wait while contact could not be evaluated") {
+TEST_CASE("a cut waits while contact could not be evaluated") {
   auto bone = small_grid();
   auto scene = HapticScene{bone, 0.5, Floor<>{}, Witness{.answer_mm3 = 0.25}};
   for (const bool evaluated : {true, false, true}) {
@@ -402,7 +402,7 @@ TEST_CASE("carvers wait while contact could not be evaluated") {
   }
 }
 
-TEST_CASE("carvers never see a cutting pose, a depth or a force that is not finite, nor a leap of the proxy as a way") {
+TEST_CASE("a cut never sees a cutting pose, a depth or a force that is not finite, nor a leap of the proxy as a way") {
   auto bone = small_grid();
   auto scene = HapticScene{bone, 300, Floor<>{}, ForceOnly{}, Witness{}};
   Witness& witness = scene.part<Witness>();

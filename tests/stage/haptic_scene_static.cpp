@@ -30,7 +30,7 @@ static_assert(Listed<Cutting<>> && Listed<Veto<std::int16_t>> && !Stage<Cutting<
 static_assert(Listed<ForceOnly> && !Stage<ForceOnly>);
 static_assert(Renderer<Floor<float>, DensityField<std::int16_t, float, AnalyticGradient>>);
 
-// No part: a renderer, a number, a stage that may throw, one that returns, a carver that may throw.
+// No part: a renderer, a number, a stage that may throw, one that returns, a cut that may throw.
 struct Throwing {
   void apply(const TickContext&, Wrenchd&) {}
 };

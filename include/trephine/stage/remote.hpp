@@ -13,7 +13,7 @@ concept Tunable = requires(T t, const typename T::Options& options) {
   { t.adopt(options) } noexcept;
 };
 
-/// A wrapper of a stage, renderer or carver whose options another thread may change while the scene ticks:
+/// A wrapper of a stage, a renderer or a Cutting whose options another thread may change while the scene ticks:
 /// \code
 /// Mailbox<Damping::Options> knob{};
 /// auto scene = HapticScene{bone, 300, renderer, Remote{Damping{{.linear = 1}}, knob}, limits};
