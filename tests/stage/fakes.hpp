@@ -4,6 +4,7 @@
 #include "support/check_refused.hpp"
 
 #include <trephine/core/rotation.hpp>
+#include <trephine/stage/cutting_pose.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <doctest/doctest.h>
@@ -88,12 +89,12 @@ struct Witness {
   Posed now = Posed::Identity();
   CutTick context{};
   double isovalue = 0;
-  detail::CuttingPose<false, false> at{};
+  trephine::detail::CuttingPose<false, false> at{};
 
   void reset() noexcept { ++resets; }
   template <class Grid, class R>
   double cut(Grid&, double iso, const R& renderer, const CutTick& tick, std::nullptr_t) noexcept {
-    const detail::CutWay way = at.next(renderer, CutKind::kAtRate, 0, tick, probe);
+    const trephine::detail::CutWay way = at.next(renderer, CutKind::kAtRate, 0, tick, probe);
     if (!is_finite(way.to)) return kNaN;
     ++calls;
     before = way.from;

@@ -50,7 +50,7 @@ struct Waiting {
 TEST_CASE("the path of a cutting pose that waits counts its own time") {
   constexpr double kTick25us = 25e-6, kWait = 40 * kTick25us;
   const auto way = [&](double moved, bool waits) {
-    detail::CuttingPose<true, false> pose;
+    trephine::detail::CuttingPose<true, false> pose;
     Waiting renderer;
     CutTick tick{.continues = true, .dt = kTick25us};
     const CutKind kind = waits ? CutKind::kAtOnce : CutKind::kAtRate;
@@ -58,7 +58,7 @@ TEST_CASE("the path of a cutting pose that waits counts its own time") {
     renderer.X.translation().x() = moved;
     double longest = 0;
     for (int t = 0; t < 40; ++t) {
-      const detail::CutWay now = pose.next(renderer, kind, 0, tick, false);
+      const trephine::detail::CutWay now = pose.next(renderer, kind, 0, tick, false);
       longest = std::max(longest, (now.to.translation() - now.from.translation()).norm());
     }
     return longest;
