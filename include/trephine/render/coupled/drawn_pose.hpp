@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
+#include <trephine/core/spatial.hpp>
 #include <trephine/render/coupled/coupled_constants.hpp>
 #include <trephine/tool/tool_shape.hpp>
 
