@@ -38,12 +38,10 @@ class Bone {
 };
 
 /// … or its surface.
-template <UsesBoneSurface Renderer>
+template <AttachesToBone<const Grid> Renderer>
 class Bone<Renderer> {
  public:
-  Bone(Renderer& renderer, const Grid& grid, double isovalue) : surface_(shared_bone_surface(grid, isovalue)) {
-    renderer.prepare(surface_->view());
-  }
+  Bone(Renderer& renderer, const Grid& grid, double isovalue) : surface_(renderer.attach(grid, isovalue)) {}
   [[nodiscard]] auto field() const { return surface_->view(); }
 
  private:

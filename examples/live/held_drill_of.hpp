@@ -63,28 +63,29 @@ class GuardedDrillOf final : public HeldDrillOf<Scene> {
   [[nodiscard]] StructureReport structures() const noexcept override { return structure_report(this->scene_); }
 };
 
-/// The stages that every drill here has, after its renderer and its `cutting`. Guard and floors are only compiled into
-/// drills in bone with structures.
-template <class ContactRenderer, class Cutting>
+/// The stages that every drill here has, after its renderer, its `cutting` and stages of the renderer's own. Guard and
+/// floors are only compiled into drills in bone with structures.
+template <class ContactRenderer, class Cutting, class... Own>
 [[nodiscard]] std::unique_ptr<HeldDrill> held_with(drill::Grid& bone, double isovalue, const DrillSettings& settings,
-                                                   Inboxes& inboxes, ContactRenderer renderer, const Cutting& cutting) {
+                                                   Inboxes& inboxes, ContactRenderer renderer, const Cutting& cutting,
+                                                   const Own&... own) {
   using namespace trephine;
   Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
   Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
   Remote limits{settings.tuning.limited(), inboxes.limits};
   if (settings.guarded == nullptr) {
-    using Scene =
-        HapticScene<std::int16_t, ContactRenderer, Cutting, decltype(vibration), decltype(damping), decltype(limits)>;
-    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, vibration, damping,
-                                                limits);
+    using Scene = HapticScene<std::int16_t, ContactRenderer, Cutting, Own..., decltype(vibration), decltype(damping),
+                              decltype(limits)>;
+    return std::make_unique<HeldDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, own..., vibration,
+                                                damping, limits);
   }
   const FloorSwitch floors(settings.guarded->watch, settings.guarded->refuse, settings.protection == Protection::kVeto,
                            inboxes);
   Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, Cutting, FloorSwitch, decltype(vibration), decltype(damping),
-                            decltype(guard), decltype(limits)>;
-  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, floors, vibration,
-                                                 damping, guard, limits);
+  using Scene = HapticScene<std::int16_t, ContactRenderer, Cutting, FloorSwitch, Own..., decltype(vibration),
+                            decltype(damping), decltype(guard), decltype(limits)>;
+  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, floors, own...,
+                                                 vibration, damping, guard, limits);
 }
 
 template <class ContactRenderer>

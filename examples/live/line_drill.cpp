@@ -11,9 +11,9 @@ std::unique_ptr<HeldDrill> line_drill(drill::Grid& bone, double isovalue, const 
                                       Inboxes& inboxes) {
   using namespace trephine;
   const ToolDiscretization tool{settings.burr, LineCounts{}};
-  return held_with(bone, isovalue, settings, inboxes,
-                   LineApproxRenderer{tool, LineOptions{.stiffness = settings.stiffness}},
-                   settings.tuning.cut(settings.burr), drill::line_release(settings.stiffness));
+  return held_with(
+      bone, isovalue, settings, inboxes, LineApproxRenderer{tool, LineOptions{.stiffness = settings.stiffness}},
+      Remote{Cutting{settings.tuning.cut(settings.burr)}, inboxes.feed}, drill::line_release(settings.stiffness));
 }
 
 }  // namespace live
