@@ -372,8 +372,8 @@ TEST_CASE("structures that cannot be are refused, and leave those that were") {
   refuse("bands", [](All& s, Options&) { s[0].guard.margin = 20e-3; });
   refuse("margin", [](All& s, Options&) { s[1].veto.margin = -1; });
   refuse("bands", [](All& s, Options&) { s[0].veto.margin = 5.9e-3; });
-  refuse("guard", [](All& s, Options&) { s[0].guard.mode = static_cast<GuardMode>(7); });
-  refuse("veto", [](All& s, Options&) { s[0].veto.mode = static_cast<StructureVeto::Mode>(7); });
+  refuse("GuardMode", [](All& s, Options&) { s[0].guard.mode = static_cast<GuardMode>(7); });
+  refuse("StructureVeto", [](All& s, Options&) { s[0].veto.mode = static_cast<StructureVeto::Mode>(7); });
   refuse("ramp_time", [](All&, Options& o) { o.guard.ramp_time = 0; });
   refuse("smoothing", [](All&, Options& o) { o.potential.smoothing = 0; });
   CHECK(scene.tick(input_at(kDeep), 1e-9).structures.nearest == before.structures.nearest);
