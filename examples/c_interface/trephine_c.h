@@ -204,7 +204,7 @@ TREPHINE_C_API trephine_result trephine_tick_result_init(trephine_tick_result* r
  * that a loop has one way out. Takes no memory, lock or clock, unless it fails. */
 TREPHINE_C_API trephine_result trephine_scene_tick(trephine_scene* scene, const trephine_pose* X_WT, int32_t spindle_on,
                                                    double dt, trephine_tick_result* result) TREPHINE_C_NOEXCEPT;
-/* Another tool, for scenes of the coupled tool that were made with a name. From the next tick on the scene is as a new
+/* Another tool, for scenes of the coupled tool, of a burr too. From the next tick on the scene is as a new
  * one with that tool, and edges are the tool's: where the tool then lies in bone the status is
  * TREPHINE_STATUS_STARTED_INSIDE. Haptic thread, between ticks; takes no memory, unless it fails. Refused while
  * structures are guarded: take them out before, and set them again after. */
