@@ -153,7 +153,8 @@ std::vector<Row> measure(Renderer& renderer, const Imaged& imaged, const Setting
                          const FieldOf& field_of, const TruthOf& truth) {
   using Scalar = typename Renderer::Scalar;
   constexpr bool kLine = requires { renderer.report(); };
-  constexpr bool kCounts = !AttachesToBone<Renderer, const VoxelGrid<std::int16_t>>;  // what is asked of a surface are no samples
+  constexpr bool kCounts =
+      !AttachesToBone<Renderer, const VoxelGrid<std::int16_t>>;  // what is asked of a surface are no samples
   const Scenario& scenario = *imaged.scenario;
   const double voxel = 1e-3 * imaged.image.voxel_mm;
   std::vector<double> times;
