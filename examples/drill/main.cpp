@@ -64,8 +64,10 @@ int verify(const Options& options, bool plots) {
   int failed = print_findings("Line (thesis, Fig. 21 and 22)", check_line(v.line));
   failed += print_findings("Surface (thesis, Fig. 23 and 24)", check_surface(v.surface, v.surgeon));
   failed += print_findings("Both", compare_roughness(v.line, v.surface, v.surgeon));
-  failed += print_findings("Line, as the thesis writes it", check_line(v.thesis_line));
-  failed += print_findings("Surface, as the thesis writes it", check_surface(v.thesis_surface, v.surgeon));
+  // The thesis takes Line's arm from the proxy, and the force that Surface holds in deep contact (Eq. 18) need
+  // not lie in its slice's plane. So arm times force is no law of either, and its figures judge nothing.
+  print_findings("Line, as the thesis writes it", as_information(check_line(v.thesis_line)));
+  print_findings("Surface, as the thesis writes it", as_information(check_surface(v.thesis_surface, v.surgeon)));
   failed +=
       print_findings("Both, as the thesis writes them", compare_roughness(v.thesis_line, v.thesis_surface, v.surgeon));
   if (plots) {

@@ -77,6 +77,11 @@ void write_surface_csv(const RunLog& log, const std::string& path) {
   csv.close();
 }
 
+std::vector<Finding> as_information(std::vector<Finding> findings) {
+  for (Finding& f : findings) f.verdict = Finding::Verdict::kInformation;
+  return findings;
+}
+
 int print_findings(const std::string& title, const std::vector<Finding>& findings) {
   int failed = 0;
   std::printf("\n%s\n", title.c_str());

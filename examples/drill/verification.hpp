@@ -32,6 +32,8 @@ struct Finding {
 [[nodiscard]] std::vector<Finding> check_surface(const RunLog& log, const Surgeon& surgeon);
 [[nodiscard]] std::vector<Finding> compare_roughness(const RunLog& line, const RunLog& surface, const Surgeon& surgeon);
 
+/// The same findings without a verdict: of a law that they do not belong to.
+[[nodiscard]] std::vector<Finding> as_information(std::vector<Finding> findings);
 /// Prints findings, one or two lines each; returns how many failed.
 int print_findings(const std::string& title, const std::vector<Finding>& findings);
 
