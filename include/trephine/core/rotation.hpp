@@ -62,4 +62,15 @@ template <RealScalar Scalar>
   return half_turn(bisector / length) * half_turn(a);
 }
 
+/// Returns the pose X moved to `origin` and turned by the smallest rotation that points its +z along `direction`, of
+/// any length; without a direction X only moves.
+template <RealScalar Scalar>
+[[nodiscard]] Pose<Scalar> pose_along(Pose<Scalar> X, const Vec3<Scalar>& origin,
+                                      const Vec3<Scalar>& direction) noexcept {
+  X.translation() = origin;
+  if (direction.norm() > Scalar(0))
+    X.linear() = rotation_between<Scalar>(z_axis(X), direction.normalized()) * X.linear();
+  return X;
+}
+
 }  // namespace trephine

@@ -129,7 +129,8 @@ class LineApproxRenderer {
   /// X_GP: the tip at its proxy, the shaft through IntP (thesis: the proxy's shaft points along r).
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept {
     const Vec3<Scalar> tip = tip_position();
-    return pose_along(tip, report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : z_axis(X_GT_));
+    return pose_along<Scalar>(X_GT_, tip,
+                              report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : z_axis(X_GT_));
   }
   /// Pose at which the burr cuts: the tip's proxy with the device's rotation, not the drawn tool.
   [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
@@ -143,7 +144,7 @@ class LineApproxRenderer {
     const Vec3<Scalar> tip = tip_position();
     const Vec3<Scalar> along =
         report_.shaft_contact ? Vec3<Scalar>(report_.intersection - tip) : Vec3<Scalar>(lever_ * z_axis(X_GT_));
-    return pose_along(tip + tip_offset_, along + shaft_offset_);
+    return pose_along<Scalar>(X_GT_, tip + tip_offset_, along + shaft_offset_);
   }
 
  private:
@@ -155,15 +156,6 @@ class LineApproxRenderer {
 
   [[nodiscard]] Vec3<Scalar> tip_position() const noexcept {
     return tip_.in_contact() ? tip_.position() : Vec3<Scalar>(X_GT_.translation());
-  }
-
-  // The device's pose, moved to `tip` and rotated so that its shaft points along `direction`.
-  [[nodiscard]] Pose<Scalar> pose_along(const Vec3<Scalar>& tip, const Vec3<Scalar>& direction) const noexcept {
-    Pose<Scalar> X = X_GT_;
-    X.translation() = tip;
-    if (direction.norm() > Scalar(0))
-      X.linear() = rotation_between<Scalar>(z_axis(X_GT_), direction.normalized()) * X_GT_.linear();
-    return X;
   }
 
   // Moves the drawn ball from its centre on the proxy toward its radius above bone, and the drawn shaft's axis

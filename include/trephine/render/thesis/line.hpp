@@ -104,14 +104,17 @@ class ThesisLine {
   }
   /// X_GP: the tip at its proxy, the shaft along r.
   [[nodiscard]] Pose<Scalar> proxy_pose() const noexcept {
-    return pose_along(tip_position(), report_.shaft_contact ? eq_8_lever() : z_axis(X_GT_));
+    return pose_along<Scalar>(X_GT_, tip_position(), report_.shaft_contact ? eq_8_lever() : z_axis(X_GT_));
   }
   /// Pose at which the burr cuts: the tip's proxy with the device's rotation.
-  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept { return pose_along(tip_position(), z_axis(X_GT_)); }
+  [[nodiscard]] Pose<Scalar> cutting_pose() const noexcept {
+    return pose_along<Scalar>(X_GT_, tip_position(), z_axis(X_GT_));
+  }
   /// Pose of the drawn tool (3.1.5).
   [[nodiscard]] Pose<Scalar> visual_pose() const noexcept {
     const Vec3<Scalar> tip = eq_13_drawn_tip();
-    return pose_along(tip, report_.shaft_contact ? Vec3<Scalar>(eq_14_drawn_contact() - tip) : z_axis(X_GT_));
+    return pose_along<Scalar>(X_GT_, tip,
+                              report_.shaft_contact ? Vec3<Scalar>(eq_14_drawn_contact() - tip) : z_axis(X_GT_));
   }
 
   /// Eq. 6: e = p_proxy − p_probe.
@@ -288,15 +291,6 @@ class ThesisLine {
     previous_ = line;
     has_previous_ = true;
   }
-  // The device's pose, moved to `tip` and rotated so that its shaft points along `direction`.
-  [[nodiscard]] Pose<Scalar> pose_along(const Vec3<Scalar>& tip, const Vec3<Scalar>& direction) const noexcept {
-    Pose<Scalar> X = X_GT_;
-    X.translation() = tip;
-    if (direction.norm() > Scalar(0))
-      X.linear() = rotation_between<Scalar>(z_axis(X_GT_), direction.normalized()) * X_GT_.linear();
-    return X;
-  }
-
   Tool tool_;
   ThesisLineOptions options_;
   SurfaceProxy<Scalar, Coulomb> tip_, intp_;
