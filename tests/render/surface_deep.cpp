@@ -296,27 +296,6 @@ TEST_CASE_TEMPLATE("slid out of a corner, deep, the force is a plane's again", S
   CHECK((force - 1.1 * edge * Vec3d::UnitX()).norm() < 0.01 * edge);
 }
 
-TEST_CASE_TEMPLATE("held is the force of the last tick outside, slices too", Scalar, float, double) {
-  const RasterOptions o{.size = {96, 48, 48}};
-  const auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d::UnitZ()}, o);
-  const auto field = field_of<Scalar>(grid, o);
-  Held<Scalar> renderer(
-      Tool<Scalar>(Burr{.tip_radius = 0.0015, .shaft_radius = 0.0012, .shaft_length = 0.02}, SurfaceCounts::thesis()));
-  std::vector<Vec3d> last(21);
-  for (double z = 6.1; z > -3; z -= 0.2) {
-    const auto out = render_at(renderer, field, tool_at(o.middle() + Vec3d(-0.01, 0, z * kVoxel), Vec3d::UnitX()));
-    CHECK(out.status == Status::kOk);
-    int deep = 0;
-    for (std::size_t g = 0; g < renderer.groups().size(); ++g) {
-      const Vec3d f = renderer.groups()[g].force.template cast<double>();
-      if (renderer.groups()[g].deep) CHECK(f == last[g]);
-      last[g] = f;
-      deep += renderer.groups()[g].deep ? 1 : 0;
-    }
-    CHECK(deep == (z < 0 ? 21 : 0));
-  }
-}
-
 /// Pressed 2.8 mm deep into a plane and slid to and fro there, in single and in double precision.
 struct DeepSlide {
   double apart = 0, step = 0;  ///< of the two forces, and largest step of one [N]
