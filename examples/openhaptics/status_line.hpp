@@ -35,7 +35,7 @@ class StatusLine {
   std::atomic<double> force_N_{0}, removed_mm3_{0};
   std::atomic<bool> spindle_{false};
   std::atomic<std::uint64_t> ticks_{0};
-  // Of the printing thread.
+  // The printing thread's.
   Clock::time_point began_ = Clock::now(), last_ = began_;
   std::uint64_t ticks_before_ = 0;
   drill::Watcher watcher_;
