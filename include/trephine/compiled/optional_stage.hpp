@@ -4,6 +4,7 @@
 #include <trephine/compiled/any_scene.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/members.hpp>
 #include <trephine/stage/veto.hpp>
 
 #include <memory>
@@ -39,27 +40,27 @@ class OptionalStage {
     if (stage_) stage_->apply(context, wrench);
   }
   void begin_tick() noexcept
-    requires requires(S& stage) { stage.begin_tick(); }
+    requires BeginsTick<S>
   {
     if (stage_) stage_->begin_tick();
   }
   void sent(const Wrenchd& wrench) noexcept
-    requires requires(S& stage) { stage.sent(wrench); }
+    requires HearsSent<S>
   {
     if (stage_) stage_->sent(wrench);
   }
   void reset() noexcept
-    requires requires(S& stage) { stage.reset(); }
+    requires Resets<S>
   {
     if (stage_) stage_->reset();
   }
   void forget_wrench() noexcept
-    requires requires(S& stage) { stage.forget_wrench(); }
+    requires ForgetsWrench<S>
   {
     if (stage_) stage_->forget_wrench();
   }
   [[nodiscard]] bool bounds_wrench() const noexcept
-    requires requires(const S& stage) { stage.bounds_wrench(); }
+    requires SaysBoundsWrench<S>
   {
     return stage_.has_value();
   }

@@ -22,18 +22,7 @@ struct TickContext {
 
 /// A stage changes the wrench of a tick: damping, vibration, a filter, a limit. The scene calls `apply` once a tick on
 /// the haptic thread, in the order of its list. The wrench acts on the tool, about T's origin, in W axes, and is
-/// finite. `apply` must not allocate, lock, wait or read a clock. Optional members:
-/// - `reset() noexcept` clears state, but not what keeps the wrench from stepping. The scene calls it after a
-/// non-finite
-///   wrench and from its own `reset`.
-/// - `forget_wrench() noexcept` clears the latter: no wrench acts on the hand. The scene calls it where a tick sends
-/// zero.
-/// - `begin_tick() noexcept` is called first in every tick, even for bad input (see `Remote`).
-/// - `sent(const Wrenchd&) noexcept` receives the wrench that leaves the scene, after every stage and limit. It is
-///   called last in a tick. A tick that ends with `kBadInput` or `kNonFinite` sends zero and does not call it.
-/// - `add_to(StructureSummary&) const noexcept` adds to the result's summary of structures, after the last stage;
-///   with a `CuttingSummary&` to that of cutting.
-/// - `validate() const` throws std::invalid_argument. The scene's constructor calls it.
+/// finite. `apply` must not allocate, lock, wait or read a clock. Optional members stand in members.hpp, but for one:
 /// - `static constexpr bool kUsesTwist = false` states that the stage does not read the twists.
 template <class S>
 concept Stage = requires(S s, const TickContext& context, Wrenchd& wrench) {

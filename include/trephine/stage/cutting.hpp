@@ -190,7 +190,7 @@ class Cutting {
   }
   /// Adds the law's vibration, where it has one.
   void vibrate(const TickContext& context, Wrenchd& wrench) noexcept
-    requires requires(Law& law) { law.vibrate(context, wrench); }
+    requires Vibrates<Law>
   {
     law_.vibrate(context, wrench);
   }

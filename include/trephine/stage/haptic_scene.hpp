@@ -199,8 +199,7 @@ class HapticScene<Density, ContactRenderer, Parts...> : public detail::SceneStat
 
   void add_cutting_forces(const Now& now, Wrenchd& wrench) noexcept {
     wrench = now.wrench_G.rotated(now.context.X_WG.linear());
-    if constexpr (kCuts && requires { cutting().add_forces(now.context, wrench); })
-      cutting().add_forces(now.context, wrench);
+    if constexpr (kCuts) member::add_forces(cutting(), now.context, wrench);
   }
 
   void bound_change(const Now& now, Wrenchd& wrench) noexcept {

@@ -89,6 +89,10 @@ concept SaysBoundsWrench = requires(const P& part) {
 /// `vibrate(context, wrench)` adds what is meant to change fast, in the part's place among the stages.
 template <class P>
 concept Vibrates = requires(P part, const TickContext& context, Wrenchd& wrench) { part.vibrate(context, wrench); };
+/// `add_forces(context, wrench)` adds the forces of what the part cut in this tick, before the bound on the wrench.
+template <class P>
+concept AddsCuttingForces =
+    requires(P part, const TickContext& context, Wrenchd& wrench) { part.add_forces(context, wrench); };
 /// `sent(wrench)` receives the wrench that leaves the scene, last in a tick, unless the tick ends with kBadInput or
 /// kNonFinite.
 template <class P>
@@ -149,6 +153,10 @@ template <class T>
 template <class T>
 void vibrate(T& part, const TickContext& context, Wrenchd& wrench) noexcept {
   if constexpr (Vibrates<T>) part.vibrate(context, wrench);
+}
+template <class T>
+void add_forces(T& part, const TickContext& context, Wrenchd& wrench) noexcept {
+  if constexpr (AddsCuttingForces<T>) part.add_forces(context, wrench);
 }
 template <class T>
 void sent(T& part, const Wrenchd& wrench) noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/stage/mailbox.hpp>
+#include <trephine/stage/members.hpp>
 
 #include <utility>
 
@@ -28,7 +29,7 @@ class Remote : public T {
   Remote(T start, Mailbox<Options>& inbox) : T(std::move(start)), inbox_(&inbox) {}
 
   void begin_tick() noexcept {
-    if constexpr (requires(T& t) { t.begin_tick(); }) T::begin_tick();
+    member::begin_tick(static_cast<T&>(*this));
     if (const Options* latest = inbox_->take()) this->adopt(*latest);
   }
 
