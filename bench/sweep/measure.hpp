@@ -9,6 +9,7 @@
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/haptic_scene.hpp>
+#include <trephine/voxel/bone_surface.hpp>
 
 #include <chrono>
 #include <limits>
