@@ -89,10 +89,11 @@ struct Cut {
   VoxelGrid<std::int16_t> bone = block(edge, h, top);
   const double R = tool.tool.burr().tip_radius;
   // A stiff coupling that feels little: as steady as a machine, within the coupling's largest force.
-  const double felt = std::min(1.0, 2 / by_law(law, tool, turns, feed).thrust);
+  const double force_scale = std::min(1.0, 2 / by_law(law, tool, turns, feed).thrust);
   HapticScene scene{
       bone, kIso, CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-      Cutting{PressureCut{}, CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .felt = felt})}};
+      Cutting{PressureCut{},
+              CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .force_scale = force_scale})}};
   const double deep = 6.5e-3;
   const int ticks = static_cast<int>(deep / (feed * dt));
   Cut sum;
@@ -355,9 +356,9 @@ void map_stability(Report& report, bool quick) {
             return HapticScene{bone, kIso, CoupledToolRenderer{tool.tool, gains}, cutting, DeviceLimits{preset.limits}};
           });
         };
-        const Held with = run(Cutting{
-            PressureCut{},
-            CuttingForce({.edges = tool.edges, .speed = rpm(drill ? 1000 : 40'000), .felt = drill ? 1 / 60.0 : 1})});
+        const Held with = run(Cutting{PressureCut{}, CuttingForce({.edges = tool.edges,
+                                                                   .speed = rpm(drill ? 1000 : 40'000),
+                                                                   .force_scale = drill ? 1 / 60.0 : 1})});
         const Held without = run(Cutting{});
         const std::string what = std::string(name) + "; " + grip.name + " grip; " + tool_name;
         report.row({"stability", what, "ripple rms with the law", "N", kNone, kNone, kNone, with.ripple, false});

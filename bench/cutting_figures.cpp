@@ -57,9 +57,9 @@ void plunges(Rows& rows, int places) {
     add(rows, "work of chips off u by volume", 0, 0.02, off.work);
     // Ripple of a hand's loops is asked to stay under a tenth of a device's force: here of the felt force itself.
     double mean = 0;
-    for (const double f : off.fed.felt) mean += f / static_cast<double>(off.fed.felt.size());
+    for (const double f : off.fed.forces) mean += f / static_cast<double>(off.fed.forces.size());
     worst("ripple of the felt force over it", 0.1,
-          bench::ripple(off.fed.felt, static_cast<std::size_t>(0.05 / dt)) / mean);
+          bench::ripple(off.fed.forces, static_cast<std::size_t>(0.05 / dt)) / mean);
   };
   constexpr std::array kBlurs{0.5, 0.7, 1.0};
   for (int n = 0; n < places; ++n) {

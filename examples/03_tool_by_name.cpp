@@ -19,7 +19,7 @@ int main() {
     VoxelGrid<std::int16_t> bone({.size = {64, 64, 48}, .spacing = {0.3_mm, 0.3_mm, 0.3_mm}}, hounsfield);
 
     // A pen of 3 N gets a tenth of the true forces, so a push of 0.4 N drills as 4 N do.
-    const CuttingForce law({.edges = tool.edges, .speed = rpm(40'000), .felt = 0.1});
+    const CuttingForce law({.edges = tool.edges, .speed = rpm(40'000), .force_scale = 0.1});
     HapticScene scene{bone, 700, CoupledToolRenderer{tool, CoupledOptions{.stiffness = 800}},
                       Cutting{PressureCut{}, law}, DeviceLimits{.force = 3.3, .torque = 0.1}};
 

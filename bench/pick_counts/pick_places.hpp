@@ -7,8 +7,8 @@
 #include <trephine/core/math.hpp>
 #include <trephine/core/rotation.hpp>
 #include <trephine/core/wrench.hpp>
-#include <trephine/tool/discretization.hpp>
 #include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>

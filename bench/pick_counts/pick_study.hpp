@@ -23,8 +23,8 @@
 
 namespace pick {
 
-inline constexpr double kLeastForce = 0.05;    ///< [N]: denominators are no smaller, directions not asked for below
-inline constexpr double kLeastTorque = 0.001;  ///< [N·m]: denominators are no smaller
+inline constexpr double kMinForce = 0.05;    ///< [N]: denominators are no smaller, directions not asked for below
+inline constexpr double kMinTorque = 0.001;  ///< [N·m]: denominators are no smaller
 
 /// |got − truth| as a share of the truth, but of no less than `least`.
 [[nodiscard]] inline double relative_error(const Vec3d& truth, const Vec3d& got, double least) {
@@ -71,9 +71,9 @@ struct Limits {
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (counts[i] == 0) continue;
     ++e.samples;
-    force.push_back(relative_error(truth[i].force, got[i].force, kLeastForce));
-    torque.push_back(relative_error(truth[i].torque, got[i].torque, kLeastTorque));
-    if (truth[i].force.norm() < kLeastForce) continue;
+    force.push_back(relative_error(truth[i].force, got[i].force, kMinForce));
+    torque.push_back(relative_error(truth[i].torque, got[i].torque, kMinTorque));
+    if (truth[i].force.norm() < kMinForce) continue;
     ++e.directions;
     if (!(got[i].force.norm() > 0)) ++e.misses;
     direction.push_back(angle_deg(truth[i].force, got[i].force));
@@ -109,9 +109,9 @@ struct Ticks {
     const double f = truth[i].force.norm();
     const double m = truth[i].torque.norm();
     const bool in_air = f == 0 && m == 0 && check[i].force.norm() == 0 && check[i].torque.norm() == 0;
-    const bool differ = relative_error(truth[i].force, check[i].force, kLeastForce) > limits.force ||
-                        relative_error(truth[i].torque, check[i].torque, kLeastTorque) > limits.torque ||
-                        (f >= kLeastForce && angle_deg(truth[i].force, check[i].force) > limits.direction_deg);
+    const bool differ = relative_error(truth[i].force, check[i].force, kMinForce) > limits.force ||
+                        relative_error(truth[i].torque, check[i].torque, kMinTorque) > limits.torque ||
+                        (f >= kMinForce && angle_deg(truth[i].force, check[i].force) > limits.direction_deg);
     const bool beyond = f > most_force || m > most_torque;
     const bool counts = !in_air && !beyond && !differ;
     t.counts.push_back(counts ? 1 : 0);

@@ -152,7 +152,7 @@ void measure_drilling(Spread& spread) {
     };
     drill("Coupled, drills at 5 mm/s", 5e-3, coupled(), Cutting{});
     const NamedTool tool = tool_by_name("match-head-3");
-    CuttingForce::Options law{.edges = tool.edges, .felt = 0.1};
+    CuttingForce::Options law{.edges = tool.edges, .force_scale = 0.1};
     law.strength = {.soft = o.air, .cortical = o.air + o.contrast};
     drill("Coupled, match-head-3 by the law at 2 mm/s", 2e-3,
           CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}}, Cutting{PressureCut{}, CuttingForce(law)});

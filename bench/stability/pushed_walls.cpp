@@ -10,7 +10,7 @@
 namespace trephine::bench {
 namespace {
 
-constexpr double kMostForce = 3.3;  // [N]
+constexpr double kMaxForce = 3.3;  // [N]
 
 struct Push {
   bool through = false;
@@ -30,7 +30,7 @@ Push push(const Setup& setup, Bone& bone, double thickness, double speed) {
   for (int i = 0; i < 20000; ++i) {
     const Wrenchd w = tool->tick({tool_pose(Vec3d(0.1e-3, 0.05e-3, z), Vec3d::UnitZ()), false}, 1e-3).wrench;
     p.held = std::max(p.held, w.force.z());
-    if (w.force.z() >= kMostForce) return p;
+    if (w.force.z() >= kMaxForce) return p;
     // Below the wall and pushed on, or not held at all any more.
     gone = z < floor && !(w.force.z() > 0) ? gone + 1 : 0;
     if (w.force.z() < -0.02 || gone > 3) {

@@ -2,7 +2,7 @@
 #include "sweep/sweep.hpp"
 #include "truth/scenario.hpp"
 
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/counts.hpp>
 
 #include <algorithm>
 #include <set>

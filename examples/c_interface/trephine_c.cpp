@@ -128,7 +128,7 @@ trephine_scene_options default_scene_options() {
   o.rotational_stiffness = renderer.coupled.rotational_stiffness;
   const CuttingForceOptions law;
   o.spindle_speed = law.speed;
-  o.felt = law.felt;
+  o.force_scale = law.force_scale;
   o.soft_density = law.strength.soft;
   o.cortical_density = law.strength.cortical;
   return o;
@@ -169,7 +169,7 @@ CuttingForceOptions law_of(const trephine_scene_options& o, const CuttingEdges& 
   CuttingForceOptions law{.edges = edges,
                           .speed = o.spindle_speed,
                           .strength = {.soft = o.soft_density, .cortical = o.cortical_density},
-                          .felt = o.felt};
+                          .force_scale = o.force_scale};
   if (o.stall_torque != 0) law.stall_torque = o.stall_torque;
   return law;
 }

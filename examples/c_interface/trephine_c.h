@@ -146,7 +146,7 @@ typedef struct trephine_scene_options {
   /* By law, Coupled alone: bone gives way at the feed at which the thrust of the cutting edges equals the contact's
    * force; their torque and sideways pull come on top. The edges are those of tool_name, else 8 flutes. */
   double spindle_speed;    /* without load [rad/s]. Default 30000 turns a minute */
-  double felt;             /* share of the true forces that the device gets, in (0, 1]: 1/60 for a drill. Default 1 */
+  double force_scale;             /* share of the true forces that the device gets, in (0, 1]: 1/60 for a drill. Default 1 */
   double stall_torque;     /* at which the spindle stands [N m]; 0 (default): it keeps its speed */
   double soft_density;     /* without strength: of water. Default 0 HU */
   double cortical_density; /* of cortical bone, > soft_density. Default 1700 HU */

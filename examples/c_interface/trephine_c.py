@@ -47,7 +47,7 @@ class SceneOptions(c.Structure):
                 ("milling", c.c_int32), ("reserved", c.c_int32), ("milling_rate", c.c_double),
                 ("milling_force", c.c_double), ("force_limit", c.c_double), ("torque_limit", c.c_double),
                 ("rotational_stiffness", c.c_double), ("tool_name", c.c_char_p), ("spindle_speed", c.c_double),
-                ("felt", c.c_double), ("stall_torque", c.c_double), ("soft_density", c.c_double),
+                ("force_scale", c.c_double), ("stall_torque", c.c_double), ("soft_density", c.c_double),
                 ("cortical_density", c.c_double)]
 
 

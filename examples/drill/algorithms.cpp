@@ -14,7 +14,7 @@ using namespace trephine;
 
 template <class Renderer, class... More>
 auto simulated_scene(Grid& bone, const Bone& about, const Renderer& renderer, const More&... more) {
-  return scene_of(bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque}, more...);
+  return scene_of(bone, about, renderer, DeviceLimits{.force = kMaxForce, .torque = kMaxTorque}, more...);
 }
 
 /// Runs an algorithm with the bone's tool, or else with its burr.
@@ -44,7 +44,7 @@ RunLog run_surface(Grid& bone, const Bone& about, const Options& options, const 
 
 RunLog run_coupled(Grid& bone, const Bone& about, const Options& options, const Surgeon& surgeon, double pictured) {
   const CoupledOptions gains{
-      .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};
+      .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMaxForce, .torque = kMaxTorque};
   return with_tool(about, [&](const auto& tool) {
     auto scene = simulated_scene(bone, about, CoupledToolRenderer{tool, gains});
     return perform("coupled", scene, surgeon, pictured, options.real_time, "coupled");

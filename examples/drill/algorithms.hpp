@@ -19,6 +19,6 @@ namespace drill {
 /// Stiffness of the bone under the tip, the same for all [N/m].
 inline constexpr double kStiffness = 800;
 /// Of the simulated device [N, N·m].
-inline constexpr double kMostForce = 8.5, kMostTorque = 0.188;
+inline constexpr double kMaxForce = 8.5, kMaxTorque = 0.188;
 
 }  // namespace drill

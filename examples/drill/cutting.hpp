@@ -11,12 +11,12 @@ namespace drill {
 
 /// How a tool's spindle is used.
 struct SpindleUse {
-  double turns;  ///< without load [1/min]
-  double felt;   ///< share of the true forces that the device gets
+  double turns;        ///< without load [1/min]
+  double force_scale;  ///< share of the true forces that the device gets
 };
 // A pen feels a burr's forces. Those of a drill press through a handle, with the body behind it.
-inline constexpr SpindleUse kBurrUse{.turns = 40'000, .felt = 1};
-inline constexpr SpindleUse kDrillUse{.turns = 1000, .felt = 1 / 60.0};
+inline constexpr SpindleUse kBurrUse{.turns = 40'000, .force_scale = 1};
+inline constexpr SpindleUse kDrillUse{.turns = 1000, .force_scale = 1 / 60.0};
 [[nodiscard]] constexpr const SpindleUse& use_of(const trephine::CuttingEdges& edges) {
   return edges.chisel ? kDrillUse : kBurrUse;
 }
@@ -32,7 +32,7 @@ inline constexpr SpindleUse kDrillUse{.turns = 1000, .felt = 1 / 60.0};
 [[nodiscard]] inline trephine::CuttingForce::Options cutting_with(const trephine::CuttingEdges& edges,
                                                                   const trephine::BoneStrength& strength,
                                                                   const SpindleUse& use) {
-  return {.edges = edges, .speed = trephine::rpm(use.turns), .strength = strength, .felt = use.felt};
+  return {.edges = edges, .speed = trephine::rpm(use.turns), .strength = strength, .force_scale = use.force_scale};
 }
 
 }  // namespace drill

@@ -104,9 +104,9 @@ class Script {
 
  private:
   // Pixels above and below the panels, of each panel, and of all where there are many.
-  static constexpr double kHead = 70, kFoot = 34, kPanel = 250, kMost = 1400;
+  static constexpr double kHead = 70, kFoot = 34, kPanel = 250, kMax = 1400;
   [[nodiscard]] double pixels() const {
-    return kHead + kFoot + std::min(kPanel * rows_, std::max(kMost, 150.0 * rows_));
+    return kHead + kFoot + std::min(kPanel * rows_, std::max(kMax, 150.0 * rows_));
   }
 
   std::string name_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/counts.hpp>
 
 #include <optional>
 #include <stdexcept>

@@ -130,8 +130,9 @@ std::string plot_tools(const std::string& folder, const ToolShow& show) {
       return mean_curve("tools.csv", "(strcol(2) eq '" + with.tool + "' && strcol(3) eq '" + law + "' ? $4 : NaN)",
                         title, nth);
     };
-    const std::string share =
-        with.felt < 1 ? ", 1/" + std::to_string(std::lround(1 / with.felt)) + " of it felt" : std::string();
+    const std::string share = with.force_scale < 1
+                                  ? ", 1/" + std::to_string(std::lround(1 / with.force_scale)) + " of it felt"
+                                  : std::string();
     script.panel(with.tool + ": force [N]", "[0:*]",
                  force("without", "without", 5) + "," + force("with", "with the law" + share, 1));
   }

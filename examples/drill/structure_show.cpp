@@ -136,14 +136,14 @@ Show drilled(Protection protection, const StructureShow& all, const std::vector<
   const auto floor = make_cut_floor(field, X_GS, show.bone, about.isovalue, vetoes);
   const CoupledToolRenderer renderer{
       about.burr,
-      CoupledOptions{.stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque}};
+      CoupledOptions{.stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMaxForce, .torque = kMaxTorque}};
 
   for (int s = 0; s < count; ++s) {
     ShowRun& run = show.runs[static_cast<std::size_t>(s)];
     run.structure = s;
     floor->reset_counts();
     auto scene =
-        scene_with(show.bone, about, renderer, DeviceLimits{.force = kMostForce, .torque = kMostTorque}, bite(about),
+        scene_with(show.bone, about, renderer, DeviceLimits{.force = kMaxForce, .torque = kMaxTorque}, bite(about),
                    Veto{floor}, StructureGuard{potential, {.push = protection != Protection::kNothing}});
     const PushingHand hand(all.made.approaches[static_cast<std::size_t>(s)], all.made.frame_W, R, bite(about).speed,
                            options.seconds / 2);

@@ -110,7 +110,7 @@ MeanStrength strength_of_removed(const Bone& before, const Grid& after, double r
 template <bool kLaw, class Scene>
 ToolRun pressed(Scene& scene, const Bone& about, const Options& options, const PressingHand& hand, const Surgeon& at,
                 const Use& use, const std::string& tool) {
-  ToolRun run{.tool = tool, .law = kLaw, .felt = kLaw ? use.spindle.felt : 1, .rows = {}, .strength = {}};
+  ToolRun run{.tool = tool, .law = kLaw, .force_scale = kLaw ? use.spindle.force_scale : 1, .rows = {}, .strength = {}};
   run.rows.reserve(static_cast<std::size_t>(1000 * hand.seconds()) + 16);
   const Vec3d up = at.frame_W().col(2);
   double strong_mm3 = 0, strength = 0;
@@ -158,9 +158,9 @@ ToolShow show_tools(const Bone& read, const Options& options, const Surgeon& sur
   const Bone& bone = coarse ? *coarse : read;
   ToolShow show{.runs = {}, .seconds = PressingHand::kSeconds, .voxel = bone.grid.spacing().maxCoeff()};
   Grid grid = fresh_copy(bone.grid);
-  const DeviceLimits limits{.force = kMostForce, .torque = kMostTorque};
+  const DeviceLimits limits{.force = kMaxForce, .torque = kMaxTorque};
   const CoupledOptions gains{
-      .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMostForce, .torque = kMostTorque};
+      .stiffness = kStiffness, .rotational_stiffness = 0.3, .force = kMaxForce, .torque = kMaxTorque};
   for (const char* const name : kShownTools) {
     const NamedTool tool = tool_by_name(name);
     const Use& use = tool.edges.chisel ? kDrill : kBurr;
@@ -216,7 +216,7 @@ void print_table(const ToolShow& show) {
       "in voxels of %.3g mm; force: mean on the device while the tool presses; ripple: root mean square of it above\n"
       "10 Hz; thrust and torque: true ones. With the law the device gets a drill's divided by %.3g, and all of a "
       "burr's.\n",
-      1e3 * show.voxel, 1 / kDrillUse.felt);
+      1e3 * show.voxel, 1 / kDrillUse.force_scale);
 }
 
 void write_csv(const ToolShow& show, const std::string& path) {
@@ -242,8 +242,8 @@ int check(const ToolShow& show) {
         std::all_of(run.rows.begin(), run.rows.end(), [](const ToolRow& r) { return r.status <= Status::kWorkBound; });
     checks.expect(served, name + "no tick ends with a fault");
     std::snprintf(text.data(), text.size(), "force is finite and at most the device's: %.2f of %.2f N", f.most_force,
-                  kMostForce);
-    checks.expect(f.most_force <= kMostForce, name + text.data());
+                  kMaxForce);
+    checks.expect(f.most_force <= kMaxForce, name + text.data());
     if (!run.law) {
       without = f.per_thrust;
       continue;

@@ -40,7 +40,7 @@ struct MeanStrength {
 struct ToolRun {
   std::string tool;
   bool law = false;
-  double felt = 1;  ///< share of the true forces that the device gets
+  double force_scale = 1;  ///< share of the true forces that the device gets
   std::vector<ToolRow> rows;
   double chip_work = 0;  ///< of the spindle, with the law [J]
   MeanStrength strength;

@@ -14,7 +14,7 @@ namespace live {
 /// Bone dust that flies off the burr: as much as bone goes, for the eye alone. Window thread.
 class Dust {
  public:
-  static constexpr std::size_t kMost = 300;    ///< grains at once
+  static constexpr std::size_t kMax = 300;     ///< grains at once
   static constexpr double kGrainsPerMm3 = 60;  ///< thrown up
   static constexpr double kLife = 0.9;         ///< [s]
 
@@ -27,7 +27,7 @@ class Dust {
     }
     std::erase_if(grains_, [](const Grain& g) { return g.age > kLife; });
     owed_ = std::min(owed_ + kGrainsPerMm3 * std::max(removed_mm3, 0.0), 40.0);
-    while (owed_ >= 1 && grains_.size() < kMost) {
+    while (owed_ >= 1 && grains_.size() < kMax) {
       owed_ -= 1;
       const Vec3d out = Vec3d(next(), next(), 0.3 + std::abs(next())).normalized();
       grains_.push_back({tool_W * Vec3d(0.9 * tip_radius * out), tool_W.linear() * out * (0.10 + 0.08 * next()), 0,

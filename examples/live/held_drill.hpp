@@ -51,8 +51,8 @@ struct Tuning {
   double vibration = 0.08;   ///< amplitude by contact force [N/N]
   double force = kMaxForce;  ///< largest [N]
   // Of the law of cutting.
-  double turns = 0;  ///< of the spindle without load [1/min]; 0: by the tool
-  double felt = 0;   ///< share of the true forces that the device gets; 0: by the tool
+  double turns = 0;        ///< of the spindle without load [1/min]; 0: by the tool
+  double force_scale = 0;  ///< share of the true forces that the device gets; 0: by the tool
   friend bool operator==(const Tuning&, const Tuning&) = default;
 
   [[nodiscard]] trephine::AdvancingCut cut(const trephine::Burr& burr) const {

@@ -27,8 +27,8 @@ class LeftStructures {
   struct Sample {
     std::int16_t left, whole;
   };
-  static constexpr double kMostSamples = 32e6;  ///< 160 MB here and on the card
-  static constexpr std::size_t kMostStrokes = 32;
+  static constexpr double kMaxSamples = 32e6;  ///< 160 MB here and on the card
+  static constexpr std::size_t kMaxStrokes = 32;
 
   /// Samples the field at the labels' voxels in `box` and `around` [m] it, or at every second, third ... where those
   /// are too many.
@@ -45,7 +45,7 @@ class LeftStructures {
         size_[a] = static_cast<int>(std::ceil((last - first) / stride)) + 1;
         samples *= size_[a];
       }
-      if (samples <= kMostSamples) break;
+      if (samples <= kMaxSamples) break;
     }
     const auto count =
         static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]);
@@ -71,7 +71,7 @@ class LeftStructures {
 
   /// A stroke begins: what is left now can be had back.
   void begin_stroke() {
-    if (strokes_.size() == kMostStrokes) strokes_.erase(strokes_.begin());
+    if (strokes_.size() == kMaxStrokes) strokes_.erase(strokes_.begin());
     strokes_.emplace_back();
   }
   /// Takes out a piece of the burr's way, in S. Returns the box of changed samples; it is empty (lo > hi) for none.

@@ -89,9 +89,9 @@ Registration rescaled(const Registration& from, const Posed& X_DH, double scale)
 trephine::CuttingForce::Options DrillSettings::cutting() const {
   const CuttingEdges edges = shape() != nullptr ? tool_by_name(tool_name).edges : CuttingEdges{};
   const drill::SpindleUse& use = drill::use_of(edges);
-  return drill::cutting_with(
-      edges, strength,
-      {.turns = tuning.turns > 0 ? tuning.turns : use.turns, .felt = tuning.felt > 0 ? tuning.felt : use.felt});
+  return drill::cutting_with(edges, strength,
+                             {.turns = tuning.turns > 0 ? tuning.turns : use.turns,
+                              .force_scale = tuning.force_scale > 0 ? tuning.force_scale : use.force_scale});
 }
 
 std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
@@ -263,7 +263,7 @@ void Session::tune(const Tuning& tuning) {
   if (tuning.feed != before.feed) inboxes_.feed.post(tuning.cut(drill.burr));
   if (tuning.damping != before.damping) inboxes_.damping.post(tuning.damped());
   if (tuning.vibration != before.vibration) inboxes_.vibration.post(tuning.trembling());
-  if (tuning.turns != before.turns || tuning.felt != before.felt) inboxes_.law.post(drill.cutting());
+  if (tuning.turns != before.turns || tuning.force_scale != before.force_scale) inboxes_.law.post(drill.cutting());
   if (tuning.force != before.force) inboxes_.limits.post(tuning.limited());
 }
 

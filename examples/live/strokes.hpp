@@ -31,7 +31,7 @@ struct PastBone {
 /// each. Window thread.
 class Strokes {
  public:
-  static constexpr std::size_t kMost = 32;  ///< strokes remembered; older ones are forgotten
+  static constexpr std::size_t kMax = 32;  ///< strokes remembered; older ones are forgotten
 
   /// Takes the present content of a changed brick, with its halo.
   void changed(std::size_t brick, std::span<const std::int16_t, std::size_t{10} * 10 * 10> haloed) {
@@ -43,7 +43,7 @@ class Strokes {
   }
   /// A stroke begins: the bone as it is now can be had back, with the volume removed so far.
   void begin(double removed_mm3) {
-    if (past_.size() == kMost) past_.erase(past_.begin());
+    if (past_.size() == kMax) past_.erase(past_.begin());
     past_.push_back({now_, removed_mm3});
   }
   [[nodiscard]] bool empty() const { return past_.empty(); }

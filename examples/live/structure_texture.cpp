@@ -11,7 +11,7 @@ namespace live {
 namespace {
 
 constexpr GLenum kFirstUnit = 4;
-constexpr GLsizei kMostColours = 256;
+constexpr GLsizei kMaxColours = 256;
 
 void set_parameters(GLenum target, GLint filter) {
   glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
@@ -41,14 +41,14 @@ StructureTexture::StructureTexture(const GuardedBone& guarded)
   glTexImage3D(GL_TEXTURE_3D, 0, GL_R8UI, n[0], n[1], n[2], 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE,
                left_.numbers().data());
 
-  std::vector<std::uint8_t> colours(static_cast<std::size_t>(3 * kMostColours));
+  std::vector<std::uint8_t> colours(static_cast<std::size_t>(3 * kMaxColours));
   for (std::size_t s = 0; s < guarded.structures.size(); ++s)
     for (std::size_t c = 0; c < 3; ++c)
       colours[3 * s + c] = static_cast<std::uint8_t>(255 * guarded.structures[s].colour[c] + 0.5F);
   colours_ = gl::make_texture();
   glBindTexture(GL_TEXTURE_2D, colours_.name());
   set_parameters(GL_TEXTURE_2D, GL_NEAREST);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, kMostColours, 1, 0, GL_RGB, GL_UNSIGNED_BYTE, colours.data());
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, kMaxColours, 1, 0, GL_RGB, GL_UNSIGNED_BYTE, colours.data());
   bytes_ = 5 * left_.numbers().size() + colours.size();
   if (glGetError() != GL_NO_ERROR)
     throw std::runtime_error("OpenGL has no room for the structures (" + std::to_string(bytes_ >> 20) + " MB)");

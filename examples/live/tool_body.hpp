@@ -22,7 +22,7 @@ using trephine::Vec3d;
 /// Points that fill a tool, head and shaft, so that a session can ask whether bone is in it. Immutable.
 class ToolBody {
  public:
-  static constexpr std::size_t kMost = 4000;  ///< points: some 0.1 ms to look all of them up
+  static constexpr std::size_t kMax = 4000;  ///< points: some 0.1 ms to look all of them up
 
   /// Fills the tool to half a voxel below its surface, because a tool that rests on bone lies in it by less. `voxel` is
   /// the bone's shortest spacing [m].
@@ -66,7 +66,7 @@ class ToolBody {
           if (distance(rho, z) < distance(rho, deepest)) deepest = z;
         if (distance(rho, deepest) <= -0.4 * voxel) add_ring(rho, deepest, step);
       }
-      if (points_.size() <= kMost) return;
+      if (points_.size() <= kMax) return;
     }
   }
   void add_ring(double rho, double z, double step) {

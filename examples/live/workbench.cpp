@@ -48,7 +48,7 @@ trephine::Burr round_burr(double radius) {
   return {.tip_radius = radius, .shaft_radius = 0.53 * radius, .shaft_length = 0.040};
 }
 
-constexpr double kMostVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
+constexpr double kMaxVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
 
 /// What is left where the whole bone is too large, and what to do.
 std::string crop_note(const drill::Grid& left, double voxels) {
@@ -59,7 +59,7 @@ std::string crop_note(const drill::Grid& left, double voxels) {
       text.data(), text.size(),
       "cropped to %.0f x %.0f x %.0f mm around the start: the whole would be %.0f million voxels of %.2g mm, "
       "and %.0f fit; --voxel takes larger ones, --at another place, --largest-piece leaves out what hangs apart",
-      mm.x(), mm.y(), mm.z(), 1e-6 * voxels, 1e3 * left.spacing().x(), 1e-6 * kMostVoxels);
+      mm.x(), mm.y(), mm.z(), 1e-6 * voxels, 1e3 * left.spacing().x(), 1e-6 * kMaxVoxels);
   return text.data();
 }
 
@@ -75,7 +75,7 @@ Loaded load(const drill::Options& options) {
     for (std::size_t a = 0; a < 3; ++a) voxels *= bone.grid.size()[a] * h[static_cast<Eigen::Index>(a)] / voxel;
     drill::Options fine_options = options;
     fine_options.voxel = voxel;
-    if (voxels <= kMostVoxels) {
+    if (voxels <= kMaxVoxels) {
       bone.grid = trephine::resampled(bone.grid, Vec3d::Constant(voxel));
       if (!bone.tool) bone.burr = drill::fitting_burr(bone.grid, options);
     } else if (auto fine = drill::resampled_around(bone, spot.p_W, fine_options)) {

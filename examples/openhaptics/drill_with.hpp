@@ -18,8 +18,8 @@ namespace openhaptics {
   constexpr double kWanted = 800;
   constexpr double kMargin = 0.8;
   const double most = session.handled.capabilities().stiffness;
-  const double felt_per_bone = session.registration.felt_stiffness(1);
-  return most > 0 ? std::min(kWanted, kMargin * most / felt_per_bone) : kWanted;
+  const double device_per_bone = session.registration.device_stiffness(1);
+  return most > 0 ? std::min(kWanted, kMargin * most / device_per_bone) : kWanted;
 }
 
 /// What to say beside the numbers, at a moment.

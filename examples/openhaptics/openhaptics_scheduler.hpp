@@ -24,7 +24,7 @@ namespace openhaptics {
 /// servo thread; everything else is for controlling threads and may wait for another.
 class SharedScheduler {
  public:
-  static constexpr std::size_t kMostDevices = 8;
+  static constexpr std::size_t kMaxDevices = 8;
 
   /// Errors of one device that it has not looked at yet: the last trip and the last fault.
   struct Slot {
@@ -72,7 +72,7 @@ class SharedScheduler {
     const std::lock_guard lock(mutex_);
     const HHD device = slot.device.exchange(HD_INVALID_HANDLE, std::memory_order_acq_rel);
     if (users_ > 0) {
-      to_close_[to_close_count_++ % kMostDevices] = device;
+      to_close_[to_close_count_++ % kMaxDevices] = device;
     } else {
       hdDisableDevice(device);
       discard_errors();
@@ -120,7 +120,7 @@ class SharedScheduler {
 
   /// Pops all errors, a bounded number at once, and takes those of `mine`. Servo thread.
   trephine::DeviceStatus drain(Slot& mine, HDerror& fault) noexcept {
-    for (int i = 0; i < kMostErrors; ++i) {
+    for (int i = 0; i < kMaxErrors; ++i) {
       const HDErrorInfo info = hdGetError();
       if (!HD_DEVICE_ERROR(info)) break;
       Slot& slot = slot_of(info.hHD, mine);
@@ -139,7 +139,7 @@ class SharedScheduler {
   }
 
  private:
-  static constexpr int kMostErrors = 64;
+  static constexpr int kMaxErrors = 64;
 
   Slot* free_slot() noexcept {
     for (Slot& slot : slots_)
@@ -158,7 +158,7 @@ class SharedScheduler {
   /// The oldest error on the stack, which is where the trouble began; empties it.
   static HDerror first_error() noexcept {
     HDerror first = HD_SUCCESS;
-    for (int i = 0; i < kMostErrors; ++i) {
+    for (int i = 0; i < kMaxErrors; ++i) {
       const HDErrorInfo info = hdGetError();
       if (!HD_DEVICE_ERROR(info)) break;
       first = info.errorCode;
@@ -167,8 +167,8 @@ class SharedScheduler {
   }
 
   std::mutex mutex_;
-  std::array<Slot, kMostDevices> slots_;
-  std::array<HHD, kMostDevices> to_close_{};
+  std::array<Slot, kMaxDevices> slots_;
+  std::array<HHD, kMaxDevices> to_close_{};
   std::size_t to_close_count_ = 0;
   int users_ = 0;
 };

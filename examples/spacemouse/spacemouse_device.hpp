@@ -21,7 +21,7 @@ namespace spacemouse {
 template <EventSource Source>
 class Device {
  public:
-  static constexpr int kMostEvents = 64;       // a reading; what is left waits for the next one
+  static constexpr int kMaxEvents = 64;        // a reading; what is left waits for the next one
   static constexpr double kLongestStep = 0.1;  // [s]: after a pause the tool does not leap
 
   explicit Device(Source& source, const Gains& gains = {},
@@ -44,7 +44,7 @@ class Device {
   [[nodiscard]] trephine::DeviceStatus read_after(double passed, trephine::DeviceState& state) noexcept {
     if (lost_) return trephine::DeviceStatus::kFault;
     integrator_.advance(std::clamp(passed, 0.0, kLongestStep));
-    for (int i = 0; i < kMostEvents; ++i) {
+    for (int i = 0; i < kMaxEvents; ++i) {
       const Event event = source_.next();
       if (event.kind == Event::kNone) break;
       take(event);

@@ -6,4 +6,3 @@
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/render/thesis/line.hpp>
 #include <trephine/render/thesis/surface.hpp>
-#include <trephine/tool/discretization.hpp>

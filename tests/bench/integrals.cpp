@@ -4,7 +4,7 @@
 #include "truth/scenario.hpp"
 
 #include <trephine/core/rotation.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include <doctest/doctest.h>
 

@@ -653,12 +653,12 @@ static void named_tools(void) {
 /* Milling by the law of cutting: true forces in each tick, the device's share of them, and edges of the tool's name. */
 static trephine_scene* law_scene(trephine_grid* grid, const char* name) {
   trephine_scene_options o = scene_options(TREPHINE_COUPLED);
-  CHECK(o.felt == 1 && o.stall_torque == 0 && fabs(o.spindle_speed - TREPHINE_RPM(30000)) < 1e-9);
+  CHECK(o.force_scale == 1 && o.stall_torque == 0 && fabs(o.spindle_speed - TREPHINE_RPM(30000)) < 1e-9);
   o.milling = TREPHINE_MILL_BY_LAW;
   o.tool_name = name;
   o.stiffness = 2000;
   o.spindle_speed = TREPHINE_RPM(3000);
-  o.felt = 0.02;
+  o.force_scale = 0.02;
   o.stall_torque = 1;
   o.cortical_density = 1200;
   trephine_scene* scene = NULL;
@@ -712,8 +712,8 @@ static void by_law(void) {
   CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "for TREPHINE_COUPLED");
   o = scene_options(TREPHINE_COUPLED);
   o.milling = TREPHINE_MILL_BY_LAW;
-  o.felt = 2;
-  CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "felt");
+  o.force_scale = 2;
+  CHECK_REFUSED(trephine_scene_create(grids[0], &o, &scene), TREPHINE_INVALID_ARGUMENT, "force_scale");
   /* A header before the law: its defaults. */
   o.struct_size = (uint32_t)offsetof(trephine_scene_options, spindle_speed);
   CHECK(trephine_scene_create(grids[0], &o, &scene) == TREPHINE_OK);

@@ -98,9 +98,9 @@ assert result.removed_total_mm3 == disc and result.contacts == 0
 # Milling by the law of cutting: a drill at 1000 turns a minute, of whose thrust the device gets a sixtieth.
 bone = t.Grid(library, (side,) * 3, spacing, hounsfield)
 refused(2, "TREPHINE_COUPLED", lambda: t.Scene(bone, algorithm=t.LINE, isovalue=300, milling=t.MILL_BY_LAW))
-refused(2, "felt", lambda: t.Scene(bone, algorithm=t.COUPLED, isovalue=300, milling=t.MILL_BY_LAW, felt=0))
+refused(2, "force_scale", lambda: t.Scene(bone, algorithm=t.COUPLED, isovalue=300, milling=t.MILL_BY_LAW, force_scale=0))
 scene = t.Scene(bone, algorithm=t.COUPLED, isovalue=300, milling=t.MILL_BY_LAW, tool_name="twist-3.2",
-                spindle_speed=t.rpm(1000), felt=1 / 60, cortical_density=1200, stiffness=2000)
+                spindle_speed=t.rpm(1000), force_scale=1 / 60, cortical_density=1200, stiffness=2000)
 for tick in range(2000):
     result = scene.tick(t.Pose((10e-3, 10e-3, surface + 1.7e-3 - 2e-6 * tick)), True, 1e-3)
 assert 50 < result.thrust < 200 and abs(60 * result.force[2] / result.thrust - 1) < 0.05, result.thrust

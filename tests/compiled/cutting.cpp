@@ -42,7 +42,7 @@ CuttingForceOptions law_of(const CuttingEdges& edges) {
           .clockwise = false,
           .stall_torque = 0.2,
           .strength = {.soft = 10, .cortical = 900},
-          .felt = 0.1};
+          .force_scale = 0.1};
 }
 
 compiled::StageOptions stages_with(const std::optional<CuttingForceOptions>& law, const AnyCut& cut) {
@@ -170,7 +170,7 @@ TEST_CASE("a law that is out of range, or has no place, is refused") {
   };
   refuse_law("speed", {.speed = 0});
   refuse_law("stall_torque", {.stall_torque = -1});
-  refuse_law("felt", {.felt = 1.5});
+  refuse_law("force_scale", {.force_scale = 1.5});
   refuse_law("cortical", {.strength = {.soft = 100, .cortical = 100}});
   refuse_law("flutes", {.edges = {.flutes = 0}});
   check_refused("needs a law", [&] { compiled::Scene(bone, kIsovalue, kDrill, {}, stages_with({}, PressureCut{})); });

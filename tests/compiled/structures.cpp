@@ -182,7 +182,7 @@ TEST_CASE("a cut by the law of cutting spares structures as in the header scene,
   const NamedTool tool = tool_by_name("match-head-3");
   compiled::StageOptions options = stages();
   options.cut = PressureCut{};
-  options.law = CuttingForceOptions{.edges = tool.edges, .strength = {.cortical = 900}, .felt = 0.1};
+  options.law = CuttingForceOptions{.edges = tool.edges, .strength = {.cortical = 900}, .force_scale = 0.1};
   compare_guarded(tool.tool, options, Cutting{PressureCut{}, CuttingForce(*options.law)});
 }
 

@@ -140,16 +140,16 @@ TEST_CASE("registration: felt stiffness, in translation and rotation") {
     Posed moved = X0;
     moved.translation() += h * Vec3d::UnitY();
     const Wrenchd push = registration.device_wrench(law(registration.tool_pose(moved)), moved);
-    CHECK(-push.force.y() / h == near(registration.felt_stiffness(k), 1.3e-9));
-    CHECK(registration.felt_stiffness(k) == near(scale * k));
+    CHECK(-push.force.y() / h == near(registration.device_stiffness(k), 1.3e-9));
+    CHECK(registration.device_stiffness(k) == near(scale * k));
     // Turned about T, which then stays where it was.
     const Posed X_DT = X0 * registration.X_HT();
     const Mat3d turn = rotation_from_vector<double>(h * Vec3d::UnitX());
     const Posed turned = make_pose<double>(turn * X_DT.linear(), X_DT.translation()) * registration.X_HT().inverse();
     const Wrenchd twist = registration.device_wrench(law(registration.tool_pose(turned)), turned);
     CHECK(twist.force.norm() < 1e-11);
-    CHECK(-twist.torque.x() / h == near(registration.felt_angular_stiffness(k_angular), 9e-8));
-    CHECK(registration.felt_angular_stiffness(k_angular) == near(k_angular / scale));
+    CHECK(-twist.torque.x() / h == near(registration.device_angular_stiffness(k_angular), 9e-8));
+    CHECK(registration.device_angular_stiffness(k_angular) == near(k_angular / scale));
   }
 }
 

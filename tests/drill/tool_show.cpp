@@ -45,7 +45,7 @@ TEST_CASE("each tool is pressed without and with the cutting law, and all checks
     CHECK(f.force > 0.05);
     CHECK(f.removed_mm3 > 1);
     // Felt is a share of the thrust, and more where edges pull sideways.
-    if (run.law) CHECK(f.force > 0.9 * run.felt * f.thrust);
+    if (run.law) CHECK(f.force > 0.9 * run.force_scale * f.thrust);
     if (run.law) CHECK(f.torque > 0);
   }
   print_table(show);

@@ -333,8 +333,9 @@ TEST_CASE("wrench steps: cutting forces end with the thrust, without a step, whe
       auto bone = rasterise<std::int16_t>(Shell{p - radius * up, radius, 6e-4}, o);
       CoupledOptions gains = kGains;
       gains.force = 8.5;
-      HapticScene scene{bone, o.isovalue(), CoupledToolRenderer{burr.tool, gains},
-                        Cutting{PressureCut{}, CuttingForce({.edges = burr.edges, .speed = rpm(40'000), .felt = 1})}};
+      HapticScene scene{
+          bone, o.isovalue(), CoupledToolRenderer{burr.tool, gains},
+          Cutting{PressureCut{}, CuttingForce({.edges = burr.edges, .speed = rpm(40'000), .force_scale = 1})}};
       Watch watch;
       const Vec3d way = n % 2 == 0 ? up : axis;
       for (double z = 5e-3; z > -7e-3; z -= speed * 1e-3) {

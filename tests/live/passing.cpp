@@ -24,7 +24,7 @@ TEST_CASE("tool bodies: a tool is free beside a plane of bone, and on it, but no
   const drill::Grid bone({.size = {kSide, kSide, kSide}, .spacing = Vec3d::Constant(kVoxel)}, voxels);
   const auto check = [&](const ToolBody& body, double lowest) {
     CHECK(body.points().size() > 100);
-    CHECK(body.points().size() <= ToolBody::kMost);
+    CHECK(body.points().size() <= ToolBody::kMax);
     const auto free_at = [&](double below) {
       Posed X = Posed::Identity();
       X.translation() = Vec3d(10e-3, 10e-3, kSurface - lowest - below);

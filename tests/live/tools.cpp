@@ -168,7 +168,7 @@ TEST_SUITE("picture") {
     CHECK(w.view().removed_mm3 > 0);
     Tuning tuning = drill().tuning;
     tuning.turns = 2000;
-    tuning.felt = 0.5;
+    tuning.force_scale = 0.5;
     w.session().tune(tuning);
     b.run(0.1);
     CHECK(w.view().cutting.spindle == 0);

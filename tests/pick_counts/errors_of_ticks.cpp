@@ -19,7 +19,7 @@ Wrenchd wrench(const Vec3d& force, const Vec3d& torque) { return {force, torque}
 }  // namespace
 
 TEST_CASE("errors: denominators, directions and what is left out") {
-  CHECK(relative_error({2, 0, 0}, {2, 0.1, 0}, kLeastForce) == near(0.05));
+  CHECK(relative_error({2, 0, 0}, {2, 0.1, 0}, kMinForce) == near(0.05));
   CHECK(relative_error({0.01, 0, 0}, {0.02, 0, 0}, 0.05) == near(0.2));
   CHECK(angle_deg({1, 0, 0}, {1, 1, 0}) == near(45));
   CHECK(angle_deg({1, 0, 0}, {-3, 0, 0}) == near(180));

@@ -83,7 +83,7 @@ TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it,
     // At rest the head waits for a bite of some ticks' way.
     CHECK(p.step <= 12 * kK * kSpeed * kDt);
   };
-  const CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000), .felt = 1.0 / 60});
+  const CuttingForce cutting({.edges = {.flutes = 8}, .speed = rpm(40'000), .force_scale = 1.0 / 60});
   check("geometric", 30, 1e-4, 1.2, Cutting{});
   check("under pressure", 30, 1e-4, 0.8, Cutting{PressureCut{}, cutting});
   if (kSanitized) return;

@@ -181,7 +181,7 @@ TEST_CASE("coupled own hole: slices of two and a half and five times the voxels'
     CHECK(behind.worst() <= 0.3);
     CHECK(force.worst() <= at_rest);
   };
-  const CuttingForce law(CuttingForce::Options{.strength = {.soft = -1000, .cortical = 1000}, .felt = 0.005});
+  const CuttingForce law(CuttingForce::Options{.strength = {.soft = -1000, .cortical = 1000}, .force_scale = 0.005});
   check("geometric", {4e-4, 4e-4, 1e-3}, 0.1, Cutting{});
   check("geometric", {4e-4, 4e-4, 2e-3}, 0.3, Cutting{});
   check("geometric", {4e-4, 2e-3, 2e-3}, 0.3, Cutting{});

@@ -312,12 +312,12 @@ TEST_CASE("pose search: from a pose too far in contact, the way back to the bala
       const double middle = 0.5 * (low + high);
       (bed.force * std::pow(middle / bed.scale, bed.power) < pull_N * (1 - middle / x) ? low : high) = middle;
     }
-    const double back = way_back(bed(X), step, 0, pull_N * step[0] * step[0] / x);
+    const double back = backtrack(bed(X), step, 0, pull_N * step[0] * step[0] / x);
     off.add(std::abs(x - back * step[0] - low) / low);
   }
   MESSAGE("off the depth of the balance ", off);
   CHECK(off.worst() < 0.01);
-  CHECK_FALSE(std::isfinite(way_back(FoundationSum{}, Vec6d::UnitX(), 1, 0)));
+  CHECK_FALSE(std::isfinite(backtrack(FoundationSum{}, Vec6d::UnitX(), 1, 0)));
 }
 
 TEST_CASE("pose search: from free into a steep wall it takes few evaluations") {

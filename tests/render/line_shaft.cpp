@@ -282,8 +282,7 @@ TEST_CASE_TEMPLATE("the drawn ball and shaft stand on the surface", Scalar, floa
 
 TEST_CASE_TEMPLATE("the drawn tool does not jump when it touches or lets go", Scalar, float, double) {
   // Pressed on a floor by the tip, leaned on a rim by the shaft, and back, in turns of each order.
-  constexpr double kMost =
-      4;  // times the motion of the tool at its touching place: its own, twice to lead, and a slide
+  constexpr double kMax = 4;  // times the motion of the tool at its touching place: its own, twice to lead, and a slide
   const unsigned seed = 132;
   CAPTURE(seed);
   Random random(seed);
@@ -328,7 +327,7 @@ TEST_CASE_TEMPLATE("the drawn tool does not jump when it touches or lets go", Sc
     }
   }
   MESSAGE("drawn step over the tool's own: ", most, "; at once ", at_once);
-  CHECK(most <= kMost);
+  CHECK(most <= kMax);
   CHECK(at_once > 50);
 }
 

@@ -54,7 +54,7 @@ Figures steps(Make&& make) {
 TEST_CASE("Surface: a shaft in the neck between two balls, and on one, has no steps") {
   CAPTURE(kSeed);
   // 3.7 µm at the tip's largest stiffness are .012 N, and some slices add to it.
-  constexpr double kMost = 0.03;
+  constexpr double kMax = 0.03;
   const auto neck = [](Random& random, const Vec3d& at, const Vec3d& axis) {
     const double gap = kDrill.shaft_radius + random.uniform(-4.5e-4, 1e-4);
     const double a = random.uniform(2e-3, 5e-3), b = random.uniform(2e-3, 5e-3);
@@ -67,15 +67,15 @@ TEST_CASE("Surface: a shaft in the neck between two balls, and on one, has no st
   };
   const Figures in_neck = steps(neck), on_ball = steps(ball);
   MESSAGE("force's steps [N]: in the neck ", in_neck, "; on a ball ", on_ball);
-  CHECK(in_neck.worst() <= kMost);
-  CHECK(on_ball.worst() <= kMost);
+  CHECK(in_neck.worst() <= kMax);
+  CHECK(on_ball.worst() <= kMax);
 }
 
 /// The force [N] on a mask at the isovalue of its bone, and a little below.
 template <class Density, class Scalar>
 void check_plateau(double air, double contrast) {
   // The two isosurfaces differ by some thousandths of a voxel, and by more where they cut a mask's corners.
-  constexpr double kBelow = 0.002, kMost = 0.05;
+  constexpr double kBelow = 0.002, kMax = 0.05;
   CAPTURE(kSeed);
   Random random(kSeed + 1);
   Figures off;
@@ -92,7 +92,7 @@ void check_plateau(double air, double contrast) {
     off.add((force_at(static_cast<double>(static_cast<Density>(air + contrast))) - law).norm() / law.norm());
   }
   MESSAGE("force off by ", off);
-  CHECK(off.worst() <= kMost);
+  CHECK(off.worst() <= kMax);
 }
 
 TEST_CASE_TEMPLATE("Surface: bone that is flat at the isovalue has the law", Scalar, float, double) {

@@ -2,7 +2,7 @@
 """check_mistakes.py FOLDER COMPILER [ARGUMENTS...]: each source in FOLDER ends in one sentence that says what to write.
 
 A source has a line `// says: TEXT`, and may have one `// with: ARGUMENTS`. Compiled, it must fail, print TEXT, and be
-done with one static assertion (or #error) in at most kMostLines lines."""
+done with one static assertion (or #error) in at most kMaxLines lines."""
 
 import concurrent.futures
 import glob
@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-kMostLines = 12
+kMaxLines = 12
 
 
 def fault(source, command):
@@ -24,7 +24,7 @@ def fault(source, command):
     said = run.stderr
     lines = len(said.splitlines())
     errors = len(re.findall(r"(?<!fatal) error: ", said))
-    if run.returncode != 0 and says in said and errors == 1 and lines <= kMostLines:
+    if run.returncode != 0 and says in said and errors == 1 and lines <= kMaxLines:
         return None
     return f"{source}: ended with {run.returncode}, {errors} errors in {lines} lines, expected '{says}':\n{said}"
 

@@ -114,10 +114,10 @@ TEST_CASE("6-DOF mouse: no leap after a pause, none backward, and only so much w
   CHECK(state.X_DH.translation().x() == near(0.05 * Mouse::kLongestStep));
   (void)mouse.read_after(-1, state);
   CHECK(state.X_DH.translation().x() == near(0.05 * Mouse::kLongestStep));
-  for (int i = 0; i < Mouse::kMostEvents + 10; ++i) source.button(1, i % 2 == 0);
+  for (int i = 0; i < Mouse::kMaxEvents + 10; ++i) source.button(1, i % 2 == 0);
   const std::size_t before = source.at;
   (void)mouse.read_after(0.001, state);
-  CHECK(source.at - before == Mouse::kMostEvents);
+  CHECK(source.at - before == Mouse::kMaxEvents);
   (void)mouse.read_after(0.001, state);
   CHECK(source.at == source.count);
 }

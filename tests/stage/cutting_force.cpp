@@ -89,7 +89,7 @@ TEST_CASE("cutting force: a plain burr feels the law's thrust and torque of its 
     const BoneBlock<std::int16_t> block{.h = h};
     const Vec3d up = random.unit(), top = block.middle() + 0.2 * block.length * up + random.arrow(0, h);
     VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, up});
-    CuttingForce::Options o{.felt = 0.25};
+    CuttingForce::Options o{.force_scale = 0.25};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{burr, CoupledOptions{.stiffness = 2000}},
                       Cutting{PressureCut{}, CuttingForce(o)}};
@@ -199,7 +199,7 @@ TEST_CASE("cutting force: feed, speed, size, density and edges act as they shoul
   CHECK(exponent < 2.3);
   // A quarter of the strength, felt four times as much.
   CuttingForce::Options soft = drill;
-  soft.felt = 0.04;
+  soft.force_scale = 0.04;
   soft.law.energy /= 4;
   soft.law.edge_force /= 4;
   soft.law.edge_thrust /= 4;
@@ -221,7 +221,7 @@ TEST_CASE("cutting force: density acts by the strength of bone") {
     auto o = drill_options();
     o.edges = tool.edges;
     o.strength = {.soft = 0, .cortical = cortical};
-    o.felt = 0.02;
+    o.force_scale = 0.02;
     HapticScene scene{bone, half.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
                       Cutting{PressureCut{}, CuttingForce(o)}};
     double torque = 0;
@@ -286,7 +286,7 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
     const Posed X_WG = n == 0 ? Posed::Identity() : turned;
     VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
     bone.set_X_WG(X_WG);
-    CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
+    CuttingForce::Options o{.edges = tool.edges, .force_scale = 0.1};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 1500}},
                       Cutting{PressureCut{}, CuttingForce(o)}};
@@ -456,9 +456,9 @@ TEST_CASE("cutting force: thrust drops when the far side of a plate along voxels
 TEST_CASE("cutting force: the device gets its share, the report the true forces") {
   const BoneBlock<std::int16_t> block{};
   const NamedTool tool = tool_by_name("round-3");
-  const auto run = [&](double felt, double stiffness) {
+  const auto run = [&](double force_scale, double stiffness) {
     VoxelGrid<std::int16_t> bone = block.image(HalfSpace{block.middle(), Vec3d::UnitZ()});
-    CuttingForce::Options o{.edges = tool.edges, .felt = felt};
+    CuttingForce::Options o{.edges = tool.edges, .force_scale = force_scale};
     o.strength = block.strength();
     HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = stiffness}},
                       Cutting{PressureCut{}, CuttingForce(o)}};
@@ -468,9 +468,10 @@ TEST_CASE("cutting force: the device gets its share, the report the true forces"
           {.X_WT = tool_at(block.middle() + Vec3d(0, 0, 1.5e-3 - i * 1e-6), Vec3d::UnitZ()), .spindle_on = true}, 1e-3);
       if (i < 2700) continue;
       const CuttingReport& now = scene.cutting().law().report();
-      const Wrenchd contact = r.wrench + (-felt) * now.edges;
-      CHECK(std::abs(contact.force.z() / (felt * now.thrust) - 1) < 1.4e-4);
-      CHECK(std::abs(contact.torque.z()) < 0.01 * felt * now.torque);  // of contact without friction there is none
+      const Wrenchd contact = r.wrench + (-force_scale) * now.edges;
+      CHECK(std::abs(contact.force.z() / (force_scale * now.thrust) - 1) < 1.4e-4);
+      CHECK(std::abs(contact.torque.z()) <
+            0.01 * force_scale * now.torque);  // of contact without friction there is none
       CHECK(std::abs(now.edges.torque.z() / now.torque - 1) < 1e-9);
       mean.thrust += now.thrust / 300;
       mean.torque += now.torque / 300;
@@ -534,7 +535,7 @@ TEST_CASE("cutting force: a tissue that is cut at half the rate takes twice the 
   const BoneBlock<std::int16_t> block{};
   const NamedTool tool = tool_by_name("round-3");
   const Vec3d up = Vec3d::UnitZ(), top = block.middle() + 0.2 * block.length * up;
-  CuttingForce::Options o{.edges = tool.edges, .felt = 0.05};
+  CuttingForce::Options o{.edges = tool.edges, .force_scale = 0.05};
   o.strength = block.strength();
   // Two layers under the surface: the upper of rate 1, the lower from 2.5 mm on of rate 1/2.
   const std::array<double, 2> rates{1, 0.5};
@@ -593,7 +594,7 @@ TEST_CASE("cutting force: protected bone stays") {
   floor->protect(0, {{0, 0, 0}, {n[0] - 1, n[1] - 1, n[2] - 1}},
                  [&](int, int, int k) { return k * block.h - (block.middle().z() - deep); });
   floor->seal(bone);
-  CuttingForce::Options o{.edges = tool.edges, .felt = 0.05};
+  CuttingForce::Options o{.edges = tool.edges, .force_scale = 0.05};
   o.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
                     Cutting{PressureCut{}, CuttingForce(o)}, Veto{floor}};
@@ -640,8 +641,8 @@ TEST_CASE("cutting force: options out of range are refused") {
   CHECK_THROWS_AS(CuttingForce(O{.speed = 0}), std::invalid_argument);
   CHECK_THROWS_AS(CuttingForce(O{.stall_torque = 0}), std::invalid_argument);
   CHECK_THROWS_AS(CuttingForce(O{.inertia = -1}), std::invalid_argument);
-  CHECK_THROWS_AS(CuttingForce(O{.felt = 0}), std::invalid_argument);
-  CHECK_THROWS_AS(CuttingForce(O{.felt = 1.5}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.force_scale = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(CuttingForce(O{.force_scale = 1.5}), std::invalid_argument);
   CHECK_THROWS_AS(CuttingForce(O{.lag = 0}), std::invalid_argument);
   CHECK_THROWS_AS(CuttingForce(O{.edges = {.flutes = 0}}), std::invalid_argument);
 }

@@ -65,7 +65,7 @@ struct Fed {
   double thrust = 0, torque = 0, feed = 0;  // means over the last fifth
   double pull = 0;                          // largest mean component sideways
   double removed_mm3 = 0, chip_work = 0, edge_work = 0;
-  std::vector<double> felt;  // forces over the last fifth [N]
+  std::vector<double> forces;  // forces over the last fifth [N]
   Status status = Status::kOk;
 };
 
@@ -93,7 +93,7 @@ template <VoxelDensity Density>
     const CuttingReport& now = scene.cutting().law().report();
     if (i < ticks * 4 / 5) continue;
     ++count;
-    out.felt.push_back(r.wrench.force.norm());
+    out.forces.push_back(r.wrench.force.norm());
     out.thrust += now.thrust;
     out.torque += now.torque;
     out.feed += now.feed;
@@ -109,7 +109,7 @@ template <VoxelDensity Density>
   return out;
 }
 
-[[nodiscard]] inline CuttingForce::Options drill_options() { return {.speed = rpm(1000), .felt = 0.01}; }
+[[nodiscard]] inline CuttingForce::Options drill_options() { return {.speed = rpm(1000), .force_scale = 0.01}; }
 
 /// A plunge beside the law.
 struct Plunged {
@@ -124,7 +124,7 @@ template <VoxelDensity Density>
                              const Vec3d& offset) {
   const NamedTool tool = tool_by_name(name);
   const bool drill = name.starts_with("twist");
-  CuttingForce::Options o = drill ? drill_options() : CuttingForce::Options{.felt = 0.25};
+  CuttingForce::Options o = drill ? drill_options() : CuttingForce::Options{.force_scale = 0.25};
   o.edges = tool.edges;
   const double speed = drill ? 2e-3 : 1e-3;
   const Fed fed = feed(block, tool, o, {.speed = speed, .dt = dt}, up, offset);
@@ -149,7 +149,7 @@ struct Slot {
   const Vec3d edge = middle + Vec3d(0, (2 * width_share - 1) * R, 0);
   const auto shape = [&](const Vec3d& p) { return std::max(p.z() - middle.z(), (p - edge).y()); };
   VoxelGrid<std::int16_t> bone = block.image(shape);
-  CuttingForce::Options o{.edges = tool.edges, .clockwise = clockwise, .felt = 0.05};
+  CuttingForce::Options o{.edges = tool.edges, .clockwise = clockwise, .force_scale = 0.05};
   o.strength = block.strength();
   o.law.edge_force = o.law.edge_thrust = 0;  // chips alone, so that the work is u V
   o.law.thrust_ratio = 1;
@@ -187,7 +187,7 @@ struct Slot {
   const double thick = 1.2e-3, speed = 1e-3;
   VoxelGrid<std::int16_t> bone =
       block.image([&](const Vec3d& p) { return std::max((p - top).dot(up), -(p - top).dot(up) - thick); });
-  CuttingForce::Options o{.edges = tool.edges, .felt = 0.1};
+  CuttingForce::Options o{.edges = tool.edges, .force_scale = 0.1};
   o.strength = block.strength();
   HapticScene scene{bone, block.isovalue(), CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}},
                     Cutting{PressureCut{}, CuttingForce(o)}};

@@ -38,7 +38,8 @@ struct Plunging {
   Vec3d top = block.middle() + 0.2 * block.length * Vec3d::UnitZ();
   VoxelGrid<std::int16_t> bone = block.image(HalfSpace{top, Vec3d::UnitZ()});
   NamedTool tool = tool_by_name("cylinder-3");
-  CuttingForce::Options options{.edges = tool.edges, .stall_torque = 0.05, .strength = block.strength(), .felt = 0.25};
+  CuttingForce::Options options{
+      .edges = tool.edges, .stall_torque = 0.05, .strength = block.strength(), .force_scale = 0.25};
   decltype(CoupledToolRenderer{tool.tool, CoupledOptions{}}) renderer{tool.tool, CoupledOptions{.stiffness = 2000}};
 
   [[nodiscard]] TickInput at(int tick) const {
@@ -67,8 +68,8 @@ TEST_CASE("cutting summary: each tick tells the thrust, torque, speed and feed o
   CHECK(in_air.cutting.spindle == p.options.speed);
   const TickResult r = p.run(scene);
   // The device gets a quarter of the thrust along the axis, and of the torque against the teeth.
-  CHECK(r.wrench.force.z() == near(p.options.felt * r.cutting.thrust, 8.4e-7));
-  CHECK(r.wrench.torque.z() == near(p.options.felt * r.cutting.torque, 2.2e-8));
+  CHECK(r.wrench.force.z() == near(p.options.force_scale * r.cutting.thrust, 8.4e-7));
+  CHECK(r.wrench.torque.z() == near(p.options.force_scale * r.cutting.torque, 2.2e-8));
   CHECK(r.cutting.torque > 5e-3);
   // On the mean over a voxel the spindle slows in proportion to the torque, and the hole deepens as the feed says.
   constexpr int kTicks = 400;

@@ -40,7 +40,7 @@ struct GivenCutting {
   [[nodiscard]] const CuttingReport& report() const noexcept { return now; }
   void adopt(const CuttingForce::Options& options) noexcept { given = options; }
   void reset() noexcept { ++resets; }
-  void apply(const TickContext&, Wrenchd& wrench) noexcept { wrench += given.felt * now.edges; }
+  void apply(const TickContext&, Wrenchd& wrench) noexcept { wrench += given.force_scale * now.edges; }
 };
 using Vibration = CuttingVibration<>;
 static_assert(Stage<Vibration> && !kStageUsesTwist<Vibration> && std::derived_from<Vibration, CuttingForce>);
@@ -70,11 +70,12 @@ TEST_CASE("cutting vibration: force and torque have the lines of the teeth about
     const double rate = run % 4 == 0 ? 4e3 : run % 4 == 1 ? 1e3 : 10e3;
     GivenCutting cutting;
     const int z = cutting.given.edges.flutes = 2 + random.below(15);
-    cutting.given.felt = random.uniform(0.05, 1);
+    cutting.given.force_scale = random.uniform(0.05, 1);
     cutting.now.spindle = rpm(5e3 * std::pow(4, random.uniform()));
     cutting.now.edges.force = random.arrow(0.1, 5);
     cutting.now.edges.torque = random.arrow(0.001, 0.01);
-    const double depth = random.uniform(0.1, 1), felt = cutting.given.felt, f = cutting.now.spindle * z / kTurn / rate;
+    const double depth = random.uniform(0.1, 1), felt = cutting.given.force_scale,
+                 f = cutting.now.spindle * z / kTurn / rate;
     const ToothPattern pattern{.arc = random.uniform(0.1, 1)};
     CuttingVibration vibration{cutting, {.depth = depth, .pattern = pattern}};
     const Vec3d along = cutting.now.edges.force.normalized(), about = cutting.now.edges.torque.normalized();
@@ -119,7 +120,7 @@ TEST_CASE("cutting vibration: work by random motion stays within its bounds, and
   for (int run = 0; run < cases(160); ++run) {
     GivenCutting cutting;
     cutting.given.edges.flutes = 1 + random.below(16);
-    cutting.given.felt = 0.2;
+    cutting.given.force_scale = 0.2;
     cutting.now.spindle = rpm(5e3 * std::pow(4, random.uniform()));
     const double dt = run % 2 == 0 ? 1e-4 : 1e-3, depth = 0.7;
     cutting.now.edges.force = random.arrow(1, 5);
@@ -210,7 +211,8 @@ struct SlotScene {
                                                                   .contrast = 2700,
                                                                   .air = -1000});
   [[nodiscard]] CuttingForce::Options options() const {
-    return {.edges = tool.edges, .speed = rpm(5000), .strength = {.soft = -1000, .cortical = 1700}, .felt = 0.05};
+    return {
+        .edges = tool.edges, .speed = rpm(5000), .strength = {.soft = -1000, .cortical = 1700}, .force_scale = 0.05};
   }
   [[nodiscard]] TickInput input(double x) const {
     const Vec3d at(x, middle.y(), middle.z() + tool.tool.burr().tip_radius - kDepth);
@@ -241,7 +243,7 @@ TEST_CASE("cutting vibration: in a scene it only multiplies the edges' wrench, a
     const TickResult b = plain.tick(input, 1e-3);
     REQUIRE(a.status == b.status);
     different += a.removed_mm3 != b.removed_mm3 || !(part.report().edges == plain.cutting().law().report().edges);
-    const Wrenchd expected = (part.factor() - 1) * o.felt * part.report().edges;
+    const Wrenchd expected = (part.factor() - 1) * o.force_scale * part.report().edges;
     CHECK((a.wrench.force - b.wrench.force - expected.force).norm() < 1e-14);
     CHECK((a.wrench.torque - b.wrench.torque - expected.torque).norm() < 1e-17);
     swing = std::max(swing, expected.force.norm());

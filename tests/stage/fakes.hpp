@@ -94,7 +94,7 @@ struct Witness {
   void reset() noexcept { ++resets; }
   template <class Grid, class R>
   double cut(Grid&, double iso, const R& renderer, const CutTick& tick, std::nullptr_t) noexcept {
-    const trephine::detail::CutWay way = at.next(renderer, CutKind::kAtRate, 0, tick, probe);
+    const trephine::detail::CutStroke way = at.next(renderer, CutKind::kAtRate, 0, tick, probe);
     if (!is_finite(way.to)) return kNaN;
     ++calls;
     before = way.from;

@@ -58,7 +58,7 @@ TEST_CASE("the path of a cutting pose that waits counts its own time") {
     renderer.X.translation().x() = moved;
     double longest = 0;
     for (int t = 0; t < 42; ++t) {  // a bite is due after 40, or by rounding 41
-      const trephine::detail::CutWay now = pose.next(renderer, kind, 0, tick, false);
+      const trephine::detail::CutStroke now = pose.next(renderer, kind, 0, tick, false);
       longest = std::max(longest, (now.to.translation() - now.from.translation()).norm());
     }
     return longest;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/line_discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include "support/near.hpp"
 #include "support/raster.hpp"

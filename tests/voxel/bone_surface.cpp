@@ -34,9 +34,9 @@ struct Kept {
   std::array<float, 11> values;  // position, along, across, area, spread
   bool operator==(const Kept&) const = default;
 };
-constexpr std::size_t kMostOfEdge = 64;
+constexpr std::size_t kMaxOfEdge = 64;
 /// All that a surface has, by voxel edge: 3 · (index of the edge's first voxel in the padded array) + axis, times
-/// kMostOfEdge, and the part of its element.
+/// kMaxOfEdge, and the part of its element.
 struct AllPatches {
   std::map<std::size_t, Kept> kept;
   std::map<std::size_t, SurfaceElement> elements;
@@ -53,7 +53,7 @@ void add_brick(const BoneSurface<Density>& surface, std::size_t brick, AllPatche
       const std::uint32_t edge = b.edge[i] % ElementBlock::kEdges, part = b.edge[i] / ElementBlock::kEdges;
       const int e = static_cast<int>(edge / 3);
       const std::size_t voxel = grid.index(8 * at[0] + e % 9 - 1, 8 * at[1] + e / 9 % 9 - 1, 8 * at[2] + e / 81 - 1);
-      const std::size_t key = kMostOfEdge * (3 * voxel + edge % 3) + part;
+      const std::size_t key = kMaxOfEdge * (3 * voxel + edge % 3) + part;
       all.twice += all.kept.count(key) > 0 ? 1 : 0;
       const auto &p = b.position, &u = b.along, &v = b.across;
       all.kept[key] = {
@@ -176,19 +176,19 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
 template <class Density>
 int holes(const AllPatches& all, const VoxelGrid<Density>& grid, const std::map<std::size_t, Crossed>& crossed) {
   // Single precision of places up to nine voxels from a brick's corner is good to some 1e-6 of a face.
-  constexpr double kLeast = 1e-4, kRounding = 1e-5;
+  constexpr double kMin = 1e-4, kRounding = 1e-5;
   const Vec3d h = grid.spacing();
   std::array<int, 3> parts{};
   for (std::size_t a = 0; a < 3; ++a)
     parts[a] = std::clamp(static_cast<int>(std::lround(h[static_cast<Eigen::Index>(a)] / h.minCoeff())), 1, 8);
   std::map<std::size_t, int> found;
-  for (const auto& [key, kept] : all.kept) ++found[key / kMostOfEdge];
+  for (const auto& [key, kept] : all.kept) ++found[key / kMaxOfEdge];
   int wrong = 0;
   for (const auto& [key, q] : crossed) {
     const auto it = found.find(key);
     const int has = it == found.end() ? 0 : it->second, whole = parts[(key + 1) % 3] * parts[(key + 2) % 3];
     wrong += has != 0 && has != whole ? 1 : 0;
-    wrong += (q.of_face > kLeast + kRounding && has == 0) || (q.of_face < kLeast - kRounding && has != 0) ? 1 : 0;
+    wrong += (q.of_face > kMin + kRounding && has == 0) || (q.of_face < kMin - kRounding && has != 0) ? 1 : 0;
   }
   for (const auto& [key, count] : found) wrong += crossed.count(key) > 0 ? 0 : 1;
   return wrong;
@@ -227,7 +227,7 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its element, from its c
       };
       std::map<std::size_t, Whole> whole;
       for (const auto& [key, p] : all.elements) {
-        Whole& w = whole[key / kMostOfEdge];
+        Whole& w = whole[key / kMaxOfEdge];
         w.position += p.position;
         w.area += p.area;
         ++w.parts;
@@ -243,9 +243,9 @@ TEST_CASE_TEMPLATE("bone surface: every crossed edge has its element, from its c
       for (Eigen::Index a = 0; a < 3; ++a)
         parts[static_cast<std::size_t>(a)] = std::clamp(std::round(h[a] / h.minCoeff()), 1.0, 8.0);
       for (const auto& [key, p] : all.elements) {
-        const Crossed& q = crossed.at(key / kMostOfEdge);
+        const Crossed& q = crossed.at(key / kMaxOfEdge);
         if (q.flat) continue;
-        const std::size_t a = key / kMostOfEdge % 3;
+        const std::size_t a = key / kMaxOfEdge % 3;
         const Vec3d along = p.along * parts[(a + 1) % 3] - q.along, across = p.across * parts[(a + 2) % 3] - q.across;
         sides.add(std::max(along.norm(), across.norm()) / (longest * q.unsettled));
       }

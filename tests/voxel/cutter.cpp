@@ -190,7 +190,7 @@ TEST_CASE("A swept drill bit covers its way") {
     const Posed X1 =
         make_pose<double>(X0.linear() * rotation_from_vector(turn), X0.translation() + 1.3_mm * random_direction(rng));
     const double step = 0.1_mm;
-    CHECK(RevolvedCutter::way(bit, X0, X1) == near(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
+    CHECK(RevolvedCutter::travel(bit, X0, X1) == near(1.3_mm + 0.3 * std::hypot(bit.length, bit.radius)));
     const RevolvedCutter cutter(bit, X0, X1, step);
     check_contract(cutter, rng);
     for (int n = 0; n < 300; ++n) {

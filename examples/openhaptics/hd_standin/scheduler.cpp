@@ -15,7 +15,7 @@ namespace {
 
 HDSchedulerHandle schedule(World& w, HDSchedulerCallback callback, void* user, HDushort priority) {
   if (w.injected(At::kSchedule, nullptr)) return 0;
-  if (w.entries.size() >= World::kMostEntries) {
+  if (w.entries.size() >= World::kMaxEntries) {
     w.push(HD_SCHEDULER_FULL);
     return 0;
   }

@@ -19,7 +19,7 @@ World& World::get() {
 
 void World::push(HDerror code, HHD device) {
   ++counts[code];
-  if (errors.size() == kMostErrors) errors.erase(errors.begin());
+  if (errors.size() == kMaxErrors) errors.erase(errors.begin());
   errors.push_back({code, 0, device});
 }
 

@@ -84,8 +84,8 @@ struct World {
   bool hung = false;
   double tick_began = 0;
 
-  static constexpr std::size_t kMostEntries = 16;
-  static constexpr std::size_t kMostErrors = 256;
+  static constexpr std::size_t kMaxEntries = 16;
+  static constexpr std::size_t kMaxErrors = 256;
 
   void push(HDerror code, HHD device);
   void push(HDerror code) { push(code, current); }

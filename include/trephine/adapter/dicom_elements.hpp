@@ -254,8 +254,8 @@ inline std::unique_ptr<std::istream> open_data_set(const DicomFile& file) {
   Inflater inflater(*in, Packing::kDeflate);
   std::string all(static_cast<std::size_t>(file.data_set_at), '\0');
   std::array<std::byte, 65536> part{};
-  constexpr std::size_t kMost = std::size_t{1} << 31;  // no slice is longer
-  while (all.size() < kMost) {
+  constexpr std::size_t kMax = std::size_t{1} << 31;  // no slice is longer
+  while (all.size() < kMax) {
     const std::size_t n = inflater.read(part.data(), part.size());
     if (n == 0) break;
     all.append(reinterpret_cast<const char*>(part.data()), n);

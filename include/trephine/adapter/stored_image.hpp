@@ -77,16 +77,16 @@ struct StoredImage {
 
 /// Completes the sizes to three axes. Throws VolumeError for sizes that no file has.
 inline void check_sizes(StoredImage& image) {
-  constexpr std::uint64_t kMostNumbers = std::uint64_t{1} << 48;
+  constexpr std::uint64_t kMaxNumbers = std::uint64_t{1} << 48;
   if (image.size.empty()) refuse_volume(image.where, "its header tells no size");
   std::uint64_t all = image.numbers;
   for (const std::uint64_t n : image.size) {
     if (n < 1) refuse_volume(image.where, "has no voxels");
     if (n > static_cast<std::uint64_t>(kMaxGridSize))
       refuse_volume(image.where, "is larger than 2^20 voxels along an axis");
-    all = all > kMostNumbers ? all : all * n;
+    all = all > kMaxNumbers ? all : all * n;
   }
-  if (all > kMostNumbers || all < 1) refuse_volume(image.where, "its header's sizes are wrong");
+  if (all > kMaxNumbers || all < 1) refuse_volume(image.where, "its header's sizes are wrong");
 }
 
 /// Sets the first three axes from their vectors, each from a voxel to the next.

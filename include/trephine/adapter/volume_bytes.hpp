@@ -137,8 +137,8 @@ inline std::vector<std::byte> read_bytes(const VoxelBytes& voxels, std::uint64_t
     if (static_cast<std::uint64_t>(in.gcount()) != count) refuse_cut(where);
     return bytes;
   }
-  constexpr std::uint64_t kMostPerByte = 1032;  // of deflate: a header that asks for more is wrong
-  if (voxels.offset > length || (voxels.skip + count) / kMostPerByte > length - voxels.offset) refuse_cut(where);
+  constexpr std::uint64_t kMaxPerByte = 1032;  // of deflate: a header that asks for more is wrong
+  if (voxels.offset > length || (voxels.skip + count) / kMaxPerByte > length - voxels.offset) refuse_cut(where);
   in.seekg(static_cast<std::streamoff>(voxels.offset));
   Inflater inflater(in, voxels.packing);
   bytes.resize(static_cast<std::size_t>(std::max(voxels.skip, count)));

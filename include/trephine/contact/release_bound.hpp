@@ -79,9 +79,9 @@ class ReleaseBound {
       last_ = wanted;
       return false;
     }
-    // From the wrench of a felt tool that stands still toward the wanted one, to where the way leaves the ball.
-    const Vec6d way = wanted - (last_ + push);
-    const Vec6d direction = way / length(way);
+    // From the wrench of a felt tool that stands still toward the wanted one, to where it leaves the ball.
+    const Vec6d change = wanted - (last_ + push);
+    const Vec6d direction = change / length(change);
     const double along = 0.5 * push.dot(direction);
     const double reach = std::sqrt(std::max(0.0, along * along + radius * radius - 0.25 * push.squaredNorm()));
     last_ += push + (reach - along) * direction;

@@ -54,9 +54,9 @@ template <TickableScene Scene>
       stiffness = static_cast<double>(scene.tangent_stiffness(device.max_force));
       where = ", as a tangent";
     }
-    const double felt = registration.felt_stiffness(stiffness);
-    if (device.stiffness > 0 && felt > device.stiffness)
-      warn("the felt stiffness is ", felt, " N/m (scale ", registration.scale(), where, "), more than the ",
+    const double at_device = registration.device_stiffness(stiffness);
+    if (device.stiffness > 0 && at_device > device.stiffness)
+      warn("the felt stiffness is ", at_device, " N/m (scale ", registration.scale(), where, "), more than the ",
            device.stiffness, " N/m that device '", device.name, "' renders stably");
   }
   if (device.rate > 0 && rate < 0.5 * device.rate)

@@ -62,9 +62,9 @@ class Registration {
   }
 
   /// Returns the stiffness at the hand [N/m] of a stiffness k in the world [N/m].
-  [[nodiscard]] double felt_stiffness(double k) const noexcept { return scale_ * k; }
+  [[nodiscard]] double device_stiffness(double k) const noexcept { return scale_ * k; }
   /// Returns the rotational stiffness at the hand [N·m/rad] of a rotational stiffness k in the world [N·m/rad].
-  [[nodiscard]] double felt_angular_stiffness(double k) const noexcept { return k / scale_; }
+  [[nodiscard]] double device_angular_stiffness(double k) const noexcept { return k / scale_; }
 
   [[nodiscard]] const Posed& X_WD() const noexcept { return X_WD_; }
   [[nodiscard]] const Posed& X_HT() const noexcept { return X_HT_; }

@@ -49,8 +49,8 @@ struct CutOptions<Policy> {
 /// Everything about cutting is decided here: the policy, the pose at which the head cuts, how often a head bites, and
 /// the law. A scene has one Cutting. A `Veto` or `Protection` in the scene keeps it out of structures.
 ///
-/// *Pose.* The renderer's `pressure_cutting_pose(way)` for a cut by pressure; its `cutting_pose(dt)` for a cut at once,
-/// which then bites at most every `kShortestBite`; its `cutting_pose()` else, and where it has no other.
+/// *Pose.* The renderer's `pressure_cutting_pose(advance)` for a cut by pressure; its `cutting_pose(dt)` for a cut at
+/// once, which then bites at most every `kShortestBite`; its `cutting_pose()` else, and where it has no other.
 ///
 /// *Head.* That of the renderer's tool; a DrillBit has its own measures and the tool's pose. Poses farther apart than
 /// `kLongestSweep` are not joined. A cut at once that continues its path begins at its last cut and waits until it is
@@ -157,12 +157,12 @@ class Cutting {
                            Floor floor = nullptr) noexcept {
     PressedCut pressed;
     if constexpr (kHasLaw) pressed = law_.engage(bone, isovalue, renderer, tick.dt, tick.spindle_on);
-    const detail::CutWay way = pose_.next(renderer, kind(), pressed.way, tick, options_.follow_probe);
-    if (!is_finite(way.to)) return std::numeric_limits<double>::quiet_NaN();
+    const detail::CutStroke stroke = pose_.next(renderer, kind(), pressed.advance, tick, options_.follow_probe);
+    if (!is_finite(stroke.to)) return std::numeric_limits<double>::quiet_NaN();
     if (!tick.cuts) return 0;
     const CutAllowance allowance{tick.dt, tick.force_N, 0, pressed.fraction};
     const auto cut_with = [&](const auto& head) {
-      return carve(bone, isovalue, way.from, way.to, head, allowance, floor);
+      return carve(bone, isovalue, stroke.from, stroke.to, head, allowance, floor);
     };
     return member::visit_head(member::cutting_head(renderer), cut_with);
   }

@@ -49,8 +49,8 @@ struct CuttingReport {
 ///
 /// *Spindle.* With a `stall_torque` its speed falls linearly with the torque; at stall the feed ends.
 ///
-/// *Device.* The wrench gets `felt` times the edges' true wrench. The renderer's force counts as `felt` times the true
-/// thrust. So a felt share of 1/60 lets a pen of 3 N drill as 180 N do.
+/// *Device.* The wrench gets `force_scale` times the edges' true wrench. The renderer's force counts as `force_scale`
+/// times the true thrust. So a scale of 1/60 lets a pen of 3 N drill as 180 N do.
 ///
 /// `HeadSamples` tells which part of the head cuts, and what. T's z axis is the spindle. Works with every renderer and
 /// cut. Without PressureCut the feed does not depend on the force. The edges' force is not conservative: the spindle
@@ -128,7 +128,7 @@ class CuttingForce {
     Vec3d force = force_on_head(renderer, X_GT);
     // A drill cuts along its axis alone: its margins guide it in the hole.
     if (options_.edges.chisel) force = std::max(0.0, R_GT_.col(2).dot(force)) * R_GT_.col(2);
-    thrust_ = force.norm() / options_.felt;
+    thrust_ = force.norm() / options_.force_scale;
     if (!spindle_on || !(thrust_ > 0)) {
       ledger_mm3_ = 0;
       return {0, 0};
@@ -143,12 +143,12 @@ class CuttingForce {
     feed_ = holds ? advance_ * spindle_ : kMaxSpeed;
     feed_ = spindle_ > 0 ? std::min(feed_, kMaxSpeed) : 0;
     if constexpr (CutsByPressure<ContactRenderer>) {
-      const double way = feed_ * dt;
+      const double travel = feed_ * dt;
       // What earlier ticks could not remove, as a distance: voxels do not hold the shape of every rim, and where they
       // leave bone inside it, a cut must go ahead until the tool is free.
-      ledger_mm3_ += 1e9 * way * on.area;
-      const double behind = std::max(0.0, ledger_mm3_ / (1e9 * on.area) - way);
-      const double reach = way + kCatchUp * behind;
+      ledger_mm3_ += 1e9 * travel * on.area;
+      const double behind = std::max(0.0, ledger_mm3_ / (1e9 * on.area) - travel);
+      const double reach = travel + kCatchUp * behind;
       // Bone in the head where it cuts, ahead of where it presses. It need not be exact: the ledger corrects it.
       const auto& foundation = renderer.foundation_law();
       const Vec3d ahead =
@@ -203,7 +203,7 @@ class CuttingForce {
     report_.removed_rate = context.removed_mm3 / dt;
     report_.chip_work += chips[5] * turn;
     report_.edge_work += edges[5] * turn;
-    wrench += options_.felt * report_.edges;
+    wrench += options_.force_scale * report_.edges;
   }
 
  private:

@@ -37,7 +37,7 @@ concept FeedLaw = Stage<L> && CuttingReporter<L>;
 /// What a law of cutting lets a tick's cut by pressure take.
 struct PressedCut {
   double fraction = 1;  ///< of the bone in the head, 0 to 1
-  double way = 0;       ///< by which the head may go ahead [m]
+  double advance = 0;   ///< by which the head may go ahead [m]
 };
 
 }  // namespace trephine

@@ -49,7 +49,7 @@ class CuttingPath {
     const double h = grid.spacing().minCoeff();
     const auto& head = head_to_cut(of_tool);
     using Sweep = HeadSweep<std::remove_cvref_t<decltype(head)>>;
-    const bool is_close = Sweep::way(head, X_GT_before, X_GT) <= kLongestSweep * h;
+    const bool is_close = Sweep::travel(head, X_GT_before, X_GT) <= kLongestSweep * h;
     Posed from = is_close ? X_GT_before : X_GT;
     bool start_is_cut = false;
     if constexpr (kKind == CutKind::kAtOnce) {
@@ -57,7 +57,7 @@ class CuttingPath {
       LastCut cut{grid.increase_stamp(), X_GT, X_GT, Sweep::size(head), isovalue, rule};
       start_is_cut = is_close && last_.is_same_but_at(cut, X_GT_before);
       if (start_is_cut) from = last_.X_GC;
-      const bool waits = start_is_cut && Sweep::way(head, from, X_GT) < kMinAdvance * h;
+      const bool waits = start_is_cut && Sweep::travel(head, from, X_GT) < kMinAdvance * h;
       if (waits) cut.X_GC = from;
       last_ = cut;
       if (waits) return 0;

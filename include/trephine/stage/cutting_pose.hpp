@@ -17,32 +17,32 @@ inline constexpr double kShortestBite = 1e-3;
 
 namespace detail {
 
-/// The way of a head in a tick, in G; both poses are equal without a path.
-struct CutWay {
+/// Where a head goes in a tick, in G; both poses are equal without a path.
+struct CutStroke {
   Posed from, to;
 };
 
-/// The pose at which a scene's head cuts, by the kind of its cut, and the way to it from the last tick's.
+/// The pose at which a scene's head cuts, by the kind of its cut, and the stroke to it from the last tick's.
 template <bool kMayBeAtOnce, bool kMayBeByPressure>
 class CuttingPose {
  public:
-  /// Returns the way of this tick. A cut by pressure may go ahead by `pressed_way` [m].
+  /// Returns the stroke of this tick. A cut by pressure may go ahead by `advance` [m].
   template <class R>
-  [[nodiscard]] CutWay next(const R& renderer, CutKind kind, double pressed_way, const CutTick& tick,
-                            bool follow_probe) noexcept {
-    const Posed X_GC = next_pose(renderer, kind, pressed_way, tick);
+  [[nodiscard]] CutStroke next(const R& renderer, CutKind kind, double advance, const CutTick& tick,
+                               bool follow_probe) noexcept {
+    const Posed X_GC = next_pose(renderer, kind, advance, tick);
     // A proxy may jump on its own.
     const bool joined = tick.continues && is_plausible(twist_between(X_GC_, X_GC, std::max(tick.dt, bites_.time)));
-    const CutWay way{joined ? X_GC_ : X_GC, X_GC};
+    const CutStroke stroke{joined ? X_GC_ : X_GC, X_GC};
     X_GC_ = X_GC;
-    return follow_probe && is_finite(X_GC) ? CutWay{tick.X_GT_before, tick.X_GT} : way;
+    return follow_probe && is_finite(X_GC) ? CutStroke{tick.X_GT_before, tick.X_GT} : stroke;
   }
 
   /// Returns the renderer's cutting pose as it is now.
   template <class R>
-  [[nodiscard]] Posed current(const R& renderer, CutKind kind, double pressed_way = 0) const noexcept {
+  [[nodiscard]] Posed current(const R& renderer, CutKind kind, double advance = 0) const noexcept {
     if constexpr (kMayBeByPressure && CutsByPressure<R>)
-      if (kind == CutKind::kByPressure) return renderer.pressure_cutting_pose(pressed_way).template cast<double>();
+      if (kind == CutKind::kByPressure) return renderer.pressure_cutting_pose(advance).template cast<double>();
     if constexpr (kMayBeAtOnce && CutsAtSpeed<R>)
       if (kind == CutKind::kAtOnce) return renderer.cutting_pose(bites_.time).template cast<double>();
     return renderer.cutting_pose().template cast<double>();
@@ -50,7 +50,7 @@ class CuttingPose {
 
  private:
   template <class R>
-  [[nodiscard]] Posed next_pose(const R& renderer, CutKind kind, double pressed_way, const CutTick& tick) noexcept {
+  [[nodiscard]] Posed next_pose(const R& renderer, CutKind kind, double advance, const CutTick& tick) noexcept {
     if constexpr (kMayBeAtOnce && CutsAtSpeed<R>) {
       if (kind == CutKind::kAtOnce) {
         // Between two bites the pose stays, so that nothing is cut.
@@ -59,7 +59,7 @@ class CuttingPose {
       }
       bites_.has_last = false;
     }
-    return current(renderer, kind, pressed_way);
+    return current(renderer, kind, advance);
   }
 
   /// Bites of a cut at once: the pose of the last one stays until the next is due.

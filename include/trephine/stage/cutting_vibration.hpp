@@ -81,7 +81,7 @@ class CuttingVibration : public Cutting {
     angle_ = std::fmod(angle_ + advance, 2 * std::numbers::pi);
     const double ripple = vibration_.depth * lines_.sample(angle_, advance);
     factor_ = 1 + ripple;
-    wrench += (this->options().felt * ripple) * mean.edges;
+    wrench += (this->options().force_scale * ripple) * mean.edges;
   }
 
   /// Lines of the present teeth.

@@ -48,11 +48,11 @@ concept HasCuttingHead = requires(const R& renderer) { renderer.cutting_head(); 
 /// `cutting_pose(dt)` is the pose of a cut at once that stands for dt [s]: the head goes ahead at a speed.
 template <class R>
 concept CutsAtSpeed = requires(const R& renderer, double dt) { renderer.cutting_pose(dt); };
-/// `pressure_cutting_pose(way)` is the pose of a cut by pressure that may go ahead by `way` [m], and `foundation_law()`
-/// has the contact's `stiffness` [N/m³] and `ramp` [m], from which the pressed bone follows.
+/// `pressure_cutting_pose(advance)` is the pose of a cut by pressure that may go ahead by `advance` [m], and
+/// `foundation_law()` has the contact's `stiffness` [N/m³] and `ramp` [m], from which the pressed bone follows.
 template <class R>
-concept CutsByPressure = requires(const R& renderer, double way) {
-  renderer.pressure_cutting_pose(way);
+concept CutsByPressure = requires(const R& renderer, double advance) {
+  renderer.pressure_cutting_pose(advance);
   renderer.foundation_law();
 };
 /// `unlisted_force()` is the force of contacts that had no room in `contacts()`, in G [N].

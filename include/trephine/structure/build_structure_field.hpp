@@ -60,7 +60,7 @@ class StructureFieldBuilder {
   static_assert(kBrick == LabelBricks::kBrick);
   static constexpr int kShift = 3;  // log2 of kBrick
   static constexpr std::size_t kSamples = static_cast<std::size_t>(kBrick) * kBrick * kBrick;
-  static constexpr std::size_t kMostStructures = 255;
+  static constexpr std::size_t kMaxStructures = 255;
 
   [[nodiscard]] static const LabelVolume& checked(const LabelVolume& volume) {
     volume.validate();
@@ -278,7 +278,7 @@ class StructureFieldBuilder {
   [[nodiscard]] bool take_from_bands(const LatticeBox& box) noexcept {
     const auto reach = static_cast<std::int16_t>(std::ceil(options_.reach / quantum_));
     bool all = true;
-    std::array<std::pair<const std::int16_t*, std::uint8_t>, kMostStructures> bands;
+    std::array<std::pair<const std::int16_t*, std::uint8_t>, kMaxStructures> bands;
     std::size_t count = 0;
     for (std::size_t s = 0; s < parts_.bands.size(); ++s) {
       const DistanceBand& band = parts_.bands[s];

@@ -46,7 +46,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 class GuardPotential {
  public:
   static constexpr int kNorm = 4;
-  static constexpr int kMostSamples = 96;  ///< along the shaft
+  static constexpr int kMaxSamples = 96;  ///< along the shaft
   /// Stiffness of two equal balls between parts of a structure over one ball's: (p − 1) 2^(2/p).
   static constexpr double kPinch = 4.2427;
 
@@ -114,7 +114,7 @@ class GuardPotential {
   /// The same for any tool, or a little more.
   [[nodiscard]] static double required_reach(const RevolvedTool& tool, double widest_margin,
                                              double smoothing) noexcept {
-    const double half_step = std::max(smoothing, tool.outline().z_high() / kMostSamples) / 2;
+    const double half_step = std::max(smoothing, tool.outline().z_high() / kMaxSamples) / 2;
     const Burr burr = holding_burr(tool);
     return required_reach(std::max(burr.tip_radius, std::hypot(tool.outline().largest_radius(), half_step)),
                           widest_margin, smoothing);
@@ -247,7 +247,7 @@ class GuardPotential {
   void place_samples(double from, double to, Radius radius_of) {
     const double length = to - from;
     if (!burr_.has_shaft() || !(length > 0)) return;
-    const int count = std::clamp(static_cast<int>(std::ceil(length / H_)), 1, kMostSamples);
+    const int count = std::clamp(static_cast<int>(std::ceil(length / H_)), 1, kMaxSamples);
     sample_step_ = length / count;
     for (int n = 0; n < count; ++n) {
       const double z = from + (n + 0.5) * sample_step_;

@@ -21,9 +21,9 @@ class NearSplines {
   NearSplines() = default;
   /// For at most 256 distances; allocates.
   explicit NearSplines(std::span<const SmoothDistance> all) {
-    constexpr int kMost = std::numeric_limits<int>::max(), kLeast = std::numeric_limits<int>::min();
-    std::array<int, 3> last{kLeast, kLeast, kLeast};
-    first_ = {kMost, kMost, kMost};
+    constexpr int kMax = std::numeric_limits<int>::max(), kMin = std::numeric_limits<int>::min();
+    std::array<int, 3> last{kMin, kMin, kMin};
+    first_ = {kMax, kMax, kMax};
     for (const SmoothDistance& one : all)
       one.for_each_block([&](const std::array<int, 3>& at) {
         for (std::size_t a = 0; a < 3; ++a) {

@@ -152,14 +152,14 @@ class StructureField {
     piece.least = piece.distance;
     Vec3d rate = u_S.cwiseProduct(per_metre_), outward = Vec3d::Zero();
     for (Eigen::Index a = 0; a < 3; ++a) {
-      double way = rate[a] > 0 ? 1 - c.t[a] : c.t[a], speed = std::abs(rate[a]);
+      double travel = rate[a] > 0 ? 1 - c.t[a] : c.t[a], speed = std::abs(rate[a]);
       if (c.beyond[a] != 0) {  // the volume's nearest point does not move along this axis
         outward[a] = u_S[a];
         rate[a] = 0;
-        way = std::abs(c.beyond[a]);
+        travel = std::abs(c.beyond[a]);
         speed = -std::copysign(u_S[a], u_S[a] * c.beyond[a]);
       }
-      if (way < speed * piece.length) piece.length = way / speed;
+      if (travel < speed * piece.length) piece.length = travel / speed;
     }
     piece.length = std::min(piece.length, reach);
     if (piece.distance - bound <= piece.length + slack()) least_on(c, rate, outward, piece);
@@ -281,9 +281,9 @@ class StructureField {
   /// by `outward` metres a metre. The interpolant is a cubic on it.
   void least_on(const Cell& c, const Vec3d& rate, const Vec3d& outward, LinePiece& piece) const noexcept {
     const auto value = [&](double share) {
-      const double way = share * piece.length;
-      const double inside = trilinear(c.d, Vec3d(c.t + way * rate)) * parts_.quantum;
-      const double square = (c.beyond + way * outward).squaredNorm();
+      const double travel = share * piece.length;
+      const double inside = trilinear(c.d, Vec3d(c.t + travel * rate)) * parts_.quantum;
+      const double square = (c.beyond + travel * outward).squaredNorm();
       return square > 0 ? std::sqrt(square + inside * inside) : inside;
     };
     const double v0 = piece.distance, v1 = value(1.0 / 3), v2 = value(2.0 / 3), v3 = value(1);

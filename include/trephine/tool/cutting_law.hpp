@@ -105,7 +105,7 @@ struct CuttingLaw {
     const double per_x = thrust_ratio * energy * on.pressed, own = own_thrust(on, edges, radius);
     const double rate = chip(1, edges.count()) / edge_radius;
     double x = 0;
-    for (int i = 0; i < kMostSteps; ++i) {
+    for (int i = 0; i < kMaxSteps; ++i) {
       const double rest = std::exp(-rate * x), slope = per_x + own * rate * rest;
       const double step = (force - per_x * x - own * (1 - rest)) / slope;
       if (!(step > kSmallStep * x) || !is_finite(step)) break;
@@ -115,7 +115,7 @@ struct CuttingLaw {
   }
 
  private:
-  static constexpr int kMostSteps = 30;
+  static constexpr int kMaxSteps = 30;
   static constexpr double kSmallStep = 1e-6;
 
   /// Thrust of edges and chisel under thick chips [N].

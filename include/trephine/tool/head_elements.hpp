@@ -44,18 +44,18 @@ struct HeadElements {
     const std::span<const OutlinePiece> pieces = head.sides();
     const std::size_t count = pieces.size();
     // Bands have about equal sums of relative area, length and turn: all three integrals need places.
-    double whole_area = 0, whole_way = 0, whole_turn = 0;
+    double whole_area = 0, whole_length = 0, whole_turn = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      whole_area += pieces[i].area(0, pieces[i].way());
-      whole_way += pieces[i].way();
+      whole_area += pieces[i].area(0, pieces[i].length_along());
+      whole_length += pieces[i].length_along();
       whole_turn += pieces[i].turn();
     }
     const auto share = [&](const OutlinePiece& p, double along) {
       const double turn = whole_turn > 0 ? p.turn() / whole_turn : 0.0;
-      return p.area(0, along) / whole_area + along / whole_way + along / p.way() * turn;
+      return p.area(0, along) / whole_area + along / whole_length + along / p.length_along() * turn;
     };
     Shares shares{};
-    for (std::size_t i = 0; i < count; ++i) shares[i] = share(pieces[i], pieces[i].way());
+    for (std::size_t i = 0; i < count; ++i) shares[i] = share(pieces[i], pieces[i].length_along());
     const auto bands = bands_of(shares, count);
     std::size_t band = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -63,7 +63,7 @@ struct HeadElements {
       double from = 0;
       for (std::size_t n = 1; n <= bands[i]; ++n) {
         const double end = shares[i] * static_cast<double>(n) / static_cast<double>(bands[i]);
-        double low = from, to = p.way();
+        double low = from, to = p.length_along();
         for (int step = 0; n < bands[i] && step < kBisections; ++step) {
           const double middle = (low + to) / 2;
           (share(p, middle) < end ? low : to) = middle;
@@ -75,13 +75,13 @@ struct HeadElements {
   }
 
  private:
-  using Shares = std::array<double, ToolOutline::kMostPieces>;
+  using Shares = std::array<double, ToolOutline::kMaxPieces>;
 
   /// Number of bands of each piece: one, and then one at a time for the piece whose bands are the largest.
-  [[nodiscard]] static std::array<std::size_t, ToolOutline::kMostPieces> bands_of(const Shares& shares,
-                                                                                  std::size_t count) noexcept {
-    static_assert(ToolOutline::kMostPieces <= kBands);
-    std::array<std::size_t, ToolOutline::kMostPieces> bands{};
+  [[nodiscard]] static std::array<std::size_t, ToolOutline::kMaxPieces> bands_of(const Shares& shares,
+                                                                                 std::size_t count) noexcept {
+    static_assert(ToolOutline::kMaxPieces <= kBands);
+    std::array<std::size_t, ToolOutline::kMaxPieces> bands{};
     for (std::size_t i = 0; i < count; ++i) bands[i] = 1;
     for (std::size_t n = count; n < kBands; ++n) {
       std::size_t most = 0;

@@ -12,7 +12,7 @@
 namespace trephine::inline TREPHINE_ALIGNED {
 
 /// How a cutting head is swept from pose to pose:
-/// - `way(head, a, b)`: an upper bound of the motion of its points [m];
+/// - `travel(head, a, b)`: an upper bound of the motion of its points [m];
 /// - `size(head)`: its radius [m], which tells one head from another;
 /// - `cutter<kind>(head, from, to, start_is_cut, spacing)`: the body that a cut of this kind removes.
 /// Balls are here; heads of revolution have theirs in revolved_cutter.hpp.
@@ -31,7 +31,7 @@ struct HeadSweep;
 
 template <>
 struct HeadSweep<Burr> {
-  [[nodiscard]] static double way(const Burr&, const Posed& a, const Posed& b) noexcept {
+  [[nodiscard]] static double travel(const Burr&, const Posed& a, const Posed& b) noexcept {
     return (b.translation() - a.translation()).norm();
   }
   [[nodiscard]] static double size(const Burr& burr) noexcept { return burr.tip_radius; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include <span>
 

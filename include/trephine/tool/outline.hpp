@@ -27,7 +27,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// No allocation: an outline is a value. Construction throws std::invalid_argument; evaluation is noexcept.
 class ToolOutline {
  public:
-  static constexpr std::size_t kMostPieces = 24;
+  static constexpr std::size_t kMaxPieces = 24;
 
   using Place = OutlinePlace;
   using Piece = OutlinePiece;
@@ -115,25 +115,25 @@ class ToolOutline {
   /// Length of the outline from the foremost point, without a flat end at the top [m].
   [[nodiscard]] double side_length() const noexcept {
     double length = 0;
-    for (const Piece& p : sides()) length += p.way();
+    for (const Piece& p : sides()) length += p.length_along();
     return length;
   }
   /// The place this length [m] along the outline from the foremost point, at most `side_length()`.
   [[nodiscard]] Place place_at(double length) const noexcept {
     const std::span<const Piece> all = sides();
     std::size_t i = 0;
-    for (; i + 1 < all.size() && length > all[i].way(); ++i) length -= all[i].way();
-    return all[i].place_at(std::clamp(length, 0.0, all[i].way()));
+    for (; i + 1 < all.size() && length > all[i].length_along(); ++i) length -= all[i].length_along();
+    return all[i].place_at(std::clamp(length, 0.0, all[i].length_along()));
   }
 
   /// Area of the body's surface between two lengths [m] along the outline [m²].
   [[nodiscard]] double area(double from, double to) const noexcept {
     double sum = 0;
     for (const Piece& p : sides()) {
-      const double way = p.way();
-      if (from < way && to > 0) sum += p.area(std::max(from, 0.0), std::min(to, way));
-      from -= way;
-      to -= way;
+      const double whole = p.length_along();
+      if (from < whole && to > 0) sum += p.area(std::max(from, 0.0), std::min(to, whole));
+      from -= whole;
+      to -= whole;
     }
     return sum;
   }
@@ -324,7 +324,7 @@ class ToolOutline {
     z_ = z;
   }
   void add(Piece p) {
-    if (count_ == kMostPieces)
+    if (count_ == kMaxPieces)
       refuse("ToolOutline", "an outline has at most 24 pieces; the next one ends at z", p.end_z);
     if (p.side != 0) {
       // From the centre across the chord, to the side that the arc bulges to.
@@ -343,7 +343,7 @@ class ToolOutline {
   double largest_ = 0;
   bool closed_ = false;
   std::size_t count_ = 0;
-  std::array<Piece, kMostPieces> pieces_{};
+  std::array<Piece, kMaxPieces> pieces_{};
 };
 
 }  // namespace trephine

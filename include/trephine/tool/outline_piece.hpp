@@ -57,7 +57,7 @@ struct OutlinePiece {
   /// Angle by which its direction turns [rad].
   [[nodiscard]] double turn() const noexcept { return side != 0 ? 2 * std::acos(cosine) : 0.0; }
   /// Length along it [m].
-  [[nodiscard]] double way() const noexcept { return side != 0 ? radius * turn() : length; }
+  [[nodiscard]] double length_along() const noexcept { return side != 0 ? radius * turn() : length; }
   /// Place after this length [m] along it.
   [[nodiscard]] OutlinePlace place_at(double along) const noexcept {
     if (side == 0) return {rho + along * along_rho, z + along * along_z, along_z, -along_rho};

@@ -18,7 +18,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// a `chord` [m²] the cutter makes the head's rims thicker by what they lack more than the head's largest radius.
 class RevolvedCutter {
  public:
-  static constexpr int kMostPoses = 33;
+  static constexpr int kMaxPoses = 33;
 
   /// `step` [m]: largest motion of any point of the head between two of the poses. With `start_is_cut` the first pose
   /// is left out, unless it is the only one.
@@ -29,8 +29,8 @@ class RevolvedCutter {
     low_ = head.outline.z_low() - more;
     high_ = head.outline.z_high() + more;
     radius_ = head.outline.largest_radius() + more;
-    const double motion = way(head, X_GT_previous, X_GT);
-    const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMostPoses - 1})) : 0;
+    const double motion = travel(head, X_GT_previous, X_GT);
+    const int steps = motion > 0 ? static_cast<int>(std::min(std::ceil(motion / step), double{kMaxPoses - 1})) : 0;
     const Quatd q0(X_GT_previous.linear());
     const Quatd q1(X_GT.linear());
     has_start_ = steps > 0 && !start_is_cut;
@@ -42,7 +42,7 @@ class RevolvedCutter {
   }
 
   /// Returns an upper bound of the motion of the head's points between two poses [m].
-  [[nodiscard]] static double way(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
+  [[nodiscard]] static double travel(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
     const ToolOutline& o = head.outline;
     const double far_point = std::hypot(std::max(o.z_high(), -o.z_low()), o.largest_radius());
     const Mat3d turn = a.linear().transpose() * b.linear();
@@ -157,7 +157,7 @@ class RevolvedCutter {
   double low_, high_, radius_;  // of the enlarged head
   bool has_start_ = false;      // of several poses the first is where the path starts
   int count_ = 0;
-  std::array<Pose, kMostPoses> poses_;
+  std::array<Pose, kMaxPoses> poses_;
   Eigen::AlignedBox3d box_;
 };
 
@@ -167,8 +167,8 @@ static_assert(Cutter<RevolvedCutter>);
 /// needs thicker rims, in which voxels leave bone.
 template <>
 struct HeadSweep<CuttingHead> {
-  [[nodiscard]] static double way(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
-    return RevolvedCutter::way(head, a, b);
+  [[nodiscard]] static double travel(const CuttingHead& head, const Posed& a, const Posed& b) noexcept {
+    return RevolvedCutter::travel(head, a, b);
   }
   [[nodiscard]] static double size(const CuttingHead& head) noexcept {
     return head.outline.largest_radius() + head.allowance;

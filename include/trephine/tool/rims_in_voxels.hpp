@@ -15,7 +15,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 namespace detail {
 
 /// Least cosine of half a rim's turn: a rim of half a turn has no corner between its tangents.
-inline constexpr double kLeastRimCosine = 0.1;
+inline constexpr double kMinRimCosine = 0.1;
 /// Part of a rim's radius that is left at least.
 inline constexpr double kSharpestRim = 1e-3;
 /// Trilinear surfaces lie 0.44 h sin β inside a sharp corner of the turn 2β whose diagonal is a cell's.
@@ -28,7 +28,7 @@ inline constexpr double kSharpCorner = 0.44;
 
 /// How much smaller a rim's radius must be in voxels of the size h [m]; 0 if the piece is no rim.
 [[nodiscard]] inline double rim_reduction(const OutlinePiece& p, double largest, double h) noexcept {
-  if (!(p.side > 0) || !(p.rho > 0) || !(p.end_rho > 0) || !(p.cosine > kLeastRimCosine)) return 0;
+  if (!(p.side > 0) || !(p.rho > 0) || !(p.end_rho > 0) || !(p.cosine > kMinRimCosine)) return 0;
   const double lacks = std::min(3 * h * h / 8 * (1 / p.radius - 1 / largest), kSharpCorner * h * p.sine());
   return std::clamp(lacks * p.cosine / (1 - p.cosine), 0.0, (1 - kSharpestRim) * p.radius);
 }
@@ -74,7 +74,7 @@ void enlarged_distances(const ToolOutline& outline, const std::array<S, kLanes>&
   for (std::size_t i = 0; i < outline.count_; ++i) {
     const Piece& p = outline.pieces_[i];
     const double less = detail::rim_reduction(p, outline.largest_radius(), h), along = less * p.sine() / p.cosine;
-    if (!(along > ToolOutline::kShortest) || out.count_ + outline.count_ - i + 2 > ToolOutline::kMostPieces) {
+    if (!(along > ToolOutline::kShortest) || out.count_ + outline.count_ - i + 2 > ToolOutline::kMaxPieces) {
       out.append(p);
       continue;
     }

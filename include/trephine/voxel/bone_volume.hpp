@@ -23,16 +23,16 @@ namespace detail {
 template <VoxelDensity Density>
 struct LeastBone {
   explicit LeastBone(double isovalue) noexcept {
-    constexpr double kMost = static_cast<double>(std::numeric_limits<Density>::max());
+    constexpr double kMax = static_cast<double>(std::numeric_limits<Density>::max());
     constexpr double kLowest = static_cast<double>(std::numeric_limits<Density>::lowest());
     if constexpr (std::is_floating_point_v<Density>) {
       density = static_cast<Density>(isovalue);
       if (static_cast<double>(density) < isovalue)
         density = std::nextafter(density, std::numeric_limits<Density>::infinity());
     } else {
-      is_reached = isovalue <= kMost;
+      is_reached = isovalue <= kMax;
       const double least = std::ceil(isovalue > kLowest ? isovalue : kLowest);
-      density = static_cast<Density>(is_reached ? least : kMost);
+      density = static_cast<Density>(is_reached ? least : kMax);
     }
   }
 
@@ -171,9 +171,9 @@ class CrossedCells {
         for (std::size_t l = 0; l < kLanes; ++l) {
           const float p = p0[l] + kPlace[v] * dp[l], q = q0[l] + kPlace[v] * dq[l];
           // p⁺ + q⁺ is half of |p| + |q| + p + q; a line at the isovalue throughout is bone.
-          constexpr float kLeast = std::numeric_limits<float>::min();
-          const float both = std::abs(p) + std::abs(q) + kLeast;
-          share[l] += kWeight[u] * kWeight[v] * ((p + q + kLeast) / both);
+          constexpr float kMin = std::numeric_limits<float>::min();
+          const float both = std::abs(p) + std::abs(q) + kMin;
+          share[l] += kWeight[u] * kWeight[v] * ((p + q + kMin) / both);
         }
     }
     // Lanes without a cell hold earlier cells.

@@ -99,7 +99,7 @@ class CutFloor {
     std::int32_t& b = block_of_[brick];
     if (b >= 0) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
-      block.floor.fill(kMost);
+      block.floor.fill(kMax);
       block.owner.fill(owned_by);
       block.watched.fill(0);
     } else if (b == kNone) {
@@ -128,14 +128,14 @@ class CutFloor {
         const int i = cell[0] + (c & 1), j = cell[1] + (c >> 1 & 1), k = cell[2] + (c >> 2);
         if (!grid.contains(i, j, k) || is_frozen(layout_.brick_of(i, j, k))) continue;
         Block& block = block_at(i, j, k);
-        block.floor[BrickLayout::voxel_in_brick(i, j, k)] = kMost;
+        block.floor[BrickLayout::voxel_in_brick(i, j, k)] = kMax;
       }
   }
 
   /// Returns the voxel's floor; the lowest density where there is none. The voxel must lie in the grid.
   [[nodiscard]] Density floor_at(int i, int j, int k) const noexcept {
     const std::int32_t b = block_of_[layout_.brick_of(i, j, k)];
-    if (b < 0) return b == kNone ? kLowest : kMost;
+    if (b < 0) return b == kNone ? kLowest : kMax;
     return blocks_[static_cast<std::size_t>(b)].floor[BrickLayout::voxel_in_brick(i, j, k)];
   }
   /// Returns true if the voxel is protected itself: its floor reaches the isovalue.
@@ -203,7 +203,7 @@ class CutFloor {
     };
     const auto freeze = [&](Frozen& brick, std::size_t v, std::size_t l) {
       if (would_go(l)) count_once(brick.counted, brick.owner, v, refused_, all_refused_);
-      target[l] = kMost;
+      target[l] = kMax;
     };
     for_each_part(i, j, k, count, raise_to_floor, freeze);
   }
@@ -224,7 +224,7 @@ class CutFloor {
   static constexpr int kBrick = BrickLayout::kBrick;
   static constexpr std::size_t kVoxels = BrickLayout::kVoxels;
   static constexpr Density kLowest = std::numeric_limits<Density>::lowest();
-  static constexpr Density kMost = std::numeric_limits<Density>::max();
+  static constexpr Density kMax = std::numeric_limits<Density>::max();
   using Bits = std::array<std::uint64_t, kVoxels / 64>;
 
   struct Block {

@@ -174,14 +174,14 @@ struct AdvancingCut {
 
   template <VoxelDensity Density>
   struct Limit {
-    float way;            // distance by which a wholly covered surface may recede now [m]
+    float recession;      // distance by which a wholly covered surface may recede now [m]
     std::uint32_t phase;  // fraction of a turn, in units of 2^-32
 
     using Wide = WideDensity<Density>;
     /// `steepness` in densities per metre.
     [[nodiscard]] Wide operator()(Wide old, Wide target, float share, std::uint32_t voxel,
                                   float steepness) const noexcept {
-      return detail::lowered<Density>(old, way * share * steepness, target, detail::scramble(voxel) + phase);
+      return detail::lowered<Density>(old, recession * share * steepness, target, detail::scramble(voxel) + phase);
     }
   };
 

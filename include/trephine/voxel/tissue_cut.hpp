@@ -24,7 +24,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 class TissueMap {
  public:
   static constexpr int kTissues = 256;
-  static constexpr double kLeastRate = 1e-3, kMostRate = 1e3;  ///< bounds of a factor
+  static constexpr double kMinRate = 1e-3, kMaxRate = 1e3;  ///< bounds of a factor
 
   /// `tissue_of(i, j, k)` gives each voxel's tissue, a number of `rates`. Throws std::invalid_argument for no or more
   /// than 256 rates, a rate out of bounds, and a tissue without a rate. Its time grows with the voxels.
@@ -34,7 +34,7 @@ class TissueMap {
     if (rates.empty() || rates.size() > kTissues)
       refuse("TissueMap", "it needs 1 to 256 tissues", static_cast<double>(rates.size()));
     for (const double rate : rates) {
-      if (!(rate >= kLeastRate && rate <= kMostRate)) refuse("TissueMap", "rates must be 0.001 to 1000", rate);
+      if (!(rate >= kMinRate && rate <= kMaxRate)) refuse("TissueMap", "rates must be 0.001 to 1000", rate);
       rates_.push_back(static_cast<float>(rate));
     }
     for (std::size_t brick = 0; brick < tissues_of_.size(); ++brick) {

@@ -141,19 +141,19 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     } else {
       const SearchResult found = search(view, X_device, start.device_motion);
       if (!found.converged) out.status = worse(out.status, Status::kWorkBound);
-      if (start.is_new && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
+      if (start.restarts && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
         out.status = worse(out.status, Status::kStartedInside);
       out.evaluated = found.evaluation_count > 0;
-      extension = out.evaluated ? report(found, out.contact) : hold(start.is_new);
+      extension = out.evaluated ? report(found, out.contact) : hold(start.restarts);
     }
-    awaits_start_ = start.is_new && !out.evaluated;
-    is_felt_ = extension.squaredNorm() > 0;
+    awaits_start_ = start.restarts && !out.evaluated;
+    gives_wrench_ = extension.squaredNorm() > 0;
     if (out.evaluated)
       summary_ = out.contact;
-    else if (is_felt_)
+    else if (gives_wrench_)
       out.contact = summary_;
     feel(extension, out);
-    drawn_.follow(X_, start.is_new, bounds_.arm(), start.device_motion, dt);
+    drawn_.follow(X_, start.restarts, bounds_.arm(), start.device_motion, dt);
     return out;
   }
 
@@ -161,7 +161,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   /// is known to be out of bone.
   void reset() noexcept {
     started_ = false;
-    is_felt_ = false;
+    gives_wrench_ = false;
     has_pose_ = has_pose_ && is_finite(X_);
     broad_phase_.invalidate();
     set_free(X_);
@@ -203,11 +203,11 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     return ahead(options_.bite * gains_.shortest_spacing * (dt / CoupledOptions::kBiteTime));
   }
 
-  /// The same for a cut by pressure whose law allows `way` [m], with `CoupledOptions::bite` in longest spacings. It
+  /// The same for a cut by pressure whose law allows `advance` [m], with `CoupledOptions::bite` in longest spacings. It
   /// goes a little ahead in any case: places where the voxels hold the tool's shape worst are cut too.
-  [[nodiscard]] Posed pressure_cutting_pose(double way = 0) const noexcept {
+  [[nodiscard]] Posed pressure_cutting_pose(double advance = 0) const noexcept {
     const double bite = options_.bite * spacing_.maxCoeff();
-    return ahead(std::clamp(way, CoupledOptions::kPressureBite * bite, bite));
+    return ahead(std::clamp(advance, CoupledOptions::kPressureBite * bite, bite));
   }
 
  private:
@@ -234,7 +234,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   struct TickStart {
     ToolMotion device_motion;  // since the last tick
     bool jumped;
-    bool is_new;  // the contacts of the last tick do not hold any more
+    bool restarts;  // the contacts of the last tick do not hold any more
   };
 
   template <class View>
@@ -244,10 +244,10 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     const bool densities_rose = started_ && increase_stamp_ != view.grid().increase_stamp();
     const TickStart start{.device_motion = started_ ? motion : ToolMotion{},
                           .jumped = jumped,
-                          .is_new = !started_ || jumped || densities_rose || axis_in_bone_ || awaits_start_};
+                          .restarts = !started_ || jumped || densities_rose || axis_in_bone_ || awaits_start_};
     increase_stamp_ = view.grid().increase_stamp();
     X_device_ = X_device;
-    if (start.is_new) {
+    if (start.restarts) {
       bristles_.reset();
       evaluated_.reset();
       last_motion_.setZero();
@@ -266,9 +266,9 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   template <class View>
   [[nodiscard]] bool stays_in_air(const View& view, const ToolMotion& motion) noexcept {
     if (broad_phase_.is_empty_around(view, X_, motion)) return true;
-    const double arm = bounds_.arm(), way = Constants::kMaxReach * gains_.shortest_spacing;
+    const double arm = bounds_.arm(), slack = Constants::kMaxReach * gains_.shortest_spacing;
     if (!is_known_in_air(view, bounds_, X_, motion.at(arm))) return false;
-    const ToolMotion reach = motion + ToolMotion{way, way / arm};
+    const ToolMotion reach = motion + ToolMotion{slack, slack / arm};
     if (is_known_in_air(view, bounds_, X_, reach.at(arm))) broad_phase_.set_empty(view, X_, reach);
     return true;
   }
@@ -353,8 +353,8 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
 
   /// Keeps the virtual tool where contact was evaluated last, since it would sink into bone unseen. Returns the
   /// coupling's extension, if that was felt.
-  [[nodiscard]] Vec6d hold(bool is_new) noexcept {
-    if (is_new || !is_felt_) {
+  [[nodiscard]] Vec6d hold(bool restarts) noexcept {
+    if (restarts || !gives_wrench_) {
       set_free(X_);
       return Vec6d::Zero();
     }
@@ -432,7 +432,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   bool started_ = false;
   bool axis_in_bone_ = false;
   bool awaits_start_ = false;  // contact has not been evaluated since the start
-  bool is_felt_ = false;       // the coupling gave a wrench at the last tick
+  bool gives_wrench_ = false;  // the coupling gave a wrench at the last tick
   ContactSummary summary_;     // of the last evaluation
   bool has_pose_ = false;      // X_ is of an earlier tick
 

@@ -14,9 +14,9 @@ class DrawnPose {
   /// Moves to the virtual tool at X: at once where contact starts anew, else by no more than the device moved and
   /// kDrawnSpeed, at `arm` metres from the tool's origin.
   void follow(const Posed& X, bool at_once, double arm, const ToolMotion& device_motion, double dt) noexcept {
-    const double way = motion_between(X_, X).at(arm);
+    const double travel = motion_between(X_, X).at(arm);
     const double most = device_motion.at(arm) + CoupledConstants::kDrawnSpeed * dt;
-    X_ = at_once || !(way > most) ? X : moved(X_, (most / way) * motion_to(X_, X));
+    X_ = at_once || !(travel > most) ? X : moved(X_, (most / travel) * motion_to(X_, X));
   }
 
   [[nodiscard]] const Posed& pose() const noexcept { return X_; }

@@ -75,8 +75,8 @@ struct PoseHessian {
 ///
 /// The energy E of contact grows as a power p + 1 of the way τ since contact began. So its slope f and curvature c tell
 /// τ = 1 / (f/E − c/f) and p = τ c/f.
-[[nodiscard]] inline double way_back(const FoundationSum& contact, const Vec6d& step, double pull,
-                                     double pull_growth) noexcept {
+[[nodiscard]] inline double backtrack(const FoundationSum& contact, const Vec6d& step, double pull,
+                                      double pull_growth) noexcept {
   const double f = -contact.wrench.dot(step);
   const Vec6d force = symmetric(contact.stiffness + contact.geometric_stiffness) * step;
   const double c = step.dot(force);
@@ -239,7 +239,7 @@ class PoseSearch {
           slope > -Constants::kUphillSlope * initial_slope) {
         high = t;
         const double pull = VirtualCoupling::wrench(result.evaluation.coupling).dot(step);
-        double back = way_back(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
+        double back = backtrack(result.evaluation.contact, step, pull, (initial_pull - pull) / t);
         if (!is_finite(back)) back = (high - low) * (slope > 0 ? slope / (slope - low_slope) : 0.5);
         t = high -
             std::clamp(back, Constants::kBracketMargin * (high - low), (1 - Constants::kBracketMargin) * (high - low));

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/contact/surface_search.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/line_discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <array>

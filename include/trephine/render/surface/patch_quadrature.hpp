@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/render/surface/patch_points.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/tool/neighbours.hpp>
 #include <trephine/voxel/density_field.hpp>
 

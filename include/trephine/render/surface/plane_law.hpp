@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/tool/patch.hpp>
 
 #include <algorithm>

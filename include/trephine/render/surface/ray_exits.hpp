@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/tolerances.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>

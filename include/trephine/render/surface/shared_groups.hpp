@@ -5,7 +5,7 @@
 #include <trephine/render/shared_stiffness.hpp>
 #include <trephine/render/surface/plane_law.hpp>
 #include <trephine/render/surface/surface_options.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include <algorithm>
 #include <cstddef>

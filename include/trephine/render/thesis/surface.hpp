@@ -4,7 +4,7 @@
 #include <trephine/render/renderer.hpp>
 #include <trephine/render/surface/ray_exits.hpp>
 #include <trephine/render/surface/surface_options.hpp>
-#include <trephine/tool/discretization.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>
