@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/tool/revolved_tool.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include <algorithm>
 #include <cmath>

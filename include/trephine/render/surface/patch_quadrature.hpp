@@ -2,8 +2,8 @@
 #pragma once
 
 #include <trephine/render/surface/patch_points.hpp>
-#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/tool/neighbours.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/voxel/density_field.hpp>
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/tool/surface_discretization.hpp>
 #include <trephine/tool/patch.hpp>
+#include <trephine/tool/surface_discretization.hpp>
 
 #include <algorithm>
 #include <cmath>
