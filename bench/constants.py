@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...]: constants of the coupled tool and the cutting law, each a fifth less and more.
+"""constants.py --build FOLDER --out FOLDER [--jobs N] [--only NAME ...] | --list: constants of the coupled tool and the cutting law.
 
-Builds the program of their figures against a copy of the headers in which an environment variable scales a real number, runs
+Each is made a fifth less and more. Builds the program of their figures against a copy of the headers in which an environment
+variable scales a real number, runs
 its quick set for each, and writes constants.csv: each figure as it is and as it becomes. Whole numbers are compiled in."""
 
 import argparse
@@ -47,12 +48,12 @@ SETS = [
         "kLead / 6, where bone is whole": ("stage/head_samples.hpp", r"\((kLead / 6) \* slope"),
         "kFilm": ("stage/head_samples.hpp", r"double kFilm = ([\d.]+);"),
         "distance of the voxels that strength is of": ("stage/head_samples.hpp", r"apart =\s*static_cast<float>\((bone_\.spacing\(\)\.norm\(\))"),
-        "lag": ("stage/cutting_force.hpp", r"double lag = ([\d.]+);"),
+        "lag": ("stage/cutting_force_options.hpp", r"double lag = ([\d.]+);"),
         "least share of the elements": ("stage/cutting_force.hpp", r"share = (1\.0 / HeadElements::kCount);"),
         "release": RELEASE,
         "kPressureBite": ("render/coupled/coupled_options.hpp", r"double kPressureBite = ([\d.]+);"),
-        "kGuide": ("stage/cutting.hpp", r"double kGuide = ([\d.]+);"),
-        "kMaxRoom": ("stage/cutting.hpp", r"double kMaxRoom = ([\d.]+);"),
+        "kGuide": ("tool/revolved_cutter.hpp", r"double kGuide = ([\d.]+);"),
+        "kMaxRoom": ("tool/head_sweep.hpp", r"double kMaxRoom = ([\d.]+);"),
         "kSteepness": ("voxel/cut_slope.hpp", r"double kSteepness = ([\d.]+);"),
         "kMaxStartAhead": ("render/coupled/coupled_constants.hpp", r"double kMaxStartAhead = ([\d.]+);"),
         "kCatchUp": ("stage/cutting_force.hpp", r"double kCatchUp = ([\d.]+);"),
@@ -181,12 +182,19 @@ def figures(program, name, constant=None, factor=1):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--build", required=True)
-    parser.add_argument("--out", required=True)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="the constants and where they stand, alone")
+    parser.add_argument("--build")
+    parser.add_argument("--out")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--only", nargs="*", default=[])
     arguments = parser.parse_args()
+    if arguments.list:
+        for constant in (c for of in SETS for c in constants(of)):
+            print(f"{os.path.relpath(constant.path, INCLUDE)}: {constant.name} = {constant.text.strip()}")
+        return 0
+    if not (arguments.build and arguments.out):
+        parser.error("give --build and --out")
     with results.opened(parser, arguments.out, "constants.csv") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["constant", "header", "factor", "figure", "blur_voxels", "before", "after", "bound", "pass_before", "pass_after"])

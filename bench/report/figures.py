@@ -2,11 +2,13 @@
 """figures.py --write | --check SOURCE=PATH...: figures of bench/figures, from outputs of programs.
 
 Sources are drill=FOLDER and temporal=FOLDER (what `examples/run` and `examples/run --phantom temporal --structures`
-left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT and report=FOLDER (of `bench/run`). --write
-writes the CSVs anew, with commit and machine; documents take them by tests/documents/figures.py. --check fails where a
-figure has moved by more than one in its last digit. A figure that an output does not have stays, and is named."""
+left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, tests=FOLDER (where tests told theirs) and
+report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and machine; documents take them by
+tests/documents/figures.py. --check fails where a figure has moved by more than one in its last digit, or is not told.
+Where --write finds no figure, the old one stays, and is named."""
 
 import csv
+import glob
 import math
 import os
 import re
@@ -17,27 +19,13 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
 FIGURES = os.path.join(HERE, "..", "figures")
 sys.path[:0] = [HERE, os.path.join(HERE, "..")]
+import cutting_tables
 import goals
 import house
 import tables
+from tables import digits, places
 
 COLUMNS = ["name", "value", "unit", "set", "commit", "machine"]
-
-
-def digits(value, count=2):
-    """The value to so many digits, at least those before the point; nothing for what is no number."""
-    if value is None or isinstance(value, str) or math.isnan(value):
-        return None
-    if value == 0:
-        return "0"
-    after = max(0, count - 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{after}f}"
-
-
-def places(value, count):
-    """The value with so many digits after the point, and no minus before a zero."""
-    text = f"{value:.{count}f}"
-    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
 # --- examples/run ---------------------------------------------------------------------------------------------------
@@ -103,6 +91,24 @@ def headers(root):
         if what in house.PROGRAMS or what == "All headers":
             yield f"{what} / Thousand lines", places(count / 1000, 1), "", "trephine's own headers"
             yield f"{what} / Files", str(number), "", "trephine's own headers"
+
+
+def told(table):
+    """What tests told of a table, to as many digits as it has."""
+    def figures(folder):
+        found = {}
+        for path in glob.glob(os.path.join(folder, "*.txt")):
+            with open(path, encoding="utf-8") as file:
+                lines = [line.rstrip("\n").split("\t") for line in file]
+            found.update({row: float(value) for name, row, value in lines if name == table})
+        for row in stored(table):
+            value = found.get(row["name"])
+            if value is not None and "e" in row["value"]:
+                value = re.sub(r"e-0?", "e-", f"{value:.0e}")
+            elif value is not None:
+                value = places(value, len(row["value"].partition(".")[2]))
+            yield row["name"], value, row["unit"], row["set"]
+    return figures
 
 
 # --- bench/run ------------------------------------------------------------------------------------------------------
@@ -211,8 +217,13 @@ SOURCES = {
     "temporal": [("temporal", temporal, False)],
     "guide": [("guide", guided, False)],
     "headers": [("headers", headers, False)],
+    "tests": [(table, told(table), False)
+              for table in ("cutting_runs", "guarded_tools", "labels", "surface_tools", "tool_quality", "tubes")],
     "report": [("results", results, True), ("errors", errors, False), ("net_work", net_work, False), ("stages", stages, False),
-               ("speed", speed, True), ("structures", structures, True), ("compiling", compiling, True)],
+               ("speed", speed, True), ("structures", structures, True), ("compiling", compiling, True), ("cutting_drills", cutting_tables.drills, False), ("cutting_others", cutting_tables.others, False),
+               ("cutting_hands", cutting_tables.hands, False), ("cutting_beside", cutting_tables.cuts, False),
+               ("cutting_plunges", cutting_tables.plunges, False), ("cutting_loops", cutting_tables.loops, False),
+               ("cutting_constants", cutting_tables.constants, False), ("cutting_time", cutting_tables.time, True)],
 }
 
 
@@ -260,6 +271,7 @@ def main():
                 if value is None:
                     print(f"{name}.csv: no new '{figure}' in {path}", file=sys.stderr)
                     rows += [old] if old else []
+                    faults += 1
                     continue
                 if old is None or moved(old["value"], value):
                     faults += 1

@@ -34,6 +34,22 @@ def read(folder, name):
         return [{key: value(text) for key, text in row.items()} for row in csv.DictReader(file)]
 
 
+def digits(value, count=2):
+    """The value to so many digits, at least those before the point; nothing for what is no number."""
+    if value is None or isinstance(value, str) or math.isnan(value):
+        return None
+    if value == 0:
+        return "0"
+    after = max(0, count - 1 - math.floor(math.log10(abs(value))))
+    return f"{value:.{after}f}"
+
+
+def places(value, count):
+    """The value with so many digits after the point, and no minus before a zero."""
+    text = f"{value:.{count}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
 def where(rows, **wanted):
     def fits(row, key, value):
         return row[key] in value if isinstance(value, (list, tuple)) else row[key] == value

@@ -154,6 +154,7 @@ def main():
     mutants = read_list()
     if options.list:
         for m in mutants:
+            place_of(m, (HEADERS / m["in"]).read_text())
             print(f"{m['number']:3} {m['in']}: {m['felt']}: {m['+']}")
         return 0
     tests = {test for m in mutants for test in m["by"].split()}

@@ -34,6 +34,7 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
   Random random(kSeed);
   CoupledOptions no_torque = kGains;
   no_torque.torque = 0;
+  Figures directions, forces;
   for (const ToolOfShape& t : revolved_tools()) {
     const std::string& name = t.name;
     const RevolvedTool& tool = t.tool;
@@ -59,6 +60,8 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
     }
     MESSAGE(name, ": off the normal by [deg] ", direction, ", force over stiffness times depth ", force, ", least ",
             force.least());
+    for (const double d : direction.all()) directions.add(d);
+    for (const double f : force.all()) forces.add(f);
     CHECK(direction.worst() <= 7);
     CHECK(force.least() >= 0.9);
     CHECK(force.worst() <= 1.1);
@@ -67,12 +70,17 @@ TEST_CASE("coupled, any shape: pressed on a plane it gives stiffness times depth
     CHECK(force.median() >= 0.95);
     CHECK(force.median() <= 1.02);
   }
+  documented("tool_quality", "Force over stiffness times depth, on a plane, least", forces.least());
+  documented("tool_quality", "Force over stiffness times depth, on a plane, greatest", forces.worst());
+  documented("tool_quality", "Direction on a plane, median", directions.median());
+  documented("tool_quality", "Direction on a plane, worst", directions.worst());
 }
 
 TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in it") {
   CAPTURE(kSeed);
   constexpr double kDepth = 5e-3, kSpeed = 5e-3;
   Random random(kSeed + 1);
+  double greatest_rest = 0;
   for (const ToolOfShape& t : revolved_tools()) {
     const std::string& name = t.name;
     const RevolvedTool& tool = t.tool;
@@ -104,6 +112,7 @@ TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in i
       volume += kPi * widest * widest * kDepth / kSteps * 1e9;
     }
     MESSAGE(name, ": at rest ", rest, " N, behind ", behind / kH, " voxels, removed over swept ", removed / volume);
+    greatest_rest = std::max(greatest_rest, rest);
     CHECK(rest <= 0.04);
     CHECK(behind <= 0.5 * kH);
     CHECK(removed == near(volume, 0.05));
@@ -121,12 +130,14 @@ TEST_CASE("coupled, any shape: a plunge cuts room for the tool, which rests in i
     CHECK(-force.x() >= 0.25);
     CHECK(sideways <= 1);  // 8 mm3 if the flank cut
   }
+  documented("tool_quality", "Force at rest in the tool's own hole of 5 mm", greatest_rest);
 }
 
 // Without friction the force has one energy: a closed path in contact returns what it took.
 TEST_CASE("coupled, any shape: closed paths in contact gain nothing") {
   CAPTURE(kSeed);
   Random random(kSeed + 2);
+  double worst = 0;
   for (const ToolOfShape& t : revolved_tools()) {
     const std::string& name = t.name;
     const RevolvedTool& tool = t.tool;
@@ -152,7 +163,9 @@ TEST_CASE("coupled, any shape: closed paths in contact gain nothing") {
     }
     MESSAGE(name, ": net work over work ", work->net / work->length);
     CHECK(std::abs(work->net) <= 2.8e-7 * work->length);
+    worst = std::max(worst, std::abs(work->net) / work->length);
   }
+  documented("tool_quality", "Net work of a closed path, share of the work", worst);
 }
 
 }  // namespace

@@ -78,6 +78,7 @@ TEST_CASE("Surface, any shape: pressed down on a plane it gives the outline's fo
     }
   }
   MESSAGE("force off the outline's ", force, "; off the normal by [deg] ", direction);
+  documented("surface_tools", "Force straight down, against the outline's", force, 100);
   CHECK(force.worst() <= 0.1);
   CHECK(direction.worst() <= 3);
 }
@@ -87,6 +88,7 @@ TEST_CASE("Surface, any shape: pressed down on a plane it gives the outline's fo
 TEST_CASE("Surface, any shape: tilted on a plane it pushes out of the bone") {
   CAPTURE(kSeed);
   Random random(kSeed + 2);
+  Figures balls, flats, tapers;
   for (const ToolOfShape& t : revolved_tools()) {
     CAPTURE(t.name);
     Figures direction;
@@ -112,7 +114,11 @@ TEST_CASE("Surface, any shape: tilted on a plane it pushes out of the bone") {
     MESSAGE(t.name, ": off the normal by [deg] ", direction);
     const bool has_ball = t.name == "match head" || t.name == "pear";
     CHECK(direction.worst() <= (has_ball ? 3 : 45));
+    for (const double d : direction.all()) (has_ball ? balls : t.name == "taper" ? tapers : flats).add(d);
   }
+  documented("surface_tools", "Tilted 10 to 70°, off the normal: match head, pear", balls);
+  documented("surface_tools", "– cylinder, barrel, disc, drill, reamer", flats);
+  documented("surface_tools", "– taper", tapers);
 }
 
 template <class Renderer>
@@ -128,6 +134,7 @@ auto milled(Bone& bone, const Renderer& renderer, const Vec3d& from, const Mat3d
 TEST_CASE("Line and Surface, any shape: a plunge leaves the hole of the tool's own head") {
   CAPTURE(kSeed);
   Random random(kSeed + 1);
+  Figures holes;
   for (const ToolOfShape& t : revolved_tools()) {
     CAPTURE(t.name);
     Figures line_off, surface_off;
@@ -172,10 +179,12 @@ TEST_CASE("Line and Surface, any shape: a plunge leaves the hole of the tool's o
     MESSAGE(t.name, ": hole off the head [voxels]: line ", line_off, ", surface ", surface_off);
     // A rim or a point with a radius of one voxel is rounded off by the cut's slope.
     for (const Figures* off : {&line_off, &surface_off}) {
+      for (const double d : off->all()) holes.add(d);
       CHECK(off->median() <= 0.1);
       CHECK(off->worst() <= 0.3);
     }
   }
+  documented("surface_tools", "Hole of a plunge off the head", holes);
 }
 
 }  // namespace

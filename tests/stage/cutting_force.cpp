@@ -71,6 +71,10 @@ TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at a
   MESSAGE("off the law by: thrust ", thrust, "; torque ", torque, "; work of chips ", work,
           "; pull sideways over thrust ", pull);
   if (kSanitized) return;
+  documented("cutting_runs", "Thrust of a plunge", thrust, 100);
+  documented("cutting_runs", "Torque of a plunge", torque, 100);
+  documented("cutting_runs", "Work on chips against u by volume", work, 100);
+  documented("cutting_runs", "Pull sideways of a plunge, by thrust", pull, 100);
   CHECK(thrust.median() < 0.0053);
   CHECK(torque.median() < 0.0092);
   CHECK(work.worst() < 0.012);
@@ -421,6 +425,8 @@ TEST_CASE("cutting force: thrust drops when the far side of a tilted plate break
     }
   MESSAGE("thrust falls from four fifths to a fifth in [ms]: ", fine, " at 4 kHz; ", coarse, " at 1 kHz");
   if (kSanitized) return;
+  documented("cutting_runs", "– 4 kHz, plate askew", fine);
+  documented("cutting_runs", "– 1 kHz, plate askew", coarse);
   CHECK(fine.median() <= 2);
   CHECK(coarse.median() <= 2);
   CHECK(fine.worst() <= 4.5);
@@ -444,6 +450,8 @@ TEST_CASE("cutting force: thrust drops when the far side of a plate along voxels
     }
   MESSAGE("thrust falls from four fifths to a fifth in [ms]: ", fine, " at 4 kHz; ", coarse, " at 1 kHz; ", late,
           " of ", plates, " plates take more than 10 ms");
+  documented("cutting_runs", "Fall of thrust, plate along the voxels, 4 kHz", fine);
+  documented("cutting_runs", "– 1 kHz, along the voxels", coarse);
   const double through_a_voxel = 300;  // [ms], at 1 mm/s
   CHECK(coarse.worst() <= through_a_voxel);
   if (kSanitized) return;

@@ -100,7 +100,7 @@ TEST_CASE("a guard holds all of a tool: nothing of it comes into a margin unseen
     const RevolvedTool tool = tool_by_name(tool_name).tool;
     const GuardPotential guard(ball(), Posed::Identity(), tool, guarded);
     int in_margin = 0;
-    double least = 1, most = -1;
+    double least = 1, most = -1, short_by = 0;
     for (int n = 0; n < 2000; ++n) {
       const Posed X = pose_at(tool, random.uniform(-0.5_mm, 1.5_mm), random);
       const double distance = distance_of(tool, X), depth = depth_of(guard, X);
@@ -113,7 +113,10 @@ TEST_CASE("a guard holds all of a tool: nothing of it comes into a margin unseen
       if (depth > 0 && !at_chuck) most = std::max(most, depth - (kMargin - distance));
       const double told = tool_distance(*ball(), guard.burr(), X).distance;
       CHECK(told <= distance + kError);
+      short_by = std::max(short_by, distance - told);
     }
+    documented("guarded_tools", tool_name + " / Balls beyond it", 1e3 * most);
+    documented("guarded_tools", tool_name + " / Distance short by", 1e3 * short_by);
     MESSAGE(tool_name, ": deeper than it is by ", 1e3 * least, " to ", 1e3 * most, " mm");
     CHECK(in_margin > 500);
     CHECK(least >= -kError);

@@ -10,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include <iomanip>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -129,6 +130,8 @@ TEST_CASE("Distances to analytic shapes sampled as labels, raw and smoothed") {
   constexpr double kSlack = 0.25;                 // as StructureField::slack() says
   const Errors raw = errors_of_shapes(false, kSeed), smoothed = errors_of_shapes(true, kSeed);
   const double raw_p99 = print("raw labels", raw), smoothed_p99 = print("smoothed labels", smoothed);
+  documented("labels", "Distance, raw labels, p99", raw_p99);
+  documented("labels", "Distance, smoothed labels, p99", smoothed_p99);
   CHECK(raw_p99 < kRaw);
   CHECK(smoothed_p99 < kSmoothed);
   CHECK(smoothed.all.share(0.99) < kSmoothed);
@@ -211,6 +214,11 @@ TEST_CASE("Tubes thinner than three voxels, at random places between the voxels 
     }
     std::cout << "tube of radius " << bound.radius << " voxels: ";
     print("error", errors);
+    std::ostringstream column;
+    column << " / Radius " << std::fixed << std::setprecision(1) << bound.radius;
+    documented("tubes", "Median" + column.str(), errors.median());
+    documented("tubes", "p99" + column.str(), errors.share(0.99));
+    documented("tubes", "Worst" + column.str(), errors.worst());
     if (!kSanitized) CHECK(errors.share(0.99) < bound.p99);  // of all the cases
     CHECK(errors.worst() < 1.5);
     CHECK(errors.worst() < bound.worst);

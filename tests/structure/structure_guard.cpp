@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The push out of structures' margins: an exact derivative of one potential, bounded, without steps, passive.
 #include "structure/phantom.hpp"
+#include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/near.hpp"
 #include "support/random.hpp"
@@ -159,6 +160,7 @@ TEST_CASE("closed paths do no work") {
   const double worst = *std::max_element(shares.begin(), shares.end());
   MESSAGE("net work of " << shares.size() << " closed paths over the work exchanged: mean " << 100 * mean
                          << " %, worst " << 100 * worst << " %");
+  documented("labels", "Guard's net work on closed paths, worst", 100 * worst);
   CHECK(mean < 8.2e-7);
   CHECK(worst < 3.4e-6);
 }
@@ -181,6 +183,7 @@ TEST_CASE("no step along any path, also where structures and branches meet") {
     }
   }
   MESSAGE("greatest step in " << 1e6 * dx << " um: " << worst << " N, of pushes up to " << most << " N");
+  documented("labels", "Greatest step of the push in 10 µm", worst);
   CHECK(most > 1.5);
   CHECK(worst < 0.05 + potential()->stiffness() * dx);
 }

@@ -64,6 +64,7 @@ Posed moved(const Posed& X, const CuttingHead& head, double h, Random& random) {
 // A ball of 8 voxels is cut with an rms error of .022 voxel; rims sharper than a voxel are rounded by the grid.
 TEST_CASE("revolved cutter: the surface left by a path lies on the swept head, in any pose") {
   Random random(kSeed);
+  double worst = 0;
   for (const ToolOfShape& t : revolved_tools()) {
     const std::string& name = t.name;
     const RevolvedTool& tool = t.tool;
@@ -91,7 +92,9 @@ TEST_CASE("revolved cutter: the surface left by a path lies on the swept head, i
     MESSAGE(name, ": rms [voxels] still ", still, "; swept ", swept);
     CHECK(still.worst() < 0.1);
     CHECK(swept.worst() < 0.1);
+    worst = std::max({worst, still.worst(), swept.worst()});
   }
+  documented("tool_quality", "Surface that a cut leaves, voxels of 0.2 mm, rms", worst);
 }
 
 // A tool that is driven ahead must not be held by what its own cut leaves at its rim.

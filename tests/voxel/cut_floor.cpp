@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Bone that cuts must leave: by points of the interpolant, by the shape of the wall, and by volumes of bodies.
 #include "support/densities.hpp"
+#include "support/figures.hpp"
 #include "support/malloc_hook.hpp"
 #include "support/near.hpp"
 #include "support/random.hpp"
@@ -202,6 +203,7 @@ TEST_CASE("the wall that stays is as smooth as a cut") {
   }
   const double rms = std::sqrt(squares / static_cast<double>(off.size()));
   MESSAGE("wall off the margin: rms " << rms << ", worst " << worst << " voxel");
+  documented("labels", "Wall off the veto's margin, rms", rms);
   CHECK(rms < 0.05);
   CHECK(worst < 0.15);
 }

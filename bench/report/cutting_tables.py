@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""Figures of bench/cutting.md, from cutting.csv, cutting_figures.csv and constants.csv of `bench/run`. A row is name, value, unit
+and set, as in figures.py."""
+
+import tables
+from tables import digits, places
+
+SPECIMENS = {"MacAvelia 2012: human femurs": "human", "MacAvelia 2012: artificial femur": "artificial"}
+
+
+def drills(folder):
+    rows = tables.read(folder, "cutting")
+    for part, specimen in SPECIMENS.items():
+        for speed in ("1000 rpm", "1250 rpm", "1500 rpm"):
+            for quantity, unit in (("thrust", "N"), ("torque", "N·mm")):
+                for r in tables.where(rows, part=part, case=speed, quantity=quantity):
+                    spread = f" ± {r['spread']:.0f}" if specimen == "human" else ""
+                    name = f"{specimen}, {speed}{', fitted' if r['fitted'] == 'yes' else ''}"
+                    yield (f"{name} / {quantity.capitalize()}: measured, law, run",
+                           f"{r['measured']:.0f}{spread}, {r['law']:.0f}, {r['simulated']:.0f}", unit, "MacAvelia et al. 2012")
+
+
+def others(folder):
+    """The 2 mm drill that fitted a constant, and measurements that the law does not reproduce."""
+    for r in tables.read(folder, "cutting"):
+        case = str(r["case"]).replace(";", ",")
+        if r["part"] == "J Braz Soc 2020":
+            yield f"{case} / Measured", digits(r["measured"], 3), "N", r["part"]
+            yield f"{case} / Law", digits(r["law"], 3), "N", r["part"]
+        elif r["part"] == "James 2013":
+            yield f"{case}, ratio / Measured", digits(r["measured"]), "", r["part"]
+            yield f"{case}, ratio / Law", digits(r["law"]), "", r["part"]
+        elif r["part"] == "other femurs":
+            yield f"{case}, by the law / Measured", digits(r["measured"]), "", r["part"]
+            yield f"{case}, by the law / Law", "1", "", r["part"]
+
+
+def hands(folder):
+    for r in tables.where(tables.read(folder, "cutting"), part="operators"):
+        yield (f"{str(r['case']).replace(';', ',')} / {str(r['quantity']).capitalize()}", digits(r["simulated"]), "N",
+               "round burr of 2.3 mm, 20 000 rpm")
+
+
+def cuts(folder):
+    columns = {"mean force": ("Mean force", 3), "ripple rms": ("Ripple, rms", 2), "removed": ("Removed", 3)}
+    for r in tables.where(tables.read(folder, "cutting"), part="beside"):
+        title, count = columns[r["quantity"]]
+        yield (f"{r['case']} / {title}", digits(r["simulated"], count), str(r["unit"]).replace("mm3", "mm³"),
+               "match-head of 3 mm, a device of 8.5 N")
+
+
+def loops(folder):
+    rows = tables.where(tables.read(folder, "cutting"), part="stability")
+    single = [r for r in rows if "loops" not in str(r["case"])]
+    for title, quantity in (("With the law", "ripple rms with the law"), ("Geometric cut", "ripple rms without")):
+        ripples = [r["simulated"] for r in tables.where(single, quantity=quantity)]
+        yield f"worst ripple / {title}", digits(max(ripples, default=None)), "N", f"{len(ripples)} loops"
+    for r in tables.where(rows, case="of 42 loops"):
+        yield "loops with a ripple over a tenth of the device's force / With the law", digits(r["simulated"]), "", "42 loops"
+
+
+def plunges(folder):
+    rows = tables.read(folder, "cutting_figures")
+    asked = [("thrust, voxels to 0.3 mm", "thrust off the law; voxels to 0.3 mm"), ("torque, voxels to 0.3 mm", "torque off the law; voxels to 0.3 mm"),
+             ("thrust, 0.5 mm", "thrust off the law; voxels of 0.5 mm"), ("torque, 0.5 mm", "torque off the law; voxels of 0.5 mm"),
+             ("work of chips off u by volume", "work of chips off u by volume")]
+    for name, figure in asked:
+        for title in ("median", "worst"):
+            yield f"{name} / {title.capitalize()}", digits(100 * tables.first(tables.where(rows, figure=figure), title)), "%", "120 plunges of five tools"
+    along = [r for r in rows if str(r["figure"]).startswith("breakthrough") and "median" not in str(r["figure"])]
+    for name, way in (("fall of thrust at the far side, along voxels", "along voxels"), ("– askew", "askew")):
+        mine = [r for r in along if way in str(r["figure"])]
+        for title in ("median", "worst"):
+            yield f"{name} / {title.capitalize()}", digits(max((r[title] for r in mine), default=None)), "ms", "72 plates, 1 and 4 kHz; worst blur"
+
+
+CONSTANTS = {
+    "kLead": "how far ahead elements look", "kLead / 6, where bone is whole": "density that counts as whole bone",
+    "kFilm": "how much nearer they look for a film", "distance of the voxels that strength is of": "distance of the densest voxels",
+    "lag": "lag of the spindle's work", "least share of the elements": "least share of the elements that counts",
+    "release": "time of a release", "kPressureBite": "share of the bite before pressure", "kGuide": "flutes that finish a drill's wall",
+    "kMaxRoom": "room in a hole: a thousandth of the radius", "kSteepness": "steepness of a cut's slope", "kMaxStartAhead": "how far ahead a search starts",
+    "kCatchUp": "catching up where a rim is held", "kSharpCorner": "what voxels lack at a corner",
+    "kBands": "bands of elements: 20 and 28 for 24", "kSmallStep": "Newton's smallest step",
+}
+
+
+def constants(folder):
+    """By constant and factor the figure that changed most, as a share of its bound."""
+    rows = tables.read(folder, "constants")
+    plunged = {str(r["figure"]) for r in tables.read(folder, "cutting_figures")}
+    for constant, name in CONSTANTS.items():
+        for title, factor in (("A fifth less", 0.8), ("A fifth more", 1.2)):
+            mine = [r for r in tables.where(rows, constant=constant, factor=factor) if str(r["figure"]) in plunged and "ms]" not in str(r["figure"])]
+            shares = {r["figure"]: abs(r["after"] - r["before"]) / r["bound"] for r in mine if r["bound"]}
+            if not shares:
+                yield f"{name} / {title}", None, "", "20 plunges, two slots"
+                continue
+            most = max(shares, key=shares.get)
+            share = places(100 * shares[most], 0)
+            what = str(most).split(";")[0].replace(" off the law", "").replace("slot: ", "a slot's ")
+            yield f"{name} / {title}", share + " %" + ("" if share == "0" else ", " + what), "", "20 plunges, two slots"
+
+
+def time(folder):
+    rows = tables.where(tables.read(folder, "cutting"), part="time")
+    for r in rows:
+        title = "Tick without" if "without" in str(r["quantity"]) else "More with the law"
+        yield f"{r['case']} / {title}", digits(r["simulated"]), "µs", "slot of 3 mm"
