@@ -148,6 +148,23 @@ def results(folder):
     yield "Sampling: OpenVDB's time over ours", times["Sampling: OpenVDB's time over ours"], "", "same points, one interleaved run"
 
 
+def coupled(folder):
+    """Median and worst of the coupled tool's figures, by the image's blur."""
+    rows = tables.read(folder, "coupled_figures")
+    asked = [("Stiffness felt, plane", "stiffness felt on a plane; small moves", "%", 100),
+             ("Stiffness felt, socket", "stiffness felt on a socket; small moves", "%", 100),
+             ("Direction, plane, 0.1 to 1 N", "direction; slid with .1 to 1 N: plane", "°", 1),
+             ("Direction, ball, 3 N", "direction; slid with 3 N: ball", "°", 1),
+             ("Plunged, cut at once, at rest", "plunged; cut at once: force at rest", "N", 1),
+             ("– removed too much or too little", "plunged; cut at once: removed against swept", "%", 100),
+             ("Net work on closed paths, plane", "net work of closed paths: plane", "%", 100)]
+    for name, figure, unit, factor in asked:
+        for sigma in (0.5, 0.7, 1.0):
+            mine = tables.where(rows, figure=figure, blur_voxels=sigma)
+            two = [digits(factor * tables.first(mine, key)) for key in ("median", "worst")]
+            yield f"{name} / σ = {sigma:g}", " / ".join(two) if None not in two else None, unit, "24 places at each of 7 orientations"
+
+
 def net_work(folder):
     rows = tables.read(folder, "stability")
     for name, renderer in (("Line", "line"), ("Surface", "surface"), ("Coupled tool", "coupled")):
@@ -218,8 +235,8 @@ SOURCES = {
     "guide": [("guide", guided, False)],
     "headers": [("headers", headers, False)],
     "tests": [(table, told(table), False)
-              for table in ("cutting_runs", "guarded_tools", "labels", "surface_tools", "tool_quality", "tubes")],
-    "report": [("results", results, True), ("errors", errors, False), ("net_work", net_work, False), ("stages", stages, False),
+              for table in ("cutting_runs", "guarded_tools", "labels", "ripple", "surface_tools", "tool_quality", "tubes")],
+    "report": [("results", results, True), ("errors", errors, False), ("coupled", coupled, False), ("net_work", net_work, False), ("stages", stages, False),
                ("speed", speed, True), ("structures", structures, True), ("compiling", compiling, True), ("cutting_drills", cutting_tables.drills, False), ("cutting_others", cutting_tables.others, False),
                ("cutting_hands", cutting_tables.hands, False), ("cutting_beside", cutting_tables.cuts, False),
                ("cutting_plunges", cutting_tables.plunges, False), ("cutting_loops", cutting_tables.loops, False),

@@ -4,7 +4,7 @@
 A document has a table between `<!-- figures: NAME -->` and `<!-- end -->`, made of bench/figures/NAME.csv, which has the
 columns name, value, unit, set, commit and machine. A name of two parts, as `Line / Peak force`, is a row and a column
 of the table; other names are rows with value and set. Figures that depend on a machine name it and their commit below
-the table. --check fails where a block is another one; --write writes it. Without a name it takes all documents.
+the table. --check fails where a block is another one, or where a table without marks has a figure; --write writes it. Without a name it takes all documents.
 `bench/report/figures.py` writes the CSVs."""
 
 import csv
@@ -15,6 +15,8 @@ import sys
 
 ROOT = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 FIGURES = os.path.join(ROOT, "bench", "figures")
+# A cell that holds nothing but a measured number, in a table that no CSV makes.
+LOOSE = re.compile(r"^\|.*\| *(?:\d[\d.]*(?: (?:to|/) )?)+ ?(?:%|N|mN|N·mm|µs|ms|s|mm³|°|voxel|MB) *\|", re.M)
 BLOCK = re.compile(r"<!-- figures: (\w+) -->\n(.*?)<!-- end -->\n", re.S)
 
 
@@ -66,6 +68,9 @@ def main():
             print(f"{path}: a mark of figures has no end, or an unusual name", file=sys.stderr)
             stale += 1
             continue
+        for row in LOOSE.findall(BLOCK.sub("", old)):
+            print(f"{path}: a figure stands in a table without marks: {row}", file=sys.stderr)
+            stale += 1
         new = BLOCK.sub(lambda m: f"<!-- figures: {m[1]} -->\n\n{table(read(m[1]))}<!-- end -->\n", old)
         if new == old:
             continue
