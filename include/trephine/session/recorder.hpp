@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
-#include <trephine/device/tick_record.hpp>
+#include <trephine/session/recorded_tick.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -10,13 +10,6 @@
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// Input and result of one scene tick, enough to replay it and compare.
-struct RecordedTick {
-  TickInput input;
-  double dt = 0;
-  TickResult result;
-};
 
 /// Status that `Recorder::record` returns.
 enum class RecordStatus : std::uint8_t {
@@ -46,7 +39,10 @@ class Recorder {
     return RecordStatus::kOk;
   }
 
-  void operator()(const TickRecord& tick) noexcept { (void)record(tick.input, tick.dt, tick.result); }
+  template <ObservedTick Tick>
+  void operator()(const Tick& tick) noexcept {
+    (void)record(tick.input, tick.dt, tick.result);
+  }
 
   [[nodiscard]] std::span<const RecordedTick> ticks() const noexcept { return {storage_.data(), size_}; }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
