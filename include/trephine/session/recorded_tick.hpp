@@ -3,6 +3,8 @@
 
 #include <trephine/core/tick.hpp>
 
+#include <cstdint>
+
 namespace trephine::inline TREPHINE_ALIGNED {
 
 /// Input and result of one scene tick, enough to replay it and compare.
@@ -18,6 +20,12 @@ concept ObservedTick = requires(const T& tick, RecordedTick& taken) {
   taken.input = tick.input;
   taken.dt = tick.dt;
   taken.result = tick.result;
+};
+
+/// Status that `record` of a Recorder or a SessionLog returns.
+enum class RecordStatus : std::uint8_t {
+  kOk = 0,
+  kFull = 1,  ///< no room: the tick was counted as dropped and not stored
 };
 
 }  // namespace trephine

@@ -11,12 +11,6 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Status that `Recorder::record` returns.
-enum class RecordStatus : std::uint8_t {
-  kOk = 0,
-  kFull = 1,  ///< no room: the tick was counted in `dropped()` and not stored
-};
-
 /// An observer of the servo loop that stores the first `capacity` ticks of a session. It drops later ticks, because a
 /// replay must start at the scene's first tick. Usage: `loop.run_for(10s, recorder)`, which takes it by reference.
 /// Storage (about 400 bytes a tick) is allocated and written at construction, so recording allocates nothing. A full
