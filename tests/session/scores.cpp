@@ -83,6 +83,7 @@ TEST_CASE("scores: breaches are apart by the gap, need a spindle that turns, and
   CHECK(scored(ticks).around_structures().breaches.count == 2);
   CHECK(scored(ticks).around_structures().breaches.time == near(0.6, kClose));
   CHECK(scored(ticks, {.event_gap = 0.05}).structures()[0].breaches.count == 3);
+  CHECK(scored(ticks, {.event_gap = 0.4}).structures()[0].breaches.count == 2);
   CHECK(scored(ticks, {.event_gap = 1}).structures()[0].breaches.count == 1);
   for (RecordedTick& tick : ticks) tick.input.spindle_on = false;
   CHECK(scored(ticks).around_structures().breaches.count == 0);
