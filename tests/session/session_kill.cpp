@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A process that is killed at any moment leaves a session that is read up to the last second. POSIX only.
 #include "logged.hpp"
+#include "posix.hpp"
 
 #include <doctest/doctest.h>
-
-#if defined(__unix__) || defined(__APPLE__)
-
-#include <sys/mman.h>
-#include <sys/types.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -23,6 +17,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+#if defined(__unix__) || defined(__APPLE__)
 
 namespace {
 

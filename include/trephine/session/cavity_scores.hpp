@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 /// Scores of the bone that a session left, from its grid: a drilled cavity beside the planned one, and volumes by
