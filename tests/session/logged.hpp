@@ -10,8 +10,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <random>
+#include <stdexcept>
 #include <string>
-#include <vector>
+#include <string_view>
 
 namespace trephine::test {
 
@@ -36,10 +39,14 @@ struct MemorySink {
   }
 };
 
-/// A file in the temporary directory, gone with the test.
+/// A file in the temporary directory, gone with the test. Its name is this process' own: the same tests may run beside
+/// it, under another sanitizer.
 struct SessionFile {
   std::filesystem::path path;
-  explicit SessionFile(const std::string& name) : path(std::filesystem::temp_directory_path() / name) {}
+  explicit SessionFile(const std::string& name) {
+    static const unsigned own = std::random_device()();
+    path = std::filesystem::temp_directory_path() / (name + "_" + std::to_string(own));
+  }
   ~SessionFile() { std::remove(path.string().c_str()); }
   SessionFile(const SessionFile&) = delete;
   SessionFile& operator=(const SessionFile&) = delete;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Scores of scripted sessions, whose values follow from formulas.
+#include "logged.hpp"
 #include "script.hpp"
 
 #include <doctest/doctest.h>
@@ -17,7 +18,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -264,10 +264,9 @@ TEST_CASE("scores: live, from the recorder and from the file they have the same 
   REQUIRE(live.totals().strokes > 20);
   REQUIRE(live.totals().over_limit.count > 0);
   REQUIRE(live.totals().removed_mm3 > 0);
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / "trephine_scores.rec";
-  save_recording(path, recorder.ticks());
-  const std::vector<RecordedTick> loaded = load_recording(path);
-  std::filesystem::remove(path);
+  const test::SessionFile file("trephine_scores.rec");
+  save_recording(file.path, recorder.ticks());
+  const std::vector<RecordedTick> loaded = load_recording(file.path);
   CHECK(test::bits_of(scored(loaded, options)) == test::bits_of(live));
   // The comparison sees a picosecond of one tick.
   std::vector<RecordedTick> other = loaded;

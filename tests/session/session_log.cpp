@@ -325,6 +325,10 @@ TEST_CASE("session log: hostile files are refused in a sentence") {
     CHECK(contains(file.complaint(forged(records)), refusal));
   CHECK(file.complaint(forged(std::string("\x03") + "12345678")) == "none");
   CHECK(file.load_of(forged(std::string("\x01") + std::string(18, '\x00'))).ticks.size() == 1);
+  // 17 digits are half a byte more than 8 bytes.
+  const std::string odd = "\x01" + std::string(8, '\x11') + "\x01" + std::string(9, '\x00');
+  CHECK(contains(file.complaint(forged(odd + std::string(8, 'a'))), refusal));
+  CHECK(file.load_of(forged(odd + std::string(9, 'a'))).ticks.size() == 1);
   CHECK(file.load_of(forged(std::string("\x01") + std::string(18, '\x01') + std::string(9, 'a'))).ticks.size() == 1);
   CHECK(file.load_of(forged(std::string("\x01") + std::string(18, '\xff') + std::string(288, 'a'))).ticks.size() == 1);
   // Lengths that would need all memory, and numbers of chunks that are not the next: damage.

@@ -158,6 +158,7 @@ TEST_CASE("strokes: jumps, unusable ticks and changes of tool end one") {
     CHECK(scores.strokes()[0].end == StrokeEnd::kBreak);
     CHECK(scores.strokes()[0].length == near(5e-3, kClose));
     CHECK(scores.strokes()[1].length == near(5e-3, kClose));  // the way in between is nobody's
+    CHECK(scores.totals().stroke_time == near(0.999));        // and so is the tick
   }
 
   std::vector<RecordedTick> ticks;
