@@ -67,8 +67,8 @@ inline std::vector<std::uint64_t> bits_of(const Scores& scores) {
   };
   const SessionTotals t = scores.totals();
   for (const std::uint64_t count : {t.ticks, t.unusable, t.strokes, scores.unlisted_strokes()}) bits.push_back(count);
-  put({t.time, t.spindle_time, t.removed_mm3, t.refused_mm3, t.peak_force, t.stroke_time, t.stroke_length,
-       t.stroke_impulse, t.stroke_mm3});
+  put({t.time, t.missing_time, t.spindle_time, t.removed_mm3, t.refused_mm3, t.peak_force, t.stroke_time,
+       t.stroke_length, t.stroke_impulse, t.stroke_mm3});
   put_events(t.over_limit);
   for (const Stroke& s : scores.strokes())
     put({s.start, s.duration, s.length, s.impulse, s.peak_force, s.removed_mm3, s.distance,

@@ -3,6 +3,7 @@
 
 #include <trephine/core/file_bytes.hpp>
 #include <trephine/session/record_queue.hpp>
+#include <trephine/session/recorded_tick.hpp>
 #include <trephine/session/tick_bytes.hpp>
 #include <trephine/session/tick_deltas.hpp>
 

@@ -13,12 +13,6 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Records that were dropped: how many, and the time of the ticks among them.
-struct DroppedRecords {
-  std::uint64_t count = 0;
-  double time = 0;  ///< [s]
-};
-
 namespace detail {
 
 /// What the haptic thread hands to a log.

@@ -14,6 +14,12 @@ struct RecordedTick {
   TickResult result;
 };
 
+/// Records that were dropped: how many, and the time of the ticks among them.
+struct DroppedRecords {
+  std::uint64_t count = 0;
+  double time = 0;  ///< [s]
+};
+
 /// What observers of a session take from a tick: a RecordedTick has it, and so has a servo loop's TickRecord.
 template <class T>
 concept ObservedTick = requires(const T& tick, RecordedTick& taken) {

@@ -21,13 +21,17 @@ enum class ScoredForce : std::uint8_t {
 /// Options of Scores: where a stroke ends, what a limit is, and how much is stored.
 struct ScoreOptions {
   /// Opening of the dividers that walk along the path [m], > 0. A path that turns by more than a right angle within it
-  /// reverses, and lengths are sums of such chords. It must exceed the sway of a hand that rests, about 0.1 mm, and an
-  /// arc of radius R comes out short by the share chord²/(24 R²).
-  double chord = 0.5e-3;
-  /// Contact or spindle that is missing for no longer than this does not end a stroke [s], >= 0. Contact of a burr that
-  /// removes its own bone flickers. Hands do not lift and return in half a period of their fastest motion, of 10 Hz.
+  /// reverses, and lengths are sums of such chords. An arc of radius R comes out short by the share chord²/(24 R²). The
+  /// sway of a hand at rest must stay below: a braced instrument's was 0.25 mm rms in one axis, which is 0.7 mm from
+  /// end to end (PMC3032442, figure 4).
+  double chord = 1e-3;
+  /// Contact or spindle that is missing for no longer than this does not end a stroke [s], >= 0: contact of a burr that
+  /// removes its own bone flickers. It is half a period of 10 Hz, for hands tremble at 6 to 12 Hz (Lakie et al. 2015,
+  /// J Physiol 593:4411) and lift and return more slowly.
   double lift_off = 0.05;
-  /// Breaches and forces over the limit that follow within this are one event [s], >= 0: nobody reacts in less time.
+  /// Breaches and forces over the limit that follow within this are one event [s], >= 0. The mean response to touch,
+  /// sound and light at once took 0.32 s (Exploring Human Response Times..., World Haptics 2023), so no trainee has
+  /// stopped the first and begun another.
   double event_gap = 0.25;
   ScoredForce force = ScoredForce::kHand;
   double force_limit = std::numeric_limits<double>::infinity();  ///< [N], >= 0; no force is over infinity

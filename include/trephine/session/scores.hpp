@@ -91,6 +91,14 @@ class Scores {
     tool_ = tool;
   }
 
+  /// Ticks are missing here (`SessionReport::dropped`): a stroke ends, and the path does not go on. Their time is in no
+  /// score but `missing_time`. The same thread.
+  void dropped(const DroppedRecords& records) noexcept {
+    end_stroke(StrokeEnd::kBreak);
+    finder_.forget_position();
+    totals_.missing_time += records.time;
+  }
+
   /// Ends the stroke that runs, after the last tick or before a pause, so that it is stored. The same thread.
   void finish() noexcept { end_stroke(StrokeEnd::kFinish); }
 

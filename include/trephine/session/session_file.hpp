@@ -4,7 +4,6 @@
 #include <trephine/core/file_bytes.hpp>
 #include <trephine/core/throwing.hpp>
 #include <trephine/session/log_format.hpp>
-#include <trephine/session/record_queue.hpp>
 #include <trephine/session/recorded_tick.hpp>
 #include <trephine/session/recording_file.hpp>
 #include <trephine/session/tick_bytes.hpp>

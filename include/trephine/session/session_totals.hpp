@@ -73,6 +73,7 @@ struct SessionTotals {
   double time = 0;             ///< [s]
   std::uint64_t ticks = 0;     ///< all
   std::uint64_t unusable = 0;  ///< of these counted in `time` alone
+  double missing_time = 0;     ///< besides, of ticks that a log had dropped [s]
   double spindle_time = 0;     ///< with the spindle on [s]
   double removed_mm3 = 0;      ///< bone removed
   double refused_mm3 = 0;  ///< protected bone that cuts would have taken; a voxel counts in each tick that asks for it

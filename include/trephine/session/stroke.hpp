@@ -13,7 +13,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 enum class StrokeEnd : std::uint8_t {
   kLiftOff = 0,   ///< contact or spindle was missing for longer than `ScoreOptions::lift_off`
   kReversal = 1,  ///< the path turned by more than a right angle within `ScoreOptions::chord`
-  kBreak = 2,     ///< a jump, a tick that could not be used, or another tool
+  kBreak = 2,     ///< a jump, a tick that is missing or could not be used, or another tool
   kFinish = 3,    ///< the session ended, or the stroke still runs
 };
 
