@@ -3,11 +3,11 @@
 
 /// Devices: presets, servo loop, simulated device, recordings; and the stages that a device may need.
 #include <trephine/device/presets.hpp>
-#include <trephine/device/recorder.hpp>
-#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/session/recorder.hpp>
+#include <trephine/session/recording_file.hpp>
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
 #include <trephine/stage/passivity_controller.hpp>

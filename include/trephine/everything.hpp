@@ -4,6 +4,7 @@
 /// Every header but the compiled library and the adapters.
 #include <trephine/cutting.hpp>
 #include <trephine/devices.hpp>
+#include <trephine/sessions.hpp>
 #include <trephine/structures.hpp>
 #include <trephine/thesis.hpp>
 #include <trephine/tools.hpp>

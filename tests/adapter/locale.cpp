@@ -2,7 +2,7 @@
 // Volumes, labels, recordings and names are read and written alike under the locales that hosts set.
 #include <trephine/adapter/itk_labels.hpp>
 #include <trephine/adapter/itk_save.hpp>
-#include <trephine/device/recording_file.hpp>
+#include <trephine/session/recording_file.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include "files.hpp"

@@ -7,9 +7,9 @@
 
 #include <doctest/doctest.h>
 
-#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
+#include <trephine/session/recording_file.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>

@@ -2,11 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <trephine/core/rotation.hpp>
-#include <trephine/device/recorder.hpp>
-#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/session/recorder.hpp>
+#include <trephine/session/recording_file.hpp>
 
 #include "device/archetypes.hpp"
 

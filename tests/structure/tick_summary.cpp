@@ -8,10 +8,10 @@
 
 #include <trephine/core/rotation.hpp>
 #include <trephine/core/units.hpp>
-#include <trephine/device/recorder.hpp>
-#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
+#include <trephine/session/recorder.hpp>
+#include <trephine/session/recording_file.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/haptic_scene.hpp>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/device/recorder.hpp>
 #include <trephine/device/tickable_scene.hpp>
+#include <trephine/session/recorded_tick.hpp>
 
 #include <bit>
 #include <cstdint>

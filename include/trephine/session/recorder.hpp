@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/refuse.hpp>
-#include <trephine/device/tick_record.hpp>
+#include <trephine/session/recorded_tick.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -10,19 +10,6 @@
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// Input and result of one scene tick, enough to replay it and compare.
-struct RecordedTick {
-  TickInput input;
-  double dt = 0;
-  TickResult result;
-};
-
-/// Status that `Recorder::record` returns.
-enum class RecordStatus : std::uint8_t {
-  kOk = 0,
-  kFull = 1,  ///< no room: the tick was counted in `dropped()` and not stored
-};
 
 /// An observer of the servo loop that stores the first `capacity` ticks of a session. It drops later ticks, because a
 /// replay must start at the scene's first tick. Usage: `loop.run_for(10s, recorder)`, which takes it by reference.
@@ -46,7 +33,10 @@ class Recorder {
     return RecordStatus::kOk;
   }
 
-  void operator()(const TickRecord& tick) noexcept { (void)record(tick.input, tick.dt, tick.result); }
+  template <ObservedTick Tick>
+  void operator()(const Tick& tick) noexcept {
+    (void)record(tick.input, tick.dt, tick.result);
+  }
 
   [[nodiscard]] std::span<const RecordedTick> ticks() const noexcept { return {storage_.data(), size_}; }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
