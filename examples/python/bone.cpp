@@ -176,7 +176,8 @@ void trephine_python::bind_bone(py::module_& m) {
           },
           py::arg("brick"), "Least and greatest density of the brick and its halo.");
 
-  bone_class.def(py::init(&make_bone), py::arg("voxels"), py::arg("spacing"), py::arg("X_WG") = py::none(),
+  bone_class
+      .def(py::init(&make_bone), py::arg("voxels"), py::arg("spacing"), py::arg("X_WG") = py::none(),
            py::arg("outside") = py::none(), py::arg("keep_original") = GridOptions{}.keep_original)
       .def_property_readonly(
           "shape", [](const PythonBone& b) { return Triple(b.bone.size()[2], b.bone.size()[1], b.bone.size()[0]); },

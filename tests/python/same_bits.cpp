@@ -84,8 +84,8 @@ int main(int, char** argv) {
     const TickResult r = scene.tick({.X_WT = X_WT, .spindle_on = spindle[t] != 0}, 1e-3);
     give(r.wrench.force.data(), 3);
     give(r.wrench.torque.data(), 3);
-    const double rest[]{r.removed_mm3,    r.contact.depth,  static_cast<double>(r.status), r.cutting.thrust,
-                        r.cutting.torque, r.cutting.spindle};
+    const double rest[]{r.removed_mm3,    r.contact.depth,  static_cast<double>(r.status),
+                        r.cutting.thrust, r.cutting.torque, r.cutting.spindle};
     give(rest, std::size(rest));
   }
   std::vector<std::int16_t> left(voxels.size());
