@@ -31,6 +31,10 @@ about() {
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;
     doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;
     python3) package=python3; test_of="has_command python3"; without="the tests from Python" ;;
+    python-headers) package=python3-dev; test_of=has_python_headers; without="the Python module and its tests" ;;
+    numpy) package=python3-numpy; test_of="has_python_module numpy"; without="the Python module and its tests" ;;
+    pybind11) package=pybind11-dev; test_of="has_header pybind11/pybind11.h"; without="the Python module and its tests" ;;
+    mypy) package=mypy; test_of="has_python_module mypy"; without="the check of the Python module's types" ;;
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
     xlib) package=libx11-dev; test_of="has_header X11/Xlib.h"; without="the 6-DOF mouse's program and tests (spnav.h includes Xlib.h)" ;;
@@ -59,6 +63,8 @@ has_header() {
   done
   compgen -G "/usr/include/*-linux-*/$1" >/dev/null
 }
+has_python_module() { has_command python3 && python3 -c "import $1" >/dev/null 2>&1; }
+has_python_headers() { has_command python3 && [ -e "$(python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h" ]; }
 has_wine() { has_command wine64 || has_command wine || [ -x /usr/lib/wine/wine64 ]; }
 has_libcxx() { compgen -G "/usr/lib/llvm-*/include/c++/v1/vector" >/dev/null; }
 has_libcxxabi() { compgen -G "/usr/lib/llvm-*/lib/libc++abi.so" >/dev/null; }

@@ -2,7 +2,7 @@
 #ifndef TREPHINE_C_H
 #define TREPHINE_C_H
 
-/* trephine for programs that speak C: Unity and Unreal plug-ins, Python's ctypes, C itself.
+/* trephine for programs that speak C: Unity and Unreal plug-ins, C itself.
  *
  * Units are SI throughout: m, s, N, N m. Frames: W the world, G the grid (origin: the centre of voxel (0,0,0)), T the
  * tool (origin: the burr's centre; +z along the shaft toward the handle). A pose X_WT maps coordinates of T to W. Axes

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: MIT
+"""pip install --no-build-isolation ./examples/python: CMake builds the module, which takes minutes.
+
+TREPHINE_BUILD_DIR names a build folder whose objects are used; build/python is the default.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from setuptools import Distribution, setup
+from setuptools.command.build_py import build_py
+
+root = Path(__file__).resolve().parents[2]
+version = ".".join(re.findall(r"kVersion(?:Major|Minor|Patch) = (\d+)", (root / "include/trephine/version.hpp").read_text()))
+
+
+class BuildWithCMake(build_py):
+    def run(self):
+        build = Path(os.environ.get("TREPHINE_BUILD_DIR", root / "build/python")).resolve()
+        options = ["-DCMAKE_BUILD_TYPE=Release", "-DTREPHINE_BUILD_TESTS=OFF", "-DTREPHINE_BUILD_BENCH=OFF",
+                   "-DTREPHINE_BUILD_EXAMPLES=ON", "-DPython_EXECUTABLE=" + sys.executable]  # fmt: skip
+        subprocess.run(["cmake", "-S", root, "-B", build, *options], check=True)
+        subprocess.run(["cmake", "--build", build, "--target", "trephine_python"], check=True)
+        shutil.copytree(build / "examples/python/trephine", Path(self.build_lib) / "trephine", dirs_exist_ok=True,
+                        ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
+
+
+class WithModule(Distribution):
+    def has_ext_modules(self):
+        return True
+
+
+setup(
+    name="trephine",
+    version=version,
+    description="Haptic bone drilling on CT volumes",
+    license="MIT",
+    python_requires=">=3.8",
+    install_requires=["numpy"],
+    packages=["trephine"],
+    package_dir={"trephine": "package"},
+    distclass=WithModule,
+    cmdclass={"build_py": BuildWithCMake},
+)
