@@ -462,6 +462,7 @@ TEST_CASE("session log: what is dropped last is told at the end") {
   const Session session = file.load_of(bytes);
   CHECK(session.ticks.size() == 9);
   CHECK(session.report.dropped.count == 12);
+  CHECK(session.report.dropped.time == near(12e-3));
   CHECK(session.report.complete);
 }
 
