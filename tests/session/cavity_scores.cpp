@@ -94,6 +94,7 @@ TEST_CASE("cavity scores: a box that is drilled half a box beside the plan overl
   const auto everywhere = cavity_scores(bone, kIsovalue, [](const Vec3d&) { return true; });
   CHECK(everywhere.planned_mm3 == near(39 * 40 * 40 * 0.125));
   CHECK(everywhere.overlap_mm3 == near(125));
+  CHECK(everywhere.dice() == near(2.0 * 1000 / (39 * 40 * 40 + 1000)));
   remove(bone, [&](int i, int j, int k) { return in(i, 10) && in(j, 10) && in(k, 10); });
   CHECK(cavity_scores(bone, kIsovalue, plan, 7).overlap_mm3 == near(125));
   CHECK(CavityScores{}.dice() == 1);

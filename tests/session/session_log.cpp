@@ -344,6 +344,11 @@ TEST_CASE("session log: hostile files are refused in a sentence") {
     CHECK_FALSE(session.report.complete);
     CHECK(session.report.lost_bytes == bytes.size() - head.size());
   }
+  // A chunk that is larger than any that is written, though all of it is there.
+  std::string events;
+  while (events.size() <= session_detail::kLargestChunk) events += std::string("\x03") + "12345678";
+  CHECK(file.load_of(forged(events)).report.lost_bytes == forged(events).size() - head.size());
+  CHECK(file.load_of(forged(events.substr(0, events.size() - 9))).events.size() == events.size() / 9 - 1);
   // A chunk twice, and chunks in another order.
   const std::string all = logged(1500);
   std::uint32_t length = 0;
