@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """pip install --no-build-isolation ./examples/python: CMake builds the module, which takes minutes.
 
-TREPHINE_BUILD_DIR names a build folder whose objects are used; build/python is the default.
+TREPHINE_BUILD_DIR names a build folder whose objects are used, seen from the project's root; build/python is the default.
 """
 
 import os
@@ -15,12 +15,14 @@ from setuptools import Distribution, setup
 from setuptools.command.build_py import build_py
 
 root = Path(__file__).resolve().parents[2]
+build = root / os.environ.get("TREPHINE_BUILD_DIR", "build/python")
 version = ".".join(re.findall(r"kVersion(?:Major|Minor|Patch) = (\d+)", (root / "include/trephine/version.hpp").read_text()))
+
+build.mkdir(parents=True, exist_ok=True)
 
 
 class BuildWithCMake(build_py):
     def run(self):
-        build = Path(os.environ.get("TREPHINE_BUILD_DIR", root / "build/python")).resolve()
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DTREPHINE_BUILD_TESTS=OFF", "-DTREPHINE_BUILD_BENCH=OFF",
                    "-DTREPHINE_BUILD_EXAMPLES=ON", "-DPython_EXECUTABLE=" + sys.executable]  # fmt: skip
         subprocess.run(["cmake", "-S", root, "-B", build, *options], check=True)
@@ -44,5 +46,6 @@ setup(
     packages=["trephine"],
     package_dir={"trephine": "package"},
     distclass=WithModule,
+    options={"build": {"build_base": str(build / "wheel")}, "egg_info": {"egg_base": str(build)}},
     cmdclass={"build_py": BuildWithCMake},
 )
