@@ -75,7 +75,7 @@ def plunges(folder):
 
 
 CONSTANTS = {
-    "kLead": "how far ahead elements look", "kLead / 6, where bone is whole": "density that counts as whole bone",
+    "kLead": "where elements sample: half a voxel", "kLead / 6, where bone is whole": "density that counts as whole bone",
     "kFilm": "how much nearer they look for a film", "distance of the voxels that strength is of": "distance of the densest voxels",
     "lag": "lag of the spindle's work", "least share of the elements": "least share of the elements that counts",
     "release": "time of a release", "kPressureBite": "share of the bite before pressure", "kGuide": "flutes that finish a drill's wall",
