@@ -63,8 +63,15 @@ has_header() {
   done
   compgen -G "/usr/include/*-linux-*/$1" >/dev/null
 }
-has_python_module() { has_command python3 && python3 -c "import $1" >/dev/null 2>&1; }
-has_python_headers() { has_command python3 && [ -e "$(python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h" ]; }
+# Packages go to the system's Python, which need not be the first on the path.
+has_python_module() { python3 -c "import $1" >/dev/null 2>&1 || /usr/bin/python3 -c "import $1" >/dev/null 2>&1; }
+has_python_headers() {
+  local python
+  for python in python3 /usr/bin/python3; do
+    if [ -e "$("$python" -c 'import sysconfig; print(sysconfig.get_path("include"))' 2>/dev/null)/Python.h" ]; then return 0; fi
+  done
+  return 1
+}
 has_wine() { has_command wine64 || has_command wine || [ -x /usr/lib/wine/wine64 ]; }
 has_libcxx() { compgen -G "/usr/lib/llvm-*/include/c++/v1/vector" >/dev/null; }
 has_libcxxabi() { compgen -G "/usr/lib/llvm-*/lib/libc++abi.so" >/dev/null; }

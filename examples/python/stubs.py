@@ -143,7 +143,7 @@ def python_lines(item):
         return [re.sub(r"\s+", " ", source[: source.index(":\n    \"\"\"")]).replace("( ", "(").replace(" )", ")") + ": ..."]
     kept = [f"class {item.__name__}(NamedTuple):"]
     for name, kind in item.__annotations__.items():
-        kept.append(f"    {name}: {kind}".replace("numpy.ndarray", "NDArray[Any]"))
+        kept.append(f"    {name}: {getattr(kind, '__forward_arg__', kind)}".replace("numpy.ndarray", "NDArray[Any]"))
     for name, member in vars(item).items():
         if inspect.isfunction(member) and member.__module__ == item.__module__ and not name.startswith("_"):
             kept.append(f"    def {name}{inspect.signature(member)}: ...".replace("'", "").replace("numpy.ndarray", "NDArray[Any]"))

@@ -43,12 +43,13 @@ WRONG = {
 
 @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
 class Types(unittest.TestCase):
-    def mypy(self, program, *options):
+    def mypy(self, program, *options, name="program.py"):
         with tempfile.TemporaryDirectory() as folder:
-            with open(folder + "/program.py", "w", encoding="utf-8") as file:
+            path = os.path.join(folder, name)
+            with open(path, "w", encoding="utf-8") as file:
                 file.write(program)
             return subprocess.run(
-                [sys.executable, "-m", "mypy", *options, "--cache-dir", folder + "/cache", folder + "/program.py"],
+                [sys.executable, "-m", "mypy", *options, "--cache-dir", folder + "/cache", path],
                 env={**os.environ, "MYPYPATH": os.path.dirname(os.path.dirname(t.__file__))},
                 capture_output=True,
                 text=True,
@@ -56,6 +57,11 @@ class Types(unittest.TestCase):
 
     def test_a_right_program_passes(self):
         run = self.mypy(GOOD, "--strict")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
+    def test_the_stubs_themselves_pass(self):
+        with open(os.path.join(os.path.dirname(t.__file__), "__init__.pyi"), encoding="utf-8") as file:
+            run = self.mypy(file.read(), "--strict", name="stubs.pyi")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_wrong_programs_do_not(self):
