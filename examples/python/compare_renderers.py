@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Drills the same hole with each renderer, together on all cores, and prints forces and volumes beside each other."""
+"""Drills the same hole with each renderer, together on all cores, and prints forces and volumes beside each other.
+
+Line's tip is the ball's centre, which feels nothing where the ball has cut the bone before it.
+"""
 
 import numpy as np
 import trephine

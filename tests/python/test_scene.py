@@ -234,7 +234,11 @@ class Options(unittest.TestCase):
         scene.stages = t.StageOptions(cut=t.GeometricCut())
         scene.tool = t.tool("disc-6")
         scene.reset()
-        self.assertGreater(scene.run(path(500, radius=0))["removed_mm3"].sum(), 1)
+        scene.forget_wrench()
+        ticks = scene.run(path(500, radius=0))
+        self.assertGreater(ticks["removed_mm3"].sum(), 1)
+        fresh = t.Scene(t.Bone(block(), SPACING), 300, t.tool("disc-6"), cut=t.GeometricCut())
+        self.assertTrue(same(ticks, fresh.run(path(500, radius=0))))
         with self.assertRaisesRegex(ValueError, "PressureCut"):
             scene.stages = t.StageOptions(cut=t.PressureCut())
         self.assertIsInstance(scene.stages.cut, t.GeometricCut)
@@ -332,14 +336,19 @@ class Threads(unittest.TestCase):
 
         before = signal.signal(signal.SIGALRM, on_alarm)
         try:
-            for make in (lambda s: s, lambda s: t.Batch([s])):
-                scene = t.Scene(t.Bone(block(), SPACING), 300, t.Burr(tip_radius=1.6e-3), cut=t.AdvancingCut(speed=2e-4))
-                poses = np.broadcast_to(path(1000)[-1], (200_000, 4, 4))
-                signal.setitimer(signal.ITIMER_REAL, 0.5)
+            for batch in (False, True):
+                scene = t.Scene(t.Bone(block(), SPACING), 300, t.Burr(tip_radius=1.6e-3), cut=t.GeometricCut())
+                # Pressed for seconds, and it would drill at the end.
+                poses = np.tile(quaternions(path(1000))[-1], (1_000_000, 1))
+                spindle = np.arange(len(poses)) > 900_000
+                signal.setitimer(signal.ITIMER_REAL, 0.2)
                 with self.assertRaises(KeyboardInterrupt):
-                    run = make(scene)
-                    run.run(poses if run is scene else poses[None])
-                scene.tick(path(1)[0])  # free again
+                    if batch:
+                        t.Batch([scene]).run(poses[None], spindle[None])
+                    else:
+                        scene.run(poses, spindle)
+                np.testing.assert_array_equal(scene.bone.voxels(), block())
+                scene.tick(poses[0])  # free again
         finally:
             signal.signal(signal.SIGALRM, before)
 
