@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 
-#include <trephine/device/recording_file.hpp>
 #include <trephine/device/replay.hpp>
+#include <trephine/session/recording_file.hpp>
 
 #include <pybind11/stl/filesystem.h>
 
