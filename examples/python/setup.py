@@ -26,7 +26,8 @@ class BuildWithCMake(build_py):
         options = ["-DCMAKE_BUILD_TYPE=Release", "-DTREPHINE_BUILD_TESTS=OFF", "-DTREPHINE_BUILD_BENCH=OFF",
                    "-DTREPHINE_BUILD_EXAMPLES=ON", "-DPython_EXECUTABLE=" + sys.executable]  # fmt: skip
         subprocess.run(["cmake", "-S", root, "-B", build, *options], check=True)
-        subprocess.run(["cmake", "--build", build, "--target", "trephine_python"], check=True)
+        subprocess.run(["cmake", "--build", build, "--target", "trephine_python", "--parallel", str(os.cpu_count() or 1)],
+                       check=True)  # fmt: skip
         shutil.copytree(build / "examples/python/trephine", Path(self.build_lib) / "trephine", dirs_exist_ok=True,
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
 
