@@ -151,13 +151,14 @@ def results(folder):
 def coupled(folder):
     """Median and worst of the coupled tool's figures, by the image's blur."""
     rows = tables.read(folder, "coupled_figures")
-    asked = [("Stiffness felt, plane", "stiffness felt on a plane; small moves", "%", 100),
-             ("Stiffness felt, socket", "stiffness felt on a socket; small moves", "%", 100),
+    asked = [("Stiffness felt, plane", "stiffness felt on a plane; force over way", "%", 100),
+             ("Stiffness felt, socket", "stiffness felt on a socket; force over way", "%", 100),
              ("Direction, plane, 0.1 to 1 N", "direction; slid with .1 to 1 N: plane", "°", 1),
              ("Direction, ball, 3 N", "direction; slid with 3 N: ball", "°", 1),
              ("Plunged, cut at once, at rest", "plunged; cut at once: force at rest", "N", 1),
              ("– removed too much or too little", "plunged; cut at once: removed against swept", "%", 100),
-             ("Net work on closed paths, plane", "net work of closed paths: plane", "%", 100)]
+             ("Net work on closed paths, plane", "net work of closed paths: plane", "%", 100),
+             ("– edge", "net work of closed paths: edge", "%", 100)]
     for name, figure, unit, factor in asked:
         for sigma in (0.5, 0.7, 1.0):
             mine = tables.where(rows, figure=figure, blur_voxels=sigma)
@@ -199,8 +200,8 @@ def speed(folder):
     yield "– in finer voxels", median("Coupled, drills at 5 mm/s, voxels of 0.1 mm", 1e-6), "ms", "burr of 30 voxels, 5 mm/s, median"
     yield "– by the cutting law", median("Coupled, match-head-3 by the law at 2 mm/s, voxels of 0.3 mm", 1e-6), "ms", "match-head of 3 mm, median"
     yield "A cut at once", median("carving a burr of 10 voxels diameter", 1e-3), "µs", "burr of 10 voxels, 0.04 voxel a tick"
-    for name in ("OpenVDB", "NanoVDB", "ITK"):
-        ratio = tables.first(tables.where(kernels, measure=name + " / ours"), "ratio")
+    for name, sampler in (("OpenVDB", "OpenVDB GridSampler"), ("NanoVDB", "NanoVDB"), ("ITK", "ITK's linear interpolator")):
+        ratio = tables.first(tables.where(kernels, measure=sampler + " / ours"), "ratio")
         yield f"Sampling: {name}'s time over ours", digits(ratio, 3), "", "g++, native, one interleaved run"
 
 
@@ -280,7 +281,8 @@ def main():
     for argument in sys.argv[2:]:
         source, _, path = argument.partition("=")
         for name, function, timed in SOURCES[source]:
-            machine, at = machine_of(path) if timed else ("any", commit)
+            machine, at = machine_of(path) if source == "report" else ("any", commit)
+            machine = machine if timed else "any"
             before = {row["name"]: row for row in stored(name)}
             rows = []
             for figure, value, unit, given in function(path):

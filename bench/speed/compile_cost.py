@@ -2,7 +2,7 @@
 """compile_cost.py --build FOLDER --out FOLDER: what compiling costs.
 
 Writes compile_cost.csv: processor seconds and peak memory of a minimal program (-O2 -c) against a renderer's own header
-and against trephine.hpp, by g++ and clang++; and by a g++ that collects garbage more often than at doubled memory."""
+and against everything.hpp, by g++ and clang++; and by a g++ that collects garbage more often than at doubled memory."""
 
 import argparse
 import os
@@ -47,7 +47,7 @@ def programs():
     for name, (header, renderer) in SCENES.items():
         body = PROGRAM.replace("@renderer@", renderer)
         yield f"{name} scene", "its own headers", includes(f"trephine/{header}", "trephine/stage/haptic_scene.hpp") + body
-        yield f"{name} scene", "trephine.hpp", includes("trephine/trephine.hpp") + body
+        yield f"{name} scene", "everything.hpp", includes("trephine/everything.hpp") + body
     yield "compiled scene", "compiled/scene.hpp", includes("trephine/compiled/scene.hpp") + COMPILED
 
 
