@@ -267,7 +267,7 @@ TEST_CASE("session log: bytes that are damaged anywhere are found, and what is r
     CAPTURE(trial);
     std::string bytes = good;
     const std::size_t at = trial < 40 ? static_cast<std::size_t>(trial) : random() % bytes.size();
-    bytes[at] = static_cast<char>(bytes[at] ^ (1 + random() % 255));
+    bytes[at] = static_cast<char>(static_cast<unsigned char>(bytes[at]) ^ (1 + random() % 255));
     file.write(bytes);
     try {
       const Session session = load_session(file.path);
