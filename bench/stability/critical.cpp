@@ -107,7 +107,7 @@ Measured coupled_critical(const Setup& setup, const Case& c, const Place& place)
   const Setup s = with_tangent(setup, place.outward, found, bias_for(found));
   const std::string name = place.name + ", " + c.text();
   Rest rest(s, place, bias_for(found), kOffShape);
-  const double force_scale = felt_staying(rest);  // a search ends within a share of the device's motion
+  const double felt = felt_staying(rest);  // a search ends within a share of the device's motion
   const auto off = [&](double K) { return 100 * std::abs(K / analytic - 1); };
   Measured m;
   m.tell("13 K_crit by place", name, s, found, "N/m", c.theory());
