@@ -19,8 +19,7 @@ using compiled::StageOptions;
 
 compiled::Scene make_scene(const compiled::Bone& bone, double isovalue, const SceneTool& tool,
                            const RendererOptions& renderer, const StageOptions& stages) {
-  if (const auto* burr = std::get_if<Burr>(&tool)) return {bone, isovalue, *burr, renderer, stages};
-  return {bone, isovalue, std::get<NamedTool>(tool).tool, renderer, stages};
+  return std::visit([&](const auto& one) { return compiled::Scene(bone, isovalue, one, renderer, stages); }, tool);
 }
 
 RendererOptions renderer_of(const py::object& from) {
@@ -100,10 +99,7 @@ py::dict run(PythonScene& self, const Numbers& poses, const py::object& spindle,
 
 void set_tool(PythonScene& self, const SceneTool& tool) {
   self.bone->require_idle();
-  if (const auto* burr = std::get_if<Burr>(&tool))
-    self.scene.set_tool(*burr);
-  else
-    self.scene.set_tool(std::get<NamedTool>(tool).tool);
+  std::visit([&](const auto& one) { self.scene.set_tool(one); }, tool);
   self.tool = tool;
 }
 

@@ -67,8 +67,8 @@ class WindowedDistance {
     const std::size_t first = u - std::min(u, window_[a]), last = std::min(u + window_[a], row.size() - 1);
     float best = std::numeric_limits<float>::infinity();
     for (std::size_t v = first; v <= last; ++v) {
-      const double way = spacing_[a] * (static_cast<double>(v) - static_cast<double>(u));
-      best = std::min(best, row[v] + static_cast<float>(way * way));
+      const double apart = spacing_[a] * (static_cast<double>(v) - static_cast<double>(u));
+      best = std::min(best, row[v] + static_cast<float>(apart * apart));
     }
     return best;
   }

@@ -31,7 +31,7 @@ class RecordQueue {
   /// Takes all memory now. Throws std::invalid_argument unless the capacity is 1 to 2^24 records; it is rounded up to a
   /// power of two.
   explicit RecordQueue(std::size_t capacity) {
-    if (capacity < 1 || capacity > kMost) refuse("SessionLog", "records must be 1 to 2^24", capacity);
+    if (capacity < 1 || capacity > kMaxCapacity) refuse("SessionLog", "records must be 1 to 2^24", capacity);
     slots_.resize(std::bit_ceil(capacity));
   }
 
@@ -72,7 +72,7 @@ class RecordQueue {
   [[nodiscard]] std::size_t capacity() const noexcept { return slots_.size(); }
 
  private:
-  static constexpr std::size_t kMost = std::size_t{1} << 24;
+  static constexpr std::size_t kMaxCapacity = std::size_t{1} << 24;
   static constexpr std::size_t kCacheLine = 64;  // [bytes] keeps data of the two threads in separate lines
   static_assert(std::atomic<std::uint64_t>::is_always_lock_free && std::atomic<double>::is_always_lock_free);
 

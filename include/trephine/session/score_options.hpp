@@ -54,8 +54,8 @@ struct ScoreOptions {
     if (!(force_limit >= 0)) refuse(kType, "force_limit must be >= 0 N", force_limit);
     if (force != ScoredForce::kHand && force != ScoredForce::kThrust)
       refuse(kType, "force must be kHand or kThrust", static_cast<int>(force));
-    constexpr std::size_t kMost = 1U << 24;
-    if (strokes > kMost) refuse(kType, "strokes must be at most 2^24", strokes);
+    constexpr std::size_t kMaxStrokes = 1U << 24;
+    if (strokes > kMaxStrokes) refuse(kType, "strokes must be at most 2^24", strokes);
     if (structures > 255) refuse(kType, "structures must be at most 255", structures);
     if (tools > 255) refuse(kType, "tools must be at most 255", tools);
   }

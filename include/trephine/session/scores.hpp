@@ -124,11 +124,11 @@ class Scores {
   [[nodiscard]] std::span<const Stroke> strokes() const noexcept { return strokes_; }
   /// Ended strokes that found no room in the list.
   [[nodiscard]] std::uint64_t unlisted_strokes() const noexcept { return totals_.strokes - strokes_.size(); }
-  /// Around whichever structure was nearest.
+  /// Scores about whichever structure was nearest.
   [[nodiscard]] const StructureScores& around_structures() const noexcept { return around_; }
-  /// Of each structure, by number.
+  /// Scores about each structure, by number.
   [[nodiscard]] std::span<const StructureScores> structures() const noexcept { return structures_; }
-  /// Of each tool, by number; and of all tools whose numbers are not in this list.
+  /// Use of each tool, by number; and of all tools whose numbers are not in this list.
   [[nodiscard]] std::span<const ToolUse> tools() const noexcept { return tools_; }
   [[nodiscard]] const ToolUse& unlisted_tools() const noexcept { return unlisted_tools_; }
   [[nodiscard]] const ScoreOptions& options() const noexcept { return options_; }
