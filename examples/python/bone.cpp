@@ -116,14 +116,8 @@ using Triple = std::tuple<int, int, int>;
 
 BonePointer PythonBone::copy() const {
   require_idle();
-  const py::array voxels = voxels_of(bone);
-  return with_density(bone.density_type(), [&]<class Density>(Density) {
-    const GridGeometry geometry{bone.size(), bone.spacing(), bone.X_WG(), outside_of<Density>(bone)};
-    const std::span<const Density> span(static_cast<const Density*>(voxels.data()),
-                                        static_cast<std::size_t>(voxels.size()));
-    const py::gil_scoped_release release;
-    return std::make_shared<PythonBone>(PythonBone{{geometry, span, GridOptions{keeps_original}}, keeps_original});
-  });
+  const py::gil_scoped_release release;
+  return std::make_shared<PythonBone>(PythonBone{bone.copy(), keeps_original});
 }
 
 void trephine_python::bind_bone(py::module_& m) {
@@ -231,8 +225,16 @@ void trephine_python::bind_bone(py::module_& m) {
           "A new reader of this bone.")
       .def("mesh", &mesh_of, py::arg("isovalue"),
            "The surface as a Mesh in G, closed at the voxels' border. Takes half a second for ten million voxels.")
-      .def("copy", &PythonBone::copy,
-           "A bone of its own with the voxels as they are now, to which its `restore` also goes back.")
+      .def("copy", &PythonBone::copy, "A bone of its own with these voxels, the same original and pose.")
+      .def(
+          "take",
+          [](PythonBone& b, const PythonBone& other) {
+            b.require_idle();
+            other.require_idle();
+            b.bone.take(other.bone);
+          },
+          py::arg("other"),
+          "Takes voxels and pose of a copy of this bone, or of what this is a copy of. Raises ValueError for another.")
       .def("__repr__", [](const PythonBone& b) {
         const auto& n = b.bone.size();
         return "<trephine.Bone of " + std::to_string(n[2]) + " x " + std::to_string(n[1]) + " x " +

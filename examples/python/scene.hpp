@@ -33,7 +33,9 @@ struct PythonScene {
 
   PythonScene(BonePointer of, double at, const SceneTool& with, const compiled::RendererOptions& by,
               const compiled::StageOptions& stages);
-  [[nodiscard]] std::shared_ptr<PythonScene> copy() const;
+  explicit PythonScene(const PythonScene& other);
+  PythonScene& operator=(const PythonScene&) = delete;
+  void take(const PythonScene& other);
 };
 using ScenePointer = std::shared_ptr<PythonScene>;
 

@@ -97,6 +97,12 @@ class Voxels(unittest.TestCase):
         self.assertEqual(bone.restore(), 0)
         np.testing.assert_array_equal(bone.voxels(), block())
         np.testing.assert_array_equal(copy.voxels(), drilled)
+        bone.take(copy)
+        np.testing.assert_array_equal(bone.voxels(), drilled)
+        copy.restore()
+        np.testing.assert_array_equal(copy.voxels(), block())
+        with self.assertRaisesRegex(ValueError, "another grid"):
+            bone.take(t.Bone(block(), SPACING))
         self.assertEqual((copy.outside, copy.dtype), (bone.outside, bone.dtype))
 
 

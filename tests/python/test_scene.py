@@ -297,6 +297,20 @@ class Copies(unittest.TestCase):
             np.testing.assert_array_equal(twin.bone.voxels(), block())
             self.assertTrue(same(first, twin.run(path(700))))
 
+    def test_contact_goes_on_in_a_copy_and_is_taken_back(self):
+        for kind in KINDS:
+            scene = scene_of(kind, t.Bone(block(), SPACING))
+            scene.run(path(900)[:600])
+            saved = scene.copy()
+            twin, rest = saved.copy(), path(900)[600:]
+            first = scene.run(rest)
+            self.assertTrue(same(first, twin.run(rest)))
+            scene.take(saved)
+            np.testing.assert_array_equal(scene.bone.voxels(), saved.bone.voxels())
+            self.assertTrue(same(first, scene.run(rest)))
+            with self.assertRaisesRegex(ValueError, "another"):
+                scene.take(scene_of(kind, t.Bone(block(), SPACING)))
+
 
 class Threads(unittest.TestCase):
     def test_others_run_and_are_kept_from_the_bone(self):

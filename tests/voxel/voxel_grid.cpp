@@ -136,6 +136,7 @@ TEST_CASE("Other calls refuse too, and leave the grid as it was") {
   CHECK(refusal([&] { grid.copy_voxels(small); }) ==
         "trephine::VoxelGrid: copy_voxels needs room for 60 voxels, got 59");
   CHECK(holds(refusal([&] { grid.restore(); }), "restore() needs GridOptions::keep_original"));
+  CHECK(holds(refusal([&] { grid.take(grid); }), "take() needs GridOptions::keep_original"));
   CHECK(holds(refusal([&] { (void)grid.cropped(0, -1); }), "crop margin must be >= 0 voxels, got -1"));
   CHECK(holds(refusal([&] { (void)grid.cropped(1e6); }), "no voxel reaches the isovalue (densities "));
   CHECK(holds(refusal([&] { (void)grid.cropped(kNan); }), "no voxel reaches the isovalue"));
@@ -281,6 +282,57 @@ TEST_CASE("NaN lowers nothing") {
   CHECK(grid.lower_row(0, 0, 0, 19, [](int, float) { return std::numeric_limits<float>::quiet_NaN(); }) == 0);
   grid.commit();
   CHECK(copy_of(grid) == before);
+}
+
+TEST_CASE_TEMPLATE("a grid takes the densities of its copies, and tells its readers", Density, std::uint8_t,
+                   std::int16_t, float) {
+  CAPTURE(kSeed);
+  std::mt19937 rng(kSeed + 5);
+  auto grid = random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng);
+  const auto original = copy_of(grid);
+  const auto drill = [&](VoxelGrid<Density>& g) {
+    for (int n = 0; n < 3; ++n) {
+      const int x = static_cast<int>(rng() % 25);
+      g.lower_row(static_cast<int>(rng() % 17), static_cast<int>(rng() % 25), x, x + 7,
+                  [&](int, Density) { return random_density<Density>(rng); });
+    }
+    g.commit();
+  };
+  drill(grid);
+  std::vector<VoxelGrid<Density>> copies;
+  copies.push_back(grid.copy());
+  CHECK(copy_of(copies[0]) == copy_of(grid));
+  CHECK(copies[0].increase_stamp() != grid.increase_stamp());
+  copies.push_back(copies[0].copy());
+  GridReader<Density> reader(grid, false);
+  for (int n = 0; n < 30; ++n) {
+    for (auto& copy : copies) drill(copy);
+    drill(grid);
+    if (n % 5 == 0) copies[rng() % 2].restore(rng() % 3);
+    reader.poll([](std::size_t) {});
+    const auto before = copy_of(grid);
+    const auto& from = copies[rng() % 2];
+    const auto stamp = grid.increase_stamp();
+    grid.take(from);
+    CHECK(copy_of(grid) == copy_of(from));
+    CHECK(grid.increase_stamp() != stamp);
+    const auto must = bricks_to_mark(grid, before);
+    std::vector<bool> marked(grid.brick_count(), false);
+    reader.poll([&](std::size_t b) { marked[b] = true; });
+    for (std::size_t b = 0; b < must.size(); ++b) CHECK((marked[b] || !must[b]));
+    check_bricks(grid);
+  }
+  // Each goes back to the same original.
+  CHECK(grid.restore() == 0);
+  CHECK(copies[1].restore() == 0);
+  CHECK(copy_of(grid) == original);
+  CHECK(copy_of(copies[1]) == original);
+  const Posed moved = make_pose<double>(random_rotation(rng), {0.1, 0.2, 0.3});
+  copies[0].set_X_WG(moved);
+  grid.take(copies[0]);
+  CHECK(grid.X_WG().matrix() == moved.matrix());
+  const auto other = random_grid<Density>({.size = {33, 17, 25}, .spacing = Vec3d::Constant(1e-3)}, rng);
+  CHECK(holds(refusal([&] { grid.take(other); }), "take() needs a copy of this grid"));
 }
 
 TEST_CASE_TEMPLATE("restore() brings back every bit, brick by brick", Density, std::uint8_t, std::int16_t, float) {

@@ -58,6 +58,7 @@ class AnyGuard : public Interface {
   virtual void reset() noexcept = 0;
   virtual void set_push(bool on) noexcept = 0;
   [[nodiscard]] virtual int breaches(int structure) const noexcept = 0;
+  [[nodiscard]] virtual std::shared_ptr<AnyGuard> copy() const = 0;
 };
 
 /// Guard and vetoes for one scene, while they are not in it.
@@ -76,12 +77,17 @@ class AnyStructures : public Interface {
                                                              const ProtectionOptions& options) const = 0;
 };
 
+class AnyBone;
+
 class AnyScene : public Interface {
  public:
   [[nodiscard]] virtual TickResult tick(const TickInput& input, double dt) noexcept = 0;
   virtual void reset() noexcept = 0;
   virtual void forget_wrench() noexcept = 0;
   [[nodiscard]] virtual bool bounds_wrench() const noexcept = 0;
+  virtual void take(const AnyScene& other) = 0;
+  /// A scene with the same state in a copy of the bone.
+  [[nodiscard]] virtual std::unique_ptr<AnyScene> copy(AnyBone& bone, const StageOptions& stages) const = 0;
   virtual void set_stages(const StageOptions& stages) = 0;
   virtual void set_tool(const Burr& burr) = 0;
   virtual void set_tool(const RevolvedTool& tool) = 0;
@@ -120,6 +126,8 @@ class AnyBone : public Interface {
   virtual void set_X_WG(const Posed& X_WG) = 0;
   virtual std::size_t restore(std::size_t max_bricks) = 0;
   virtual void copy_voxels(const VoxelBuffer& out) const = 0;
+  [[nodiscard]] virtual std::shared_ptr<AnyBone> copy() const = 0;
+  virtual void take(const AnyBone& other) = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyReader> make_reader() const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr,
                                                              const RendererOptions& renderer,

@@ -12,7 +12,6 @@
 #include <trephine/tool/any_tool.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -44,12 +43,6 @@ class ProtectionOf final : public AnyProtection {
   std::shared_ptr<CutFloor<Density>> floor{};
 };
 
-/// Returns a number that no other scene of the program has.
-[[nodiscard]] inline std::uint64_t number_of_scene() noexcept {
-  static std::atomic<std::uint64_t> last{0};
-  return last.fetch_add(1, std::memory_order_relaxed) + 1;
-}
-
 template <VoxelDensity Density, class ContactRenderer>
 class SceneOf final : public AnyScene {
  public:
@@ -69,6 +62,15 @@ class SceneOf final : public AnyScene {
   void reset() noexcept override { scene_.reset(); }
   void forget_wrench() noexcept override { scene_.forget_wrench(); }
   bool bounds_wrench() const noexcept override { return scene_.bounds_wrench(); }
+  void take(const AnyScene& other) override {
+    const auto* const same = dynamic_cast<const SceneOf*>(&other);
+    if (same == nullptr)
+      refuse("compiled::Scene", "take needs a scene with the same renderer and density type", "another scene");
+    scene_.take(same->scene_);
+    tool_ = same->tool_;
+    number_ = trephine::detail::unique_number();  // protections were made for another tool, maybe
+  }
+  std::unique_ptr<AnyScene> copy(AnyBone& bone, const StageOptions& stages) const override;
   void set_stages(const StageOptions& o) override {
     o.validate();
     check_cut(o);
@@ -166,13 +168,13 @@ class SceneOf final : public AnyScene {
       check_tool_size(scene_.bone(), tool.burr());
       scene_.renderer().set_tool(tool);
       tool_ = tool;
-      number_ = number_of_scene();  // protections made for the last tool are of another scene now
+      number_ = trephine::detail::unique_number();  // protections made for the last tool are of another scene now
     }
   }
 
   using Cut = Cutting<AnyCut, OptionalLaw>;
 
-  std::uint64_t number_ = number_of_scene();
+  std::uint64_t number_ = trephine::detail::unique_number();
   AnyTool tool_;  // a renderer's own may be wider
   HapticScene<Density, ContactRenderer, Cut, OptionalStage<ReleaseLimit>, OptionalStage<HuntCrossley>,
               OptionalStage<MillingVibration>, OptionalStage<Damping>, OptionalStage<FirstOrderFilter>,
@@ -218,6 +220,7 @@ class BoneOf final : public AnyBone {
  public:
   BoneOf(const GridGeometry& geometry, std::span<const Density> voxels, const GridOptions& options)
       : grid_(geometry, voxels, options) {}
+  explicit BoneOf(VoxelGrid<Density> grid) : grid_(std::move(grid)) {}
 
   DensityType density_type() const noexcept override { return kDensityType<Density>; }
   const std::array<int, 3>& size() const noexcept override { return grid_.size(); }
@@ -226,6 +229,13 @@ class BoneOf final : public AnyBone {
   const Posed& X_WG() const noexcept override { return grid_.X_WG(); }
   void set_X_WG(const Posed& X_WG) override { grid_.set_X_WG(X_WG); }
   std::size_t restore(std::size_t max_bricks) override { return grid_.restore(max_bricks); }
+  VoxelGrid<Density>& grid() noexcept { return grid_; }
+  std::shared_ptr<AnyBone> copy() const override { return std::make_shared<BoneOf>(grid_.copy()); }
+  void take(const AnyBone& other) override {
+    const auto* const same = dynamic_cast<const BoneOf*>(&other);
+    if (same == nullptr) refuse("compiled::Bone", "take needs a copy of this bone", "another density type");
+    grid_.take(same->grid_);
+  }
   void copy_voxels(const VoxelBuffer& out) const override {
     if (out.type != kDensityType<Density>)
       refuse("compiled::Bone", "copy_voxels needs the bone's own density", static_cast<int>(out.type));
@@ -274,6 +284,14 @@ class BoneOf final : public AnyBone {
 
   VoxelGrid<Density> grid_;
 };
+
+template <VoxelDensity Density, class ContactRenderer>
+std::unique_ptr<AnyScene> SceneOf<Density, ContactRenderer>::copy(AnyBone& bone, const StageOptions& stages) const {
+  auto& grid = dynamic_cast<BoneOf<Density>&>(bone).grid();
+  auto made = std::make_unique<SceneOf>(grid, scene_.isovalue(), tool_, scene_.renderer(), stages);
+  made->scene_.take(scene_);
+  return made;
+}
 
 template <VoxelDensity Density, int kAlignment>
 std::shared_ptr<AnyBone> BoneMaker<Density, kAlignment>::make(const GridGeometry& geometry,

@@ -119,6 +119,16 @@ class OptionalProtection {
     if (floor != nullptr) veto_.emplace(std::move(floor));
     floor = std::move(before);
   }
+  /// Takes a copy of another scene's guard, and the counts of its floor.
+  void take(const OptionalProtection& other, const TakenBone& bones) {
+    guard_ = other.guard_ ? other.guard_->copy() : nullptr;
+    if (!other.veto_)
+      veto_.reset();
+    else if (veto_)
+      veto_->take(*other.veto_, bones);
+    else
+      veto_ = other.veto_->with_own_floor();
+  }
   [[nodiscard]] int breaches(int structure) const noexcept { return guard_ ? guard_->breaches(structure) : 0; }
   void set_push(bool on) noexcept {
     if (guard_) guard_->set_push(on);

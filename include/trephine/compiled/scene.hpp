@@ -44,6 +44,11 @@ class Bone {
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max()) {
     return bone_->restore(max_bricks);
   }
+  /// Another bone with the same densities, original and pose, for a scene of its own.
+  [[nodiscard]] Bone copy() const { return Bone(bone_->copy()); }
+  /// Takes densities and pose of a copy of this bone, or of what this is a copy of; milliseconds at most, by how many
+  /// bricks were edited. Throws std::invalid_argument for any other bone, and without `keep_original`.
+  void take(const Bone& other) { bone_->take(*other.bone_); }
   /// All voxels, x fastest, for saving. Throws std::invalid_argument for another density or number of voxels.
   template <VoxelDensity Density>
   void copy_voxels(std::span<Density> out) const {
@@ -53,6 +58,7 @@ class Bone {
  private:
   friend class Scene;
   friend class BoneReader;
+  explicit Bone(std::shared_ptr<AnyBone> bone) noexcept : bone_(std::move(bone)) {}
 
   std::shared_ptr<AnyBone> bone_;
 };
@@ -118,6 +124,21 @@ class Scene {
   [[nodiscard]] TickResult tick(const TickInput& input, double dt) noexcept { return scene_->tick(input, dt); }
   /// Forgets contact, velocity and the state of stages; the bone and all options stay.
   void reset() noexcept { scene_->reset(); }
+  /// A scene with the same state in a copy of the bone: both go on with the same bits. Between ticks; not for the
+  /// haptic thread. Protections that were made for this scene are not for the copy.
+  [[nodiscard]] Scene copy() const {
+    Bone bone = bone_.copy();
+    std::unique_ptr<AnyScene> scene = scene_->copy(*bone.bone_, stages_);
+    return Scene(std::move(bone), std::move(scene), stages_);
+  }
+  /// Puts bone and state to those of a copy of this scene, or of what this is a copy of, as an undo does. Between
+  /// ticks; about a millisecond, and it may allocate. Protections that were made for this scene are for it no more.
+  /// Throws std::invalid_argument for any other scene, and for bone without `keep_original`.
+  void take(const Scene& other) {
+    bone_.take(other.bone_);
+    scene_->take(*other.scene_);
+    stages_ = other.stages_;
+  }
   /// Takes it that no wrench acts on the hand: see `HapticScene::forget_wrench`.
   void forget_wrench() noexcept { scene_->forget_wrench(); }
   /// True if the wrench never steps: see `HapticScene::bounds_wrench`.
@@ -173,6 +194,9 @@ class Scene {
   [[nodiscard]] Bone& bone() noexcept { return bone_; }
 
  private:
+  Scene(Bone bone, std::unique_ptr<AnyScene> scene, const StageOptions& stages)
+      : bone_(std::move(bone)), scene_(std::move(scene)), stages_(stages) {}
+
   Bone bone_;
   std::unique_ptr<AnyScene> scene_;
   StageOptions stages_;

@@ -21,6 +21,7 @@ class GuardOf final : public AnyGuard {
  public:
   GuardOf(std::shared_ptr<const GuardPotential> potential, const StructureGuard::Options& options)
       : guard_(std::move(potential), options) {}
+  GuardOf(const GuardOf& other) : AnyGuard(), guard_(other.guard_) {}
 
   void apply(const TickContext& context, Wrenchd& wrench) noexcept override { guard_.apply(context, wrench); }
   void add_to(StructureSummary& summary) const noexcept override { guard_.add_to(summary); }
@@ -31,6 +32,7 @@ class GuardOf final : public AnyGuard {
     guard_.adopt(options);
   }
   int breaches(int structure) const noexcept override { return guard_.breaches(structure); }
+  std::shared_ptr<AnyGuard> copy() const override { return std::make_shared<GuardOf>(*this); }
 
  private:
   StructureGuard guard_;

@@ -142,6 +142,13 @@ class Cutting {
   }
   /// Takes what other threads posted to the law (`Remote`).
   void begin_tick() noexcept { member::begin_tick(law_); }
+  void take(const Cutting& other, const TakenBone& bones) {
+    policy_ = other.policy_;
+    law_ = other.law_;
+    options_ = other.options_;
+    path_.take(other.path_, bones);
+    pose_ = other.pose_;
+  }
   /// Takes it that nothing was cut yet, as after a change of what cuts may take.
   void forget_path() noexcept { path_.reset(); }
   /// Restarts the dithering, the bites and the law.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/stage/members.hpp>
 #include <trephine/tool/head_sweep.hpp>
 #include <trephine/voxel/carving.hpp>
 
@@ -36,6 +37,15 @@ class CuttingPath {
   void reset() noexcept {
     tick_ = 0;
     last_ = {};
+  }
+
+  /// Goes on from another path, in bone of its own with the same densities.
+  void take(const CuttingPath& other, const TakenBone& bones) noexcept {
+    *this = other;
+    if constexpr (kMayBeAtOnce) {
+      last_.stamp = other.last_.stamp == bones.stamp ? bones.own_stamp : 0;
+      if (last_.rule == bones.floor) last_.rule = bones.own_floor;
+    }
   }
 
   /// `rule`: identity of what else decides the cut, as a floor; where it changes, nothing counts as cut already.

@@ -108,6 +108,19 @@ class HapticScene<Density, ContactRenderer, Parts...> : public detail::SceneStat
     parts_.reset();
   }
 
+  /// Takes contact, velocities, stages with their options, and the wrench that acts from a scene of the same renderer
+  /// options. Its bone must have the same densities (`VoxelGrid::take`): then both go on with the same bits. For
+  /// programs that try or undo: between ticks, and it may allocate. Mailboxes stay apart.
+  void take(const HapticScene& other) {
+    const TakenBone bones{.stamp = other.bone_->increase_stamp(), .own_stamp = bone_->increase_stamp()};
+    State::take_contact(other);
+    parts_.take(other.parts_, bones);
+    history_ = other.history_;
+    release_ = other.release_;
+    far_away_ = other.far_away_;
+    last_increase_stamp_ = other.last_increase_stamp_ == bones.stamp ? bones.own_stamp : 0;
+  }
+
   /// Returns true if the scene keeps its wrench from stepping (`CoupledOptions::release`, `ReleaseLimit`). A servo loop
   /// then need not ramp it after a jump or a start in bone.
   [[nodiscard]] bool bounds_wrench() const noexcept {

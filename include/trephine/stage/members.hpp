@@ -5,6 +5,7 @@
 #include <trephine/stage/context.hpp>
 
 #include <concepts>
+#include <cstdint>
 
 /// Every member that a renderer or a part of a scene may have or leave out. A scene asks for them by these concepts and
 /// calls them by the functions of the same meaning in `member`, which do nothing where T lacks the member. All are
@@ -12,6 +13,13 @@
 namespace trephine::inline TREPHINE_ALIGNED {
 
 class ReleaseBound;  // contact/release_bound.hpp
+
+/// How a scene whose state is taken knows its bone, and how the taking scene knows its own, which has the same
+/// densities (`HapticScene::take`).
+struct TakenBone {
+  std::uint64_t stamp = 0, own_stamp = 0;             ///< `VoxelGrid::increase_stamp`
+  const void *floor = nullptr, *own_floor = nullptr;  ///< `cut_floor()`
+};
 
 // --- Of renderers ----------------------------------------------------------------------------------------------------
 
@@ -55,6 +63,10 @@ concept CutsByPressure = requires(const R& renderer, double advance) {
   renderer.pressure_cutting_pose(advance);
   renderer.foundation_law();
 };
+/// `take(other, field, own_field)` takes the state of a renderer in another field with the same densities; may
+/// allocate. Without it the renderer is assigned.
+template <class R, class Field>
+concept TakesContact = requires(R renderer, const R& other, const Field& field) { renderer.take(other, field, field); };
 /// `unlisted_force()` is the force of contacts that had no room in `contacts()`, in G [N].
 template <class R>
 concept HasUnlistedForce = requires(const R& renderer) { renderer.unlisted_force(); };
@@ -97,6 +109,10 @@ concept AddsCuttingForces =
 /// kNonFinite.
 template <class P>
 concept HearsSent = requires(P part, const Wrenchd& wrench) { part.sent(wrench); };
+/// `take(other, bones)` takes the state of the same part of another scene, in other bone with the same densities; may
+/// allocate. Without it the part is assigned.
+template <class P>
+concept TakesState = requires(P part, const P& other, const TakenBone& bones) { part.take(other, bones); };
 /// `add_to(summary)` adds the part's structures, or its cutting, to the result after the last stage.
 template <class P>
 concept StructureReporter = requires(const P& part, StructureSummary& summary) {
@@ -161,6 +177,13 @@ void add_forces(T& part, const TickContext& context, Wrenchd& wrench) noexcept {
 template <class T>
 void sent(T& part, const Wrenchd& wrench) noexcept {
   if constexpr (HearsSent<T>) part.sent(wrench);
+}
+template <class T>
+void take(T& part, const T& other, const TakenBone& bones) {
+  if constexpr (TakesState<T>)
+    part.take(other, bones);
+  else
+    part = other;
 }
 template <class T, class Summary>
 void add_to(const T& part, Summary& summary) noexcept {

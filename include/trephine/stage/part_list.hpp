@@ -62,6 +62,23 @@ class PartList {
     for_each(parts_, [&](auto& part) { member::sent(part, wrench); });
   }
 
+  /// Floors first, because the cuts know theirs by its address.
+  void take(const PartList& other, TakenBone bones) {
+    const auto take_some = [&]<bool kFloors>(std::bool_constant<kFloors>) {
+      const auto take_one = [&]<std::size_t kAt>(std::integral_constant<std::size_t, kAt>) {
+        if constexpr (KeepsCutsOut<std::tuple_element_t<kAt, std::tuple<Parts...>>> == kFloors)
+          member::take(std::get<kAt>(parts_), std::get<kAt>(other.parts_), bones);
+      };
+      [&]<std::size_t... kAt>(std::index_sequence<kAt...>) {
+        (take_one(std::integral_constant<std::size_t, kAt>()), ...);
+      }(std::index_sequence_for<Parts...>());
+    };
+    take_some(std::true_type());
+    bones.floor = other.cut_floor();
+    bones.own_floor = cut_floor();
+    take_some(std::false_type());
+  }
+
   /// Returns the part that is, or derives from, T.
   template <class T, class Self>
   [[nodiscard]] static auto& part(Self& self) noexcept {

@@ -28,6 +28,14 @@ class Remote : public T {
 
   Remote(T start, Mailbox<Options>& inbox) : T(std::move(start)), inbox_(&inbox) {}
 
+  Remote(const Remote&) = default;
+  Remote(Remote&&) = default;
+  /// Takes options and state; each keeps its own mailbox.
+  Remote& operator=(const Remote& other) {
+    T::operator=(other);
+    return *this;
+  }
+
   void begin_tick() noexcept {
     member::begin_tick(static_cast<T&>(*this));
     if (const Options* latest = inbox_->take()) this->adopt(*latest);

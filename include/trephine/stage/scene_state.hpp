@@ -110,6 +110,13 @@ class SceneState {
       return render_in(Field(*bone_, isovalue_));
   }
 
+  void take_contact(const SceneState& other) {
+    if constexpr (TakesContact<ContactRenderer, Field>)
+      renderer_.take(other.renderer_, other.attached_->view(), attached_->view());
+    else
+      renderer_ = other.renderer_;
+  }
+
   Grid* bone_;
   double isovalue_;
   ContactRenderer renderer_;

@@ -3,6 +3,7 @@
 
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/tick.hpp>
+#include <trephine/stage/members.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <concepts>
@@ -36,6 +37,18 @@ class Veto {
 
   [[nodiscard]] const std::shared_ptr<CutFloor<Density>>& floor() const noexcept { return floor_; }
   [[nodiscard]] CutFloor<Density>* cut_floor() const noexcept { return floor_.get(); }
+
+  /// Returns a veto with a copy of the floor.
+  [[nodiscard]] Veto with_own_floor() const {
+    Veto made(std::make_shared<CutFloor<Density>>(*floor_));
+    made.before_ = before_;
+    return made;
+  }
+  /// Takes the counts of a veto in a copy of the bone. The floors stay apart.
+  void take(const Veto& other, const TakenBone&) {
+    if (floor_ != other.floor_) floor_->take(*other.floor_);
+    before_ = other.before_;
+  }
 
   void begin_tick() noexcept { before_ = floor_->counts(); }
   /// Adds the volumes that the floor refused and watched in the last tick.

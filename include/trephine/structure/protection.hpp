@@ -67,6 +67,11 @@ class Protection {
   [[nodiscard]] CutFloor<Density>* cut_floor() const noexcept { return veto_.cut_floor(); }
 
   void validate_for(const VoxelGrid<Density>& bone, double isovalue) const { veto_.validate_for(bone, isovalue); }
+  void take(const Protection& other, const TakenBone& bones) {
+    field_ = other.field_;
+    guard_ = other.guard_;
+    veto_.take(other.veto_, bones);
+  }
   void begin_tick() noexcept { veto_.begin_tick(); }
   void apply(const TickContext& context, Wrenchd& wrench) noexcept { guard_.apply(context, wrench); }
   void add_to(StructureSummary& summary) const noexcept {

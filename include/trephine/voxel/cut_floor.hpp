@@ -64,6 +64,7 @@ class CutFloor {
   /// than `reach()`. Of several bodies the highest floor counts.
   template <class Distance>
   void protect(int owner, const VoxelBox& box, Distance&& distance) {
+    build_ = detail::unique_number();
     for_each_voxel(box, [&](int i, int j, int k) {
       const double c = distance(i, j, k);
       if (!(c < reach_)) return;
@@ -83,6 +84,7 @@ class CutFloor {
   /// Watches a body that may be cut: voxels for which `inside(i, j, k)` is true, unless another body protects them.
   template <class Inside>
   void watch(int owner, const VoxelBox& box, Inside&& inside) {
+    build_ = detail::unique_number();
     for_each_voxel(box, [&](int i, int j, int k) {
       if (!inside(i, j, k) || is_frozen(layout_.brick_of(i, j, k))) return;
       Block& block = block_at(i, j, k);
@@ -95,6 +97,7 @@ class CutFloor {
 
   /// Protects all voxels of a brick of the grid, which must lie deeper than `reach()` in the owner's body.
   void freeze_brick(int owner, std::size_t brick) {
+    build_ = detail::unique_number();
     const auto owned_by = static_cast<std::uint8_t>(owner + 1);
     std::int32_t& b = block_of_[brick];
     if (b >= 0) {
@@ -111,6 +114,7 @@ class CutFloor {
   /// Freezes cells whose bone does not reach its floors. Call it once after all bodies. Frozen voxels are never cut.
   /// Any thread, also while the bone is cut: it then sees voxels before or after the cut.
   void seal(const VoxelGrid<Density>& grid) {
+    build_ = detail::unique_number();
     const GridReader<Density> reader(grid, false);
     std::vector<std::array<int, 3>> frozen;
     for (std::size_t brick = 0; brick < block_of_.size(); ++brick) {
@@ -156,6 +160,20 @@ class CutFloor {
   /// Voxels of all owners, and the volume of one [mm³].
   [[nodiscard]] FloorCounts counts() const noexcept { return {all_refused_, all_taken_}; }
   [[nodiscard]] double voxel_mm3() const noexcept { return voxel_mm3_; }
+
+  /// Takes the counts of a copy of this floor, or all of another floor for this bone.
+  void take(const CutFloor& other) {
+    if (build_ != other.build_) {
+      *this = other;
+      return;
+    }
+    for (std::size_t b = 0; b < blocks_.size(); ++b) blocks_[b].counted = other.blocks_[b].counted;
+    frozen_ = other.frozen_;
+    refused_ = other.refused_;
+    taken_ = other.taken_;
+    all_refused_ = other.all_refused_;
+    all_taken_ = other.all_taken_;
+  }
 
   /// Forgets what was refused and taken.
   void reset_counts() noexcept {
@@ -320,6 +338,7 @@ class CutFloor {
   std::vector<Frozen> frozen_;
   std::array<std::uint64_t, kOwners> refused_{}, taken_{};
   std::uint64_t all_refused_ = 0, all_taken_ = 0;
+  std::uint64_t build_ = detail::unique_number();  // copies have the same floors where this is the same
 };
 
 }  // namespace trephine

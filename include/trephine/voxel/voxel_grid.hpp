@@ -35,6 +35,14 @@ struct DensityRange {
   Density max;
 };
 
+namespace detail {
+/// Returns a number above 0 that the program has not returned before. Any thread.
+[[nodiscard]] inline std::uint64_t unique_number() noexcept {
+  static std::atomic<std::uint64_t> last{0};
+  return last.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+}  // namespace detail
+
 /// The bone: a rectilinear CT volume that is read a thousand times a second while the drill lowers its densities.
 ///
 /// Memory: one linear array, x fastest, with a border of one voxel of `outside` density on all sides, so that sampling
@@ -61,6 +69,8 @@ class VoxelGrid {
 
   VoxelGrid(VoxelGrid&&) = default;
   VoxelGrid& operator=(VoxelGrid&&) = default;
+  /// Returns another grid with the same densities, original and pose, which `take` accepts.
+  [[nodiscard]] VoxelGrid copy() const;
 
   [[nodiscard]] const std::array<int, 3>& size() const noexcept { return size_; }
   [[nodiscard]] const Vec3d& spacing() const noexcept { return spacing_; }
@@ -141,6 +151,11 @@ class VoxelGrid {
   /// restore. Restore a few bricks a tick to keep ticks short. Throws std::invalid_argument without `keep_original`.
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max());
 
+  /// Takes densities and pose of `other`: a copy of this grid, what this is a copy of, or another copy of that. The
+  /// work is proportional to the bricks that were edited in either. Throws std::invalid_argument for any other grid and
+  /// without `keep_original`.
+  void take(const VoxelGrid& other);
+
   /// Returns a stamp that changes whenever densities may have risen, unique among all grids of the program. While it
   /// stays the same, voxels that were once cut are still cut.
   [[nodiscard]] std::uint64_t increase_stamp() const noexcept { return increase_stamp_; }
@@ -168,7 +183,8 @@ class VoxelGrid {
   template <VoxelDensity>
   friend class GridReader;
 
-  [[nodiscard]] static std::uint64_t next_increase_stamp() noexcept;
+  VoxelGrid(const VoxelGrid&) = default;
+
   void lay_out();
   [[nodiscard]] VoxelBox haloed_box(std::size_t b) const noexcept;
   [[nodiscard]] DensityRange<Density> scan_range(std::size_t b) const noexcept;
@@ -207,7 +223,7 @@ class VoxelGrid {
   [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density density) const noexcept;
   void update_range(std::size_t b) noexcept;
   void clear_edit() noexcept;
-  void restore_brick(std::size_t b) noexcept;
+  void raise_brick(std::size_t b, const Density* from) noexcept;
 
   std::array<int, 3> size_{};
   Vec3d spacing_;
@@ -243,7 +259,8 @@ class VoxelGrid {
   VoxelBox edit_box_ = kNothing;
   VoxelBox last_edit_;
   std::uint64_t edit_count_ = 0;
-  std::uint64_t increase_stamp_ = next_increase_stamp();
+  std::uint64_t increase_stamp_ = detail::unique_number();
+  std::uint64_t origin_ = increase_stamp_;  // the same in all copies
 };
 
 }  // namespace trephine

@@ -207,8 +207,9 @@ void VoxelGrid<Density>::clear_edit() noexcept {
   edit_box_ = kNothing;
 }
 
+/// Stores the brick's densities of an array in this grid's layout, any of which may be higher than the present ones.
 template <class Density>
-void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
+void VoxelGrid<Density>::raise_brick(std::size_t b, const Density* from) noexcept {
   const auto [bx, by, bz] = brick_coordinates(b);
   const std::array lo{bx * kBrick, by * kBrick, bz * kBrick};
   const std::array hi{std::min(lo[0] + kBrick, size_[0]) - 1, std::min(lo[1] + kBrick, size_[1]) - 1,
@@ -217,14 +218,14 @@ void VoxelGrid<Density>::restore_brick(std::size_t b) noexcept {
     for (int j = lo[1]; j <= hi[1]; ++j) {
       const std::size_t at_row = index(lo[0], j, k);
       for (int i = 0; i <= hi[0] - lo[0]; ++i)
-        store_relaxed(voxels_[at_row + static_cast<std::size_t>(i)], original_[at_row + static_cast<std::size_t>(i)]);
+        store_relaxed(voxels_[at_row + static_cast<std::size_t>(i)], from[at_row + static_cast<std::size_t>(i)]);
     }
   grow_edit_box(lo, hi);
   for (int z = std::max(bz - 1, 0); z <= std::min(bz + 1, bricks_[2] - 1); ++z)
     for (int y = std::max(by - 1, 0); y <= std::min(by + 1, bricks_[1] - 1); ++y)
       touch_row(brick_row(y, z), std::max(bx - 1, 0), std::min(bx + 1, bricks_[0] - 1));
   risen_ = true;
-  increase_stamp_ = next_increase_stamp();
+  increase_stamp_ = detail::unique_number();
 }
 
 template <class Density>
@@ -237,12 +238,33 @@ std::size_t VoxelGrid<Density>::restore(std::size_t max_bricks) {
         ++left;
         continue;
       }
-      restore_brick(brick_of_bit(at, std::countr_zero(bits)));
+      raise_brick(brick_of_bit(at, std::countr_zero(bits)), original_.data());
       edited_[at] &= ~(bits & (~bits + 1));
       --max_bricks;
     }
   commit();
   return left;
+}
+
+template <class Density>
+VoxelGrid<Density> VoxelGrid<Density>::copy() const {
+  VoxelGrid made(*this);
+  made.touched_words_.reserve(touched_.size());
+  made.increase_stamp_ = detail::unique_number();
+  return made;
+}
+
+template <class Density>
+void VoxelGrid<Density>::take(const VoxelGrid& other) {
+  if (original_.empty()) refuse("VoxelGrid", "take() needs GridOptions::keep_original", "none");
+  if (origin_ != other.origin_) refuse("VoxelGrid", "take() needs a copy of this grid", "another grid");
+  X_WG_ = other.X_WG_;
+  for (std::size_t at = 0; at < edited_.size(); ++at) {
+    for (std::uint64_t bits = edited_[at] | other.edited_[at]; bits != 0; bits &= bits - 1)
+      raise_brick(brick_of_bit(at, std::countr_zero(bits)), other.voxels_.data());
+    edited_[at] = other.edited_[at];
+  }
+  commit();
 }
 
 }  // namespace trephine

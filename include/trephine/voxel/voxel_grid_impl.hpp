@@ -47,15 +47,6 @@ VoxelGrid<Density>::VoxelGrid(const GridGeometry& geometry, std::span<const Dens
   for (std::size_t b = 0; b < ranges_.size(); ++b) ranges_[b] = scan_range(b);
 }
 
-namespace detail {
-inline std::atomic<std::uint64_t> increase_count{0};
-}  // namespace detail
-
-template <class Density>
-std::uint64_t VoxelGrid<Density>::next_increase_stamp() noexcept {
-  return detail::increase_count.fetch_add(1, std::memory_order_relaxed) + 1;
-}
-
 template <class Density>
 void VoxelGrid<Density>::lay_out() {
   // A pitch divisible by a high power of two maps a column of voxels onto few cache sets, so such a pitch is

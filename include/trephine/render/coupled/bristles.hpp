@@ -52,6 +52,16 @@ class Bristles {
     deflections_.reserve(groups_.size() * kProfileLanes);
   }
 
+  /// Takes the deflections of others with the same room.
+  void take(const Bristles& other) {
+    law_ = other.law_;
+    has_friction_ = other.has_friction_;
+    X_start_ = other.X_start_;
+    rows_ = other.rows_;
+    deflections_ = other.deflections_;
+    table_ = other.table_;
+    count_ = 0;
+  }
   /// Removes all deflections.
   void reset() noexcept {
     for (const ElementRow& r : rows_) table_[r.slot] = kNone;
@@ -292,6 +302,7 @@ class Bristles<Frictionless> {
   explicit Bristles(const Frictionless&) noexcept {}
   [[nodiscard]] static constexpr bool has_friction() noexcept { return false; }
   void reserve(std::size_t, std::size_t) noexcept {}
+  void take(const Bristles&) noexcept {}
   void reset() noexcept {}
   void begin_tick(const Posed&) noexcept {}
   void attach(std::span<const FoundationPoint>, const Posed&, double) noexcept {}

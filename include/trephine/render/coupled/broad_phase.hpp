@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -60,6 +61,24 @@ class BroadPhase {
     brick_reach_ = {-1, 0};
   }
 
+  /// Takes the lists of a broad phase in other bone with the same densities, of which `view` is this one's. The tool is
+  /// the same.
+  template <class View, ToolShape Shape>
+  void take(const BroadPhase& other, const View& other_view, const View& view, const Shape& shape) {
+    bricks_ = other.bricks_;
+    brick_spheres_.take_centres(other.brick_spheres_, bricks_.size());
+    X_bricks_ = other.X_bricks_;
+    brick_reach_ = other.brick_reach_;
+    elements_.set_contact_offset(other.elements_.contact_offset());
+    elements_.begin(other.elements_.pose(), other.elements_.reach());
+    const bool same = other.increase_stamp_ == other_view.grid().increase_stamp();
+    increase_stamp_ = same ? view.grid().increase_stamp() : 0;
+    valid_ = false;
+    if (!other.is_unchanged(other_view)) return;
+    view.surface().begin_tick(std::numeric_limits<int>::max());
+    if (!gather(view, shape, other.elements_.pose(), other.elements_.reach())) invalidate();
+  }
+
   /// Makes the list hold every element that may be in contact with a tool at X. A new list reaches as far as some ticks
   /// of a tool that moves by `motion` a tick, within the bounds of `CoupledConstants`. Returns false if the surface
   /// could not provide all bricks in this tick.
@@ -91,12 +110,8 @@ class BroadPhase {
   /// Returns true if no brick near the tool was cut since the blocks were gathered.
   template <class View>
   [[nodiscard]] bool is_current(const View& view) noexcept {
-    const auto& grid = view.grid();
-    if (!valid_ || increase_stamp_ != grid.increase_stamp()) return false;
-    if (edit_count_ == grid.edit_count()) return true;
-    for (const NearBrick& b : bricks_)
-      if (grid.brick_version(b.brick) != b.version) return false;
-    edit_count_ = grid.edit_count();
+    if (!is_unchanged(view)) return false;
+    edit_count_ = view.grid().edit_count();
     return true;
   }
 
@@ -116,6 +131,14 @@ class BroadPhase {
     std::size_t brick;
     std::uint32_t version;
   };
+  template <class View>
+  [[nodiscard]] bool is_unchanged(const View& view) const noexcept {
+    const auto& grid = view.grid();
+    if (!valid_ || increase_stamp_ != grid.increase_stamp()) return false;
+    if (edit_count_ == grid.edit_count()) return true;
+    return std::none_of(bricks_.begin(), bricks_.end(),
+                        [&](const NearBrick& b) { return grid.brick_version(b.brick) != b.version; });
+  }
   /// Empties the list of elements, which is then for a tool at X and the grid as it is.
   template <class View>
   void begin_list(const View& view, const Posed& X, const ToolMotion& reach) noexcept {

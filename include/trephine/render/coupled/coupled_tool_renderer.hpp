@@ -157,6 +157,40 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     return out;
   }
 
+  /// Goes on where a renderer of the same options is, in `view`, whose bone has the densities of the other's: the next
+  /// ticks give the same bits. May allocate.
+  template <class View>
+  void take(const CoupledToolRenderer& other, const View& other_view, const View& view) {
+    shape_ = other.shape_;
+    bounds_ = other.bounds_;
+    options_ = other.options_;
+    gains_ = other.gains_;
+    head_ = other.head_;
+    bricks_per_tick_ = other.bricks_per_tick_;
+    tool_changed_ = other.tool_changed_;
+    broad_phase_.take(other.broad_phase_, other_view, view, shape_);
+    foundation_ = other.foundation_;
+    bristles_.take(other.bristles_);
+    contacts_ = other.contacts_;
+    X_ = other.X_;
+    X_device_ = other.X_device_;
+    last_motion_ = other.last_motion_;
+    evaluated_ = other.evaluated_;
+    const bool same = other.increase_stamp_ == other_view.grid().increase_stamp();
+    increase_stamp_ = same ? view.grid().increase_stamp() : 0;
+    started_ = other.started_;
+    axis_in_bone_ = other.axis_in_bone_;
+    awaits_start_ = other.awaits_start_;
+    gives_wrench_ = other.gives_wrench_;
+    summary_ = other.summary_;
+    has_pose_ = other.has_pose_;
+    drawn_ = other.drawn_;
+    to_device_ = other.to_device_;
+    unlisted_force_ = other.unlisted_force_;
+    depth_ = other.depth_;
+    steps_ = other.steps_;
+  }
+
   /// Starts anew at the next tick. A tool whose axis is then in bone goes on from where the virtual tool was, if that
   /// is known to be out of bone.
   void reset() noexcept {

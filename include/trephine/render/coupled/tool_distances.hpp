@@ -57,6 +57,11 @@ class SphereLanes {
     y_[i] = p.y();
     z_[i] = p.z();
   }
+  /// Takes the first `count` centres of others.
+  void take_centres(const SphereLanes& other, std::size_t count) noexcept {
+    for (auto v : {&SphereLanes::x_, &SphereLanes::y_, &SphereLanes::z_})
+      std::copy_n((other.*v).begin(), count, (this->*v).begin());
+  }
   /// Distance of centre i from the lanes' origin [m].
   [[nodiscard]] float arm(std::size_t i) const noexcept { return Vec3<float>(x_[i], y_[i], z_[i]).norm(); }
   /// Distance of centre i from the tool [m], as `measure` computed it last.
