@@ -164,6 +164,22 @@ class OptionsClass {
 
 namespace pybind11::detail {
 
+/// A point or direction among options: a tuple, from any three numbers.
+template <>
+struct type_caster<trephine::Vec3d> {
+  PYBIND11_TYPE_CASTER(trephine::Vec3d, const_name("Tuple[float, float, float]"));
+  bool load(handle from, bool) {
+    const auto numbers = array_t<double, array::c_style | array::forcecast>::ensure(from);
+    if (!numbers) PyErr_Clear();
+    if (!numbers || numbers.ndim() != 1 || numbers.shape(0) != 3) return false;
+    value = {numbers.at(0), numbers.at(1), numbers.at(2)};
+    return true;
+  }
+  static handle cast(const trephine::Vec3d& from, return_value_policy, handle) {
+    return make_tuple(from.x(), from.y(), from.z()).release();
+  }
+};
+
 /// A cut is one of four classes, or None.
 template <>
 struct type_caster<trephine::AnyCut> {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bone.hpp"
 
-#include <trephine/voxel/brick_mesh.hpp>
 #include <trephine/voxel/mesh_file.hpp>
 
 #include <pybind11/stl/filesystem.h>
@@ -72,18 +71,16 @@ void save_mesh(Save save, const std::filesystem::path& path, const Mesh& mesh, c
   }
 }
 
-Mesh mesh_of(PythonBone& bone, double isovalue) {
-  if (!is_finite(isovalue)) refuse("Bone.mesh", "the isovalue must be finite", isovalue);
-  bone.require_idle();
-  const compiled::Bone& b = bone.bone;
-  const py::array voxels = voxels_of(b);
-  return with_density(b.density_type(), [&]<class Density>(Density) {
-    const std::span<const Density> span(static_cast<const Density*>(voxels.data()),
-                                        static_cast<std::size_t>(voxels.size()));
-    const GridGeometry geometry{.size = b.size(), .spacing = b.spacing(), .outside = outside_of<Density>(b)};
-    const py::gil_scoped_release release;
-    return bone_mesh(VoxelGrid<Density>(geometry, span, GridOptions{.keep_original = false}), isovalue);
-  });
+Mesh mesh_of(const BonePointer& bone, double isovalue) {
+  const Work work(bone);
+  const py::gil_scoped_release release;
+  return bone->bone.mesh(isovalue);
+}
+
+BonePointer copy_of(const BonePointer& bone) {
+  const Work work(bone);
+  const py::gil_scoped_release release;
+  return std::make_shared<PythonBone>(PythonBone{bone->bone.copy(), bone->keeps_original});
 }
 
 /// A reader keeps its bone's sizes at hand.
@@ -113,12 +110,6 @@ py::array copy_brick(const PythonReader& self, std::size_t brick) {
 using Triple = std::tuple<int, int, int>;
 
 }  // namespace
-
-BonePointer PythonBone::copy() const {
-  require_idle();
-  const py::gil_scoped_release release;
-  return std::make_shared<PythonBone>(PythonBone{bone.copy(), keeps_original});
-}
 
 void trephine_python::bind_bone(py::module_& m) {
   py::class_<Mesh>(m, "Mesh", "A triangle mesh in the bone's frame G [m].")
@@ -163,6 +154,14 @@ void trephine_python::bind_bone(py::module_& m) {
       .def("copy_brick", &copy_brick, py::arg("brick"),
            "The brick with a halo of a voxel, (10, 10, 10) in z, y, x: its own first voxel is at [1, 1, 1].")
       .def(
+          "mesh",
+          [](const PythonReader& r, std::size_t brick, double isovalue) {
+            const py::gil_scoped_release release;
+            return r.reader.mesh(brick, isovalue);
+          },
+          py::arg("brick"), py::arg("isovalue"),
+          "The brick's share of the surface as a Mesh in G. Those of all bricks meet without a crack.")
+      .def(
           "brick_range",
           [](const PythonReader& self, std::size_t brick) {
             const auto [least, greatest] = self.reader.brick_range(brick);
@@ -185,12 +184,7 @@ void trephine_python::bind_bone(py::module_& m) {
           },
           "of the voxels")
       .def_property_readonly(
-          "outside",
-          [](const PythonBone& b) {
-            return with_density(b.bone.density_type(),
-                                [&]<class Density>(Density) { return outside_of<Density>(b.bone); });
-          },
-          "density beyond the voxels")
+          "outside", [](const PythonBone& b) { return b.bone.outside(); }, "density beyond the voxels")
       .def_property_readonly(
           "bricks",
           [](const PythonBone& b) { return Triple(b.bone.bricks()[0], b.bone.bricks()[1], b.bone.bricks()[2]); },
@@ -225,7 +219,7 @@ void trephine_python::bind_bone(py::module_& m) {
           "A new reader of this bone.")
       .def("mesh", &mesh_of, py::arg("isovalue"),
            "The surface as a Mesh in G, closed at the voxels' border. Takes half a second for ten million voxels.")
-      .def("copy", &PythonBone::copy, "A bone of its own with these voxels, the same original and pose.")
+      .def("copy", &copy_of, "A bone of its own with these voxels, the same original and pose.")
       .def(
           "take",
           [](PythonBone& b, const PythonBone& other) {

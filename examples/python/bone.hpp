@@ -46,7 +46,6 @@ struct PythonBone {
     if (at_work)
       throw std::runtime_error("trephine: another thread runs a scene of this bone; only readers may be used");
   }
-  [[nodiscard]] std::shared_ptr<PythonBone> copy() const;
 };
 using BonePointer = std::shared_ptr<PythonBone>;
 
@@ -90,14 +89,6 @@ auto with_density(compiled::DensityType type, Body&& body) {
     bone.copy_voxels(std::span<Density>(voxels.mutable_data(), static_cast<std::size_t>(voxels.size())));
     return voxels;
   });
-}
-
-/// The density beyond the voxels: a brick's halo begins there.
-template <VoxelDensity Density>
-[[nodiscard]] double outside_of(const compiled::Bone& bone) {
-  std::array<Density, 1000> first{};
-  compiled::BoneReader(bone).copy_brick(0, std::span<Density>(first));
-  return static_cast<double>(first[0]);
 }
 
 }  // namespace trephine_python

@@ -294,7 +294,7 @@ void trephine_python::bind_scene(py::module_& m) {
       .def(
           "copy",
           [](const PythonScene& s) {
-            s.bone->require_idle();
+            const Work work(s.bone);
             const py::gil_scoped_release release;
             return std::make_shared<PythonScene>(s);
           },

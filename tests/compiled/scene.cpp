@@ -44,6 +44,8 @@ compiled::StageOptions every_stage(bool other = false) {
                            .vibration = MillingVibration::Options{},
                            .damping = Damping::Options{.linear = 0.5, .angular = 1e-4},
                            .filter = FirstOrderFilter::Options{},
+                           .axis_guide = AxisGuideOptions{.point_G = Vec3d(5e-3, 5e-3, 0)},
+                           .depth_stop = DepthStopOptions{.point_G = Vec3d(0, 0, 3e-3)},
                            .passivity = PassivityController::Options{},
                            .rate_limit = WrenchRateLimit::Options{},
                            .limits = {.force = kForceLimit, .torque = kTorqueLimit}};
@@ -53,6 +55,8 @@ compiled::StageOptions every_stage(bool other = false) {
   o.vibration = {.frequency = 90, .per_force = 0.05, .per_removal = 0.01, .amplitude_limit = 0.4};
   o.damping = {.linear = 0.6, .angular = 2e-4, .only_in_contact = true};
   o.filter = {.cutoff = 70};
+  o.axis_guide = {.point_G = Vec3d(4e-3, 5e-3, 0), .axis_G = Vec3d(0.1, 0, 1), .capture_radius = 9e-3, .ramp = 0.3};
+  o.depth_stop = {.point_G = Vec3d(0, 0, 4e-3), .reach = 1e-3, .force = 1.1, .damping = 0.5};
   o.passivity = {.stiffness = 301, .angular_stiffness = 0.11, .contact_stiffness = 502, .memory = 0.12};
   o.rate_limit = {.force = 130, .torque = 14};
   o.limits = {.force = 1.5, .torque = 0.05};
@@ -72,6 +76,8 @@ auto scene_with_every_stage(VoxelGrid<Density>& bone, R renderer, bool other = f
                      MillingVibration(*o.vibration),
                      Damping(*o.damping),
                      FirstOrderFilter(*o.filter),
+                     AxisGuide(*o.axis_guide),
+                     DepthStop(*o.depth_stop),
                      PassivityController(*o.passivity),
                      WrenchRateLimit(*o.rate_limit),
                      o.limits};

@@ -151,6 +151,23 @@ class Meshes(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "isovalue"):
             t.Bone(block(), SPACING).mesh(float("nan"))
 
+    def test_bricks_add_up_to_the_whole(self):
+        bone = t.Bone(block(), SPACING)
+        t.Scene(bone, 300, t.Burr(tip_radius=1.6e-3), cut=t.GeometricCut()).run(path())
+
+        def moments(mesh):
+            v = mesh.vertices.astype(float)[mesh.triangles]
+            normal = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0]) / 2
+            return np.append((v.mean(axis=1) * normal).sum() / 3, np.linalg.norm(normal, axis=1).sum())
+
+        reader = bone.reader()
+        parts = sum(moments(reader.mesh(b, 300)) for b in reader.changed())
+        np.testing.assert_allclose(parts, moments(bone.mesh(300)), rtol=1e-9)
+        with self.assertRaisesRegex(ValueError, "brick"):
+            reader.mesh(10**9, 300)
+        with self.assertRaisesRegex(ValueError, "isovalue"):
+            reader.mesh(0, float("inf"))
+
     def test_arrays_outlive_their_mesh(self):
         vertices = t.Bone(block(), SPACING).mesh(300).vertices
         self.assertLess(vertices.max(), 0.05)

@@ -6,6 +6,7 @@
 #include <trephine/structure/protected_structure.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
+#include <trephine/voxel/mesh.hpp>
 
 #include <array>
 #include <cstddef>
@@ -114,6 +115,7 @@ class AnyReader : public Interface {
   virtual std::size_t poll(Visit visit, void* context) = 0;
   virtual void copy_brick(std::size_t brick, const VoxelBuffer& out) const = 0;
   [[nodiscard]] virtual std::array<double, 2> brick_range(std::size_t brick) const = 0;
+  [[nodiscard]] virtual Mesh mesh(std::size_t brick, double isovalue) const = 0;
 };
 
 class AnyBone : public Interface {
@@ -128,6 +130,8 @@ class AnyBone : public Interface {
   virtual void copy_voxels(const VoxelBuffer& out) const = 0;
   [[nodiscard]] virtual std::shared_ptr<AnyBone> copy() const = 0;
   virtual void take(const AnyBone& other) = 0;
+  [[nodiscard]] virtual double outside() const noexcept = 0;
+  [[nodiscard]] virtual Mesh mesh(double isovalue) const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyReader> make_reader() const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr,
                                                              const RendererOptions& renderer,

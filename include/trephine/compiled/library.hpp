@@ -3,6 +3,7 @@
 
 #include <trephine/compiled/any_scene.hpp>
 #include <trephine/compiled/optional_stage.hpp>
+#include <trephine/guide/guides.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/render/line/line_approx_renderer.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
@@ -10,6 +11,7 @@
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/any_tool.hpp>
+#include <trephine/voxel/brick_mesh.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <cstdint>
@@ -52,7 +54,8 @@ class SceneOf final : public AnyScene {
         scene_(grid, isovalue, std::move(renderer), Cut(o.cut, OptionalLaw(o.law), o.cutting),
                OptionalStage<ReleaseLimit>(o.release_limit), OptionalStage<HuntCrossley>(o.hunt_crossley),
                OptionalStage<MillingVibration>(o.vibration), OptionalStage<Damping>(o.damping),
-               OptionalStage<FirstOrderFilter>(o.filter), OptionalProtection<Density>{},
+               OptionalStage<FirstOrderFilter>(o.filter), OptionalStage<AxisGuide>(o.axis_guide),
+               OptionalStage<DepthStop>(o.depth_stop), OptionalProtection<Density>{},
                OptionalStage<PassivityController>(o.passivity), OptionalStage<WrenchRateLimit>(o.rate_limit),
                o.limits) {
     check_cut(o);
@@ -84,6 +87,8 @@ class SceneOf final : public AnyScene {
     part<OptionalStage<MillingVibration>>().adopt(o.vibration);
     part<OptionalStage<Damping>>().adopt(o.damping);
     part<OptionalStage<FirstOrderFilter>>().adopt(o.filter);
+    part<OptionalStage<AxisGuide>>().adopt(o.axis_guide);
+    part<OptionalStage<DepthStop>>().adopt(o.depth_stop);
     part<OptionalStage<PassivityController>>().adopt(o.passivity);
     part<OptionalStage<WrenchRateLimit>>().adopt(o.rate_limit);
     part<DeviceLimits>().adopt(o.limits);
@@ -178,10 +183,14 @@ class SceneOf final : public AnyScene {
   AnyTool tool_;  // a renderer's own may be wider
   HapticScene<Density, ContactRenderer, Cut, OptionalStage<ReleaseLimit>, OptionalStage<HuntCrossley>,
               OptionalStage<MillingVibration>, OptionalStage<Damping>, OptionalStage<FirstOrderFilter>,
-              OptionalProtection<Density>, OptionalStage<PassivityController>, OptionalStage<WrenchRateLimit>,
-              DeviceLimits>
+              OptionalStage<AxisGuide>, OptionalStage<DepthStop>, OptionalProtection<Density>,
+              OptionalStage<PassivityController>, OptionalStage<WrenchRateLimit>, DeviceLimits>
       scene_;
 };
+
+inline void check_isovalue(double isovalue) {
+  if (!is_finite(isovalue)) refuse("compiled::Bone", "the isovalue of a mesh must be finite", isovalue);
+}
 
 /// Throws std::invalid_argument for a brick that is none.
 inline void check_brick(std::size_t brick, std::size_t count) {
@@ -210,6 +219,11 @@ class ReaderOf final : public AnyReader {
     const DensityRange<Density> range = reader_.brick_range(brick);
     return {static_cast<double>(range.min), static_cast<double>(range.max)};
   }
+  Mesh mesh(std::size_t brick, double isovalue) const override {
+    check_brick(brick, reader_.brick_count());
+    check_isovalue(isovalue);
+    return brick_mesh(reader_, brick, isovalue);
+  }
 
  private:
   GridReader<Density> reader_;
@@ -230,6 +244,11 @@ class BoneOf final : public AnyBone {
   void set_X_WG(const Posed& X_WG) override { grid_.set_X_WG(X_WG); }
   std::size_t restore(std::size_t max_bricks) override { return grid_.restore(max_bricks); }
   VoxelGrid<Density>& grid() noexcept { return grid_; }
+  double outside() const noexcept override { return static_cast<double>(grid_.outside()); }
+  Mesh mesh(double isovalue) const override {
+    check_isovalue(isovalue);
+    return bone_mesh(grid_, isovalue);
+  }
   std::shared_ptr<AnyBone> copy() const override { return std::make_shared<BoneOf>(grid_.copy()); }
   void take(const AnyBone& other) override {
     const auto* const same = dynamic_cast<const BoneOf*>(&other);

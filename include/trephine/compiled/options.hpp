@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/contact/friction.hpp>
+#include <trephine/guide/guide_options.hpp>
 #include <trephine/render/coupled/coupled_options.hpp>
 #include <trephine/render/line/line_options.hpp>
 #include <trephine/render/surface/surface_options.hpp>
@@ -12,7 +13,7 @@
 #include <trephine/stage/first_order_filter.hpp>
 #include <trephine/stage/hunt_crossley.hpp>
 #include <trephine/stage/milling_vibration.hpp>
-#include <trephine/stage/passivity_controller.hpp>
+#include <trephine/stage/passivity_options.hpp>
 #include <trephine/stage/release_limit.hpp>
 #include <trephine/stage/wrench_rate_limit.hpp>
 #include <trephine/tool/counts.hpp>
@@ -39,7 +40,7 @@ struct RendererOptions {
 };
 
 /// The parts of a scene, in the order in which they run; an absent one changes no bit of the wrench. The guard of
-/// `set_structures` runs between filter and passivity control.
+/// `set_structures` runs between guides and passivity control.
 struct StageOptions {
   AnyCut cut{};  ///< GeometricCut{}, RateLimitedCut<>{…}, AdvancingCut{…} or PressureCut{}; none removes nothing
   CuttingOptions cutting{};
@@ -51,7 +52,9 @@ struct StageOptions {
   std::optional<MillingVibration::Options> vibration{};
   std::optional<Damping::Options> damping{};
   std::optional<FirstOrderFilter::Options> filter{};
-  std::optional<PassivityController::Options> passivity{};
+  std::optional<AxisGuideOptions> axis_guide{};
+  std::optional<DepthStopOptions> depth_stop{};
+  std::optional<PassivityOptions> passivity{};
   std::optional<WrenchRateLimit::Options> rate_limit{};
   DeviceLimits limits{};  ///< unlimited unless given
 
@@ -60,7 +63,8 @@ struct StageOptions {
     cut.validate();
     cutting.validate();
     const auto validate_given = [](const auto&... options) { (..., (options ? options->validate() : void())); };
-    validate_given(law, release_limit, hunt_crossley, vibration, damping, filter, passivity, rate_limit);
+    validate_given(law, release_limit, hunt_crossley, vibration, damping, filter, axis_guide, depth_stop, passivity,
+                   rate_limit);
     limits.validate();
     if (cut.kind() == CutKind::kByPressure && !law)
       refuse("compiled::StageOptions", "a PressureCut needs a law: give `law`", "none");

@@ -37,6 +37,8 @@ class Bone {
   /// Bricks of 8³ voxels along x, y, z; brick b is (b % x, b / x % y, b / (x y)).
   [[nodiscard]] const std::array<int, 3>& bricks() const noexcept { return bone_->bricks(); }
   [[nodiscard]] const Posed& X_WG() const noexcept { return bone_->X_WG(); }
+  /// Density beyond the voxels.
+  [[nodiscard]] double outside() const noexcept { return bone_->outside(); }
   /// Moves the bone. Throws std::invalid_argument for a pose that is not rigid.
   void set_X_WG(const Posed& X_WG) { bone_->set_X_WG(X_WG); }
   /// Puts the original densities back in up to `max_bricks` edited bricks and returns how many are left. Throws
@@ -44,6 +46,8 @@ class Bone {
   std::size_t restore(std::size_t max_bricks = std::numeric_limits<std::size_t>::max()) {
     return bone_->restore(max_bricks);
   }
+  /// The whole surface; see `bone_mesh`. Throws std::invalid_argument for an isovalue that is not finite.
+  [[nodiscard]] Mesh mesh(double isovalue) const { return bone_->mesh(isovalue); }
   /// Another bone with the same densities, original and pose, for a scene of its own.
   [[nodiscard]] Bone copy() const { return Bone(bone_->copy()); }
   /// Takes densities and pose of a copy of this bone, or of what this is a copy of; milliseconds at most, by how many
@@ -88,6 +92,9 @@ class BoneReader {
   /// Least and greatest density of a brick and its halo: the isosurface is elsewhere where the isovalue is outside.
   /// Throws std::invalid_argument for a brick that is none.
   [[nodiscard]] std::array<double, 2> brick_range(std::size_t brick) const { return reader_->brick_range(brick); }
+  /// A brick's share of the surface; see `brick_mesh`. Throws std::invalid_argument for a brick that is none and an
+  /// isovalue that is not finite.
+  [[nodiscard]] Mesh mesh(std::size_t brick, double isovalue) const { return reader_->mesh(brick, isovalue); }
 
  private:
   std::shared_ptr<const AnyBone> bone_;

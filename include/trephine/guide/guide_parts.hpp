@@ -2,14 +2,10 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/core/refuse.hpp>
-#include <trephine/core/tolerances.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
-#include <string_view>
 
 /// Parts of guides: bounded springs, wells that end at a distance, and gains that change without a step.
 namespace trephine::inline TREPHINE_ALIGNED::detail {
@@ -100,30 +96,5 @@ class GuideGain {
   Options active_;  // of the law in force
   double level_ = 0;
 };
-
-/// Share of a law that keeps its largest stiffness within a budget's.
-[[nodiscard]] inline double share_within(double budget, double stiffness) noexcept {
-  return stiffness > budget ? budget / stiffness : 1.0;
-}
-
-// Checks of options.
-inline void check_at_least_zero(std::string_view type, const std::string& name, const char* unit, double v) {
-  if (!(v >= 0) || !is_finite(v)) refuse(type, name + " must be finite and >= 0 " + unit, v);
-}
-inline void check_above_zero(std::string_view type, const std::string& name, const char* unit, double v) {
-  if (!(v > 0)) refuse(type, name + " must be > 0 " + unit, v);
-}
-/// Throws std::invalid_argument unless the ramp is long enough: 50 ms changes the wrench by 3 % a tick at 1 kHz.
-inline void check_ramp(std::string_view type, double ramp) {
-  constexpr double kShortestRamp = 0.05;
-  if (!(ramp >= kShortestRamp) || !is_finite(ramp)) refuse(type, "ramp must be finite and >= 0.05 s", ramp);
-}
-inline void check_line(std::string_view type, const Vec3d& point_G, const Vec3d& axis_G) {
-  constexpr double kShortestAxis = 1e-6;
-  if (!(point_G.norm() <= kFarthestPosition))
-    refuse(type, "point_G must lie within 1 km of the origin", point_G.norm());
-  if (!(axis_G.norm() >= kShortestAxis) || !is_finite(axis_G.norm()))
-    refuse(type, "axis_G must be finite and no zero vector", axis_G.norm());
-}
 
 }  // namespace trephine::detail

@@ -2,19 +2,15 @@
 #pragma once
 
 #include <trephine/core/math.hpp>
-#include <trephine/core/refuse.hpp>
 #include <trephine/core/status.hpp>
-#include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
+#include <trephine/guide/guide_options.hpp>
 #include <trephine/guide/guide_parts.hpp>
-#include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/context.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <optional>
 
 /// Guides: stages that lead the tool along an axis (`AxisGuide`) and stop it at a depth (`DepthStop`), in the bone's
 /// frame G. They move with the bone.
@@ -48,58 +44,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// A scene with `ForceOnly` drops the torque: set `angular_stiffness` to 0 then, or rotation changes the force.
 class AxisGuide {
  public:
-  struct Options {
-    Vec3d point_G = Vec3d::Zero();   ///< a point of the line [m]
-    Vec3d axis_G = Vec3d::UnitZ();   ///< direction of the line out of the bone, as T's +z; any length above 0
-    double stiffness = 400;          ///< k [N/m], >= 0
-    double angular_stiffness = 0.2;  ///< k_θ [N·m/rad], >= 0
-    double force = 2;                ///< greatest force of spring and damping together [N], >= 0
-    double torque = 0.05;            ///< greatest torque of both [N·m], >= 0
-    double damping = 0;              ///< across the line [N·s/m], >= 0
-    double angular_damping = 0;      ///< of the tilt [N·m·s/rad], >= 0
-    double capture_radius = std::numeric_limits<double>::infinity();  ///< [m], > 0; infinite: acts at any distance
-    double capture_angle = std::numeric_limits<double>::infinity();   ///< [rad], > 0; infinite: acts at any angle
-    bool enabled = true;
-    double ramp = 0.5;                        ///< time of the gain from 0 to 1 [s], >= 0.05
-    std::optional<StiffnessBudget> budget{};  ///< of this guide
-
-    /// Throws std::invalid_argument if an option is out of range.
-    void validate() const {
-      detail::check_line(kType, point_G, axis_G);
-      detail::check_at_least_zero(kType, "stiffness", "N/m", stiffness);
-      detail::check_at_least_zero(kType, "angular_stiffness", "N·m/rad", angular_stiffness);
-      detail::check_at_least_zero(kType, "force", "N", force);
-      detail::check_at_least_zero(kType, "torque", "N·m", torque);
-      detail::check_at_least_zero(kType, "damping", "N·s/m", damping);
-      detail::check_at_least_zero(kType, "angular_damping", "N·m·s/rad", angular_damping);
-      detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
-      detail::check_above_zero(kType, "capture_angle", "rad", capture_angle);
-      detail::check_ramp(kType, ramp);
-      if (budget) budget->validate();
-      if (is_finite(capture_radius) && !(stiffness > 0 && force > 0))
-        refuse(kType, "a capture radius needs a stiffness and a force > 0", stiffness);
-      if (is_finite(capture_angle) && !(angular_stiffness > 0 && torque > 0))
-        refuse(kType, "a capture angle needs an angular stiffness and a torque > 0", angular_stiffness);
-    }
-    /// Returns the options that keep to their budget.
-    [[nodiscard]] Options within_budget() const noexcept {
-      Options o = *this;
-      if (!budget) return o;
-      const double linear = detail::share_within(budget->linear, stiffness);
-      o.stiffness *= linear, o.force *= linear, o.damping *= linear;
-      const double angular = detail::share_within(budget->angular, angular_stiffness);
-      o.angular_stiffness *= angular, o.torque *= angular, o.angular_damping *= angular;
-      return o;
-    }
-    /// Returns true if the other options give the same wrench at a gain of 1.
-    [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
-      return point_G == o.point_G && axis_G == o.axis_G && stiffness == o.stiffness &&
-             angular_stiffness == o.angular_stiffness && force == o.force && torque == o.torque &&
-             damping == o.damping && angular_damping == o.angular_damping && capture_radius == o.capture_radius &&
-             capture_angle == o.capture_angle;
-    }
-    static constexpr const char* kType = "AxisGuide";
-  };
+  using Options = AxisGuideOptions;
 
   /// Throws std::invalid_argument if an option is out of range.
   explicit AxisGuide(const Options& options) : gain_(options.within_budget()) { options.validate(); }
@@ -182,44 +127,7 @@ class AxisGuide {
 /// a metre.
 class DepthStop {
  public:
-  struct Options {
-    Vec3d point_G = Vec3d::Zero();  ///< where the axis meets the plane [m]
-    Vec3d axis_G = Vec3d::UnitZ();  ///< direction of the push, out of the bone; any length above 0
-    double reach = 0;               ///< of the tool beyond T's origin [m], >= 0: the tip's radius
-    double stiffness = 800;         ///< k [N/m], >= 0
-    double force = 3;               ///< greatest force of spring and damping together [N], >= 0
-    double damping = 0;             ///< along the force [N·s/m], >= 0; in full from force/stiffness beyond the stop on
-    double capture_radius = std::numeric_limits<double>::infinity();  ///< about the axis [m], > 0; infinite: a plane
-    bool enabled = true;
-    double ramp = 0.5;                        ///< time of the gain from 0 to 1 [s], >= 0.05
-    std::optional<StiffnessBudget> budget{};  ///< of this guide
-
-    /// Throws std::invalid_argument if an option is out of range.
-    void validate() const {
-      detail::check_line(kType, point_G, axis_G);
-      detail::check_at_least_zero(kType, "reach", "m", reach);
-      refuse_beyond(kType, "reach", kLongestShaft, reach);
-      detail::check_at_least_zero(kType, "stiffness", "N/m", stiffness);
-      detail::check_at_least_zero(kType, "force", "N", force);
-      detail::check_at_least_zero(kType, "damping", "N·s/m", damping);
-      detail::check_above_zero(kType, "capture_radius", "m", capture_radius);
-      detail::check_ramp(kType, ramp);
-      if (budget) budget->validate();
-    }
-    /// Returns the options that keep to their budget.
-    [[nodiscard]] Options within_budget() const noexcept {
-      Options o = *this;
-      const double share = budget ? detail::share_within(budget->linear, stiffness) : 1.0;
-      o.stiffness *= share, o.force *= share, o.damping *= share;
-      return o;
-    }
-    /// Returns true if the other options give the same wrench at a gain of 1.
-    [[nodiscard]] bool has_law_of(const Options& o) const noexcept {
-      return point_G == o.point_G && axis_G == o.axis_G && reach == o.reach && stiffness == o.stiffness &&
-             force == o.force && damping == o.damping && capture_radius == o.capture_radius;
-    }
-    static constexpr const char* kType = "DepthStop";
-  };
+  using Options = DepthStopOptions;
 
   /// Throws std::invalid_argument if an option is out of range.
   explicit DepthStop(const Options& options) : gain_(options.within_budget()) { options.validate(); }

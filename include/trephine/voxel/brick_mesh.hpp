@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/mesh.hpp>
 
 #include <array>
 #include <cstddef>
@@ -11,13 +12,6 @@
 #include <vector>
 
 namespace trephine::inline TREPHINE_ALIGNED {
-
-/// A triangle mesh: vertices in G [m]; triangles are counter-clockwise seen from outside the bone.
-struct Mesh {
-  std::vector<std::array<float, 3>> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  [[nodiscard]] bool operator==(const Mesh&) const = default;
-};
 
 /// One brick's share of the bone's surface, for a thread that draws what the haptic thread drills: call it for each
 /// brick that `reader.poll` names, and replace that brick's mesh. Bricks' meshes meet without a crack, bit by bit, once

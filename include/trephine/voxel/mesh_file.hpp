@@ -2,7 +2,7 @@
 #pragma once
 
 #include <trephine/core/file_bytes.hpp>
-#include <trephine/voxel/brick_mesh.hpp>
+#include <trephine/voxel/mesh.hpp>
 
 #include <algorithm>
 #include <bit>
