@@ -116,7 +116,7 @@ compiled::StageOptions every_stage() {
   o.damping = Damping::Options{.linear = 0.5, .angular = 1e-4};
   o.filter = FirstOrderFilter::Options{};
   o.axis_guide = AxisGuideOptions{.point_G = Vec3d(5e-3, 5e-3, 0)};
-  o.depth_stop = DepthStopOptions{.point_G = Vec3d(0, 0, 3e-3)};
+  o.depth_stop = DepthStopOptions{.point_G = Vec3d(0, 0, 6e-3)};
   o.passivity = PassivityController::Options{};
   o.rate_limit = WrenchRateLimit::Options{};
   return o;

@@ -45,7 +45,7 @@ compiled::StageOptions every_stage(bool other = false) {
                            .damping = Damping::Options{.linear = 0.5, .angular = 1e-4},
                            .filter = FirstOrderFilter::Options{},
                            .axis_guide = AxisGuideOptions{.point_G = Vec3d(5e-3, 5e-3, 0)},
-                           .depth_stop = DepthStopOptions{.point_G = Vec3d(0, 0, 3e-3)},
+                           .depth_stop = DepthStopOptions{.point_G = Vec3d(0, 0, 6e-3)},
                            .passivity = PassivityController::Options{},
                            .rate_limit = WrenchRateLimit::Options{},
                            .limits = {.force = kForceLimit, .torque = kTorqueLimit}};

@@ -194,10 +194,10 @@ class Options(unittest.TestCase):
     def test_guides_hold_the_axis_and_stop_at_a_depth(self):
         guide = t.AxisGuide(point_G=(5e-3, 5e-3, 0), axis_G=np.array([0, 0, 2.0]), stiffness=300)
         self.assertEqual((guide.point_G, guide.axis_G), ((5e-3, 5e-3, 0), (0, 0, 2)))
-        stop = t.DepthStop(point_G=(0, 0, 9e-3), reach=1e-3, stiffness=700)
+        stop = t.DepthStop(point_G=(0, 0, 15e-3), reach=1e-3, stiffness=700)
         scene = t.Scene(t.Bone(block(), SPACING), 300, t.Burr(tip_radius=1e-3), axis_guide=guide, depth_stop=stop)
         poses = np.zeros((600, 7))  # in the air, beside the axis and beyond the stop
-        poses[:] = 5.5e-3, 5e-3, 9.5e-3, 0, 0, 0, 1
+        poses[:] = 5.5e-3, 5e-3, 15.5e-3, 0, 0, 0, 1
         force = scene.run(poses)["force"]
         np.testing.assert_allclose(force[-1], [-300 * 0.5e-3, 0, 700 * 0.5e-3], rtol=1e-12)
         self.assertLess(np.abs(force[0]).max(), 1e-4)  # it fades in

@@ -9,6 +9,7 @@
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
+#include <trephine/stage/passivity_controller.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/any_tool.hpp>
 #include <trephine/voxel/brick_mesh.hpp>
