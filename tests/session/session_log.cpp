@@ -482,6 +482,7 @@ TEST_CASE("session log: a disk that stalls delays no tick, takes no memory, and 
   std::string bytes;
   StalledDisk disk(bytes);
   SessionLog log([&](std::string_view more) { return disk.write(more); }, {.records = 1000, .flush = 0.01});
+  CHECK(log.has_room());
   log(numbered(0));
   disk.wait_until_reached();
   std::vector<RecordedTick> ticks;
@@ -497,6 +498,7 @@ TEST_CASE("session log: a disk that stalls delays no tick, takes no memory, and 
   });
   if (test::AllocationGuard::available()) CHECK(calls == 0);
   CHECK(kept == 1 + 1024);
+  CHECK_FALSE(log.has_room());
   CHECK(log.dropped() == 5000 - 1024);
   CHECK(log.tool_changed(3) == RecordStatus::kFull);
   CHECK_FALSE(log.failed());

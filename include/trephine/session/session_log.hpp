@@ -125,6 +125,10 @@ class SessionLog {
   /// Something happened that the program has a number for.
   RecordStatus event(std::int64_t number) noexcept { return add_number(detail::LogRecord::Kind::kEvent, number); }
 
+  /// True if the queue has room for the next record. A program that is not bound to real time waits for it, and then
+  /// drops nothing. The thread of `record`.
+  [[nodiscard]] bool has_room() noexcept { return queue_.has_room(); }
+
   /// Records that are not in the file and will not be: dropped from a full queue, or lost with a failed disk.
   [[nodiscard]] std::uint64_t dropped() const noexcept {
     return queue_.dropped().count + unwritten_.load(std::memory_order_relaxed);
