@@ -71,10 +71,10 @@ py::dict run(const Batch& batch, const Numbers& poses, const py::object& spindle
   if (threads && *threads < 1) refuse(who, "threads must be >= 1", *threads);
   const std::size_t count = batch.scenes.size();
   const auto most = static_cast<std::size_t>(threads.value_or(static_cast<int>(std::thread::hardware_concurrency())));
-  std::vector<std::unique_ptr<Work>> work;
+  std::vector<std::unique_ptr<Work<PythonBone>>> work;
   bool structures = false, law = false;
   for (const ScenePointer& s : batch.scenes) {
-    work.push_back(std::make_unique<Work>(s->bone));
+    work.push_back(std::make_unique<Work<PythonBone>>(s->bone));
     structures = structures || s->structures.has_value();
     law = law || s->scene.stages().law.has_value();
   }

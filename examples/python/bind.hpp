@@ -13,6 +13,8 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 /// What the parts of the Python module share: options as classes of keywords, poses, and shapes of arrays.
 namespace trephine_python {
@@ -28,8 +30,24 @@ void bind_tools(py::module_& m);
 void bind_bone(py::module_& m);
 void bind_structures(py::module_& m);
 void bind_scene(py::module_& m);
+void bind_session(py::module_& m);
+void bind_scores(py::module_& m);
 void bind_recording(py::module_& m);
 void bind_batch(py::module_& m);
+
+/// An enumeration of Python's own kind, so that an array of numbers compares with it.
+inline void int_enum(py::module_& m, const char* name, const std::vector<std::pair<const char*, int>>& values,
+                     const char* doc) {
+  py::dict members;
+  for (const auto& [key, value] : values) members[key] = value;
+  m.attr(name) = py::module_::import("enum").attr("IntEnum")(name, members, py::arg("module") = m.attr("__name__"));
+  m.attr(name).attr("__doc__") = doc;
+}
+
+/// Ends the call with what a signal's handler raises, as Ctrl-C. Under Python's lock.
+inline void raise_signals() {
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
 
 /// Text as "(3, 4)", for messages.
 [[nodiscard]] inline std::string shape_text(const py::array& a) { return py::str(a.attr("shape")); }

@@ -49,19 +49,20 @@ struct PythonBone {
 };
 using BonePointer = std::shared_ptr<PythonBone>;
 
-/// Marks a bone while a call is at work on it. Made and freed under Python's lock.
+/// Marks a bone, a log or scores while a call is at work on them. Made and freed under Python's lock.
+template <class Owned>
 class Work {
  public:
-  explicit Work(BonePointer bone) : bone_(std::move(bone)) {
-    bone_->require_idle();
-    bone_->at_work = true;
+  explicit Work(std::shared_ptr<Owned> owned) : owned_(std::move(owned)) {
+    owned_->require_idle();
+    owned_->at_work = true;
   }
-  ~Work() { bone_->at_work = false; }
+  ~Work() { owned_->at_work = false; }
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
 
  private:
-  BonePointer bone_;
+  std::shared_ptr<Owned> owned_;
 };
 
 /// Calls `body` with a number of the bone's density type, and returns what it returns.

@@ -15,6 +15,8 @@ PYBIND11_MODULE(_trephine, m) {
   bind_tools(m);
   bind_bone(m);
   bind_structures(m);
+  bind_session(m);
+  bind_scores(m);
   bind_recording(m);
   bind_scene(m);
   bind_batch(m);

@@ -73,21 +73,34 @@ ScenePointer scene_of(const BonePointer& bone, double isovalue, const SceneTool&
   return std::make_shared<PythonScene>(bone, isovalue, tool, by, stages);
 }
 
-TickResult tick(PythonScene& self, const Numbers& pose, bool spindle, double dt) {
+TickResult tick(PythonScene& self, const Numbers& pose, bool spindle, double dt, const std::optional<LogPointer>& log,
+                const std::optional<ScoresPointer>& scores) {
   self.bone->require_idle();
   if (!(dt > 0)) refuse("Scene.tick", "dt must be > 0 s", dt);
-  return self.scene.tick({.X_WT = to_pose("Scene.tick", pose), .spindle_on = spindle}, dt);
+  const TickInput input{.X_WT = to_pose("Scene.tick", pose), .spindle_on = spindle};
+  if (!log && !scores) return self.scene.tick(input, dt);
+  const Work work(self.bone);
+  const Observers observers(log, scores);
+  const py::gil_scoped_release release;
+  const TickResult result = self.scene.tick(input, dt);
+  observers(input, dt, result);
+  return result;
 }
 
-py::dict run(PythonScene& self, const Numbers& poses, const py::object& spindle, const py::object& dt) {
+py::dict run(PythonScene& self, const Numbers& poses, const py::object& spindle, const py::object& dt,
+             const std::optional<LogPointer>& log, const std::optional<ScoresPointer>& scores) {
   constexpr std::size_t kTicksBetweenSignals = 2048;
   const Work work(self.bone);
   const Inputs inputs("Scene.run", -1, poses, spindle, dt);
+  const Observers observers(log, scores);
   Columns columns(inputs.shape(), self.structures.has_value(), self.scene.stages().law.has_value());
   {
     const py::gil_scoped_release release;
     for (std::size_t i = 0; i < inputs.ticks(); ++i) {
-      columns.put(i, self.scene.tick(inputs.input(i), inputs.dt(i)));
+      const TickInput input = inputs.input(i);
+      const TickResult result = self.scene.tick(input, inputs.dt(i));
+      columns.put(i, result);
+      observers(input, inputs.dt(i), result);
       if (i % kTicksBetweenSignals == kTicksBetweenSignals - 1) {
         const py::gil_scoped_acquire acquire;
         raise_signals();
@@ -124,25 +137,21 @@ py::dict contacts(const PythonScene& self) {
 }
 
 void bind_results(py::module_& m) {
-  // Of Python's own kind, so that an array of numbers compares with it.
-  py::dict outcomes;
-  for (const auto& [name, status] : {std::pair{"OK", Status::kOk},
-                                     {"WORK_BOUND", Status::kWorkBound},
-                                     {"STARTED_INSIDE", Status::kStartedInside},
-                                     {"JUMP", Status::kJump},
-                                     {"BAD_INPUT", Status::kBadInput},
-                                     {"NON_FINITE", Status::kNonFinite},
-                                     {"FAR_AWAY", Status::kFarAway}})
-    outcomes[name] = static_cast<int>(status);
-  m.attr("Status") =
-      py::module_::import("enum").attr("IntEnum")("Status", outcomes, py::arg("module") = m.attr("__name__"));
-  m.attr("Status").attr("__doc__") =
+  int_enum(
+      m, "Status",
+      {{"OK", static_cast<int>(Status::kOk)},
+       {"WORK_BOUND", static_cast<int>(Status::kWorkBound)},
+       {"STARTED_INSIDE", static_cast<int>(Status::kStartedInside)},
+       {"JUMP", static_cast<int>(Status::kJump)},
+       {"BAD_INPUT", static_cast<int>(Status::kBadInput)},
+       {"NON_FINITE", static_cast<int>(Status::kNonFinite)},
+       {"FAR_AWAY", static_cast<int>(Status::kFarAway)}},
       "Outcome of a tick, by severity; `run` gives its number.\n\n"
       "WORK_BOUND: a search ended early, and the next tick continues it. STARTED_INSIDE: tool and bone overlapped at "
       "a\n"
       "start or a restore. JUMP: tool or bone moved farther than a hand moves it, and nothing was cut. BAD_INPUT: the\n"
       "pose is not finite or no rotation; zero wrench. NON_FINITE: a law overflowed; zero wrench. FAR_AWAY: the tool\n"
-      "stays far from the bone: are poses in metres?";
+      "stays far from the bone: are poses in metres?");
   py::class_<ContactSummary>(m, "ContactSummary", "The contact of a tick.")
       .def_readonly("count", &ContactSummary::count, "places that touch")
       .def_readonly("tip", &ContactSummary::tip, "the ball or head touches")
@@ -226,19 +235,23 @@ void trephine_python::bind_scene(py::module_& m) {
       "The results are those of trephine::compiled::Scene, bit for bit. Raises ValueError where an option is out of\n"
       "range. A scene belongs to one thread at a time, together with all other scenes of its bone.");
   c.def(py::init(&scene_of), py::arg("bone"), py::arg("isovalue"), py::arg("tool"), py::arg("renderer") = "coupled")
-      .def("tick", &tick, py::arg("pose"), py::arg("spindle") = true, py::arg("dt") = 1e-3,
+      .def("tick", &tick, py::arg("pose"), py::arg("spindle") = true, py::arg("dt") = 1e-3, py::arg("log") = py::none(),
+           py::arg("scores") = py::none(),
            "One step of the loop.\n\n"
            "`pose` is X_WT, from the tool's frame T to the world W: (4, 4), or (7,) as x y z qx qy qz qw [m]. T's\n"
            "origin is the burr's centre, and its +z points along the shaft to the handle. `dt` is the time since the\n"
-           "last tick [s]. A pose that cannot be used is no error: the status says so, and the wrench is zero.")
-      .def("run", &run, py::arg("poses"), py::arg("spindle") = true, py::arg("dt") = 1e-3,
+           "last tick [s]. A pose that cannot be used is no error: the status says so, and the wrench is zero. The "
+           "tick\n"
+           "is added to a SessionLog and to Scores that are given; a log that is full waits for the disk.")
+      .def("run", &run, py::arg("poses"), py::arg("spindle") = true, py::arg("dt") = 1e-3, py::arg("log") = py::none(),
+           py::arg("scores") = py::none(),
            "Ticks once for each pose, and returns a dict of arrays with a row a tick.\n\n"
            "`poses` is (N, 4, 4) or (N, 7); `spindle` and `dt` are one for all, or one a pose. The dict has\n"
            "force (N, 3) [N] and torque (N, 3) [N m] on the tool about T's origin in W axes, removed_mm3 (N,),\n"
            "depth (N,) [m], status (N,) as numbers of Status, contacts (N,), tip (N,) and shaft (N,). With structures\n"
            "it also has nearest, distance, warns, push_force, push_torque, refused_mm3 and taken_mm3, and with a law\n"
-           "thrust, spindle_torque, spindle_speed and feed. The results equal those of `tick`, bit for bit. Other\n"
-           "threads of Python run meanwhile.")
+           "thrust, spindle_torque, spindle_speed and feed. The results equal those of `tick`, bit for bit. Each\n"
+           "tick is added to `log` and `scores`, as in `tick`. Other threads of Python run meanwhile.")
       .def(
           "reset",
           [](PythonScene& s) {

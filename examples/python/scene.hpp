@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bone.hpp"
+#include "session.hpp"
 #include "tool.hpp"
 
 #include <trephine/compiled/structures.hpp>
@@ -93,10 +94,5 @@ class Columns {
   bool* warns_ = nullptr;
   double *thrust_ = nullptr, *spindle_torque_ = nullptr, *spindle_speed_ = nullptr, *feed_ = nullptr;
 };
-
-/// Ends the call with what a signal's handler raises, as Ctrl-C. Under Python's lock.
-inline void raise_signals() {
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
 
 }  // namespace trephine_python

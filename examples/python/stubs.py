@@ -77,7 +77,7 @@ def signature(line):
         if parameter == "self":
             made.append("self")
             continue
-        kind = GIVEN.get(parameter) if kind == "object" else type_of(kind, True)
+        kind = GIVEN.get(parameter, "Any") if kind == "object" else type_of(kind, True)
         made.append(f"{parameter}: {kind}" + (" = ..." if default else ""))
     return f"def {name}({', '.join(made)}) -> {type_of(result, False)}: ..."
 
@@ -95,7 +95,8 @@ def lines_of(function, name):
 
 
 def class_lines(cls):
-    yield f"class {cls.__name__}{'(enum.IntEnum)' if issubclass(cls, enum.IntEnum) else ''}:"
+    base = "enum.IntEnum" if issubclass(cls, enum.IntEnum) else cls.__base__.__name__
+    yield f"class {cls.__name__}{'' if base == 'pybind11_object' else f'({base})'}:"
     members = vars(cls)
     if issubclass(cls, enum.IntEnum):
         yield from (f"    {entry.name} = {entry.value}" for entry in cls)
@@ -126,7 +127,7 @@ def class_lines(cls):
                 yield "    @staticmethod"
                 yield "    " + line
                 count += 1
-        elif name in ("__init__", "__len__") or not name.startswith("_"):
+        elif name in ("__init__", "__len__", "__enter__", "__exit__") or not name.startswith("_"):
             for line in lines_of(member, name):
                 yield "    " + line
                 count += 1

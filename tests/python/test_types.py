@@ -31,6 +31,13 @@ bone.X_WG = np.eye(4)
 left: int = bone.restore(3)
 scan: t.Bone = t.read_volume("scan.nrrd", isovalue=300)
 names: list[str] = t.read_labels("scan.seg.nrrd").names
+scores = t.Scores(force_limit=2)
+with t.SessionLog("session.log", flush=0.1) as log:
+    scene.run(np.zeros((3, 7)), log=log, scores=scores)
+    scene.tick([0, 0, 0, 0, 0, 0, 1], scores=scores)
+session: t.Session = t.load_session("session.log")
+mean: float = t.score(session, chord=2e-3).totals["mean_force"] + scores.strokes["length"].sum()
+same: bool = scene.replay(session).different == 0 and scores.add("session.log").complete
 """
 WRONG = {
     "stifness": "t.CoupledOptions(stifness=1)",

@@ -35,11 +35,16 @@ class RecordQueue {
     slots_.resize(std::bit_ceil(capacity));
   }
 
+  /// True if the next record will not be dropped. Adding thread.
+  [[nodiscard]] bool has_room() noexcept {
+    if (added_ - taken_seen_ == slots_.size()) taken_seen_ = taken_.load(std::memory_order_acquire);
+    return added_ - taken_seen_ < slots_.size();
+  }
+
   /// Adds a record that `fill(LogRecord&)` writes; `time` [s] counts if it is dropped. False if it was. Adding thread.
   template <class Fill>
   bool add(double time, Fill&& fill) noexcept {
-    if (added_ - taken_seen_ == slots_.size()) taken_seen_ = taken_.load(std::memory_order_acquire);
-    if (added_ - taken_seen_ == slots_.size()) {
+    if (!has_room()) {
       dropped_.time += time;
       dropped_.count += 1;
       dropped_time_.store(dropped_.time, std::memory_order_relaxed);
