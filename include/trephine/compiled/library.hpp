@@ -269,9 +269,8 @@ class BoneOf final : public AnyBone {
       case RendererKind::kCoupled:
         return coupled_scene(isovalue, burr, o, stages);
       case RendererKind::kLine:
-        // Coulomb's law with coefficients of 0 slides as without friction, bit for bit.
         return scene(LineApproxRenderer{ToolDiscretization{burr, o.line_counts}, o.line, TranslateRotate{},
-                                        o.friction.value_or(Coulomb{0, 0})});
+                                        o.friction.value_or(frictionless())});
       case RendererKind::kSurface:
         if (o.friction) refuse("compiled::RendererOptions", "Surface has no friction", "Coulomb");
         return scene(SurfaceApproxRenderer{ToolDiscretization{burr, o.surface_counts}, o.surface});
@@ -289,10 +288,12 @@ class BoneOf final : public AnyBone {
   }
 
  private:
+  /// Slides as without friction, bit for bit and at no cost.
+  [[nodiscard]] static Coulomb frictionless() { return Coulomb{0, 0}; }
+
   [[nodiscard]] std::unique_ptr<AnyScene> coupled_scene(double isovalue, const AnyTool& tool, const RendererOptions& o,
                                                         const StageOptions& stages) {
-    if (o.friction) return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, *o.friction}, stages);
-    return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled}, stages);
+    return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, o.friction.value_or(frictionless())}, stages);
   }
   /// Checks stages after the renderer, whose options are refused first.
   template <class R>

@@ -184,9 +184,10 @@ class Cutting {
       const auto cut_with = [&](const auto& sparing, const void* rule) {
         removed_mm3 = path_.carve(bone, isovalue, X_GT_before, X_GT, head, sparing, allowance, options_.slope, rule);
       };
-      if constexpr (!std::is_null_pointer_v<Floor>)
-        if (floor != nullptr) return cut_with(ProtectedCut(policy, *floor), floor);
-      cut_with(policy, nullptr);
+      if constexpr (std::is_null_pointer_v<Floor>)
+        cut_with(policy, nullptr);
+      else
+        cut_with(ProtectedCut(policy, floor), floor);
     });
     return removed_mm3;
   }

@@ -233,7 +233,8 @@ class Cut {
           cutter_.distances(x, step, y, z, d);
           std::array<Wide, kLanes> target;
           find_targets(d, count, target);
-          if constexpr (kHasFloor) limit_.floor().raise(i, j, k, count, old, target);
+          if constexpr (kHasFloor)
+            if (limit_.floor()) limit_.floor()->raise(i, j, k, count, old, target);
           if constexpr (kKind == CutKind::kAtOnce) {
             // It needs no old density: VoxelGrid::lower_lanes never raises one.
             for (std::size_t l = 0; l < kLanes; ++l) value[l] = static_cast<Density>(target[l]);
@@ -250,7 +251,8 @@ class Cut {
             if constexpr (requires { limit_.tissues(); }) limit_.tissues().scale(i, j, k, count, share);
             lower_in_time(grid_.index(i, j, k), share, target, from, value);
           }
-          if constexpr (kHasFloor) limit_.floor().count_taken(i, j, k, count, old, value);
+          if constexpr (kHasFloor)
+            if (limit_.floor()) limit_.floor()->count_taken(i, j, k, count, old, value);
         },
         [&](int i, std::uint32_t changed, const auto& value) { lost_.note(j, i, changed, value); });
   }
@@ -370,7 +372,7 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
   if (!is_finite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
   if constexpr (requires { limit.floor(); })
-    if (!limit.floor().fits(grid, isovalue)) return 0;  // rather no cut than one without its floors
+    if (limit.floor() && !limit.floor()->fits(grid, isovalue)) return 0;  // rather no cut than one without its floors
   if constexpr (requires { limit.tissues(); })
     if (!limit.tissues().fits(grid)) return 0;
   const double s = slope_or_auto(slope, grid, isovalue);

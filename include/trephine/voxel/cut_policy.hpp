@@ -193,8 +193,8 @@ struct AdvancingCut {
 };
 
 /// Says how a cut lowers voxels: `limit` returns a function of a voxel's density, its geometric target, its share and
-/// its index, and for kReceding of the densities' slope. A limit may have `floor()`, a CutFloor below which no voxel
-/// falls, and `tissues()`, a TissueMap with factors on the shares.
+/// its index, and for kReceding of the densities' slope. A limit may have `floor()`, a pointer to a CutFloor below
+/// which no voxel falls, or null, and `tissues()`, a TissueMap with factors on the shares.
 template <class P>
 concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
   { P::kKind } -> std::convertible_to<CutKind>;

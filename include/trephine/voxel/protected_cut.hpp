@@ -19,6 +19,8 @@ struct ProtectedCut {
   static constexpr CutKind kKind = Policy::kKind;
 
   ProtectedCut(const Policy& cut, CutFloor<Density>& below) noexcept : policy(&cut), floor(&below) {}
+  /// Without a floor it is the other cut.
+  ProtectedCut(const Policy& cut, CutFloor<Density>* below) noexcept : policy(&cut), floor(below) {}
   ProtectedCut(Policy&&, CutFloor<Density>&) = delete;  // the policy must outlive it too
 
   const Policy* policy;
@@ -29,7 +31,7 @@ struct ProtectedCut {
   template <VoxelDensity Bone>
   struct Limit : Policy::template Limit<Bone> {
     CutFloor<Bone>* below;
-    [[nodiscard]] CutFloor<Bone>& floor() const noexcept { return *below; }
+    [[nodiscard]] CutFloor<Bone>* floor() const noexcept { return below; }
   };
   template <VoxelDensity Bone>
   [[nodiscard]] Limit<Bone> limit(const CutAllowance& allowance) const noexcept {
