@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The fuzzer's scenes from seeded random bytes: random_ticks [TICKS] [SEED]. For long runs under sanitizers.
+// The fuzzer's scenes and sessions from seeded random bytes: random_ticks [TICKS] [SEED]. For long runs under
+// sanitizers.
 #include "drive.hpp"
+#include "read_session.hpp"
 
 #include <random>
 
@@ -15,6 +17,7 @@ int main(int argc, char** argv) {
     for (auto& b : bytes) b = static_cast<std::uint8_t>(random() >> 11);
     std::fflush(stdout);
     ticks += trephine::fuzz::drive(bytes);
+    trephine::fuzz::read_session(bytes);
     ++runs;
     if (runs % 500 == 0) std::printf("random_ticks: %ld ticks in %ld scenes\n", ticks, runs);
   }

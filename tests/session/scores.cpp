@@ -107,6 +107,50 @@ TEST_CASE("scores: breaches are apart by the gap, need a spindle that turns, and
   CHECK(scored(ticks, {.structures = 7}).around_structures().shells[0].time == near(1));
 }
 
+TEST_CASE("scores: near misses are ways to a structure and back, by their smallest distance") {
+  using Misses = std::array<std::uint64_t, 4>;
+  // Ways of a second each from 6 mm down to a depth and back, with a way between, all of structure 1.
+  const auto ways = [](const std::vector<double>& nearest, bool spindle_on = true) {
+    std::vector<RecordedTick> ticks;
+    for (const double smallest : nearest)
+      append(ticks, 1, [&](double t, RecordedTick& tick) {
+        near_structure(tick, 1, smallest + (6e-3 - smallest) * std::abs(2 * t - 1));
+        tick.input.spindle_on = spindle_on;
+      });
+    return ticks;
+  };
+  const Misses expected{1, 2, 0, 1};
+  const std::vector<RecordedTick> five = ways({0.7e-3, 3e-3, 0.1e-3, 5e-3, 0.9e-3, 4e-3});
+  const Scores scores = scored(five);
+  CHECK(scores.structures()[1].near_misses == expected);
+  CHECK(scores.around_structures().near_misses == expected);
+  CHECK(scores.structures()[0].near_misses == Misses{});
+  // A breach is no near miss; within the structure without the spindle there is none.
+  CHECK(scored(ways({-0.1e-3, 3e-3, 5e-3})).structures()[1].near_misses == Misses{0, 0, 0, 1});
+  CHECK(scored(ways({-0.1e-3, 3e-3, 5e-3}, false)).structures()[1].near_misses == Misses{1, 0, 0, 1});
+  std::vector<RecordedTick> taken = ways({1.5e-3, 1.5e-3, 5e-3});
+  taken[500].result.structures.taken_mm3 = 0.01;
+  CHECK(scored(taken).structures()[1].near_misses == Misses{0, 0, 1, 0});
+  // One that goes on is not counted yet, nor one that was left for less than the gap.
+  CHECK(scored(ways({1.5e-3})).structures()[1].near_misses == Misses{});
+  std::vector<RecordedTick> left = ways({1.5e-3, 3e-3, 5e-3});  // for 0.56 s
+  CHECK(scored(left, {.event_gap = 0.6}).structures()[1].near_misses == Misses{0, 0, 1, 0});
+  CHECK(scored(left, {.event_gap = 0.1}).structures()[1].near_misses == Misses{0, 0, 1, 1});
+  // Another structure that is nearer meanwhile ends nothing, and has a near miss of its own.
+  std::vector<RecordedTick> two = ways({1.5e-3, 5e-3});
+  for (std::size_t i = 480; i < 520; ++i) near_structure(two[i], 3, 0.3e-3);
+  const Scores of_two = scored(two);
+  CHECK(of_two.structures()[1].near_misses == Misses{0, 0, 1, 0});
+  CHECK(of_two.structures()[3].near_misses == Misses{1, 0, 0, 0});
+  CHECK(of_two.around_structures().near_misses == Misses{1, 0, 0, 0});
+  // An unknown distance is as good as far away.
+  std::vector<RecordedTick> unknown = ways({1.5e-3});
+  append(unknown, 1, [](double, RecordedTick&) {});
+  CHECK(scored(unknown).around_structures().near_misses == Misses{0, 0, 1, 0});
+  // A list without entries counts in the sum.
+  CHECK(scored(five, {.structures = 0}).around_structures().near_misses == expected);
+}
+
 TEST_CASE("scores: time and number of forces over a limit, everywhere and near a structure") {
   // Two triangles of 0 to 4 N and back in 8 s: over 3 N for 2 s each. The second is 1 mm from a structure.
   std::vector<RecordedTick> ticks;
@@ -278,7 +322,7 @@ TEST_CASE("scores: a tick takes no memory, and little time") {
   std::vector<RecordedTick> ticks;
   append(ticks, 20, [](double t, RecordedTick& tick) {
     test::place(tick, 5e-3 * std::sin(20 * t), 5e-3 * std::cos(3 * t));
-    near_structure(tick, 3, 1e-3 * std::cos(t));
+    near_structure(tick, 3, 3e-3 + 3e-3 * std::cos(5 * t));
     tick.result.removed_mm3 = 1e-3;
     tick.result.structures.taken_mm3 = 1e-4;
   });

@@ -64,6 +64,7 @@ inline std::vector<std::uint64_t> bits_of(const Scores& scores) {
     put({s.inside.time, s.inside.removed_mm3, s.distance, s.breached_mm3, s.breach_depth});
     put_events(s.breaches);
     put_events(s.over_limit);
+    for (const std::uint64_t misses : s.near_misses) bits.push_back(misses);
   };
   const SessionTotals t = scores.totals();
   for (const std::uint64_t count : {t.ticks, t.unusable, t.strokes, scores.unlisted_strokes()}) bits.push_back(count);
@@ -71,7 +72,7 @@ inline std::vector<std::uint64_t> bits_of(const Scores& scores) {
        t.stroke_length, t.stroke_impulse, t.stroke_mm3});
   put_events(t.over_limit);
   for (const Stroke& s : scores.strokes())
-    put({s.start, s.duration, s.length, s.impulse, s.peak_force, s.removed_mm3, s.distance,
+    put({s.start, s.duration, s.length, s.peak_speed, s.turning, s.impulse, s.peak_force, s.removed_mm3, s.distance,
          static_cast<double>(s.nearest), static_cast<double>(s.tool), static_cast<double>(s.end)});
   put_structure(scores.around_structures());
   for (const StructureScores& s : scores.structures()) put_structure(s);

@@ -101,6 +101,50 @@ TEST_CASE("strokes: circles are one stroke, as long as their arcs") {
   CHECK(scores.strokes()[0].length == near(3 * turn, kClose));
 }
 
+TEST_CASE("strokes: mean curvature is an arc's, and none of a line's; the peak of a speed is its own") {
+  const auto stroke_of = [](double seconds, const std::function<void(double, RecordedTick&)>& make) {
+    std::vector<RecordedTick> ticks;
+    append(ticks, seconds, make);
+    const Scores scores = scored(ticks);
+    REQUIRE(scores.strokes().size() == 1);
+    return scores.strokes()[0];
+  };
+  // A helix of 4 mm radius and 3 mm a turn, at 8 mm/s along its arc: its curvature is r / (r² + (pitch / 2π)²).
+  constexpr double kRadius = 4e-3, kRise = 3e-3 / (2 * std::numbers::pi);
+  const double arc = std::hypot(kRadius, kRise);
+  const Stroke helix = stroke_of(20, [&](double t, RecordedTick& tick) {
+    const double angle = 8e-3 * t / arc;
+    place(tick, kRadius * std::cos(angle), kRadius * std::sin(angle), kRise * angle);
+  });
+  CHECK(helix.mean_curvature() == near(kRadius / (arc * arc), kClose));
+  CHECK(helix.peak_speed == near(8e-3, kClose));
+  // Half a circle turns by π less half a chord's angle at either end.
+  const Stroke half = stroke_of(1, [&](double t, RecordedTick& tick) {
+    place(tick, 8e-3 * std::cos(std::numbers::pi * t), 8e-3 * std::sin(std::numbers::pi * t));
+  });
+  CHECK(half.turning == within(std::numbers::pi, 2.5e-3 / 8e-3));
+  CHECK(half.turning < std::numbers::pi);
+  // A line at 10 ± 4 mm/s, and its peak; whatever trembles within a chord has no part in it.
+  const Stroke line = stroke_of(2, [](double t, RecordedTick& tick) {
+    const double way = 10e-3 * t - 4e-3 / std::numbers::pi * std::cos(std::numbers::pi * t);
+    place(tick, 0.6 * way, 0.8 * way);
+  });
+  CHECK(line.mean_curvature() == within(0, 1e-6));
+  CHECK(line.peak_speed == near(14e-3, 0.02));
+  CHECK(line.mean_speed() == near(10e-3, kClose));
+  const Stroke still = stroke_of(1, [](double, RecordedTick& tick) { place(tick, 1e-3); });
+  CHECK(still.peak_speed == 0);
+  CHECK(still.mean_curvature() == 0);
+  // A way back begins anew where the way there ended, with its own peak.
+  std::vector<RecordedTick> ticks;
+  append(ticks, 3, [](double t, RecordedTick& tick) { place(tick, t < 1 ? 20e-3 * t : 20e-3 - 10e-3 * (t - 1)); });
+  const Scores both = scored(ticks);
+  REQUIRE(both.strokes().size() == 2);
+  CHECK(both.strokes()[0].peak_speed == near(20e-3, kClose));
+  CHECK(both.strokes()[1].peak_speed == near(10e-3, kClose));
+  CHECK(both.strokes()[1].turning == within(0, 1e-6));
+}
+
 TEST_CASE("strokes: a hand that trembles at rest makes one stroke without length") {
   std::vector<RecordedTick> ticks;
   append(ticks, 10,

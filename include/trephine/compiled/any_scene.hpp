@@ -5,11 +5,10 @@
 #include <trephine/core/tick.hpp>
 #include <trephine/structure/protected_structure.hpp>
 #include <trephine/tool/shape.hpp>
-#include <trephine/voxel/grid_geometry.hpp>
+#include <trephine/voxel/density_type.hpp>
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,15 +24,8 @@ struct TickContext;
 /// The border between a program and the compiled library: interfaces whose bodies the library holds.
 namespace trephine::inline TREPHINE_ALIGNED::compiled {
 
-/// The type of a bone's voxels.
-enum class DensityType : std::uint8_t { kUint8, kInt8, kUint16, kInt16, kFloat };
-
-template <VoxelDensity Density>
-inline constexpr DensityType kDensityType = std::same_as<Density, std::uint8_t>    ? DensityType::kUint8
-                                            : std::same_as<Density, std::int8_t>   ? DensityType::kInt8
-                                            : std::same_as<Density, std::uint16_t> ? DensityType::kUint16
-                                            : std::same_as<Density, std::int16_t>  ? DensityType::kInt16
-                                                                                   : DensityType::kFloat;
+using trephine::DensityType;
+using trephine::kDensityType;
 
 /// Voxels of a type that is known at run time.
 struct VoxelBuffer {

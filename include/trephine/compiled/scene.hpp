@@ -13,6 +13,7 @@ namespace trephine::inline TREPHINE_ALIGNED::compiled {
 template <class Voxels>
 using DensityOf = std::remove_cv_t<std::remove_pointer_t<decltype(std::declval<const Voxels&>().data())>>;
 
+class BoneReader;
 class Structures;
 class Protection;
 
@@ -23,6 +24,8 @@ class Protection;
 /// Threads: members belong to the haptic thread, between ticks; any other thread uses a BoneReader.
 class Bone {
  public:
+  using Reader = BoneReader;  ///< for a SessionLog that follows the bone
+
   /// Copies the voxels (x fastest) of a contiguous range: a vector, an array or a span of uint8, int8, uint16, int16 or
   /// float. Throws std::invalid_argument as `VoxelGrid` does.
   template <class Voxels>

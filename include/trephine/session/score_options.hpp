@@ -36,7 +36,7 @@ struct ScoreOptions {
   ScoredForce force = ScoredForce::kHand;
   double force_limit = std::numeric_limits<double>::infinity();  ///< [N], >= 0; no force is over infinity
   double limit_distance = 4e-3;  ///< distance from a structure where forces over the limit count besides [m], >= 0
-  std::size_t strokes = 4096;    ///< that are stored, each of about 80 bytes; later ones count in the totals alone
+  std::size_t strokes = 4096;    ///< that are stored, each of about 100 bytes; later ones count in the totals alone
   std::size_t structures = 16;   ///< that have scores of their own, by number from 0; others count in the sum alone
   std::size_t tools = 16;        ///< likewise
 

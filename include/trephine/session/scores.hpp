@@ -37,6 +37,7 @@ class Scores {
   explicit Scores(const ScoreOptions& options = {}) : options_((options.validate(), options)) {
     strokes_.reserve(options.strokes);
     structures_.resize(options.structures);
+    approaches_.resize(options.structures);
     tools_.resize(options.tools);
     reset();
   }
@@ -73,10 +74,12 @@ class Scores {
     }
     finder_.add(tick, tool_, [this](const Stroke& s) { store(s); });
     add_totals(tick, input.spindle_on, r.structures.refused_mm3);
-    add_structure(around_, tick, input.spindle_on, r.structures.taken_mm3);
-    if (tick.nearest >= 0 && static_cast<std::size_t>(tick.nearest) < structures_.size())
-      add_structure(structures_[static_cast<std::size_t>(tick.nearest)], tick, input.spindle_on,
-                    r.structures.taken_mm3);
+    add_structure(around_, approach_, tick, input.spindle_on, r.structures.taken_mm3);
+    if (tick.nearest >= 0 && static_cast<std::size_t>(tick.nearest) < structures_.size()) {
+      const auto s = static_cast<std::size_t>(tick.nearest);
+      add_structure(structures_[s], approaches_[s], tick, input.spindle_on, r.structures.taken_mm3);
+    }
+    if (approach_.runs && totals_.time - tick.dt - near_until_ > options_.event_gap) end_approaches();
   }
 
   /// For `ServoLoop` and `visit_session`: adds what they observed.
@@ -109,6 +112,8 @@ class Scores {
     strokes_.clear();
     around_ = {};
     std::fill(structures_.begin(), structures_.end(), StructureScores{});
+    approach_ = {};
+    std::fill(approaches_.begin(), approaches_.end(), Approach{});
     std::fill(tools_.begin(), tools_.end(), ToolUse{});
     unlisted_tools_ = {};
     tool_ = 0;
@@ -134,6 +139,12 @@ class Scores {
   [[nodiscard]] const ScoreOptions& options() const noexcept { return options_; }
 
  private:
+  /// The tool's way to a structure and back.
+  struct Approach {
+    bool runs = false, breaches = false;
+    double distance = std::numeric_limits<double>::infinity();  // smallest
+  };
+
   [[nodiscard]] static bool is_usable(const TickInput& input, const TickResult& r, double force) noexcept {
     const auto is_volume = [](const double& v) { return is_finite(v) && v >= 0; };
     return r.status != Status::kBadInput && r.status != Status::kNonFinite && is_usable_pose(input.X_WT) &&
@@ -155,13 +166,30 @@ class Scores {
     use.removed_mm3 += tick.removed_mm3;
   }
 
-  void add_structure(StructureScores& s, const detail::StrokeTick& tick, bool spindle_on, double taken_mm3) noexcept {
+  void add_structure(StructureScores& s, Approach& approach, const detail::StrokeTick& tick, bool spindle_on,
+                     double taken_mm3) noexcept {
     s.add_distance(tick.distance, tick.dt, tick.removed_mm3);
-    if (taken_mm3 > 0 || (spindle_on && tick.distance < 0)) s.breaches.add(tick.end, tick.dt, options_.event_gap);
+    const bool breaches = taken_mm3 > 0 || (spindle_on && tick.distance < 0);
+    if (breaches) s.breaches.add(tick.end, tick.dt, options_.event_gap);
+    if (tick.distance < StructureScores::kShellEdges.back()) {
+      approach.runs = true;
+      approach.distance = std::min(approach.distance, tick.distance);
+      near_until_ = tick.end;
+    }
+    approach.breaches = approach.breaches || breaches;
     s.breached_mm3 += taken_mm3;
     if (spindle_on) s.breach_depth = std::max(s.breach_depth, -tick.distance);
     if (tick.force > options_.force_limit && tick.distance < options_.limit_distance)
       s.over_limit.add(tick.end, tick.dt, options_.event_gap);
+  }
+
+  void end_approaches() noexcept {
+    const auto end = [](StructureScores& s, Approach& approach) {
+      if (approach.runs && !approach.breaches) ++s.near_misses[StructureScores::shell_of(approach.distance)];
+      approach = {};
+    };
+    end(around_, approach_);
+    for (std::size_t s = 0; s < structures_.size(); ++s) end(structures_[s], approaches_[s]);
   }
 
   static void add_stroke(SessionTotals& totals, const Stroke& s) noexcept {
@@ -185,6 +213,9 @@ class Scores {
   std::vector<Stroke> strokes_;
   StructureScores around_;
   std::vector<StructureScores> structures_;
+  Approach approach_;                 // to any structure
+  std::vector<Approach> approaches_;  // to each
+  double near_until_ = 0;             // when a structure was last as near as its last shell
   std::vector<ToolUse> tools_;
   ToolUse unlisted_tools_;
   int tool_ = 0;

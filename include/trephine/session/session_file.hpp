@@ -3,6 +3,8 @@
 
 #include <trephine/core/file_bytes.hpp>
 #include <trephine/core/throwing.hpp>
+#include <trephine/session/bone_records.hpp>
+#include <trephine/session/followed_bone.hpp>
 #include <trephine/session/log_format.hpp>
 #include <trephine/session/recorded_tick.hpp>
 #include <trephine/session/recording_file.hpp>
@@ -14,7 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -56,9 +58,9 @@ class LogReader {
     recording_detail::Cursor cursor(head.data() + kLogMagic.size());
     if (cursor.take<std::uint32_t>() != recording_detail::kByteOrder)
       fail("was written on a machine of the other byte order");
-    const auto version = cursor.take<std::uint32_t>();
-    if (version != kLogVersion)
-      fail("has version " + std::to_string(version) + ", this reads " + std::to_string(kLogVersion));
+    version_ = cursor.take<std::uint32_t>();
+    if (version_ < 1 || version_ > kLogVersion)
+      fail("has version " + std::to_string(version_) + ", this reads 1 to " + std::to_string(kLogVersion));
     const auto tick_version = cursor.take<std::uint32_t>();
     const auto tick_bytes = cursor.take<std::uint32_t>();
     if (tick_version != recording_detail::kVersion || tick_bytes != recording_detail::kTickBytes)
@@ -87,6 +89,7 @@ class LogReader {
     return std::string_view(chunk_).substr(kChunkHeadBytes, length);
   }
 
+  [[nodiscard]] std::uint32_t version() const noexcept { return version_; }
   /// Bytes that `next` has not given.
   [[nodiscard]] std::uint64_t left() const noexcept { return size_ - good_; }
 
@@ -101,60 +104,96 @@ class LogReader {
 
   std::ifstream& in_;
   const std::filesystem::path& path_;
+  std::uint32_t version_ = 0;
   std::uint64_t size_ = 0, good_ = 0, number_ = 0;
   std::string chunk_;
 };
 
-/// Hands the records of a chunk to the visitor. Returns false if they are none.
+/// Hands records to a visitor, chunk by chunk.
 template <class Visitor>
-[[nodiscard]] bool visit_records(std::string_view records, Visitor& visitor, SessionReport& report) {
-  TickWords before{};
-  RecordedTick tick;
-  while (!records.empty()) {
-    const auto kind = static_cast<FileRecord>(records.front());
-    records.remove_prefix(1);
-    if (report.complete) return false;  // after the end
-    if (kind == FileRecord::kTick) {
-      if (!unpack_tick(records, before, tick)) return false;
-      ++report.ticks;
-      visitor(static_cast<const RecordedTick&>(tick));
-      continue;
+class RecordReader {
+ public:
+  RecordReader(std::uint32_t version, Visitor& visitor, SessionReport& report)
+      : version_(version), visitor_(visitor), report_(report) {}
+
+  /// Reads a chunk. Returns false if it has records that are none.
+  [[nodiscard]] bool read(std::string_view records) {
+    ticks_.restart();
+    before_ = {};
+    while (!records.empty()) {
+      const auto kind = static_cast<FileRecord>(records.front());
+      records.remove_prefix(1);
+      if (report_.complete) return false;  // after the end
+      if (!read_record(kind, records)) return false;
     }
-    if (kind == FileRecord::kEnd) {
-      report.complete = true;
-      continue;
-    }
-    const std::size_t bytes = kind == FileRecord::kDropped ? 16 : 8;
-    if (records.size() < bytes) return false;
-    recording_detail::Cursor cursor(records.data());
-    records.remove_prefix(bytes);
-    if (kind == FileRecord::kDropped) {
-      DroppedRecords dropped;
-      dropped.count = cursor.take<std::uint64_t>();
-      dropped.time = cursor.take<double>();
-      report.dropped.count += dropped.count;
-      report.dropped.time += dropped.time;
-      if constexpr (requires { visitor.dropped(dropped); }) visitor.dropped(dropped);
-      continue;
-    }
-    const auto number = cursor.take<std::int64_t>();
-    if (kind == FileRecord::kTool) {
-      if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) return false;
-      if constexpr (requires { visitor.tool_changed(1); }) visitor.tool_changed(static_cast<int>(number));
-    } else if (kind == FileRecord::kEvent) {
-      if constexpr (requires { visitor.event(number); }) visitor.event(number);
-    } else {
-      return false;
-    }
+    return true;
   }
-  return true;
-}
+
+ private:
+  bool read_record(FileRecord kind, std::string_view& in) {
+    switch (kind) {
+      case FileRecord::kTick:
+        if (!(version_ == 1 ? unpack_tick_1(in, before_, tick_) : ticks_.unpack(in, tick_))) return false;
+        ++report_.ticks;
+        visitor_(static_cast<const RecordedTick&>(tick_));
+        return true;
+      case FileRecord::kTool: {
+        std::int64_t tool = 0;
+        if (!take(in, tool) || !std::in_range<int>(tool)) return false;
+        if constexpr (requires { visitor_.tool_changed(1); }) visitor_.tool_changed(static_cast<int>(tool));
+        return true;
+      }
+      case FileRecord::kEvent: {
+        std::int64_t number = 0;
+        if (!take(in, number)) return false;
+        if constexpr (requires { visitor_.event(number); }) visitor_.event(number);
+        return true;
+      }
+      case FileRecord::kDropped: {
+        DroppedRecords dropped;
+        if (!take(in, dropped.count) || !take(in, dropped.time)) return false;
+        report_.dropped.count += dropped.count;
+        report_.dropped.time += dropped.time;
+        if constexpr (requires { visitor_.dropped(dropped); }) visitor_.dropped(dropped);
+        return true;
+      }
+      case FileRecord::kEnd:
+        return report_.complete = true;
+      case FileRecord::kBone:
+        if (bone_ || !(bone_ = take_bone(in))) return false;
+        if constexpr (requires { visitor_.geometry(*bone_); }) visitor_.geometry(std::as_const(*bone_));
+        return true;
+      case FileRecord::kBrick:
+        if (!bone_ || !take_brick(in, *bone_, change_)) return false;
+        if constexpr (requires { visitor_.brick(change_); }) visitor_.brick(std::as_const(change_));
+        return true;
+    }
+    return false;
+  }
+  template <class Number>
+  [[nodiscard]] static bool take(std::string_view& in, Number& number) {
+    if (in.size() < sizeof(Number)) return false;
+    number = recording_detail::Cursor(in.data()).take<Number>();
+    in.remove_prefix(sizeof(Number));
+    return true;
+  }
+
+  std::uint32_t version_;
+  Visitor& visitor_;
+  SessionReport& report_;
+  TickPacker ticks_;
+  TickWords before_{};  // of version 1
+  RecordedTick tick_;
+  std::optional<FollowedBone> bone_;
+  BrickChange change_;
+};
 
 }  // namespace session_detail
 
 /// Reads the file of a SessionLog, or a recording of any version, and calls `visitor(const RecordedTick&)` for each
-/// tick. Where the visitor has them, it also calls `tool_changed(int)`, `event(std::int64_t)` and
-/// `dropped(DroppedRecords)`, in the order of the session. So `Scores` is a visitor, and a SessionLog is one.
+/// tick. Where the visitor has them, it also calls `tool_changed(int)`, `event(std::int64_t)`,
+/// `dropped(DroppedRecords)`, `geometry(const FollowedBone&)` and `brick(const BrickChange&)`, in the order of the
+/// file. So `Scores` is a visitor, and a SessionLog is one, which leaves out the bone.
 ///
 /// A log is read chunk by chunk in a few hundred kilobytes, up to the first chunk that is incomplete or damaged; the
 /// report says how much is left. Throws std::runtime_error with path and reason if the file is missing, is neither log
@@ -182,10 +221,11 @@ SessionReport visit_session(const std::filesystem::path& path, Visitor&& visitor
   if (std::string_view(magic, sizeof(magic)) != session_detail::kLogMagic) fail("is no trephine session or recording");
   in.clear();
   session_detail::LogReader reader(in, path);
+  session_detail::RecordReader records(reader.version(), visitor, report);
   while (!report.complete) {
-    const std::string_view records = reader.next();
-    if (records.empty()) break;
-    if (!session_detail::visit_records(records, visitor, report)) reader.fail("has a chunk of records that are none");
+    const std::string_view chunk = reader.next();
+    if (chunk.empty()) break;
+    if (!records.read(chunk)) reader.fail("has a chunk of records that are none");
   }
   report.lost_bytes = reader.left();
   return report;
@@ -201,13 +241,19 @@ struct Session {
     std::size_t position = 0;
     DroppedRecords dropped;
   };
+  struct Change {
+    std::size_t position = 0;  ///< all that changed came before, and the log read it somewhat later
+    BrickChange brick;
+  };
   std::vector<RecordedTick> ticks;
   std::vector<Numbered> tools, events;
   std::vector<Gap> gaps;
+  std::optional<FollowedBone> bone;  ///< none unless the log followed it
+  std::vector<Change> changes;       ///< of this bone (`apply_change`)
   SessionReport report;
 };
 
-/// Reads all of a session, about 400 bytes a tick. Throws as `visit_session` does.
+/// Reads all of a session, about 400 bytes a tick and 8 a changed voxel. Throws as `visit_session` does.
 [[nodiscard]] inline Session load_session(const std::filesystem::path& path) {
   struct Collector {
     Session session;
@@ -215,6 +261,8 @@ struct Session {
     void tool_changed(int tool) { session.tools.push_back({session.ticks.size(), tool}); }
     void event(std::int64_t number) { session.events.push_back({session.ticks.size(), number}); }
     void dropped(const DroppedRecords& dropped) { session.gaps.push_back({session.ticks.size(), dropped}); }
+    void geometry(const FollowedBone& bone) { session.bone = bone; }
+    void brick(const BrickChange& change) { session.changes.push_back({session.ticks.size(), change}); }
   } collector;
   collector.session.report = visit_session(path, collector);
   return std::move(collector.session);

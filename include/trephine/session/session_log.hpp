@@ -4,21 +4,29 @@
 #include <trephine/core/file_bytes.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/throwing.hpp>
+#include <trephine/session/bone_records.hpp>
 #include <trephine/session/log_format.hpp>
 #include <trephine/session/record_queue.hpp>
 #include <trephine/session/recorded_tick.hpp>
+#include <trephine/voxel/density_type.hpp>
+#include <trephine/voxel/grid_reader.hpp>
+#include <trephine/voxel/voxel_grid.hpp>
 
 #include <atomic>
 #include <chrono>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
 namespace trephine::inline TREPHINE_ALIGNED {
@@ -46,9 +54,15 @@ struct SessionLogOptions {
 /// file lacks what was in the queue and in the unwritten chunk, and readers keep the rest (`visit_session`). A loss of
 /// power may take what the system had not yet written.
 ///
+/// A log that follows a bone also writes the voxels that changed, brick by brick, and costs the haptic thread nothing
+/// for it: the log's thread reads the bone as a GridReader does, each `flush` seconds and at the end. Bricks therefore
+/// come up to this much and the queue's delay after the ticks that cut them. Where in between a voxel changed is
+/// unknown, and a brick that is read while it is cut holds voxels of several ticks until it is read again. After
+/// `close` the bone in the file is the bone as it is. Its pose is that at the beginning.
+///
 /// Threads: `record`, `operator()`, `tool_changed` and `event` on a single thread, the haptic one; they are noexcept
-/// and bounded, without memory, lock or clock. `dropped` and `failed` on any thread. Construction, `close` and
-/// destruction on any thread while no other uses the log; the latter two wait for the disk.
+/// and bounded, without memory, lock or clock. `dropped` and `failed` on any thread. Construction, `follow`, `close`
+/// and destruction on any thread while no other uses the log; the last two wait for the disk.
 class SessionLog {
  public:
   /// Takes the bytes of the file, in order; false if they cannot be written, after which nothing more is. It may wait.
@@ -74,6 +88,25 @@ class SessionLog {
   ~SessionLog() { end_thread(); }
   SessionLog(const SessionLog&) = delete;
   SessionLog& operator=(const SessionLog&) = delete;
+
+  /// Follows the bone from now on: a VoxelGrid, or a compiled::Bone. Call it once, before the first tick, while the
+  /// bone is at rest; it copies and hashes all densities. The bone must live, and must not be moved to another place in
+  /// memory, until the log is closed. The isovalue is for readers. Throws std::invalid_argument if the log follows a
+  /// bone already.
+  template <VoxelDensity Density>
+  void follow(const VoxelGrid<Density>& bone, std::optional<double> isovalue = {}) {
+    follow_by<Density, GridReader<Density>>(bone, isovalue);
+  }
+  template <class Bone>
+    requires requires(const Bone& bone) {
+      typename Bone::Reader;
+      { bone.density_type() } -> std::same_as<DensityType>;
+    }
+  void follow(const Bone& bone, std::optional<double> isovalue = {}) {
+    with_density_type(bone.density_type(), [&]<class Density>(std::type_identity<Density>) {
+      follow_by<Density, typename Bone::Reader>(bone, isovalue);
+    });
+  }
 
   /// Adds a tick.
   RecordStatus record(const TickInput& input, double dt, const TickResult& result) noexcept {
@@ -126,6 +159,13 @@ class SessionLog {
     });
   }
 
+  template <VoxelDensity Density, class Reader, class Bone>
+  void follow_by(const Bone& bone, std::optional<double> isovalue) {
+    if (follower_) refuse("SessionLog", "a log follows one bone", "a second one");
+    follower_ = std::make_unique<session_detail::BoneFollowerOf<Density, Reader>>(bone, isovalue);
+    follows_.store(true, std::memory_order_release);
+  }
+
   void start(Sink sink) {
     sink_ = std::move(sink);
     if (!sink_(session_detail::log_head()))
@@ -144,21 +184,17 @@ class SessionLog {
   void write_all() noexcept {
     using Clock = std::chrono::steady_clock;
     const std::chrono::duration<double> flush(options_.flush);
-    Clock::time_point written = Clock::now();
-    bool closing = false;
-    while (!closing) {
+    Clock::time_point flushed = Clock::now();
+    for (bool closing = false; !closing;) {
       closing = closing_.load(std::memory_order_acquire);
-      while (take_records()) {
-        if (!chunks_.is_full()) continue;
+      while (take_records())
+        if (chunks_.is_full()) write_chunk();
+      if (closing || Clock::now() - flushed >= flush) {
+        add_changes();  // after the ticks that made them
         write_chunk();
-        written = Clock::now();
+        flushed = Clock::now();
       }
-      if (closing) break;
-      if (Clock::now() - written >= flush) {
-        write_chunk();
-        written = Clock::now();
-      }
-      std::this_thread::sleep_for(kPoll);
+      if (!closing) std::this_thread::sleep_for(kPoll);
     }
     guarded([this] {
       chunks_.add_dropped(queue_.dropped());
@@ -166,11 +202,30 @@ class SessionLog {
     });
     write_chunk();
   }
+  void add_changes() noexcept {
+    guarded([this] {
+      add_bone();
+      if (!follows_bone_) return;
+      follower_->take_changes([this](std::string_view brick) {
+        chunks_.add_brick(brick);
+        if (chunks_.is_full()) write_chunk();
+      });
+    });
+  }
+  /// The bone, once it is followed.
+  void add_bone() {
+    if (follows_bone_ || !follows_.load(std::memory_order_acquire)) return;
+    follows_bone_ = true;
+    chunks_.add_bone(follower_->bone());
+  }
   /// Moves a few records to the chunk; false if there were none.
   bool take_records() noexcept {
     std::size_t taken = 0;
     guarded([&] {
-      taken = queue_.take(session_detail::kRecordsAtOnce, [this](const detail::LogRecord& r) { chunks_.add(r); });
+      taken = queue_.take(session_detail::kRecordsAtOnce, [this](const detail::LogRecord& r) {
+        add_bone();  // before ticks that came after it
+        chunks_.add(r);
+      });
     });
     return taken > 0;
   }
@@ -194,7 +249,10 @@ class SessionLog {
   std::ofstream file_;
   Sink sink_;
   detail::RecordQueue queue_;
-  session_detail::ChunkWriter chunks_;  // the log's thread's
+  session_detail::ChunkWriter chunks_;                      // the log's thread's
+  bool follows_bone_ = false;                               // likewise
+  std::unique_ptr<session_detail::BoneFollower> follower_;  // likewise, once `follows_` is set
+  std::atomic<bool> follows_{false};
   std::atomic<bool> closing_{false};
   std::atomic<bool> failed_{false};
   std::atomic<std::uint64_t> unwritten_{0};

@@ -45,19 +45,25 @@ struct StructureScores {
   double breached_mm3 = 0;    ///< bone of the structure that was taken (`StructureSummary::taken_mm3`)
   double breach_depth = 0;    ///< deepest that the tool was in it with the spindle on [m]
   ScoredEvents over_limit{};  ///< force over the limit, nearer than `ScoreOptions::limit_distance`
+  /// Approaches without a breach, by their smallest distance in the shells; the first has those within, too, where the
+  /// spindle stood still. An approach begins when this structure is the nearest and nearer than the last shell's edge,
+  /// and ends once no structure was as near for longer than `ScoreOptions::event_gap`. One that goes on is not counted.
+  std::array<std::uint64_t, 4> near_misses{};
 
   /// Adds an interval `dt` [s] at a distance [m], which is infinite if it is not known.
   void add_distance(double from_it, double dt, double removed) noexcept {
     distance = std::min(distance, from_it);
-    Shell* shell = &inside;
-    if (from_it >= 0) {
-      const auto* const edge =
-          std::find_if(kShellEdges.begin(), kShellEdges.end(), [&](double e) { return from_it < e; });
-      if (edge == kShellEdges.end()) return;
-      shell = &shells[static_cast<std::size_t>(edge - kShellEdges.begin())];
-    }
-    shell->time += dt;
-    shell->removed_mm3 += removed;
+    const std::size_t number = shell_of(from_it);
+    if (number == shells.size()) return;
+    Shell& shell = from_it < 0 ? inside : shells[number];
+    shell.time += dt;
+    shell.removed_mm3 += removed;
+  }
+  /// Number of the shell with this distance, the first for one within; 4 beyond all.
+  [[nodiscard]] static std::size_t shell_of(double from_it) noexcept {
+    const auto* const edge =
+        std::find_if(kShellEdges.begin(), kShellEdges.end(), [&](double e) { return from_it < e; });
+    return static_cast<std::size_t>(edge - kShellEdges.begin());
   }
 };
 

@@ -4,6 +4,7 @@
 #include <trephine/core/math.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -19,12 +20,14 @@ enum class StrokeEnd : std::uint8_t {
 
 /// A stroke: spindle on and in contact, from one lift-off or reversal to the next.
 struct Stroke {
-  double start = 0;                                           ///< time of the session [s]
-  double duration = 0;                                        ///< [s]
-  double length = 0;                                          ///< of the path of T's origin in W, in chords [m]
-  double impulse = 0;                                         ///< integral of the force over time [N·s]
-  double peak_force = 0;                                      ///< [N]
-  double removed_mm3 = 0;                                     ///< bone removed [mm³]
+  double start = 0;        ///< time of the session [s]
+  double duration = 0;     ///< [s]
+  double length = 0;       ///< of the path of T's origin in W, in chords [m]
+  double peak_speed = 0;   ///< highest mean speed over a whole chord [m/s]; 0 if the stroke is shorter
+  double turning = 0;      ///< sum of the angles between whole chords that follow each other [rad]
+  double impulse = 0;      ///< integral of the force over time [N·s]
+  double peak_force = 0;   ///< [N]
+  double removed_mm3 = 0;  ///< bone removed [mm³]
   double distance = std::numeric_limits<double>::infinity();  ///< smallest of the tool from a structure [m]
   int nearest = -1;                                           ///< number of that structure; -1: none
   int tool = 0;                                               ///< that was in use
@@ -34,6 +37,9 @@ struct Stroke {
   [[nodiscard]] double mean_force() const noexcept { return duration > 0 ? impulse / duration : 0; }
   /// Length over duration [m/s].
   [[nodiscard]] double mean_speed() const noexcept { return duration > 0 ? length / duration : 0; }
+  /// Mean curvature of the path, which is the turning over the length [1/m]: 1/R on an arc of radius R that is long
+  /// beside a chord, 0 on a line.
+  [[nodiscard]] double mean_curvature() const noexcept { return length > 0 ? turning / length : 0; }
 };
 
 namespace detail {
@@ -64,7 +70,7 @@ class StrokeFinder {
       back_.add(gap_);
       gap_ = {};
       back_.add(tick);
-      follow(tick.p_WT, ended);
+      follow(tick.p_WT, tick.end, ended);
       last_ = tick.p_WT;
     } else if (runs_) {
       gap_.add(tick);
@@ -120,20 +126,25 @@ class StrokeFinder {
     tool_ = tool;
     start_ = tick.end - tick.dt;
     part_ = back_ = {};
-    start_path(has_position_ ? p_WT_ : tick.p_WT);
+    if (has_position_)
+      start_path(p_WT_, start_);
+    else
+      start_path(tick.p_WT, tick.end);
   }
-  void start_path(const Vec3d& from) noexcept {
+  void start_path(const Vec3d& from, double time) noexcept {
     corner_ = turn_ = from;
-    length_ = reach_ = 0;
+    corner_time_ = turn_time_ = time;
+    length_ = reach_ = peak_speed_ = turning_ = 0;
     has_direction_ = false;
   }
 
   template <class Ended>
-  void follow(const Vec3d& p, Ended& ended) noexcept {
+  void follow(const Vec3d& p, double time, Ended& ended) noexcept {
     const double progress = has_direction_ ? direction_.dot(p - corner_) : 0;
     if (progress >= reach_) {
       reach_ = progress;
       turn_ = p;
+      turn_time_ = time;
       keep_back();
     }
     if ((p - corner_).norm() < chord_) return;
@@ -142,15 +153,19 @@ class StrokeFinder {
       ended(stroke(part_, turn, StrokeEnd::kReversal));
       start_ += part_.duration;
       part_ = {};
-      start_path(turn);
+      start_path(turn, turn_time_);
       if ((p - corner_).norm() < chord_) return keep_back();
     }
     const Vec3d leg = p - corner_;
     const double length = leg.norm();
     length_ += length;
-    direction_ = leg / length;
+    peak_speed_ = std::max(peak_speed_, length / (time - corner_time_));
+    const Vec3d direction = leg / length;
+    if (has_direction_) turning_ += std::atan2(direction_.cross(direction).norm(), direction_.dot(direction));
+    direction_ = direction;
     has_direction_ = true;
     corner_ = turn_ = p;
+    corner_time_ = turn_time_ = time;
     reach_ = 0;
     keep_back();
   }
@@ -163,6 +178,8 @@ class StrokeFinder {
     return {start_,
             part.duration,
             length_ + (to - corner_).norm(),
+            peak_speed_,
+            turning_,
             part.impulse,
             part.peak_force,
             part.removed_mm3,
@@ -176,13 +193,14 @@ class StrokeFinder {
   bool runs_ = false, has_position_ = false, has_direction_ = false;
   int tool_ = 0;
   double start_ = 0;
-  double length_ = 0;                // of the chords up to corner_
-  double reach_ = 0;                 // farthest beyond corner_ along direction_
-  Vec3d corner_ = Vec3d::Zero();     // where the last chord ended
-  Vec3d direction_ = Vec3d::Zero();  // of the last chord
-  Vec3d turn_ = Vec3d::Zero();       // where reach_ was reached
-  Vec3d last_ = Vec3d::Zero();       // position at the last contact
-  Vec3d p_WT_ = Vec3d::Zero();       // position at the last tick
+  double length_ = 0, peak_speed_ = 0, turning_ = 0;  // of the chords up to corner_
+  double corner_time_ = 0, turn_time_ = 0;            // when the path was at corner_ and turn_
+  double reach_ = 0;                                  // farthest beyond corner_ along direction_
+  Vec3d corner_ = Vec3d::Zero();                      // where the last chord ended
+  Vec3d direction_ = Vec3d::Zero();                   // of the last chord
+  Vec3d turn_ = Vec3d::Zero();                        // where reach_ was reached
+  Vec3d last_ = Vec3d::Zero();                        // position at the last contact
+  Vec3d p_WT_ = Vec3d::Zero();                        // position at the last tick
   Part part_, back_, gap_;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/session/recorded_tick.hpp>
+#include <trephine/session/rice_code.hpp>
 #include <trephine/session/tick_bytes.hpp>
 
 #include <array>
@@ -14,20 +15,27 @@
 #include <string_view>
 
 /// Ticks in fewer bytes, without loss of a bit. A tick's bytes (`tick_bytes.hpp`) are words of 64 bits, and each is
-/// stored as its difference from a guess: sign in the lowest bit, without the zeros at its top. The guess is the same
-/// word of the tick before, since neighbours share sign, exponent and first digits. The rotation's third column is
-/// guessed from the other two.
+/// stored as its difference from a guess, sign in the lowest bit. The guess is the same word of the tick before, since
+/// neighbours share sign, exponent and first digits. The rotation's third column is guessed from the other two.
 ///
-/// A packed tick is a row of digits of 4 bits, the lower half of a byte first. First, for each word, the number of its
-/// digits; 15 stands for 16. Then the digits of all words, lowest first, and a 0 if their number is odd.
+/// A packed tick is these differences in Rice's code (`rice_code.hpp`), each word with a code of its own, which starts
+/// anew with each chunk of a file; the last byte is filled with zeros.
+///
+/// In files of version 1 it is a row of digits of 4 bits, the lower half of a byte first. First, for each word, the
+/// number of its digits; 15 stands for 16. Then the digits of all words, lowest first, and a 0 if their number is odd.
 namespace trephine::inline TREPHINE_ALIGNED::session_detail {
 
 inline constexpr std::size_t kTickWords = recording_detail::kTickBytes / 8;
-static_assert(recording_detail::kTickBytes % 16 == 0, "the numbers of digits fill whole bytes");
-inline constexpr std::size_t kLengthBytes = kTickWords / 2;
+static_assert(recording_detail::kTickBytes % 16 == 0, "a tick is words, and in version 1 their lengths fill bytes");
 
-/// The words of the tick before; zeros at first, as at the start of each chunk of a file.
+/// The words of a tick. Those before the first are zeros, as at the start of each chunk of a file.
 using TickWords = std::array<std::uint64_t, kTickWords>;
+[[nodiscard]] inline RecordedTick tick_of(const TickWords& words) {
+  std::array<char, recording_detail::kTickBytes> bytes{};
+  std::memcpy(bytes.data(), words.data(), bytes.size());
+  recording_detail::Cursor cursor(bytes.data());
+  return recording_detail::take_tick(cursor, recording_detail::kVersion);
+}
 
 /// A number of (-2, 2) in 2^-61, from the bits of a double; none for others. Smaller parts are cut off.
 [[nodiscard]] constexpr std::optional<std::int64_t> fixed_point(std::uint64_t bits) noexcept {
@@ -67,45 +75,50 @@ using TickWords = std::array<std::uint64_t, kTickWords>;
   return double_bits(fixed_product(*a, *b) - fixed_product(*c, *d));
 }
 
-/// Appends digits of 4 bits to a text that has whole bytes.
-class DigitWriter {
+/// [bytes] of a packed tick whose words all take the code's longest, 14 bits and 63 of their own.
+inline constexpr std::size_t kLargestTick = kTickWords * (14 + 63) / 8 + 1;
+
+/// Packs ticks of one chunk, or unpacks them.
+class TickPacker {
  public:
-  explicit DigitWriter(std::string& out) : out_(out) {}
-  void put(std::uint64_t digit) {
-    if (half_)
-      out_.back() = static_cast<char>(static_cast<unsigned char>(out_.back()) | digit << 4);
-    else
-      out_.push_back(static_cast<char>(digit));
-    half_ = !half_;
+  /// Appends the tick to `out`.
+  void pack(std::string& out, const RecordedTick& tick) {
+    scratch_.clear();
+    recording_detail::put_tick(scratch_, tick);
+    TickWords now;
+    std::memcpy(now.data(), scratch_.data(), recording_detail::kTickBytes);
+    BitWriter bits(out);
+    for (std::size_t w = 0; w < kTickWords; ++w) codes_[w].put(bits, folded(now[w] - guessed_word(now, before_, w)));
+    before_ = now;
+  }
+  /// Takes a tick from the front of `in`. Returns false if there is none: `in` is too short.
+  [[nodiscard]] bool unpack(std::string_view& in, RecordedTick& tick) {
+    BitReader bits(in);
+    TickWords now{};
+    for (std::size_t w = 0; w < kTickWords; ++w)
+      now[w] = guessed_word(now, before_, w) + unfolded(codes_[w].take(bits));
+    if (bits.is_short()) return false;
+    in.remove_prefix(bits.bytes());
+    before_ = now;
+    tick = tick_of(now);
+    return true;
+  }
+  /// Forgets all ticks, as at the start of a chunk.
+  void restart() noexcept {
+    before_ = {};
+    codes_ = {};
   }
 
  private:
-  std::string& out_;
-  bool half_ = false;
+  TickWords before_{};
+  std::array<RiceCode, kTickWords> codes_{};
+  std::string scratch_;
 };
 
-/// Appends the tick to `out`, and makes it the one before.
-inline void pack_tick(std::string& out, std::string& scratch, TickWords& before, const RecordedTick& tick) {
-  scratch.clear();
-  recording_detail::put_tick(scratch, tick);
-  TickWords now, rest;
-  std::memcpy(now.data(), scratch.data(), recording_detail::kTickBytes);
-  DigitWriter digits(out);
-  std::array<std::size_t, kTickWords> lengths{};
-  for (std::size_t w = 0; w < kTickWords; ++w) {
-    const std::uint64_t difference = now[w] - guessed_word(now, before, w);
-    rest[w] = (difference << 1) ^ (0 - (difference >> 63));
-    lengths[w] = (static_cast<std::size_t>(std::bit_width(rest[w])) + 3) / 4;
-    if (lengths[w] >= 15) lengths[w] = 16;
-    digits.put(lengths[w] == 16 ? 15 : lengths[w]);
-  }
-  for (std::size_t w = 0; w < kTickWords; ++w)
-    for (std::size_t d = 0; d < lengths[w]; ++d, rest[w] >>= 4) digits.put(rest[w] & 0xf);
-  before = now;
-}
-
-/// Takes a tick from the front of `in`. Returns false if there is none: `in` is too short.
-[[nodiscard]] inline bool unpack_tick(std::string_view& in, TickWords& before, RecordedTick& tick) {
+/// Takes a tick of version 1 from the front of `in`; `before` are the words of the one before. Returns false if there
+/// is none: `in` is too short.
+[[nodiscard]] inline bool unpack_tick_1(std::string_view& in, TickWords& before, RecordedTick& tick) {
+  constexpr std::size_t kLengthBytes = kTickWords / 2;
   if (in.size() < kLengthBytes) return false;
   const auto digit = [&in](std::size_t at) {
     return static_cast<std::uint64_t>(static_cast<unsigned char>(in[at / 2])) >> (at % 2 * 4) & 0xf;
@@ -117,14 +130,11 @@ inline void pack_tick(std::string& out, std::string& scratch, TickWords& before,
     if (2 * in.size() - at < length) return false;
     std::uint64_t rest = 0;
     for (std::size_t d = 0; d < length; ++d) rest |= digit(at++) << (4 * d);
-    now[w] = guessed_word(now, before, w) + ((rest >> 1) ^ (0 - (rest & 1)));
+    now[w] = guessed_word(now, before, w) + unfolded(rest);
   }
   in.remove_prefix((at + 1) / 2);
-  std::array<char, recording_detail::kTickBytes> bytes{};
-  std::memcpy(bytes.data(), now.data(), bytes.size());
-  recording_detail::Cursor cursor(bytes.data());
-  tick = recording_detail::take_tick(cursor, recording_detail::kVersion);
   before = now;
+  tick = tick_of(now);
   return true;
 }
 
