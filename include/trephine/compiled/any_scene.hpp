@@ -120,6 +120,8 @@ class AnyBone : public Interface {
   virtual void set_X_WG(const Posed& X_WG) = 0;
   virtual std::size_t restore(std::size_t max_bricks) = 0;
   virtual void copy_voxels(const VoxelBuffer& out) const = 0;
+  virtual void copy_original(const VoxelBuffer& out) const = 0;
+  virtual void lower_to(const VoxelBuffer& voxels) = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyReader> make_reader() const = 0;
   [[nodiscard]] virtual std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr,
                                                              const RendererOptions& renderer,
