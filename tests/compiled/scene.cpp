@@ -243,6 +243,28 @@ TEST_CASE("8-bit signed densities: what is drilled is removed, and restored") {
   std::vector<std::int8_t> now(voxels.size());
   bone.copy_voxels(std::span(now));
   CHECK(now != voxels);
+
+  // Another bone takes on what was drilled, and restores as this one.
+  std::vector<std::int8_t> original(voxels.size()), there(voxels.size());
+  bone.copy_original(std::span(original));
+  CHECK(original == voxels);
+  compiled::Bone other({.size = {40, 40, 40}, .spacing = {kVoxel, kVoxel, kVoxel}}, original);
+  compiled::BoneReader reader(other);
+  reader.poll([](std::size_t) {});
+  other.lower_to(std::span(now));
+  CHECK(reader.poll([](std::size_t) {}) > 0);
+  other.copy_voxels(std::span(there));
+  CHECK(there == now);
+  other.lower_to(std::span(original));  // never adds
+  other.copy_voxels(std::span(there));
+  CHECK(there == now);
+  CHECK(other.restore() == 0);
+  other.copy_voxels(std::span(there));
+  CHECK(there == voxels);
+  std::vector<std::int16_t> wide(voxels.size());
+  check_refused("lower_to needs the bone's own density", [&] { other.lower_to(std::span(wide)); });
+  check_refused("copy_original needs 64000 voxels", [&] { other.copy_original(std::span(there).first(9)); });
+
   CHECK(scene.bone().restore() == 0);  // the scene's bone is the same bone
   bone.copy_voxels(std::span(now));
   CHECK(now == voxels);

@@ -121,6 +121,8 @@ class AnyBone : public Interface {
   virtual void set_X_WG(const Posed& X_WG) = 0;
   virtual std::size_t restore(std::size_t max_bricks) = 0;
   virtual void copy_voxels(const VoxelBuffer& out) const = 0;
+  virtual void copy_original(const VoxelBuffer& out) const = 0;
+  virtual void lower_to(const VoxelBuffer& voxels) = 0;
   [[nodiscard]] virtual std::shared_ptr<AnyBone> copy() const = 0;
   virtual void take(const AnyBone& other) = 0;
   [[nodiscard]] virtual double outside() const noexcept = 0;

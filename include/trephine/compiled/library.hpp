@@ -15,8 +15,10 @@
 #include <trephine/voxel/brick_mesh.hpp>
 #include <trephine/voxel/grid_reader.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -256,10 +258,17 @@ class BoneOf final : public AnyBone {
     if (same == nullptr) refuse("compiled::Bone", "take needs a copy of this bone", "another density type");
     grid_.take(same->grid_);
   }
-  void copy_voxels(const VoxelBuffer& out) const override {
-    if (out.type != kDensityType<Density>)
-      refuse("compiled::Bone", "copy_voxels needs the bone's own density", static_cast<int>(out.type));
-    grid_.copy_voxels({static_cast<Density*>(out.voxels), out.count});
+  void copy_voxels(const VoxelBuffer& out) const override { grid_.copy_voxels(checked("copy_voxels", out)); }
+  void copy_original(const VoxelBuffer& out) const override {
+    Density* to = checked("copy_original", out).data();
+    for_each_row(
+        [&](int j, int k) { to = std::copy_n(grid_.original_data() + grid_.index(0, j, k), grid_.size()[0], to); });
+  }
+  void lower_to(const VoxelBuffer& voxels) override {
+    const Density* from = checked("lower_to", voxels).data();
+    for_each_row(
+        [&](int j, int k) { grid_.lower_row(j, k, 0, grid_.size()[0] - 1, [&](int, Density) { return *from++; }); });
+    grid_.commit();
   }
   std::unique_ptr<AnyReader> make_reader() const override { return std::make_unique<ReaderOf<Density>>(grid_); }
   std::unique_ptr<AnyScene> make_scene(double isovalue, const Burr& burr, const RendererOptions& o,
@@ -291,6 +300,21 @@ class BoneOf final : public AnyBone {
   /// Slides as without friction, bit for bit and at no cost.
   [[nodiscard]] static Coulomb frictionless() { return Coulomb{0, 0}; }
 
+  /// The buffer as voxels. Throws std::invalid_argument for another density or number of them.
+  [[nodiscard]] std::span<Density> checked(const std::string& member, const VoxelBuffer& buffer) const {
+    if (buffer.type != kDensityType<Density>)
+      refuse("compiled::Bone", member + " needs the bone's own density", static_cast<int>(buffer.type));
+    const std::size_t count =
+        static_cast<std::size_t>(size()[0]) * static_cast<std::size_t>(size()[1]) * static_cast<std::size_t>(size()[2]);
+    if (buffer.count != count)
+      refuse("compiled::Bone", member + " needs " + std::to_string(count) + " voxels", buffer.count);
+    return {static_cast<Density*>(buffer.voxels), buffer.count};
+  }
+  template <class Visit>
+  void for_each_row(Visit&& visit) const {
+    for (int k = 0; k < size()[2]; ++k)
+      for (int j = 0; j < size()[1]; ++j) visit(j, k);
+  }
   [[nodiscard]] std::unique_ptr<AnyScene> coupled_scene(double isovalue, const AnyTool& tool, const RendererOptions& o,
                                                         const StageOptions& stages) {
     return scene_of(isovalue, tool, CoupledToolRenderer{tool, o.coupled, o.friction.value_or(frictionless())}, stages);

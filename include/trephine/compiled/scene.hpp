@@ -61,6 +61,17 @@ class Bone {
   void copy_voxels(std::span<Density> out) const {
     bone_->copy_voxels({kDensityType<Density>, out.data(), out.size()});
   }
+  /// The voxels that `restore` brings back, likewise; the present ones without `keep_original`.
+  template <VoxelDensity Density>
+  void copy_original(std::span<Density> out) const {
+    bone_->copy_original({kDensityType<Density>, out.data(), out.size()});
+  }
+  /// Takes bone away as far as it is gone in `voxels`, x fastest: lowers each voxel to the density there, where that is
+  /// lower. Throws std::invalid_argument likewise.
+  template <VoxelDensity Density>
+  void lower_to(std::span<Density> voxels) {
+    bone_->lower_to({kDensityType<Density>, voxels.data(), voxels.size()});
+  }
 
  private:
   friend class Scene;

@@ -36,6 +36,9 @@ class Coulomb {
       refuse("Coulomb", "the static coefficient must be finite and at least the kinetic one", static_);
   }
 
+  [[nodiscard]] double static_coefficient() const noexcept { return static_; }
+  [[nodiscard]] double kinetic_coefficient() const noexcept { return kinetic_; }
+
   [[nodiscard]] double slip(double tangential, double depth, bool sticking) const noexcept {
     // Copies and a weight instead of branches, so that loops over points are vectorised.
     const double while_sticking = static_, while_sliding = kinetic_;
