@@ -141,7 +141,7 @@ class Documents(unittest.TestCase):
             self.assertEqual(len(out.splitlines()), 4, out)
             self.assertNotIn("nan", out)
             out = self.run_program(self.example + "/drill_session.py", folder=folder)
-            self.assertRegex(out, r"\A12 strokes with a mean of \d.\d\d N, \d+ mm3 gone\n-0.\d mm from the nerve, 1 breaches\n")
+            self.assertRegex(out, r"\A12 strokes with a mean of \d.\d\d N, \d+ mm3 gone\n-0.\d mm from the nerve, 1 breaches")
             self.assertEqual(t.load_session(folder + "/session.log").report.complete, True)
             self.assertTrue(os.path.getsize(folder + "/session.html") > 1e5)
 
