@@ -300,10 +300,10 @@ class Scored(InFolder):
         made = scene()
         poses = strokes()
         with t.SessionLog(self.path) as log:
-            made.run(poses[:2000], log=log, scores=live)
+            made.run(poses[:2000], True, 2 * DT, log=log, scores=live)
             log.tool_changed(2)
             live.tool_changed(2)
-            made.run(poses[2000:], log=log, scores=live)
+            made.run(poses[2000:], True, 2 * DT, log=log, scores=live)
         live.finish()
         for source in (self.path, t.load_session(self.path)):
             later = t.score(source, force_limit=0.3, chord=0.5e-3)
