@@ -37,6 +37,7 @@ def main():
 
     scores = trephine.Scores(force_limit=1.5)
     with trephine.SessionLog("session.log") as log:
+        log.follow(bone, isovalue=300)
         scene.run(strokes(12, 1500, top=24 * 0.5e-3), log=log, scores=scores)
     scores.finish()
     totals, around = scores.totals, scores.around_structures
@@ -44,7 +45,7 @@ def main():
     print(f"{1e3 * around['distance'][0]:.1f} mm from the nerve, {around['breaches'][0]} breaches")
 
     labels = trephine.Labels(nerve, bone.spacing, bone.X_WG, ["nerve"])
-    write("session.log", "session.html", before, bone, labels, tool=tool, force_limit=1.5)
+    write("session.log", "session.html", before, structures=labels, tool=tool, force_limit=1.5)
     print("session.html shows it")
 
 

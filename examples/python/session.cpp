@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <tuple>
 
 using namespace trephine_python;
 
@@ -54,12 +55,64 @@ void add_to(const LogPointer& log, const Add& add) {
   add(*log->log);
 }
 
+void follow(const LogPointer& log, const BonePointer& bone, std::optional<double> isovalue) {
+  if (isovalue && !is_finite(*isovalue)) refuse("SessionLog.follow", "the isovalue must be finite", *isovalue);
+  const Work work(log);
+  const Work at_rest(bone);
+  const py::gil_scoped_release release;
+  log->log->follow(bone->bone, isovalue);
+  log->bone = bone;
+}
+
+/// Changed voxels of all bricks, a row each.
+py::dict changes_of(const Session& session) {
+  std::size_t count = 0;
+  for (const Session::Change& c : session.changes) count += c.brick.voxels.size();
+  const auto n = static_cast<py::ssize_t>(count);
+  py::array_t<std::int64_t> position(n), index({n, py::ssize_t{3}});
+  py::array_t<float> density(n);
+  std::int64_t *to_position = position.mutable_data(), *to_index = index.mutable_data();
+  float* to_density = density.mutable_data();
+  for (const Session::Change& c : session.changes)
+    for (const BrickChange::Voxel& v : c.brick.voxels) {
+      const auto [i, j, k] = session.bone->index(c.brick.brick, v.number);
+      for (const int u : {k, j, i}) *to_index++ = u;
+      *to_position++ = static_cast<std::int64_t>(c.position);
+      *to_density++ = v.density;
+    }
+  py::dict made;
+  made["position"] = position;
+  made["index"] = index;
+  made["density"] = density;
+  return made;
+}
+
+BonePointer bone_after(const Session& session, const BonePointer& before, std::optional<std::size_t> ticks) {
+  const char* const who = "Session.bone_after";
+  before->require_idle();
+  if (!session.bone) refuse(who, "the session must be of a log that followed its bone (SessionLog.follow)", "another");
+  return with_density(before->bone.density_type(), [&]<class Density>(Density) {
+    py::array voxels = voxels_of(before->bone);
+    const std::span<Density> densities(static_cast<Density*>(voxels.mutable_data()),
+                                       static_cast<std::size_t>(voxels.size()));
+    if (!session.bone->began_with(std::span<const Density>(densities)))
+      refuse(who, "the bone must have the densities with which the session began", "others");
+    for (const Session::Change& c : session.changes)
+      if (c.position <= ticks.value_or(session.ticks.size())) apply_change(*session.bone, c.brick, densities);
+    const GridGeometry geometry{before->bone.size(), before->bone.spacing(), before->bone.X_WG(),
+                                outside_of<Density>(before->bone)};
+    return std::make_shared<PythonBone>(PythonBone{
+        {geometry, std::span<const Density>(densities), GridOptions{before->keeps_original}}, before->keeps_original});
+  });
+}
+
 void close(const LogPointer& log) {
   if (log->closed) return;
   {
     const Work work(log);
     log->closed = true;
     with_file([&] { log->log->close(); });
+    log->bone.reset();
   }
 }
 
@@ -83,6 +136,9 @@ void bind_log(py::module_& m) {
            }),
            py::arg("path"), py::arg("records") = SessionLogOptions{}.records,
            py::arg("flush") = SessionLogOptions{}.flush)
+      .def("follow", &follow, py::arg("bone"), py::arg("isovalue") = py::none(),
+           "Also writes the voxels of a Bone that change from now on, so that `Session.bone_after` has the bone that\n"
+           "the session left. Once, before the first tick; later its pose and densities may change by ticks alone.")
       .def(
           "tool_changed",
           [](const LogPointer& log, int number) {
@@ -157,6 +213,16 @@ void trephine_python::bind_session(py::module_& m) {
                     "at the file's end, from the first part that is incomplete or damaged")
       .def_readonly("complete", &SessionReport::complete, "True if the session was closed")
       .def_property_readonly("text", &SessionReport::text, "all this in one sentence");
+  py::class_<FollowedBone>(m, "FollowedBone", "The bone of a session as it was when its log began to follow it.")
+      .def_property_readonly(
+          "shape",
+          [](const FollowedBone& b) { return std::tuple(b.geometry.size[2], b.geometry.size[1], b.geometry.size[0]); },
+          "(z, y, x)")
+      .def_property_readonly(
+          "spacing", [](const FollowedBone& b) { return from_vector(b.geometry.spacing); }, "(3,) along x, y, z [m]")
+      .def_property_readonly(
+          "X_WG", [](const FollowedBone& b) { return from_pose(b.geometry.X_WG); }, "(4, 4) pose in the world")
+      .def_readonly("isovalue", &FollowedBone::isovalue, "density of the bone's surface; None: the log was not told");
   py::class_<Session>(m, "Session",
                       "A session in memory, which `load_session` reads. N is the number of its ticks, and a position\n"
                       "counts the ticks before a record. Each property is a new array.")
@@ -190,6 +256,14 @@ void trephine_python::bind_session(py::module_& m) {
                          Column{"time", [](const Session::Gap& g) { return g.dropped.time; }});
           },
           "where records are missing: a dict of position, their count, and the time of the ticks among them [s]")
+      .def_readonly("bone", &Session::bone, "the FollowedBone; None: the log followed none")
+      .def_property_readonly(
+          "changes", &changes_of,
+          "changed voxels of that bone: a dict of position (V,), index (V, 3) as z, y, x, and the new density (V,)")
+      .def("bone_after", &bone_after, py::arg("before"), py::arg("ticks") = py::none(),
+           "The Bone that the session left, or that the log knew of after so many ticks, by its changes.\n\n"
+           "`before` has the densities with which the session began. Raises ValueError for another bone, or where the\n"
+           "log followed none.")
       .def_property_readonly(
           "report", [](const Session& s) { return s.report; }, "the SessionReport of its file");
   m.def(

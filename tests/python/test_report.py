@@ -10,12 +10,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 import trephine as t
-from block import SPACING
-from test_session import RADIUS, labels, scene, strokes
+from block import SPACING, TOP
+from test_session import RADIUS, add_gap, labels, scene, strokes
 from trephine import report
+from trephine.report import _meshes
 
 EVIL = "</script><script>document.title='owned'</script><b onclick=x>"
 TICKS = 3000
@@ -50,6 +52,17 @@ def text_of(page):
     with open(page, encoding="utf-8") as file:
         text = re.sub(r"(?s)<(script|style)[ >].*?</\1>", "", file.read())
     return html.unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", text)))
+
+
+def points(mesh):
+    """Its vertices in the world, (V, 3) [m]."""
+    return np.array(mesh["low"]) + np.frombuffer(base64.b64decode(mesh["vertices"]), "<u2").reshape(-1, 3) * mesh["step"]
+
+
+def volume(mesh):
+    """Of a closed mesh [mm³]."""
+    corners = points(mesh)[np.frombuffer(base64.b64decode(mesh["triangles"]), "<u2").reshape(-1, 3)]
+    return 1e9 * np.linalg.det(corners).sum() / 6
 
 
 class InFolder(unittest.TestCase):
@@ -112,16 +125,48 @@ class Page(InFolder):
         meshes = {mesh["name"]: mesh for mesh in data_of(self.page)["meshes"]}
         self.assertEqual(list(meshes), ["before", "after", "nerve"])
 
-        def volume(mesh):
-            steps = np.frombuffer(base64.b64decode(mesh["vertices"]), "<u2").reshape(-1, 3)
-            points = np.array(mesh["low"]) + steps * mesh["step"]
-            corners = points[np.frombuffer(base64.b64decode(mesh["triangles"]), "<u2").reshape(-1, 3)]
-            return 1e9 * np.linalg.det(corners).sum() / 6
-
         removed = t.score(self.path).totals["removed_mm3"]
         self.assertAlmostEqual(volume(meshes["before"]) - volume(meshes["after"]), removed, delta=0.15 * removed)
         inside = (labels() == 1).sum() * np.prod(SPACING) * 1e9
         self.assertAlmostEqual(volume(meshes["nerve"]), inside, delta=0.15 * inside)
+        voxels = np.argwhere(labels() == 1)[:, ::-1]
+        for place, bound in ((points(meshes["nerve"]).min(axis=0), voxels.min(axis=0) - 0.5),
+                             (points(meshes["nerve"]).max(axis=0), voxels.max(axis=0) + 0.5)):  # fmt: skip
+            np.testing.assert_allclose(place / SPACING, bound, atol=0.3)
+
+    def test_coarse_meshes_are_where_the_bone_is(self):
+        page, X_WG = self.folder + "/coarse.html", np.eye(4)
+        X_WG[:3, 3] = 0.1, -0.2, 0.3
+        bone = t.Bone(scene().bone.voxels(), SPACING, X_WG=X_WG)
+        with mock.patch.object(_meshes, "_VERTICES", 1000), mock.patch.object(_meshes, "_MARGIN", 1):
+            report.write(self.path, page, bone=bone, structures=t.Labels(labels(), np.array(SPACING), X_WG, ["nerve"]))
+        self.assertRegex(text_of(page), r"joins [2-9] voxels along each axis")
+        of_bone, of_nerve = (points(mesh) - X_WG[:3, 3] for mesh in data_of(page)["meshes"])
+        self.assertLess(len(of_bone), 1000)
+        self.assertAlmostEqual(of_bone[:, 2].max(), TOP, delta=2 * SPACING[2])
+        middle = (of_nerve.min(axis=0) + of_nerve.max(axis=0)) / 2
+        np.testing.assert_allclose(middle / SPACING, np.argwhere(labels() == 1).mean(axis=0)[::-1], atol=0.6)
+
+    def test_the_bone_after_comes_from_a_log_that_followed_it(self):
+        one = scene()
+        path, page, before = self.folder + "/followed.log", self.folder + "/followed.html", one.bone.copy()
+        with t.SessionLog(path) as log:
+            log.follow(one.bone, isovalue=200)
+            one.run(strokes(TICKS, depth=1.2e-3), log=log)
+        report.write(path, page, bone=before)
+        told = self.folder + "/told.html"
+        report.write(path, told, bone=before, after=one.bone, isovalue=200)
+        self.assertEqual([mesh["kind"] for mesh in data_of(page)["meshes"]], ["before", "after"])
+        self.assertEqual(data_of(page)["meshes"], data_of(told)["meshes"])
+        report.write(path, told, bone=before, isovalue=300)
+        self.assertNotEqual(data_of(page)["meshes"], data_of(told)["meshes"])
+        with self.assertRaisesRegex(ValueError, "with which the session began"):
+            report.write(path, page, bone=one.bone)
+        report.write(path, page)
+        (removed,) = data_of(page)["meshes"]
+        self.assertEqual(removed["name"], "bone removed")
+        gone = 1e9 * np.prod(SPACING) * ((before.voxels() >= 200) & (one.bone.voxels() < 200)).sum()
+        self.assertAlmostEqual(volume(removed), gone, delta=0.2 * gone)
 
     def test_a_large_bone_is_cut_out_and_made_coarse(self):
         rng = np.random.default_rng(3)
@@ -144,6 +189,19 @@ class Page(InFolder):
         report.write(path, page)
         self.assertLess(os.path.getsize(page), 2e6)
         self.assertIn("1200 intervals", text_of(page))
+
+    def test_gaps_are_marked(self):
+        path, page = self.folder + "/gap.log", self.folder + "/gap.html"
+        with t.SessionLog(path, flush=0.01) as log:
+            scene().run(strokes(TICKS), log=log)
+        add_gap(path, 20, 0.02)
+        report.write(path, page)
+        gaps = data_of(page)["gaps"]
+        self.assertEqual([text for _, text in gaps], ["20 lost"])
+        self.assertAlmostEqual(gaps[0][0], 1e-3 * t.load_session(path).gaps["position"][0])
+        text = text_of(page)
+        self.assertIn("20 records dropped while the disk stalled", text)
+        self.assertIn("their 0.02 s are not on the time axis", text)
 
     def test_nothing_given_becomes_script(self):
         folder = f"{self.folder}/a<script>b"

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import trephine
 
-from ._meshes import meshes_of
+from ._meshes import meshes_of, removed_bone
 from ._tables import figures, tables
 
 __all__ = ["write"]
@@ -37,7 +37,7 @@ def write(
     bone: trephine.Bone | None = None,
     after: trephine.Bone | None = None,
     structures: trephine.Labels | None = None,
-    isovalue: float = 300,
+    isovalue: float | None = None,
     tool: trephine.Burr | None = None,
     title: str | None = None,
     **options: Any,
@@ -45,9 +45,10 @@ def write(
     """Writes the report of a Session, or of its file, to an HTML file.
 
     `bone` is the bone before the session and `after` the one that it left, which are shown where density is at least
-    `isovalue`. A replay of the session drills a copy: `scene.replay(session)`, and then `after=scene.bone`. `structures`
-    are those of the scene, as `read_labels` returns them, with their pose in the world. `tool` is the
-    Burr that is drawn; None: one with the default radii. `options` are the fields of ScoreOptions.
+    `isovalue`; None: that of the log, or 300. Where the log followed the bone, `after` is known from it. Otherwise a
+    replay drills a copy: `scene.replay(session)`, and then `after=scene.bone`. `structures` are those of the scene, as
+    `read_labels` returns them, with their pose in the world. `tool` is the Burr that is drawn; None: one with the
+    default radii. `options` are the fields of ScoreOptions.
 
     Raises OSError for a file that cannot be read or written, and ValueError for an option out of range.
     """
@@ -60,7 +61,13 @@ def write(
     results, time, poses = session.results(), session.time, session.poses
     results["known_distance"] = np.where(results["nearest"] >= 0, results["distance"], np.inf)
     results["scored_force"] = _scored_force(results, scores.options)
-    meshes, view_notes = meshes_of(bone, after, structures, isovalue, poses[:, :3, 3])
+    known = session.bone
+    if isovalue is None:
+        isovalue = 300 if known is None or known.isovalue is None else known.isovalue
+    if bone is not None and after is None and known is not None:
+        after = session.bone_after(bone)
+    segmentations = [structures, removed_bone(session, isovalue) if bone is None else None]
+    meshes, view_notes = meshes_of(bone, after, [s for s in segmentations if s is not None], isovalue, poses[:, :3, 3])
     burr = tool or trephine.Burr()
     data = {
         "duration": float(time[-1]) if len(time) else 0.0,

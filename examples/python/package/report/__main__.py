@@ -56,9 +56,9 @@ def main() -> None:
     parser.add_argument("session", help="the file of a SessionLog, or a recording")
     volume = "a volume that read_volume reads, or an .npz with voxels (z, y, x), spacing [m] and X_WG"
     parser.add_argument("--bone", metavar="FILE", help="the bone before: " + volume)
-    parser.add_argument("--after", metavar="FILE", help="the bone after: the same")
+    parser.add_argument("--after", metavar="FILE", help="the bone after: the same; a log that followed the bone needs none")
     parser.add_argument("--labels", metavar="FILE", help="structures: a segmentation, or an .npz with X_WS and names")
-    parser.add_argument("--isovalue", type=float, default=300, help="density of the bone's surface (300)")
+    parser.add_argument("--isovalue", type=float, help="density of the bone's surface (that of the log, or 300)")
     parser.add_argument("--radius", type=float, default=1.5, help="of the burr that is drawn [mm] (1.5)")
     parser.add_argument("--force-limit", type=float, default=float("inf"), help="[N]")
     parser.add_argument("--out", metavar="FILE", help="the page; beside the session if it is not given")

@@ -19,7 +19,7 @@ _COLOURS = [(230, 159, 0), (86, 180, 233), (0, 158, 115), (204, 121, 167), (213,
 def meshes_of(
     bone: trephine.Bone | None,
     after: trephine.Bone | None,
-    structures: trephine.Labels | None,
+    segmentations: list[trephine.Labels],
     isovalue: float,
     positions: NDArray[Any],
 ) -> tuple[list[dict[str, Any]], str]:
@@ -43,14 +43,24 @@ def meshes_of(
         if step > 1:
             notes.append(f"Its mesh joins {step} voxels along each axis.")
         made.append({"kind": kind, "name": kind, **packed})
-    if structures is None:
-        return made, " ".join(notes)
-    for s, name in enumerate(structures.names):
-        inside = structures.voxels == s + 1
+    for number, (name, labels, s) in enumerate((name, l, s) for l in segmentations for s, name in enumerate(l.names)):
+        inside = labels.voxels == s + 1
         if inside.any():
-            packed, _ = _fitting(_smooth(inside), structures.spacing, structures.X_WS, 0.5, 0)
-            made.append({"kind": "structure", "name": name, "colour": _COLOURS[s % len(_COLOURS)], **packed})
+            packed, _ = _fitting(_smooth(inside), labels.spacing, labels.X_WS, 0.5, 0)
+            made.append({"kind": "structure", "name": name, "colour": _COLOURS[number % len(_COLOURS)], **packed})
     return made, " ".join(notes)
+
+
+def removed_bone(session: trephine.Session, isovalue: float) -> trephine.Labels | None:
+    """What a session removed of the bone that its log followed, as a structure in the world."""
+    changes, bone = session.changes, session.bone
+    gone = changes["index"][changes["density"] < isovalue]
+    if bone is None or not len(gone):
+        return None
+    low = gone.min(axis=0)
+    voxels = np.zeros(gone.max(axis=0) - low + 1, np.uint8)
+    voxels[tuple((gone - low).T)] = 1
+    return trephine.Labels(voxels, bone.spacing, bone.X_WG @ _shift(bone.spacing * low[::-1]), ["bone removed"])
 
 
 def _mesh(voxels: NDArray[Any], spacing: NDArray[Any], level: float, outside: float) -> trephine.Mesh:
@@ -95,13 +105,13 @@ def _joined(voxels: NDArray[Any], step: int) -> NDArray[Any]:
 
 
 def _smooth(inside: NDArray[Any]) -> NDArray[Any]:
-    """A mask as densities whose surface at 0.5 has no steps; all that is inside stays so, however thin it is."""
+    """A mask as densities whose surface at 0.5 has few steps, and no less within, however thin the structure is."""
     soft = inside.astype(np.float32)
     for axis in range(3):
         wide = np.pad(soft, [(1, 1) if a == axis else (0, 0) for a in range(3)])
         first, middle, last = (np.take(wide, range(k, k + soft.shape[axis]), axis) for k in range(3))
         soft = (first + 2 * middle + last) / 4
-    made: NDArray[Any] = np.maximum(soft, 0.6 * inside).astype(np.float32)
+    made: NDArray[Any] = np.maximum(soft, 0.75 * inside).astype(np.float32)
     return made
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import trephine
 
 _LISTED_STROKES = 500
-_UNITS = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s")}  # as the page shows them
+_UNITS = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "1/m": (1e-3, "1/mm")}  # as the page shows them
 
 
 class _Score(NamedTuple):
@@ -130,9 +130,9 @@ def _structures(columns: dict[str, Any], titles: list[str], scores: trephine.Sco
     shells = ["inside"] + [f"{low:g}–{high:g}\u00a0mm" for low, high in zip(edges, edges[1:])]
     for s in shown:
         if columns[s.key].ndim == 2:
-            by_shell = [_Score(shell, shell, s.unit, "") for shell in shells]
+            near = shells[-columns[s.key].shape[1] :]
             body += f"<h3>{html.escape(s.name)}: {html.escape(s.definition)}</h3>"
-            body += _rows("Structure", titles, by_shell, dict(zip(shells, columns[s.key].T)))
+            body += _rows("Structure", titles, [_Score(n, n, s.unit, "") for n in near], dict(zip(near, columns[s.key].T)))
     return body
 
 

@@ -92,12 +92,12 @@ class Layer {
     this.depth.fill(-Infinity);
     return this;
   }
-  /** Draws the front of a closed mesh, lit from over the viewer's left shoulder. */
+  /** Draws the front of a closed mesh, lit from over the viewer's right shoulder. */
   draw(mesh, camera, [red, green, blue]) {
     const { width, height, colour, depth } = this, { points, normals, triangles } = mesh, { rows, centre } = camera;
     const count = points.length / 3, scale = camera.scale(width, height);
     const X = new Float32Array(count), Y = new Float32Array(count), Z = new Float32Array(count), L = new Float32Array(count);
-    const light = unit([-0.4, 0.55, 0.8]);
+    const light = unit([0.45, 0.6, 0.75]);
     for (let i = 0; i < count; ++i) {
       const p = [points[3 * i] - centre[0], points[3 * i + 1] - centre[1], points[3 * i + 2] - centre[2]];
       const n = [normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]];
