@@ -56,6 +56,7 @@ py::dict strokes_of(const PythonScores& s) {
   return table(s.scores.strokes(), Column{"start", &Stroke::start}, Column{"duration", &Stroke::duration},
                Column{"length", &Stroke::length}, Column{"mean_force", &Stroke::mean_force},
                Column{"peak_force", &Stroke::peak_force}, Column{"mean_speed", &Stroke::mean_speed},
+               Column{"peak_speed", &Stroke::peak_speed}, Column{"mean_curvature", &Stroke::mean_curvature},
                Column{"removed_mm3", &Stroke::removed_mm3}, Column{"distance", &Stroke::distance},
                Column{"nearest", &Stroke::nearest}, Column{"tool", &Stroke::tool},
                Column{"end", [](const Stroke& stroke) { return static_cast<std::uint8_t>(stroke.end); }});
@@ -83,6 +84,11 @@ py::dict around(std::span<const StructureScores> structures) {
   }
   made["shell_time"] = time;
   made["shell_mm3"] = removed;
+  py::array_t<std::int64_t> misses({n, kShells - 1});
+  auto* to_misses = misses.mutable_data();
+  for (const StructureScores& s : structures)
+    for (const std::uint64_t count : s.near_misses) *to_misses++ = static_cast<std::int64_t>(count);
+  made["near_misses"] = misses;
   return made;
 }
 
@@ -217,6 +223,8 @@ void trephine_python::bind_scores(py::module_& m) {
                              "mean_force [N]: over its time\n"
                              "peak_force [N]: greatest force\n"
                              "mean_speed [m/s]: length by duration\n"
+                             "peak_speed [m/s]: highest over a chord\n"
+                             "mean_curvature [1/m]: turning of the path by its length\n"
                              "removed_mm3 [mm³]: bone removed\n"
                              "distance [m]: smallest from a structure; infinite: not known\n"
                              "nearest: number of that structure; -1: none\n"
@@ -237,7 +245,8 @@ void trephine_python::bind_scores(py::module_& m) {
           "over_limit: times that the force went over the limit near it\n"
           "over_limit_time [s]: of these\n"
           "shell_time [s]: spent in each shell around it, (., 5): inside, then up to each of `shell_edges`\n"
-          "shell_mm3 [mm³]: bone removed from each shell, likewise")
+          "shell_mm3 [mm³]: bone removed from each shell, likewise\n"
+          "near_misses: ways to it and back without a breach, by their smallest distance, (., 4) up to each edge")
       .def_property_readonly(
           "around_structures",
           [](const PythonScores& s) {

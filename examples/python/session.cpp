@@ -5,13 +5,18 @@
 #include "table.hpp"
 
 #include <trephine/stage/motion.hpp>
+#include <trephine/voxel/density_type.hpp>
 
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <type_traits>
 
 using namespace trephine_python;
 
@@ -43,6 +48,73 @@ py::dict results_of(const Session& session) {
 
 py::dict numbered(const std::vector<Session::Numbered>& records) {
   return table(records, Column{"position", &Session::Numbered::position}, Column{"number", &Session::Numbered::number});
+}
+
+/// A row for each voxel that changed.
+py::dict changes_of(const Session& session) {
+  py::ssize_t count = 0;
+  for (const Session::Change& change : session.changes) count += static_cast<py::ssize_t>(change.brick.voxels.size());
+  py::array_t<std::int64_t> position(count);
+  py::array_t<int> index({count, py::ssize_t{3}});
+  py::array_t<float> density(count);
+  auto* to_position = position.mutable_data();
+  auto* to_index = index.mutable_data();
+  auto* to_density = density.mutable_data();
+  for (const Session::Change& change : session.changes)
+    for (const BrickChange::Voxel& voxel : change.brick.voxels) {
+      *to_position++ = static_cast<std::int64_t>(change.position);
+      for (const int i : session.bone->index(change.brick.brick, voxel.number)) *to_index++ = i;
+      *to_density++ = voxel.density;
+    }
+  py::dict made;
+  made["position"] = position;
+  made["index"] = index;
+  made["density"] = density;
+  return made;
+}
+
+/// The bone's voxels (z, y, x) as the session left them, from those with which it began.
+py::array changed(const Session& session, const py::array& voxels) {
+  if (!session.bone) refuse("Session.changed", "the log must have followed a bone", "one without");
+  const FollowedBone& bone = *session.bone;
+  return with_density_type(bone.density, [&]<class Density>(std::type_identity<Density>) -> py::array {
+    const auto& n = bone.geometry.size;
+    const bool fits = py::isinstance<py::array_t<Density>>(voxels) && voxels.ndim() == 3 && voxels.shape(0) == n[2] &&
+                      voxels.shape(1) == n[1] && voxels.shape(2) == n[0];
+    py::array_t<Density> made(fits ? py::array::ShapeContainer{n[2], n[1], n[0]} : py::array::ShapeContainer{0});
+    if (fits) {
+      const auto given = py::array_t<Density, py::array::c_style | py::array::forcecast>(voxels);
+      std::copy_n(given.data(), bone.voxels(), made.mutable_data());
+    }
+    const std::span<Density> densities(made.mutable_data(), static_cast<std::size_t>(made.size()));
+    if (!bone.began_with(std::span<const Density>(densities)))
+      refuse("Session.changed", "voxels must be those with which the session began", "others");
+    for (const Session::Change& change : session.changes) apply_change(bone, change.brick, densities);
+    return made;
+  });
+}
+
+void bind_followed_bone(py::module_& m) {
+  py::class_<FollowedBone>(m, "FollowedBone", "The bone of a session as it was when its log began to follow it.")
+      .def_property_readonly(
+          "size", [](const FollowedBone& b) { return b.geometry.size; }, "voxels along x, y, z")
+      .def_property_readonly(
+          "spacing", [](const FollowedBone& b) { return py::array_t<double>(3, b.geometry.spacing.data()); },
+          "along x, y, z [m]")
+      .def_property_readonly(
+          "X_WG", [](const FollowedBone& b) { return from_pose(b.geometry.X_WG); }, "(4, 4) pose of its grid")
+      .def_property_readonly(
+          "outside", [](const FollowedBone& b) { return b.geometry.outside.value_or(0); }, "density beyond the grid")
+      .def_property_readonly(
+          "dtype",
+          [](const FollowedBone& b) {
+            return with_density_type(b.density, []<class Density>(std::type_identity<Density>) {
+              return std::string(py::str(py::dtype::of<Density>()));
+            });
+          },
+          "of its voxels, by NumPy's name")
+      .def_readonly("isovalue", &FollowedBone::isovalue, "None: the program named none")
+      .def_readonly("hash", &FollowedBone::hash, "FNV-1a of the densities with which the session began");
 }
 
 /// Adds a record, which is not dropped.
@@ -95,6 +167,17 @@ void bind_log(py::module_& m) {
             add_to(log, [number](SessionLog& to) { (void)to.event(number); });
           },
           py::arg("number"), "Something happened that the program has a number for.")
+      .def(
+          "follow",
+          [](const LogPointer& log, const BonePointer& bone, std::optional<double> isovalue) {
+            const Work of_log(log);
+            const Work of_bone(bone);
+            const py::gil_scoped_release release;
+            log->log->follow(bone->bone, isovalue);
+          },
+          py::arg("bone"), py::arg("isovalue") = std::nullopt,
+          "Also writes the voxels of the bone that change, at least every `flush` seconds, from now on. Once, before\n"
+          "the first tick. The isovalue is for readers. Raises ValueError for a second bone.")
       .def("close", &close,
            "Writes all that is left, and the end. Raises OSError where the disk refused bytes. Once is enough.")
       .def("__enter__", [](LogPointer log) { return log; })
@@ -157,6 +240,7 @@ void trephine_python::bind_session(py::module_& m) {
                     "at the file's end, from the first part that is incomplete or damaged")
       .def_readonly("complete", &SessionReport::complete, "True if the session was closed")
       .def_property_readonly("text", &SessionReport::text, "all this in one sentence");
+  bind_followed_bone(m);
   py::class_<Session>(m, "Session",
                       "A session in memory, which `load_session` reads. N is the number of its ticks, and a position\n"
                       "counts the ticks before a record. Each property is a new array.")
@@ -190,6 +274,15 @@ void trephine_python::bind_session(py::module_& m) {
                          Column{"time", [](const Session::Gap& g) { return g.dropped.time; }});
           },
           "where records are missing: a dict of position, their count, and the time of the ticks among them [s]")
+      .def_property_readonly(
+          "bone", [](const Session& s) { return s.bone; }, "the FollowedBone; None unless the log followed one")
+      .def_property_readonly(
+          "changes", &changes_of,
+          "voxels that changed, each time that the log read them: a dict of position (V,), index i, j, k (V, 3) and\n"
+          "the new density (V,) float32. The log read them up to its `flush` after the ticks that cut them.")
+      .def("changed", &changed, py::arg("voxels"),
+           "The bone's voxels (z, y, x) as the session left them, bit for bit, from those with which it began. Raises\n"
+           "ValueError where `voxels` are others, or no bone was followed.")
       .def_property_readonly(
           "report", [](const Session& s) { return s.report; }, "the SessionReport of its file");
   m.def(
