@@ -35,6 +35,7 @@ about() {
     numpy) package=python3-numpy; test_of="has_python_module numpy"; without="the Python module and its tests" ;;
     pybind11) package=pybind11-dev; test_of="has_header pybind11/pybind11.h"; without="the Python module and its tests" ;;
     mypy) package=mypy; test_of="has_python_module mypy"; without="the check of the Python module's types" ;;
+    chromium) package=chromium; test_of="has_command chromium"; without="the tests of reports in a browser" ;;
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
     xlib) package=libx11-dev; test_of="has_header X11/Xlib.h"; without="the 6-DOF mouse's program and tests (spnav.h includes Xlib.h)" ;;

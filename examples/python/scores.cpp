@@ -82,13 +82,13 @@ py::dict around(std::span<const StructureScores> structures) {
     put(s.inside);
     for (const Shell& shell : s.shells) put(shell);
   }
-  made["shell_time"] = time;
-  made["shell_mm3"] = removed;
   py::array_t<std::int64_t> misses({n, kShells - 1});
-  auto* to_misses = misses.mutable_data();
+  std::int64_t* to_misses = misses.mutable_data();
   for (const StructureScores& s : structures)
     for (const std::uint64_t count : s.near_misses) *to_misses++ = static_cast<std::int64_t>(count);
   made["near_misses"] = misses;
+  made["shell_time"] = time;
+  made["shell_mm3"] = removed;
   return made;
 }
 
@@ -224,12 +224,12 @@ void trephine_python::bind_scores(py::module_& m) {
                              "peak_force [N]: greatest force\n"
                              "mean_speed [m/s]: length by duration\n"
                              "peak_speed [m/s]: highest over a chord\n"
-                             "mean_curvature [1/m]: turning of the path by its length\n"
+                             "mean_curvature [1/m]: angles that the path turned by, by its length\n"
                              "removed_mm3 [mm³]: bone removed\n"
-                             "distance [m]: smallest from a structure; infinite: not known\n"
-                             "nearest: number of that structure; -1: none\n"
-                             "tool: number of the tool\n"
-                             "end: why it ended, as a number of StrokeEnd")
+                             "distance [m]: smallest from a structure; infinite where it is not known\n"
+                             "nearest: that structure; its number, or -1\n"
+                             "tool: that was in the hand; its number\n"
+                             "end: why it ended; a number of StrokeEnd")
       .def_property_readonly(
           "structures",
           [](const PythonScores& s) {
@@ -237,16 +237,16 @@ void trephine_python::bind_scores(py::module_& m) {
             return around(s.scores.structures());
           },
           "Scores about each structure while it was the nearest, as a dict of arrays with a row a structure:\n\n"
-          "distance [m]: smallest of the tool, negative inside; infinite: it was never the nearest\n"
+          "distance [m]: smallest of the tool, negative inside; infinite where it was never the nearest\n"
           "breaches: times that its bone was taken, or that the turning tool was in it\n"
-          "breach_time [s]: of these\n"
+          "breach_time [s]: of these in all\n"
           "breach_depth [m]: deepest that the turning tool was in it\n"
           "breached_mm3 [mm³]: its bone that was taken\n"
           "over_limit: times that the force went over the limit near it\n"
-          "over_limit_time [s]: of these\n"
-          "shell_time [s]: spent in each shell around it, (., 5): inside, then up to each of `shell_edges`\n"
-          "shell_mm3 [mm³]: bone removed from each shell, likewise\n"
-          "near_misses: ways to it and back without a breach, by their smallest distance, (., 4) up to each edge")
+          "over_limit_time [s]: of these in all\n"
+          "near_misses: approaches without a breach, by their smallest distance; (., 4), up to each of `shell_edges`\n"
+          "shell_time [s]: spent in each shell around it; (., 5), inside and then up to each of `shell_edges`\n"
+          "shell_mm3 [mm³]: bone removed in each shell; likewise")
       .def_property_readonly(
           "around_structures",
           [](const PythonScores& s) {

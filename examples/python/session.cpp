@@ -5,18 +5,14 @@
 #include "table.hpp"
 
 #include <trephine/stage/motion.hpp>
-#include <trephine/voxel/density_type.hpp>
 
 #include <pybind11/stl/filesystem.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <optional>
-#include <span>
 #include <string>
 #include <thread>
-#include <type_traits>
+#include <tuple>
 
 using namespace trephine_python;
 
@@ -50,73 +46,6 @@ py::dict numbered(const std::vector<Session::Numbered>& records) {
   return table(records, Column{"position", &Session::Numbered::position}, Column{"number", &Session::Numbered::number});
 }
 
-/// A row for each voxel that changed.
-py::dict changes_of(const Session& session) {
-  py::ssize_t count = 0;
-  for (const Session::Change& change : session.changes) count += static_cast<py::ssize_t>(change.brick.voxels.size());
-  py::array_t<std::int64_t> position(count);
-  py::array_t<int> index({count, py::ssize_t{3}});
-  py::array_t<float> density(count);
-  auto* to_position = position.mutable_data();
-  auto* to_index = index.mutable_data();
-  auto* to_density = density.mutable_data();
-  for (const Session::Change& change : session.changes)
-    for (const BrickChange::Voxel& voxel : change.brick.voxels) {
-      *to_position++ = static_cast<std::int64_t>(change.position);
-      for (const int i : session.bone->index(change.brick.brick, voxel.number)) *to_index++ = i;
-      *to_density++ = voxel.density;
-    }
-  py::dict made;
-  made["position"] = position;
-  made["index"] = index;
-  made["density"] = density;
-  return made;
-}
-
-/// The bone's voxels (z, y, x) as the session left them, from those with which it began.
-py::array changed(const Session& session, const py::array& voxels) {
-  if (!session.bone) refuse("Session.changed", "the log must have followed a bone", "one without");
-  const FollowedBone& bone = *session.bone;
-  return with_density_type(bone.density, [&]<class Density>(std::type_identity<Density>) -> py::array {
-    const auto& n = bone.geometry.size;
-    const bool fits = py::isinstance<py::array_t<Density>>(voxels) && voxels.ndim() == 3 && voxels.shape(0) == n[2] &&
-                      voxels.shape(1) == n[1] && voxels.shape(2) == n[0];
-    py::array_t<Density> made(fits ? py::array::ShapeContainer{n[2], n[1], n[0]} : py::array::ShapeContainer{0});
-    if (fits) {
-      const auto given = py::array_t<Density, py::array::c_style | py::array::forcecast>(voxels);
-      std::copy_n(given.data(), bone.voxels(), made.mutable_data());
-    }
-    const std::span<Density> densities(made.mutable_data(), static_cast<std::size_t>(made.size()));
-    if (!bone.began_with(std::span<const Density>(densities)))
-      refuse("Session.changed", "voxels must be those with which the session began", "others");
-    for (const Session::Change& change : session.changes) apply_change(bone, change.brick, densities);
-    return made;
-  });
-}
-
-void bind_followed_bone(py::module_& m) {
-  py::class_<FollowedBone>(m, "FollowedBone", "The bone of a session as it was when its log began to follow it.")
-      .def_property_readonly(
-          "size", [](const FollowedBone& b) { return b.geometry.size; }, "voxels along x, y, z")
-      .def_property_readonly(
-          "spacing", [](const FollowedBone& b) { return py::array_t<double>(3, b.geometry.spacing.data()); },
-          "along x, y, z [m]")
-      .def_property_readonly(
-          "X_WG", [](const FollowedBone& b) { return from_pose(b.geometry.X_WG); }, "(4, 4) pose of its grid")
-      .def_property_readonly(
-          "outside", [](const FollowedBone& b) { return b.geometry.outside.value_or(0); }, "density beyond the grid")
-      .def_property_readonly(
-          "dtype",
-          [](const FollowedBone& b) {
-            return with_density_type(b.density, []<class Density>(std::type_identity<Density>) {
-              return std::string(py::str(py::dtype::of<Density>()));
-            });
-          },
-          "of its voxels, by NumPy's name")
-      .def_readonly("isovalue", &FollowedBone::isovalue, "None: the program named none")
-      .def_readonly("hash", &FollowedBone::hash, "FNV-1a of the densities with which the session began");
-}
-
 /// Adds a record, which is not dropped.
 template <class Add>
 void add_to(const LogPointer& log, const Add& add) {
@@ -126,12 +55,64 @@ void add_to(const LogPointer& log, const Add& add) {
   add(*log->log);
 }
 
+void follow(const LogPointer& log, const BonePointer& bone, std::optional<double> isovalue) {
+  if (isovalue && !is_finite(*isovalue)) refuse("SessionLog.follow", "the isovalue must be finite", *isovalue);
+  const Work work(log);
+  const Work at_rest(bone);
+  const py::gil_scoped_release release;
+  log->log->follow(bone->bone, isovalue);
+  log->bone = bone;
+}
+
+/// Changed voxels of all bricks, a row each.
+py::dict changes_of(const Session& session) {
+  std::size_t count = 0;
+  for (const Session::Change& c : session.changes) count += c.brick.voxels.size();
+  const auto n = static_cast<py::ssize_t>(count);
+  py::array_t<std::int64_t> position(n), index({n, py::ssize_t{3}});
+  py::array_t<float> density(n);
+  std::int64_t *to_position = position.mutable_data(), *to_index = index.mutable_data();
+  float* to_density = density.mutable_data();
+  for (const Session::Change& c : session.changes)
+    for (const BrickChange::Voxel& v : c.brick.voxels) {
+      const auto [i, j, k] = session.bone->index(c.brick.brick, v.number);
+      for (const int u : {k, j, i}) *to_index++ = u;
+      *to_position++ = static_cast<std::int64_t>(c.position);
+      *to_density++ = v.density;
+    }
+  py::dict made;
+  made["position"] = position;
+  made["index"] = index;
+  made["density"] = density;
+  return made;
+}
+
+BonePointer bone_after(const Session& session, const BonePointer& before, std::optional<std::size_t> ticks) {
+  const char* const who = "Session.bone_after";
+  before->require_idle();
+  if (!session.bone) refuse(who, "the session must be of a log that followed its bone (SessionLog.follow)", "another");
+  return with_density(before->bone.density_type(), [&]<class Density>(Density) {
+    py::array voxels = voxels_of(before->bone);
+    const std::span<Density> densities(static_cast<Density*>(voxels.mutable_data()),
+                                       static_cast<std::size_t>(voxels.size()));
+    if (!session.bone->began_with(std::span<const Density>(densities)))
+      refuse(who, "the bone must have the densities with which the session began", "others");
+    for (const Session::Change& c : session.changes)
+      if (c.position <= ticks.value_or(session.ticks.size())) apply_change(*session.bone, c.brick, densities);
+    const GridGeometry geometry{before->bone.size(), before->bone.spacing(), before->bone.X_WG(),
+                                outside_of<Density>(before->bone)};
+    return std::make_shared<PythonBone>(PythonBone{
+        {geometry, std::span<const Density>(densities), GridOptions{before->keeps_original}}, before->keeps_original});
+  });
+}
+
 void close(const LogPointer& log) {
   if (log->closed) return;
   {
     const Work work(log);
     log->closed = true;
     with_file([&] { log->log->close(); });
+    log->bone.reset();
   }
 }
 
@@ -155,6 +136,9 @@ void bind_log(py::module_& m) {
            }),
            py::arg("path"), py::arg("records") = SessionLogOptions{}.records,
            py::arg("flush") = SessionLogOptions{}.flush)
+      .def("follow", &follow, py::arg("bone"), py::arg("isovalue") = py::none(),
+           "Also writes the voxels of a Bone that change from now on, so that `Session.bone_after` has the bone that\n"
+           "the session left. Once, before the first tick; later its pose and densities may change by ticks alone.")
       .def(
           "tool_changed",
           [](const LogPointer& log, int number) {
@@ -167,17 +151,6 @@ void bind_log(py::module_& m) {
             add_to(log, [number](SessionLog& to) { (void)to.event(number); });
           },
           py::arg("number"), "Something happened that the program has a number for.")
-      .def(
-          "follow",
-          [](const LogPointer& log, const BonePointer& bone, std::optional<double> isovalue) {
-            const Work of_log(log);
-            const Work of_bone(bone);
-            const py::gil_scoped_release release;
-            log->log->follow(bone->bone, isovalue);
-          },
-          py::arg("bone"), py::arg("isovalue") = std::nullopt,
-          "Also writes the voxels of the bone that change, at least every `flush` seconds, from now on. Once, before\n"
-          "the first tick. The isovalue is for readers. Raises ValueError for a second bone.")
       .def("close", &close,
            "Writes all that is left, and the end. Raises OSError where the disk refused bytes. Once is enough.")
       .def("__enter__", [](LogPointer log) { return log; })
@@ -240,7 +213,26 @@ void trephine_python::bind_session(py::module_& m) {
                     "at the file's end, from the first part that is incomplete or damaged")
       .def_readonly("complete", &SessionReport::complete, "True if the session was closed")
       .def_property_readonly("text", &SessionReport::text, "all this in one sentence");
-  bind_followed_bone(m);
+  py::class_<FollowedBone>(m, "FollowedBone", "The bone of a session as it was when its log began to follow it.")
+      .def_property_readonly(
+          "shape",
+          [](const FollowedBone& b) { return std::tuple(b.geometry.size[2], b.geometry.size[1], b.geometry.size[0]); },
+          "(z, y, x)")
+      .def_property_readonly(
+          "spacing", [](const FollowedBone& b) { return from_vector(b.geometry.spacing); }, "(3,) along x, y, z [m]")
+      .def_property_readonly(
+          "X_WG", [](const FollowedBone& b) { return from_pose(b.geometry.X_WG); }, "(4, 4) pose in the world")
+      .def_property_readonly(
+          "outside", [](const FollowedBone& b) { return b.geometry.outside.value_or(0); }, "density beyond the grid")
+      .def_property_readonly(
+          "dtype",
+          [](const FollowedBone& b) {
+            return with_density(b.density,
+                                []<class Density>(Density) { return std::string(py::str(py::dtype::of<Density>())); });
+          },
+          "of the densities, by NumPy's name")
+      .def_readonly("hash", &FollowedBone::hash, "FNV-1a of the densities with which the session began")
+      .def_readonly("isovalue", &FollowedBone::isovalue, "density of the bone's surface; None: the log was not told");
   py::class_<Session>(m, "Session",
                       "A session in memory, which `load_session` reads. N is the number of its ticks, and a position\n"
                       "counts the ticks before a record. Each property is a new array.")
@@ -274,15 +266,14 @@ void trephine_python::bind_session(py::module_& m) {
                          Column{"time", [](const Session::Gap& g) { return g.dropped.time; }});
           },
           "where records are missing: a dict of position, their count, and the time of the ticks among them [s]")
-      .def_property_readonly(
-          "bone", [](const Session& s) { return s.bone; }, "the FollowedBone; None unless the log followed one")
+      .def_readonly("bone", &Session::bone, "the FollowedBone; None: the log followed none")
       .def_property_readonly(
           "changes", &changes_of,
-          "voxels that changed, each time that the log read them: a dict of position (V,), index i, j, k (V, 3) and\n"
-          "the new density (V,) float32. The log read them up to its `flush` after the ticks that cut them.")
-      .def("changed", &changed, py::arg("voxels"),
-           "The bone's voxels (z, y, x) as the session left them, bit for bit, from those with which it began. Raises\n"
-           "ValueError where `voxels` are others, or no bone was followed.")
+          "changed voxels of that bone: a dict of position (V,), index (V, 3) as z, y, x, and the new density (V,)")
+      .def("bone_after", &bone_after, py::arg("before"), py::arg("ticks") = py::none(),
+           "The Bone that the session left, or that the log knew of after so many ticks, by its changes.\n\n"
+           "`before` has the densities with which the session began. Raises ValueError for another bone, or where the\n"
+           "log followed none.")
       .def_property_readonly(
           "report", [](const Session& s) { return s.report; }, "the SessionReport of its file");
   m.def(

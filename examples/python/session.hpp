@@ -37,6 +37,7 @@ struct Recording : Session {
 
 /// A log of which a call at a time adds records. It drops none: the call waits for the disk where the queue is full.
 struct PythonLog {
+  BonePointer bone;  // that it follows, which must live longer
   std::unique_ptr<SessionLog> log;
   std::uint64_t ticks = 0;
   bool closed = false;

@@ -44,7 +44,7 @@ setup(
     license="MIT",
     python_requires=">=3.8",
     install_requires=["numpy"],
-    packages=["trephine"],
+    packages=["trephine", "trephine.report"],
     package_dir={"trephine": "package"},
     distclass=WithModule,
     options={"build": {"build_base": str(build / "wheel")}, "egg_info": {"egg_base": str(build)}},

@@ -2,6 +2,7 @@
 """Sessions: logs, their files in memory, scores live and from the file, replays, refusals, threads."""
 
 import os
+import struct
 import tempfile
 import threading
 import unittest
@@ -46,6 +47,29 @@ def strokes(ticks=4000, depth=0.5e-3, count=3):
     lift = np.minimum(part - 0.8, np.where(whole < count - 0.1, 1 - part, 1))  # and stays up at the end
     poses[:, 2, 3] = TOP + RADIUS - depth * (1 + np.floor(whole)) + 3e-3 * np.clip(lift / 0.05, 0, 1)
     return poses
+
+
+def add_gap(path, count, time):
+    """Puts dropped records after the first chunk of a log's file, as a log whose disk stalled does."""
+
+    def hashed(data):
+        value = 0xCBF29CE484222325
+        for byte in data:
+            value = (value ^ byte) * 0x100000001B3 % 2**64
+        return data + struct.pack("=Q", value)
+
+    with open(path, "rb") as file:
+        head, at, records = file.read(32), 0, []
+        rest = file.read()
+    while at < len(rest):
+        length = struct.unpack_from("=I", rest, at + 4)[0]
+        records.append(rest[at + 16 : at + 16 + length])
+        at += 16 + length + 8
+    records.insert(1, struct.pack("=BQd", 4, count, time))
+    with open(path, "wb") as file:
+        file.write(head)
+        for number, record in enumerate(records):
+            file.write(hashed(b"CHNK" + struct.pack("=IQ", len(record), number) + record))
 
 
 class InFolder(unittest.TestCase):
@@ -144,6 +168,21 @@ class Logs(InFolder):
         self.assertIn("not closed", session.report.text)
         self.assert_same(session.results(), {k: v[: len(session)] for k, v in scene().record(strokes(3000)).results().items()})
 
+    def test_gaps(self):
+        with t.SessionLog(self.path, flush=0.01) as log:
+            scene().run(strokes(3000), log=log)
+        add_gap(self.path, 20, 0.02)
+        session = t.load_session(self.path)
+        self.assertEqual((len(session), session.report.dropped, session.report.missing_time), (3000, 20, 0.02))
+        position = session.gaps["position"][0]
+        self.assertTrue(0 < position < 3000)
+        self.assert_same(session.gaps, {"position": [position], "count": [20], "time": [0.02]})
+        self.assertIn("20 records dropped", session.report.text)
+        later = t.score(session)
+        self.assertEqual(later.totals["missing_time"], 0.02)
+        self.assert_same_scores(later, t.score(self.path))
+        self.assertGreater(later.totals["strokes"], t.score(scene().record(strokes(3000))).totals["strokes"] - 1)
+
     def test_refusals(self):
         with self.assertRaisesRegex(OSError, "nowhere"):
             t.SessionLog(os.path.dirname(self.path) + "/nowhere/session.log")
@@ -196,6 +235,63 @@ class Logs(InFolder):
             thread.join()
         self.assertIn("at work on these scores", seen[0])
         self.assertEqual((scores.totals["ticks"], log.ticks), (60000, 60000))
+
+
+class Followed(InFolder):
+    def test_a_log_that_follows_the_bone_has_the_bone_that_was_left(self):
+        for dtype, isovalue in ((np.int16, 300), (np.uint8, 60), (np.float32, 300)):
+            X_WG = np.eye(4)
+            X_WG[:3, 3] = 1e-3, 2e-3, -3e-3
+            bone = t.Bone(block(dtype), SPACING, X_WG=X_WG)
+            before = bone.copy()
+            one = t.Scene(bone, isovalue, t.Burr(tip_radius=RADIUS), cut=t.AdvancingCut(speed=2e-3))
+            with t.SessionLog(self.path, flush=0.01) as log:
+                log.follow(bone, isovalue=isovalue)
+                one.run(X_WG @ strokes(), log=log)
+            session = t.load_session(self.path)
+            self.assertEqual((session.bone.shape, session.bone.isovalue), (SHAPE, isovalue))
+            np.testing.assert_array_equal(session.bone.spacing, SPACING)
+            np.testing.assert_array_equal(session.bone.X_WG, X_WG)
+            left = session.bone_after(before)
+            np.testing.assert_array_equal(left.voxels(), bone.voxels())
+            self.assertEqual(left.dtype, dtype)
+            np.testing.assert_array_equal(left.X_WG, X_WG)
+            self.assertTrue((left.voxels() != before.voxels()).any())
+            changes = session.changes
+            self.assertTrue((np.diff(changes["position"]) >= 0).all())
+            for ticks in (0, int(np.median(changes["position"])), 4000):
+                voxels = before.voxels()
+                for position, index, density in zip(*changes.values()):
+                    if position <= ticks:
+                        voxels[tuple(index)] = density
+                np.testing.assert_array_equal(session.bone_after(before, ticks).voxels(), voxels)
+            np.testing.assert_array_equal(voxels, left.voxels())
+            with self.assertRaisesRegex(ValueError, "with which the session began"):
+                session.bone_after(left)
+
+    def test_a_log_keeps_its_bone_and_follows_one(self):
+        bone = t.Bone(block(), SPACING)
+        log = t.SessionLog(self.path)
+        log.follow(bone)
+        with self.assertRaisesRegex(ValueError, "follows one bone"):
+            log.follow(bone)
+        t.Scene(bone, 300, t.Burr(tip_radius=RADIUS), cut=t.GeometricCut()).run(strokes(100), log=log)
+        del bone
+        log.close()
+        session = t.load_session(self.path)
+        self.assertIsNone(session.bone.isovalue)
+        self.assertGreater(len(session.changes["density"]), 0)
+        with self.assertRaisesRegex(ValueError, "closed"):
+            log.follow(t.Bone(block(), SPACING))
+
+    def test_a_log_without_a_bone_has_none(self):
+        with t.SessionLog(self.path) as log:
+            scene().run(strokes(10), log=log)
+        session = t.load_session(self.path)
+        self.assertIsNone(session.bone)
+        self.assertEqual([len(column) for column in session.changes.values()], [0, 0, 0])
+        with self.assertRaisesRegex(ValueError, "followed its bone"):
+            session.bone_after(t.Bone(block(), SPACING))
 
 
 class Scored(InFolder):
@@ -264,10 +360,35 @@ class Scored(InFolder):
         expected[shells[-1]] += 15 * DT  # at rest
         np.testing.assert_allclose(around["shell_time"][0], expected, atol=1e-9)
         self.assertEqual(around["distance"][1], np.inf)
+        np.testing.assert_array_equal(around["near_misses"], np.zeros((2, 4)))
         self.assert_same({k: v[:1] for k, v in around.items()}, scores.around_structures)
         np.testing.assert_allclose(scores.tools["time"], [3, 0.01], rtol=1e-9)
         np.testing.assert_allclose(scores.tools["spindle_time"], [3, 0], rtol=1e-9)
         np.testing.assert_allclose(scores.unlisted_tools["time"], [0.005], rtol=1e-9)
+
+    def test_a_circle_has_its_curvature_and_speed(self):
+        radius, angle = 4e-3, np.linspace(0, 2 * np.pi, 2000)
+        poses = strokes(1, depth=0.3e-3).repeat(2000, axis=0)
+        poses[:, 0, 3], poses[:, 1, 3] = 12e-3 + radius * np.cos(angle), 10.5e-3 + radius * np.sin(angle)
+        scores = t.Scores(chord=0.5e-3)
+        t.Scene(t.Bone(block(), SPACING), 300, t.Burr(tip_radius=RADIUS)).run(poses, scores=scores)
+        scores.finish()
+        listed = scores.strokes
+        self.assertEqual(len(listed["length"]), 1)
+        self.assertAlmostEqual(listed["mean_curvature"][0], 1 / radius, delta=0.05 / radius)
+        self.assertAlmostEqual(listed["peak_speed"][0], 2 * np.pi * radius / 2, delta=1e-4)
+
+    def test_near_misses(self):
+        scores = t.Scores(event_gap=0.1)
+        ticks = scene().run(strokes(), scores=scores)
+        lifted = ticks["distance"] > 4e-3
+        self.assertEqual(np.count_nonzero(np.diff(lifted.astype(int)) == 1), 3)
+        expected = np.zeros(4)
+        starts = [0, *np.flatnonzero(np.diff(lifted.astype(int)) == 1) + 1]
+        for start, end in zip(starts, starts[1:]):
+            expected[np.searchsorted(scores.shell_edges, ticks["distance"][start:end].min(), "right")] += 1
+        np.testing.assert_array_equal(scores.structures["near_misses"][0], expected)
+        np.testing.assert_array_equal(scores.around_structures["near_misses"][0], expected)
 
     def test_options_are_those_of_the_headers(self):
         scores = t.Scores(force=t.ScoredForce.THRUST, strokes=1)

@@ -71,6 +71,19 @@ class Types(unittest.TestCase):
             run = self.mypy(file.read(), "--strict", name="stubs.pyi")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
+    def test_the_report_passes(self):
+        run = self.mypy("from trephine.report import write\nwrite('session.log', 'session.html', force_limit=2)\n", "--strict")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        package = os.path.join(os.path.dirname(t.__file__), "report")
+        with tempfile.TemporaryDirectory() as folder:
+            run = subprocess.run(
+                [sys.executable, "-m", "mypy", "--strict", "--cache-dir", folder, "-p", "trephine.report"],
+                env={**os.environ, "MYPYPATH": os.path.dirname(os.path.dirname(package))},
+                capture_output=True,
+                text=True,
+            )
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
     def test_wrong_programs_do_not(self):
         run = self.mypy("import trephine as t\n" + "\n".join(WRONG.values()))
         for line, word in enumerate(WRONG, 2):
@@ -127,6 +140,10 @@ class Documents(unittest.TestCase):
             out = self.run_program(self.example + "/compare_renderers.py", folder=folder)
             self.assertEqual(len(out.splitlines()), 4, out)
             self.assertNotIn("nan", out)
+            out = self.run_program(self.example + "/drill_session.py", folder=folder)
+            self.assertRegex(out, r"\A12 strokes with a mean of \d.\d\d N, \d+ mm3 gone\n-0.\d mm from the nerve, 1 breaches")
+            self.assertEqual(t.load_session(folder + "/session.log").report.complete, True)
+            self.assertTrue(os.path.getsize(folder + "/session.html") > 1e5)
 
 
 if __name__ == "__main__":
