@@ -99,7 +99,13 @@ class OurOwn(InFolder):
         ticks = scene().run(log.session.poses, log.spindle, log.dt)
         for name, values in ticks.items():
             np.testing.assert_array_equal(values, log.session.results()[name], name)
-        np.testing.assert_array_equal(session.changed(block()), made.bone.voxels())
+        after = session.bone_after(t.Bone(block(), SPACING))
+        np.testing.assert_array_equal(after.voxels(), made.bone.voxels())
+        changes = log.session.changes
+        by_hand = block()
+        for index, density in zip(changes["index"], changes["density"]):
+            by_hand[tuple(index)] = density
+        np.testing.assert_array_equal(by_hand, made.bone.voxels())
 
     def test_the_tree_is_the_recorders(self):
         session, made = self.logged()

@@ -56,7 +56,7 @@ class OneMinute(unittest.TestCase):
         removed = np.diff(self.columns["coupled_mm3"], prepend=0) * 100  # a second
         t = self.columns["t"]
         for (name, turns, _), (first, last) in zip(one_minute.PHASES, one_minute.spans()):
-            part = (t > first) & (t <= last)
+            part = (t >= first) & (t < last)  # a row has the spindle from its own tick on
             if name in ("press", "slide", "drill", "mill", "break through"):
                 self.assertGreater(force[part].mean(), 0.1, name)
             if name in ("drill", "mill", "break through"):

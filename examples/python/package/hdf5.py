@@ -43,7 +43,7 @@ _VOLUME = "vision_data/continuous_data/pose_mastoidectomy_volume"
 class Bone(NamedTuple):
     """As `trephine.FollowedBone`."""
 
-    size: list[int]
+    shape: tuple[int, ...]
     spacing: Array
     X_WG: Array
     outside: float
@@ -141,18 +141,18 @@ def _put(group: Any, name: str, values: Any) -> None:
 
 
 def _removed(session: Any, voxels: Array | None) -> tuple[Array, Array]:
-    """Positions and indices of voxels in the changes that first took them below the isovalue."""
+    """Positions and indices z, y, x of voxels, in the changes that first took them below the isovalue."""
     changes, bone = session.changes, session.bone
+    shape = tuple(bone.shape)
     level = np.inf if bone.isovalue is None else bone.isovalue
     index = changes["index"]
     gone = changes["density"] < level
     if voxels is not None:
-        if np.shape(voxels) != tuple(bone.size[::-1]):
-            shape = tuple(bone.size[::-1])
+        if np.shape(voxels) != shape:
             raise ValueError(f"trephine.hdf5.export: voxels must have the shape {shape}, got {np.shape(voxels)}")
-        gone &= voxels[index[:, 2], index[:, 1], index[:, 0]] >= level
+        gone &= voxels[tuple(index.T)] >= level
     rows = np.flatnonzero(gone)
-    flat = np.ravel_multi_index(tuple(index[rows].T), bone.size)
+    flat = np.ravel_multi_index(tuple(index[rows].T), shape)
     rows = rows[np.sort(np.unique(flat, return_index=True)[1])]
     return changes["position"][rows], index[rows]
 
@@ -229,7 +229,7 @@ def _put_tree(
         moments, group = np.unique(positions, return_inverse=True)
         made = file.create_group(_VOXELS)
         _put(made, "voxel_time_stamp", times[moments])
-        _put(made, "voxel_removed", np.column_stack([group, index]).astype(float))
+        _put(made, "voxel_removed", np.column_stack([group, index[:, ::-1]]).astype(float))
         _put(made, "voxel_color", np.column_stack([group, np.full((len(group), 4), 255)]).astype(float))
         made["README"] = (
             "The first column of voxel_removed (i, j, k) and voxel_color (r, g, b, a) is a row of voxel_time_stamp."
@@ -356,8 +356,8 @@ def _session(reader: _Reader) -> Tables:
     if made is not None:
         a = made.attrs
         isovalue = float(a["isovalue"]) if "isovalue" in a else None
-        size = [int(n) for n in a["size"]]
-        bone = Bone(size, a["spacing"], a["X_WG"], float(a["outside"]), str(a["dtype"]), isovalue, int(a["hash"]))
+        shape = tuple(int(n) for n in a["shape"])
+        bone = Bone(shape, a["spacing"], a["X_WG"], float(a["outside"]), str(a["dtype"]), isovalue, int(a["hash"]))
     report = Report(*(getattr(about[field], "item", lambda value=about[field]: value)() for field in Report._fields))
     return Tables(
         poses=reader.array("trephine/X_WT", 4, 4),
