@@ -222,6 +222,16 @@ void trephine_python::bind_session(py::module_& m) {
           "spacing", [](const FollowedBone& b) { return from_vector(b.geometry.spacing); }, "(3,) along x, y, z [m]")
       .def_property_readonly(
           "X_WG", [](const FollowedBone& b) { return from_pose(b.geometry.X_WG); }, "(4, 4) pose in the world")
+      .def_property_readonly(
+          "outside", [](const FollowedBone& b) { return b.geometry.outside.value_or(0); }, "density beyond the grid")
+      .def_property_readonly(
+          "dtype",
+          [](const FollowedBone& b) {
+            return with_density(b.density,
+                                []<class Density>(Density) { return std::string(py::str(py::dtype::of<Density>())); });
+          },
+          "of the densities, by NumPy's name")
+      .def_readonly("hash", &FollowedBone::hash, "FNV-1a of the densities with which the session began")
       .def_readonly("isovalue", &FollowedBone::isovalue, "density of the bone's surface; None: the log was not told");
   py::class_<Session>(m, "Session",
                       "A session in memory, which `load_session` reads. N is the number of its ticks, and a position\n"

@@ -12,19 +12,20 @@
 
 #include "support/malloc_hook.hpp"
 
-#include <bit>
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <random>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -252,7 +253,6 @@ TEST_CASE("session log: bones and bricks that cannot be are refused, whatever th
                     .density = DensityType::kInt16,
                     .hash = 7};
   const auto load = [&](const std::string& records) {
-    session_detail::ChunkWriter chunk;
     std::string bytes = session_detail::log_head(), body(session_detail::kChunkMark);
     append_number(body, static_cast<std::uint32_t>(records.size()));
     append_number(body, std::uint64_t{0});
