@@ -64,6 +64,17 @@ class Types(unittest.TestCase):
             run = self.mypy(file.read(), "--strict", name="stubs.pyi")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
+    def test_the_modules_in_python_pass(self):
+        folder = os.path.dirname(t.__file__)
+        with tempfile.TemporaryDirectory() as cache:
+            run = subprocess.run(
+                [sys.executable, "-m", "mypy", "--cache-dir", cache, *(f"{folder}/{name}.py" for name in ("env",))],
+                env={**os.environ, "MYPYPATH": os.path.dirname(folder)},
+                capture_output=True,
+                text=True,
+            )
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
     def test_wrong_programs_do_not(self):
         run = self.mypy("import trephine as t\n" + "\n".join(WRONG.values()))
         for line, word in enumerate(WRONG, 2):
