@@ -68,7 +68,7 @@ class Types(unittest.TestCase):
         folder = os.path.dirname(t.__file__)
         with tempfile.TemporaryDirectory() as cache:
             run = subprocess.run(
-                [sys.executable, "-m", "mypy", "--cache-dir", cache, *(f"{folder}/{name}.py" for name in ("env",))],
+                [sys.executable, "-m", "mypy", "--cache-dir", cache, *(f"{folder}/{name}.py" for name in ("env", "study"))],
                 env={**os.environ, "MYPYPATH": os.path.dirname(folder)},
                 capture_output=True,
                 text=True,
