@@ -132,6 +132,29 @@ class Documents(unittest.TestCase):
             self.assertEqual(len(out.splitlines()), 4, out)
             self.assertNotIn("nan", out)
 
+    def test_the_study_runs_and_goes_on(self):
+        arguments = [self.example + "/skull_study.py", "--workers", "0", "--places", "1", "--out", "holes.csv"]
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_program(*arguments, "--feeds", "8", folder=folder)
+            out = self.run_program(*arguments, "--feeds", "8", "12", folder=folder)
+            with open(folder + "/holes.csv", encoding="utf-8") as file:
+                names, *rows = [line.split(",") for line in file.read().splitlines()]
+            self.assertEqual(names, "x,y,feed,thickness_mm,peak_N,removed_mm3,cutting_s,error".split(","))
+            slow, fast = (dict(zip(names, row)) for row in rows)
+            self.assertEqual((slow["feed"], fast["feed"]), ("0.008", "0.012"))
+            self.assertLess(float(slow["peak_N"]), float(fast["peak_N"]))
+            self.assertGreater(float(slow["cutting_s"]), float(fast["cutting_s"]))
+            self.assertIn("12 mm/s: mean peak force", out)
+
+    def test_the_learning_loop_runs(self):
+        program = [self.example + "/learning_loop.py", "--generations", "2", "--population", "2", "--seconds", "1"]
+        with tempfile.TemporaryDirectory() as folder:
+            out = self.run_program(*program, folder=folder)
+            self.assertEqual(out, self.run_program(*program, folder=folder))
+        head, first, second = out.splitlines()
+        self.assertIn("mean reward", head)
+        self.assertNotEqual(first.split()[3:], second.split()[3:])
+
 
 if __name__ == "__main__":
     unittest.main()
