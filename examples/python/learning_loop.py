@@ -37,8 +37,8 @@ def reward_of(parameters: np.ndarray, seed: int, seconds: float) -> float:
 # %% The loop
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--generations", type=int, default=6)
-    parser.add_argument("--population", type=int, default=8)
+    parser.add_argument("--generations", type=int, default=5)
+    parser.add_argument("--population", type=int, default=6)
     parser.add_argument("--seconds", type=float, default=25, help="of an episode")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()

@@ -106,7 +106,8 @@ class Measures(unittest.TestCase):
             observations, rewards, info = drive(drill, straight(0.1, 0.05, -0.3), steps)
             before, after = (v >= drill.task.isovalue for v in (drill.task.voxels, drill.bone.voxels()))
             gone = before & ~after
-            right, wrong, planned = ((gone & drill.task.planned).sum(), (gone & ~drill.task.planned).sum(), drill.task.planned.sum())
+            plan = drill.task.planned
+            right, wrong, planned = (gone & plan).sum(), (gone & ~plan).sum(), plan.sum()
             self.assertGreater(right, 100)
             np.testing.assert_allclose(observations[-1][13:15], [right / planned, wrong / planned], rtol=1e-6)
             self.assertFalse(info["breach"])

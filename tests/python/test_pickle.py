@@ -24,7 +24,8 @@ def labels():
 def guarded(bone):
     scene = scene_of("coupled", bone)
     each = [t.ProtectedStructure(veto=t.StructureVeto(mode=t.VetoMode.WATCH), guard=t.GuardedStructure(margin=1e-3))]
-    scene.set_structures(t.Structures(labels(), SPACING, reach=5e-3), each, t.ProtectionOptions(guard=t.GuardOptions(push=False)))
+    options = t.ProtectionOptions(guard=t.GuardOptions(push=False))
+    scene.set_structures(t.Structures(labels(), SPACING, reach=5e-3), each, options)
     return scene
 
 

@@ -110,8 +110,8 @@ class DrillEnv(_Base):
     **Observation**, float32: position of T in W [mm] (3), the tool's +z in W (3), force [N] (3) and torque [N mm] (3)
     on the tool in W axes in the last tick, contact 0 or 1, shares of the plan that are removed and, of bone that is not
     planned, that are removed too much (2), then the distance of the virtual tool's head from each structure [mm], as far
-    as 10 mm and as the voxels reach; with `patch`, densities round the head's centre over the isovalue, less 1, as (patch, patch, patch) in z, y,
-    x, in steps of two voxels. All are clipped to the space.
+    as 10 mm and as the voxels reach; with `patch`, densities round the head's centre over the isovalue, less 1, as
+    (patch, patch, patch) in z, y, x, in steps of two voxels. All are clipped to the space.
 
     **Reward**: 100 times the share of the plan that a step removes, less 50 times the share that it removes too much,
     less 0.1 for each newton over the gate's limit, less 0.01 a step; 10 more for success, and 10 less for a breach.
