@@ -109,6 +109,8 @@ void trephine_python::bind_batch(py::module_& m) {
            "`poses` is (scenes, N, 4, 4) or (scenes, N, 7); `spindle` and `dt` are one for all, or (scenes, N).\n"
            "`threads` is how many work; None: as many as the machine has. A thread at a time has a scene, so the\n"
            "results are the same bits for any number.")
+      .def(py::pickle([](const Batch& b) { return py::make_tuple(b.scenes); },
+                      [](const py::tuple& state) { return make_batch(state[0].cast<std::vector<ScenePointer>>()); }))
       .def("__len__", [](const Batch& b) { return b.scenes.size(); })
       .def_property_readonly(
           "scenes", [](const Batch& b) { return b.scenes; }, "the scenes");

@@ -11,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <utility>
@@ -104,9 +105,9 @@ inline void check_rows(const char* who, const double* m) {
   refuse(who, "spacing must be one length or three, along x, y, z", shape_text(a));
 }
 
-/// Sets options by their names. Throws TypeError for a name that is none, and ValueError for a value out of range.
+/// Sets options by their names, whether values are in range or not. Throws TypeError for a name that is none.
 template <class T>
-void set_options(T& options, const py::dict& values) {
+void set_fields(T& options, const py::dict& values) {
   const py::type type = py::type::of<T>();
   const py::object fields = type.attr("_fields");
   const py::object view = py::cast(&options, py::return_value_policy::reference);
@@ -122,7 +123,24 @@ void set_options(T& options, const py::dict& values) {
       throw py::type_error(name + ": " + std::string(py::str(key)) + " cannot be " + std::string(py::repr(value)));
     }
   }
+}
+/// The same, and throws ValueError for a value out of range.
+template <class T>
+void set_options(T& options, const py::dict& values) {
+  set_fields(options, values);
   if constexpr (requires { options.validate(); }) options.validate();
+}
+
+/// Pickles a struct by its members, in this order.
+template <class T, class... Members>
+[[nodiscard]] auto pickled_members(Members T::*... members) {
+  return py::pickle([=](const T& self) { return py::make_tuple(self.*members...); },
+                    [=](const py::tuple& state) {
+                      T made{};
+                      std::size_t at = 0;
+                      ((made.*members = state[at++].cast<Members>()), ...);
+                      return made;
+                    });
 }
 
 /// A struct of options as a Python class: keywords set fields, and the defaults are the struct's own.
@@ -161,6 +179,18 @@ class OptionsClass {
                  return made;
                }),
                signature.c_str());
+    // A pickle holds the keywords, so that a field which another version adds has its default.
+    class_.def(py::pickle(
+        [](const py::object& self) {
+          py::dict values;
+          for (const py::handle field : self.attr("_fields")) values[field] = self.attr(field);
+          return values;
+        },
+        [](const py::dict& values) {
+          T made{};
+          set_fields(made, values);
+          return made;
+        }));
     class_.def("__copy__", [](const T& self) { return T(self); });
     class_.def("__deepcopy__", [](const T& self, const py::dict&) { return T(self); });
     class_.def("__repr__", [name](const py::object& self) {

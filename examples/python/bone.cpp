@@ -5,8 +5,10 @@
 
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -56,6 +58,12 @@ py::array triangles_of(const py::object& self) {
   const auto n = static_cast<py::ssize_t>(mesh.triangles.size());
   return py::array_t<std::uint32_t>({n, py::ssize_t{3}}, reinterpret_cast<const std::uint32_t*>(mesh.triangles.data()),
                                     self);
+}
+template <class Number>
+void take_rows(const py::object& from, std::vector<std::array<Number, 3>>& to) {
+  const auto rows = from.cast<py::array_t<Number, py::array::c_style>>();
+  to.resize(static_cast<std::size_t>(rows.size()) / 3);
+  std::copy_n(rows.data(), rows.size(), to.empty() ? nullptr : to.front().data());
 }
 
 /// Saves a mesh; what the file system refuses is an OSError.
@@ -109,10 +117,43 @@ py::array copy_brick(const PythonReader& self, std::size_t brick) {
 
 using Triple = std::tuple<int, int, int>;
 
+/// What makes the bone again: its arguments with the voxels that `restore` brings back, and the drilled ones, or None.
+py::tuple state_of(const PythonBone& self) {
+  self.require_idle();
+  const compiled::Bone& b = self.bone;
+  return with_density(b.density_type(), [&]<class Density>(Density) {
+    const py::array present = voxels_of(b);
+    py::array_t<Density> original(std::vector<py::ssize_t>(present.shape(), present.shape() + 3));
+    const std::span<Density> to(original.mutable_data(), static_cast<std::size_t>(original.size()));
+    b.copy_original(to);
+    const bool drilled = std::memcmp(present.data(), original.data(), to.size_bytes()) != 0;
+    return py::make_tuple(original, from_vector(b.spacing()), from_pose(b.X_WG()), b.outside(),
+                          self.keeps_original, drilled ? py::object(present) : py::none());
+  });
+}
+
+BonePointer bone_of_state(const py::tuple& state) {
+  BonePointer made = make_bone(state[0], state[1].cast<Numbers>(), state[2].cast<Numbers>(), state[3].cast<double>(),
+                               state[4].cast<bool>());
+  if (state[5].is_none()) return made;
+  with_density(made->bone.density_type(), [&]<class Density>(Density) {
+    auto present = state[5].cast<py::array_t<Density, py::array::c_style>>();
+    made->bone.lower_to(std::span<Density>(present.mutable_data(), static_cast<std::size_t>(present.size())));
+  });
+  return made;
+}
+
 }  // namespace
 
 void trephine_python::bind_bone(py::module_& m) {
   py::class_<Mesh>(m, "Mesh", "A triangle mesh in the bone's frame G [m].")
+      .def(py::pickle([](const py::object& self) { return py::make_tuple(vertices_of(self), triangles_of(self)); },
+                      [](const py::tuple& state) {
+                        Mesh made;
+                        take_rows(state[0], made.vertices);
+                        take_rows(state[1], made.triangles);
+                        return made;
+                      }))
       .def_property_readonly("vertices", &vertices_of, "(V, 3) float32 [m]")
       .def_property_readonly("triangles", &triangles_of,
                              "(T, 3) uint32: indices of vertices, counter-clockwise seen from outside the bone")
@@ -229,6 +270,7 @@ void trephine_python::bind_bone(py::module_& m) {
           },
           py::arg("other"),
           "Takes voxels and pose of a copy of this bone, or of what this is a copy of. Raises ValueError for another.")
+      .def(py::pickle(&state_of, &bone_of_state))
       .def("__repr__", [](const PythonBone& b) {
         const auto& n = b.bone.size();
         return "<trephine.Bone of " + std::to_string(n[2]) + " x " + std::to_string(n[1]) + " x " +

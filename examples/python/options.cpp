@@ -56,7 +56,12 @@ void bind_renderers(py::module_& m) {
   py::class_<Coulomb>(m, "Coulomb", "Friction with a static and a kinetic coefficient, 0 <= kinetic <= static.")
       .def(py::init<>())
       .def(py::init<double>(), py::arg("static_coefficient"))
-      .def(py::init<double, double>(), py::arg("static_coefficient"), py::arg("kinetic_coefficient"));
+      .def(py::init<double, double>(), py::arg("static_coefficient"), py::arg("kinetic_coefficient"))
+      .def_property_readonly("static_coefficient", &Coulomb::static_coefficient, "of a tool that sticks")
+      .def_property_readonly("kinetic_coefficient", &Coulomb::kinetic_coefficient, "of a tool that slides")
+      .def(
+          py::pickle([](const Coulomb& c) { return py::make_tuple(c.static_coefficient(), c.kinetic_coefficient()); },
+                     [](const py::tuple& state) { return Coulomb(state[0].cast<double>(), state[1].cast<double>()); }));
   py::enum_<compiled::RendererKind>(m, "RendererKind", "The three renderers.")
       .value("COUPLED", compiled::RendererKind::kCoupled)
       .value("LINE", compiled::RendererKind::kLine)

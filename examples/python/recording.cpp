@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
+#include "ticks.hpp"
 
 #include <trephine/device/replay.hpp>
 #include <trephine/session/recording_file.hpp>
@@ -38,6 +39,7 @@ ReplayReport replay_in(PythonScene& self, const Session& session) {
 
 void trephine_python::bind_recording(py::module_& m) {
   py::class_<ReplayReport>(m, "ReplayReport", "How a replay compares with its recording.")
+      .def(pickled_members(&ReplayReport::ticks, &ReplayReport::different, &ReplayReport::first_different))
       .def_readonly("ticks", &ReplayReport::ticks, "ticks that were run")
       .def_readonly("different", &ReplayReport::different, "ticks with an output that differs in a bit")
       .def_readonly("first_different", &ReplayReport::first_different, "the first of them; None: there is none");
@@ -52,7 +54,9 @@ void trephine_python::bind_recording(py::module_& m) {
           [](const Recording& r, const std::filesystem::path& path) {
             with_file([&] { save_recording(path, r.ticks); });
           },
-          py::arg("path"), "Writes a file. Raises OSError.");
+          py::arg("path"), "Writes a file. Raises OSError.")
+      .def(py::pickle([](const Recording& r) { return py::bytes(bytes_of(r.ticks)); },
+                      [](const py::bytes& bytes) { return Recording{ticks_of(bytes)}; }));
 }
 
 void trephine_python::bind_records(py::class_<PythonScene, ScenePointer>& scene) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 #include "status.hpp"
+#include "ticks.hpp"
 
 #include <trephine/device/presets.hpp>
 
@@ -153,11 +154,13 @@ void bind_results(py::module_& m) {
       "pose is not finite or no rotation; zero wrench. NON_FINITE: a law overflowed; zero wrench. FAR_AWAY: the tool\n"
       "stays far from the bone: are poses in metres?");
   py::class_<ContactSummary>(m, "ContactSummary", "The contact of a tick.")
+      .def(pickled_in_tick<ContactSummary>([](auto& r) -> auto& { return r.contact; }))
       .def_readonly("count", &ContactSummary::count, "places that touch")
       .def_readonly("tip", &ContactSummary::tip, "the ball or head touches")
       .def_readonly("shaft", &ContactSummary::shaft, "the shaft touches")
       .def_readonly("depth", &ContactSummary::depth, "deepest penetration [m]");
   py::class_<StructureSummary>(m, "StructureSummary", "Structures in a tick.")
+      .def(pickled_in_tick<StructureSummary>([](auto& r) -> auto& { return r.structures; }))
       .def_readonly("nearest", &StructureSummary::nearest, "number of the structure nearest to the tool; -1: unknown")
       .def_readonly("distance", &StructureSummary::distance, "of the whole tool from it [m], negative inside")
       .def_readonly("warns", &StructureSummary::warns, "it is guarded and nearer than its margin")
@@ -168,11 +171,13 @@ void bind_results(py::module_& m) {
       .def_readonly("refused_mm3", &StructureSummary::refused_mm3, "protected bone that cuts would have taken")
       .def_readonly("taken_mm3", &StructureSummary::taken_mm3, "bone of watched structures that cuts took");
   py::class_<CuttingSummary>(m, "CuttingSummary", "True forces of cutting in a tick, before the device's share.")
+      .def(pickled_in_tick<CuttingSummary>([](auto& r) -> auto& { return r.cutting; }))
       .def_readonly("thrust", &CuttingSummary::thrust, "[N]")
       .def_readonly("spindle_torque", &CuttingSummary::torque, "of the bone about the spindle's axis [N m]")
       .def_readonly("spindle_speed", &CuttingSummary::spindle, "[rad/s]")
       .def_readonly("feed", &CuttingSummary::feed, "at which the head may advance [m/s]");
   py::class_<TickResult>(m, "TickResult", "What a tick returns.")
+      .def(pickled_in_tick<TickResult>([](auto& r) -> auto& { return r; }))
       .def_property_readonly(
           "force", [](const TickResult& r) { return from_vector(r.wrench.force); }, "(3,) on the tool, W axes [N]")
       .def_property_readonly(
@@ -215,6 +220,11 @@ void PythonScene::take(const PythonScene& other) {
   scene.take(other.scene);
   tool = other.tool;
   structures = other.structures;
+}
+
+void PythonScene::set_structures(SceneStructures made) {
+  scene.set_structures(*made.distances, made.each, made.options);
+  structures = std::move(made);
 }
 
 void trephine_python::bind_scene(py::module_& m) {
@@ -320,4 +330,5 @@ void trephine_python::bind_scene(py::module_& m) {
            "original.");
   bind_protection(c);
   bind_records(c);
+  bind_state(c);
 }

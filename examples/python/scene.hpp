@@ -12,13 +12,24 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace trephine_python {
 
+/// Structures with the labels that make them again.
+struct PythonStructures : compiled::Structures {
+  PythonStructures(const compiled::LabelGeometry& of, std::vector<std::uint8_t> from)
+      : compiled::Structures(of, from), geometry(of), labels(std::move(from)) {}
+
+  compiled::LabelGeometry geometry;
+  std::vector<std::uint8_t> labels;
+};
+using StructuresPointer = std::shared_ptr<PythonStructures>;
+
 /// Structures with what a scene does about each.
 struct SceneStructures {
-  compiled::Structures distances;
+  StructuresPointer distances;
   std::vector<ProtectedStructure> each;
   ProtectionOptions options;
 };
@@ -37,12 +48,15 @@ struct PythonScene {
   explicit PythonScene(const PythonScene& other);
   PythonScene& operator=(const PythonScene&) = delete;
   void take(const PythonScene& other);
+  /// Guards structures and keeps cuts from them, instead of those before. Needs no lock of Python's.
+  void set_structures(SceneStructures made);
 };
 using ScenePointer = std::shared_ptr<PythonScene>;
 
 /// Members of a scene that other parts of the module have.
 void bind_protection(py::class_<PythonScene, ScenePointer>& scene);
 void bind_records(py::class_<PythonScene, ScenePointer>& scene);
+void bind_state(py::class_<PythonScene, ScenePointer>& scene);
 
 /// Inputs of many ticks: an array of poses, and spindle and dt that are one for all or one a tick.
 class Inputs {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "scene.hpp"
 
+#include <cstdint>
+#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,10 +13,9 @@ using namespace trephine_python;
 namespace {
 
 using compiled::LabelGeometry;
-using compiled::Structures;
 
-Structures make_structures(const py::object& from, const Numbers& spacing, const std::optional<Numbers>& X_GS,
-                           double reach, bool smooth, int threads) {
+StructuresPointer make_structures(const py::object& from, const Numbers& spacing, const std::optional<Numbers>& X_GS,
+                                  double reach, bool smooth, int threads) {
   const char* const who = "Structures";
   const py::array labels = to_array(who, "labels", from);
   LabelGeometry geometry{.size = size_of(who, labels), .spacing = to_spacing(who, spacing)};
@@ -24,14 +24,25 @@ Structures make_structures(const py::object& from, const Numbers& spacing, const
   if (!py::isinstance<py::array_t<std::uint8_t>>(labels))
     refuse(who, "labels must be uint8; see numpy.astype", std::string(py::str(labels.dtype())));
   const auto whole = py::array_t<std::uint8_t, py::array::c_style>::ensure(labels);
-  const std::span<const std::uint8_t> span(whole.data(), static_cast<std::size_t>(whole.size()));
+  std::vector<std::uint8_t> voxels(whole.data(), whole.data() + whole.size());
   const py::gil_scoped_release release;
-  return {geometry, span};
+  return std::make_shared<PythonStructures>(geometry, std::move(voxels));
 }
 
-SceneStructures chosen(const Structures& structures, std::optional<std::vector<ProtectedStructure>> each,
+/// The arguments that make them again. How many threads do so changes no bit.
+py::tuple state_of(const PythonStructures& self) {
+  const auto& [size, spacing, X_GS, field] = self.geometry;
+  const py::array_t<std::uint8_t> labels({size[2], size[1], size[0]}, self.labels.data());
+  return py::make_tuple(labels, from_vector(spacing), from_pose(X_GS), field.reach, field.smooth, field.threads);
+}
+StructuresPointer structures_of_state(const py::tuple& state) {
+  return make_structures(state[0], state[1].cast<Numbers>(), state[2].cast<Numbers>(), state[3].cast<double>(),
+                         state[4].cast<bool>(), state[5].cast<int>());
+}
+
+SceneStructures chosen(const StructuresPointer& structures, std::optional<std::vector<ProtectedStructure>> each,
                        const ProtectionOptions& options) {
-  if (!each) each = std::vector<ProtectedStructure>(static_cast<std::size_t>(structures.count()));
+  if (!each) each = std::vector<ProtectedStructure>(static_cast<std::size_t>(structures->count()));
   return {structures, std::move(*each), options};
 }
 
@@ -41,22 +52,21 @@ struct PythonProtection {
   std::optional<SceneStructures> structures;
 };
 
-void set_structures(PythonScene& scene, const Structures& structures,
+void set_structures(PythonScene& scene, const StructuresPointer& structures,
                     std::optional<std::vector<ProtectedStructure>> each, const ProtectionOptions& options) {
   SceneStructures made = chosen(structures, std::move(each), options);
   const Work work(scene.bone);
   const py::gil_scoped_release release;
-  scene.scene.set_structures(made.distances, made.each, made.options);
-  scene.structures = std::move(made);
+  scene.set_structures(std::move(made));
 }
 
-PythonProtection make_protection(const PythonScene& scene, const std::optional<Structures>& structures,
+PythonProtection make_protection(const PythonScene& scene, const std::optional<StructuresPointer>& structures,
                                  std::optional<std::vector<ProtectedStructure>> each,
                                  const ProtectionOptions& options) {
   if (!structures) return {scene.scene.make_protection(), {}};
   SceneStructures made = chosen(*structures, std::move(each), options);
   const py::gil_scoped_release release;
-  return {scene.scene.make_protection(made.distances, made.each, made.options), made};
+  return {scene.scene.make_protection(*made.distances, made.each, made.options), made};
 }
 
 void exchange(PythonScene& scene, PythonProtection& protection) {
@@ -104,12 +114,14 @@ void trephine_python::bind_structures(py::module_& m) {
       .field("potential", &ProtectionOptions::potential, "distances")
       .field("guard", &ProtectionOptions::guard, "push")
       .done();
-  py::class_<compiled::StructureTotals>(m, "StructureTotals", "What was counted of a structure.")
-      .def_readonly("breaches", &compiled::StructureTotals::breaches, "times that the tool went into it")
-      .def_readonly("refused_mm3", &compiled::StructureTotals::refused_mm3, "protected bone that cuts would have taken")
-      .def_readonly("taken_mm3", &compiled::StructureTotals::taken_mm3, "bone that cuts took while it was watched");
+  using compiled::StructureTotals;
+  py::class_<StructureTotals>(m, "StructureTotals", "What was counted of a structure.")
+      .def(pickled_members(&StructureTotals::breaches, &StructureTotals::refused_mm3, &StructureTotals::taken_mm3))
+      .def_readonly("breaches", &StructureTotals::breaches, "times that the tool went into it")
+      .def_readonly("refused_mm3", &StructureTotals::refused_mm3, "protected bone that cuts would have taken")
+      .def_readonly("taken_mm3", &StructureTotals::taken_mm3, "bone that cuts took while it was watched");
   const LabelGeometry defaults;
-  py::class_<Structures>(
+  py::class_<PythonStructures, StructuresPointer>(
       m, "Structures",
       "Distances to the structures of a segmentation. Immutable, for any number of scenes.\n\n"
       "`labels` is uint8 (z, y, x): 0 for none, and s + 1 for structure s. `spacing` is one length\n"
@@ -119,7 +131,9 @@ void trephine_python::bind_structures(py::module_& m) {
       .def(py::init(&make_structures), py::arg("labels"), py::arg("spacing"), py::arg("X_GS") = py::none(),
            py::arg("reach") = defaults.field.reach, py::arg("smooth") = defaults.field.smooth,
            py::arg("threads") = defaults.field.threads)
-      .def_property_readonly("count", &Structures::count, "number of structures: the highest label");
+      .def(py::pickle(&state_of, &structures_of_state))
+      .def_property_readonly(
+          "count", [](const PythonStructures& s) { return s.count(); }, "number of structures: the highest label");
   py::class_<PythonProtection>(m, "Protection", "Guard and vetoes that were made for a scene and are not in it.")
       .def(
           "totals", [](const PythonProtection& p, int structure) { return p.protection.totals(structure); },

@@ -18,10 +18,13 @@ void trephine_python::bind_tools(py::module_& m) {
       .field("shaft_radius", &Burr::shaft_radius, "[m]")
       .field("shaft_length", &Burr::shaft_length, "from the ball's centre to the shaft's end [m]; 0: no shaft")
       .done();
-  py::class_<NamedTool>(m, "NamedTool", "A tool of a catalogue, which `tool` makes; for the coupled tool alone.")
-      .def_readonly("edges", &NamedTool::edges, "its cutting edges, for CuttingForceOptions");
+  const auto made = [](const std::string& name) { return PythonTool{tool_by_name(name), name}; };
+  py::class_<PythonTool>(m, "NamedTool", "A tool of a catalogue, which `tool` makes; for the coupled tool alone.")
+      .def_readonly("name", &PythonTool::name, "from which `tool` made it")
+      .def_readonly("edges", &PythonTool::edges, "its cutting edges, for CuttingForceOptions")
+      .def(py::pickle([](const PythonTool& t) { return t.name; }, made));
   m.def(
-      "tool", &tool_by_name, py::arg("name"),
+      "tool", made, py::arg("name"),
       "The tool with a name such as \"round-3\", \"match-head-3\" or \"twist-2.5\": a family and a diameter in mm.\n\n"
       "Raises ValueError, with all families and their diameters, for another name.");
   m.def(

@@ -71,16 +71,17 @@ class Types(unittest.TestCase):
             run = self.mypy(file.read(), "--strict", name="stubs.pyi")
         self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
-    def test_the_report_passes(self):
-        package = os.path.join(os.path.dirname(t.__file__), "report")
-        with tempfile.TemporaryDirectory() as folder:
-            run = subprocess.run(
-                [sys.executable, "-m", "mypy", "--strict", "--cache-dir", folder, "-p", "trephine.report"],
-                env={**os.environ, "MYPYPATH": os.path.dirname(os.path.dirname(package))},
-                capture_output=True,
-                text=True,
-            )
-        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+    def test_the_modules_in_python_pass(self):
+        package = os.path.dirname(t.__file__)
+        for modules in (["--strict", "-p", "trephine.report"], ["-m", "trephine.env", "-m", "trephine.study", "-m", "trephine.hdf5"]):
+            with tempfile.TemporaryDirectory() as folder:
+                run = subprocess.run(
+                    [sys.executable, "-m", "mypy", "--cache-dir", folder, *modules],
+                    env={**os.environ, "MYPYPATH": os.path.dirname(package)},
+                    capture_output=True,
+                    text=True,
+                )
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
 
     def test_wrong_programs_do_not(self):
         run = self.mypy("import trephine as t\n" + "\n".join(WRONG.values()))
@@ -142,6 +143,29 @@ class Documents(unittest.TestCase):
             self.assertRegex(out, r"\A12 strokes with a mean of \d.\d\d N, \d+ mm3 gone\n-0.\d mm from the nerve, 1 breaches")
             self.assertEqual(t.load_session(folder + "/session.log").report.complete, True)
             self.assertTrue(os.path.getsize(folder + "/session.html") > 1e5)
+
+    def test_the_study_runs_and_goes_on(self):
+        arguments = [self.example + "/skull_study.py", "--workers", "0", "--places", "1", "--out", "holes.csv"]
+        with tempfile.TemporaryDirectory() as folder:
+            self.run_program(*arguments, "--feeds", "8", folder=folder)
+            out = self.run_program(*arguments, "--feeds", "8", "12", folder=folder)
+            with open(folder + "/holes.csv", encoding="utf-8") as file:
+                names, *rows = [line.split(",") for line in file.read().splitlines()]
+            self.assertEqual(names, "x,y,feed,thickness_mm,peak_N,removed_mm3,cutting_s,error".split(","))
+            slow, fast = (dict(zip(names, row)) for row in rows)
+            self.assertEqual((slow["feed"], fast["feed"]), ("0.008", "0.012"))
+            self.assertLess(float(slow["peak_N"]), float(fast["peak_N"]))
+            self.assertGreater(float(slow["cutting_s"]), float(fast["cutting_s"]))
+            self.assertIn("12 mm/s: mean peak force", out)
+
+    def test_the_learning_loop_runs(self):
+        program = [self.example + "/learning_loop.py", "--generations", "2", "--population", "2", "--seconds", "1"]
+        with tempfile.TemporaryDirectory() as folder:
+            out = self.run_program(*program, folder=folder)
+            self.assertEqual(out, self.run_program(*program, folder=folder))
+        head, first, second = out.splitlines()
+        self.assertIn("mean reward", head)
+        self.assertNotEqual(first.split()[3:], second.split()[3:])
 
 
 if __name__ == "__main__":

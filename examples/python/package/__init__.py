@@ -19,6 +19,7 @@ in W axes. Options are the structs of the C++ headers, with their defaults; a va
 
 Bone: voxels. Scene: a tool in a bone, `tick` and `run`. Batch: many scenes on all cores. Structures: what must stay.
 tool, Burr: tools. device_preset: options by a device's name. read_volume, read_labels, save_volume: files.
+The modules trephine.env, environments for learning, and trephine.study, tables of many cases, are imported by name.
 """
 
 from __future__ import annotations
