@@ -127,8 +127,8 @@ py::tuple state_of(const PythonBone& self) {
     const std::span<Density> to(original.mutable_data(), static_cast<std::size_t>(original.size()));
     b.copy_original(to);
     const bool drilled = std::memcmp(present.data(), original.data(), to.size_bytes()) != 0;
-    return py::make_tuple(original, from_vector(b.spacing()), from_pose(b.X_WG()), b.outside(),
-                          self.keeps_original, drilled ? py::object(present) : py::none());
+    return py::make_tuple(original, from_vector(b.spacing()), from_pose(b.X_WG()), b.outside(), self.keeps_original,
+                          drilled ? py::object(present) : py::none());
   });
 }
 
