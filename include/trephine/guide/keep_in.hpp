@@ -7,6 +7,7 @@
 #include <trephine/core/status.hpp>
 #include <trephine/core/tolerances.hpp>
 #include <trephine/core/wrench.hpp>
+#include <trephine/guide/guide_options.hpp>
 #include <trephine/guide/guide_parts.hpp>
 #include <trephine/render/stiffness_budget.hpp>
 #include <trephine/stage/context.hpp>
