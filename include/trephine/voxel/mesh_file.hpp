@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/file_bytes.hpp>
+#include <trephine/core/math.hpp>
 #include <trephine/voxel/mesh.hpp>
 
 #include <algorithm>
