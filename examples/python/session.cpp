@@ -100,7 +100,7 @@ BonePointer bone_after(const Session& session, const BonePointer& before, std::o
     for (const Session::Change& c : session.changes)
       if (c.position <= ticks.value_or(session.ticks.size())) apply_change(*session.bone, c.brick, densities);
     const GridGeometry geometry{before->bone.size(), before->bone.spacing(), before->bone.X_WG(),
-                                outside_of<Density>(before->bone)};
+                                before->bone.outside()};
     return std::make_shared<PythonBone>(PythonBone{
         {geometry, std::span<const Density>(densities), GridOptions{before->keeps_original}}, before->keeps_original});
   });
