@@ -37,7 +37,7 @@ compiled::Scene scene_of(const std::string& kind, const compiled::Bone& bone) {
             {.cut = GeometricCut{},
              .vibration = MillingVibration::Options{},
              .damping = Damping::Options{.linear = 1},
-             .passivity = PassivityController::Options{},
+             .passivity = PassivityOptions{},
              .limits = {.force = 3, .torque = 0.1}}};
   if (kind == "line")
     return {bone,
