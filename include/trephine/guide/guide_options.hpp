@@ -20,12 +20,12 @@ namespace detail {
   return stiffness > budget ? budget / stiffness : 1.0;
 }
 
-// Checks of options.
-inline void check_at_least_zero(std::string_view type, const std::string& name, const char* unit, double v) {
-  if (!(v >= 0) || !is_finite(v)) refuse(type, name + " must be finite and >= 0 " + unit, v);
+// Checks of options, which take no memory unless they refuse: options change on the haptic thread.
+inline void check_at_least_zero(std::string_view type, const char* name, const char* unit, double v) {
+  if (!(v >= 0) || !is_finite(v)) refuse(type, std::string(name) + " must be finite and >= 0 " + unit, v);
 }
-inline void check_above_zero(std::string_view type, const std::string& name, const char* unit, double v) {
-  if (!(v > 0)) refuse(type, name + " must be > 0 " + unit, v);
+inline void check_above_zero(std::string_view type, const char* name, const char* unit, double v) {
+  if (!(v > 0)) refuse(type, std::string(name) + " must be > 0 " + unit, v);
 }
 /// Throws std::invalid_argument unless the ramp is long enough: 50 ms changes the wrench by 3 % a tick at 1 kHz.
 inline void check_ramp(std::string_view type, double ramp) {
