@@ -4,6 +4,7 @@
 import inspect
 import multiprocessing
 import pickle
+import tempfile
 import unittest
 
 import numpy as np
@@ -12,7 +13,15 @@ from block import SPACING, TOP, block, path
 from test_scene import KINDS, same, scene_of
 
 # Classes that stay where they are, and why.
-AT_HOME = {"BoneReader": "it watches a bone of this process", "Protection": "it is made for one scene object"}
+AT_HOME = {
+    "BoneReader": "it watches a bone of this process",
+    "Protection": "it is made for one scene object",
+    "SessionLog": "it writes a file of this process",
+    "Scores": "they are computed again from the file",
+    "Session": "its file travels",
+    "SessionReport": "it is of a session",
+    "FollowedBone": "likewise",
+}
 
 
 def labels():
@@ -136,8 +145,14 @@ class RoundTrips(unittest.TestCase):
 
     def test_those_that_stay_say_so(self):
         scene = guarded(t.Bone(block(), SPACING))
-        for x in (scene.bone.reader(), scene.make_protection()):
-            self.assertIn(type(x).__name__, AT_HOME)
+        with tempfile.TemporaryDirectory() as folder:
+            with t.SessionLog(folder + "/log") as log:
+                log.follow(scene.bone, 300)
+                scene.run(np.tile(np.eye(4), (3, 1, 1)), log=log)
+            session = t.load_session(folder + "/log")
+        stay = (scene.bone.reader(), scene.make_protection(), log, t.Scores(), session, session.report, session.bone)
+        self.assertEqual([type(x).__name__ for x in stay], list(AT_HOME))
+        for x in stay:
             with self.assertRaisesRegex(TypeError, "cannot pickle"):
                 pickle.dumps(x)
 
