@@ -202,7 +202,7 @@ static void refuse_grids(void) {
   X_WG.position[2] = 0;
   X_WG.rotation[3] = NAN;
   CHECK_REFUSED(trephine_grid_set_pose(grid, &X_WG), TREPHINE_INVALID_ARGUMENT, "quaternion");
-  CHECK_REFUSED(trephine_grid_copy(grid, voxels, 2), TREPHINE_INVALID_ARGUMENT, "room for 64000");
+  CHECK_REFUSED(trephine_grid_copy(grid, voxels, 2), TREPHINE_INVALID_ARGUMENT, "needs 64000 voxels");
   CHECK_REFUSED(trephine_grid_copy(grid, voxels, sizeof voxels - 1), TREPHINE_INVALID_ARGUMENT, "whole number");
   CHECK_REFUSED(trephine_grid_restore(NULL, 1, NULL), TREPHINE_NULL_ARGUMENT, "null");
   trephine_grid_destroy(grid);
