@@ -153,8 +153,8 @@ class Scene {
     return Scene(std::move(bone), std::move(scene), stages_);
   }
   /// Puts bone and state to those of a copy of this scene, or of what this is a copy of, as an undo does. Between
-  /// ticks; about a millisecond, and it may allocate. Protections that were made for this scene are for it no more.
-  /// Throws std::invalid_argument for any other scene, and for bone without `keep_original`.
+  /// ticks; milliseconds, by how much was cut, and it may allocate. Protections that were made for this scene are for
+  /// it no more. Throws std::invalid_argument for any other scene, and for bone without `keep_original`.
   void take(const Scene& other) {
     bone_.take(other.bone_);
     scene_->take(*other.scene_);
