@@ -11,6 +11,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace trephine_python {
@@ -68,18 +69,7 @@ class Work {
 /// Calls `body` with a number of the bone's density type, and returns what it returns.
 template <class Body>
 auto with_density(compiled::DensityType type, Body&& body) {
-  switch (type) {
-    case compiled::DensityType::kUint8:
-      return body(std::uint8_t{});
-    case compiled::DensityType::kInt8:
-      return body(std::int8_t{});
-    case compiled::DensityType::kUint16:
-      return body(std::uint16_t{});
-    case compiled::DensityType::kInt16:
-      return body(std::int16_t{});
-    default:
-      return body(float{});
-  }
+  return with_density_type(type, [&]<class Density>(std::type_identity<Density>) { return body(Density{}); });
 }
 
 /// All voxels as a new array (z, y, x).

@@ -188,8 +188,7 @@ class BoneFollowerOf final : public BoneFollower {
       : BoneFollower({.geometry = {.size = bone.size(),
                                    .spacing = bone.spacing(),
                                    .X_WG = bone.X_WG(),
-                                   // The halo of the first brick begins beyond the grid.
-                                   .outside = static_cast<double>(copy_of(reader, 0)[0])},
+                                   .outside = static_cast<double>(bone.outside())},
                       .density = kDensityType<Density>,
                       .isovalue = isovalue,
                       .hash = density_hash(std::span<const Density>(voxels))}),
