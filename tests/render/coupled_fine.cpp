@@ -94,7 +94,8 @@ TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it,
 
 // Along long voxels the rim of the hole that a ball is in must not bulge into it: the ball would rest on it, for good
 // or until it slips through.
-TEST_CASE("coupled fine: a ball that plunges into long voxels is never held by the rim of its hole") {
+TEST_CASE("coupled fine: a ball that plunges into long voxels is never held by the rim of its hole" *
+          doctest::test_suite("long")) {
   constexpr double kShort = 1e-4, kSpeed = 5e-3;
   constexpr unsigned kSeed = 3170;
   CAPTURE(kSeed);

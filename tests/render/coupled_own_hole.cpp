@@ -160,7 +160,8 @@ TEST_CASE("coupled own hole: a mask of 0 and 1 is drilled after its conversion")
   CHECK(plunge(real, 0.5, top, Vec3d::UnitX(), 1.5e-3, Cutting{}).force <= 0.0071);
 }
 
-TEST_CASE("coupled own hole: slices of two and a half and five times the voxels' width, whichever way they lie") {
+TEST_CASE("coupled own hole: slices of two and a half and five times the voxels' width, whichever way they lie" *
+          doctest::test_suite("long")) {
   CAPTURE(kSeed);
   const auto check = [&](const std::string& name, const Vec3d& spacing, double at_rest, const auto&... parts) {
     Random random(kSeed);

@@ -120,7 +120,7 @@ TEST_CASE_TEMPLATE("Line: contacts add up to the wrench, force and moment, with 
   check(loops<Rough>({}, cases(8), false));
 }
 
-TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no energy") {
+TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no energy" * doctest::test_suite("long")) {
   CAPTURE(kSeed);
   // The tip's part is the gradient of an energy, the shaft's but for its lever, and for the tip's entry.
   const Loops in = loops<LineApproxRenderer<double>>({}, cases(24), false);
@@ -139,7 +139,7 @@ TEST_CASE("Line: closed paths of a tool that touches with tip and shaft make no 
   CHECK(out.changed.median() <= 0.02);
 }
 
-TEST_CASE("Line: on noise closed paths lose work, and few gain more than on clean bone") {
+TEST_CASE("Line: on noise closed paths lose work, and few gain more than on clean bone" * doctest::test_suite("long")) {
   CAPTURE(kSeed);
   // Crests of the noise let the tip and the shaft go: that loses work. What is gained is the lever's and the entry's.
   const auto check = [](double noise, double most) {

@@ -131,7 +131,8 @@ auto milled(Bone& bone, const Renderer& renderer, const Vec3d& from, const Mat3d
   return r;
 }
 
-TEST_CASE("Line and Surface, any shape: a plunge leaves the hole of the tool's own head") {
+TEST_CASE("Line and Surface, any shape: a plunge leaves the hole of the tool's own head" *
+          doctest::test_suite("long")) {
   CAPTURE(kSeed);
   Random random(kSeed + 1);
   Figures holes;

@@ -324,7 +324,7 @@ DeepSlide slide_deep(const RasterOptions& o, const Vec3d& n, const Vec3d& at) {
   return out;
 }
 
-TEST_CASE("deep contact does not amplify rounding: single and double precision agree") {
+TEST_CASE("deep contact does not amplify rounding: single and double precision agree" * doctest::test_suite("long")) {
   constexpr unsigned kSeed = 41;
   Random random(kSeed);
   Figures apart, step, apart_on_noise, step_on_noise;

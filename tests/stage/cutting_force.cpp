@@ -33,7 +33,8 @@ using namespace trephine::test::cutting;
 
 constexpr unsigned kSeed = 2611;
 
-TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at any voxel, tick, type and place") {
+TEST_CASE("cutting force: a plunging tool feels the law's thrust and torque at any voxel, tick, type and place" *
+          doctest::test_suite("long")) {
   CAPTURE(kSeed);
   Random random(kSeed);
   Figures thrust, torque, work, pull;
@@ -118,7 +119,7 @@ TEST_CASE("cutting force: a plain burr feels the law's thrust and torque of its 
 }
 
 // A drill's wall is made by an edge that passes. If voxels behind the edge kept bone, the drill would be held by it.
-TEST_CASE("cutting force: a drill's hole is as wide as the drill") {
+TEST_CASE("cutting force: a drill's hole is as wide as the drill" * doctest::test_suite("long")) {
   Random random(kSeed + 4);
   Figures off;
   for (const char* const name : {"twist-2", "twist-3.2"})
@@ -172,7 +173,7 @@ TEST_CASE("cutting force: a drill's hole is as wide as the drill") {
   MESSAGE("mean radius of a drill's hole off the drill's [voxels]: ", off);
 }
 
-TEST_CASE("cutting force: feed, speed, size, density and edges act as they should") {
+TEST_CASE("cutting force: feed, speed, size, density and edges act as they should" * doctest::test_suite("long")) {
   const BoneBlock<std::int16_t> block{};
   const Vec3d up = Vec3d{0.3, -0.2, 1}.normalized(), offset{1e-4, 2e-5, -7e-5};
   const auto run = [&](const char* name, CuttingForce::Options o, double speed, const BoneBlock<std::int16_t>& in) {
@@ -239,7 +240,8 @@ TEST_CASE("cutting force: density acts by the strength of bone") {
   CHECK(std::abs(4 * measure(2700) / measure(1350) - 1) < 0.023);
 }
 
-TEST_CASE("cutting force: a slot takes the power of its volume, and the teeth pull the tool sideways") {
+TEST_CASE("cutting force: a slot takes the power of its volume, and the teeth pull the tool sideways" *
+          doctest::test_suite("long")) {
   const double speed = 4e-3, R = 0.0015;
   const CuttingLaw law;
   Random random(kSeed + 3);
@@ -315,7 +317,8 @@ TEST_CASE("cutting force: pull and torque of a ball's lower half belong together
   CHECK((edges[1].torque - edges[0].torque).norm() < 0.03 * edges[0].torque.norm());
 }
 
-TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any path and with any cut") {
+TEST_CASE("cutting force: the spindle's work on chips is u by volume, on any path and with any cut" *
+          doctest::test_suite("long")) {
   Random random(kSeed + 1);
   for (int n = 0; n < cases(8); ++n) {
     const BoneBlock<std::int16_t> block{};
@@ -413,7 +416,7 @@ TEST_CASE("cutting force: a drill that leans as it is pulled out of its hole is 
   MESSAGE("removed [mm3] ", removed, "; pull aside [N] ", pull);
 }
 
-TEST_CASE("cutting force: thrust drops when the far side of a tilted plate breaks") {
+TEST_CASE("cutting force: thrust drops when the far side of a tilted plate breaks" * doctest::test_suite("long")) {
   Random random(kSeed + 2);
   Figures fine, coarse;
   for (const double sigma : {0.5, 0.7, 1.0})
@@ -433,7 +436,8 @@ TEST_CASE("cutting force: thrust drops when the far side of a tilted plate break
   CHECK(coarse.worst() <= 6);
 }
 
-TEST_CASE("cutting force: thrust drops when the far side of a plate along voxels breaks") {
+TEST_CASE("cutting force: thrust drops when the far side of a plate along voxels breaks" *
+          doctest::test_suite("long")) {
   // The last film is a plane of voxels, barely bone. Where it gives way in part, the head stands on its rim and sinks
   // through the film's voxel: a few plates in a hundred, mostly with the axis through voxels (every other one here).
   Random random(kSeed + 7);
