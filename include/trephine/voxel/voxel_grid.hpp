@@ -222,6 +222,9 @@ class VoxelGrid {
   void grow_edit_box(const std::array<int, 3>& lo, const std::array<int, 3>& hi) noexcept;
   [[nodiscard]] bool corner_reaches(const VoxelBox& box, Density density) const noexcept;
   void update_range(std::size_t b) noexcept;
+  void store_range(std::size_t b, const DensityRange<Density>& range) noexcept;
+  template <class RenewRange>
+  void publish(RenewRange&& renew_range) noexcept;
   void clear_edit() noexcept;
   void raise_brick(std::size_t b, const Density* from) noexcept;
 

@@ -85,14 +85,15 @@ bool VoxelGrid<Density>::corner_reaches(const VoxelBox& box, Density density) co
 }
 
 template <class Density>
+void VoxelGrid<Density>::store_range(std::size_t b, const DensityRange<Density>& range) noexcept {
+  store_relaxed(ranges_[b].min, range.min);
+  store_relaxed(ranges_[b].max, range.max);
+}
+
+template <class Density>
 void VoxelGrid<Density>::update_range(std::size_t b) noexcept {
   auto& range = ranges_[b];
-  if (risen_) {
-    const auto scanned = scan_range(b);
-    store_relaxed(range.min, scanned.min);
-    store_relaxed(range.max, scanned.max);
-    return;
-  }
+  if (risen_) return store_range(b, scan_range(b));
   const auto [bx, by, bz] = brick_coordinates(b);
   const std::size_t from = profile_index(brick_row(by, bz), bx * kBrick - 1);
   Density new_min = range.min;

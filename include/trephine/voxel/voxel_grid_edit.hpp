@@ -182,9 +182,16 @@ void VoxelGrid<Density>::for_each_touched(Visit&& visit) noexcept {
 
 template <class Density>
 void VoxelGrid<Density>::commit() noexcept {
+  publish([&](std::size_t b) { update_range(b); });
+}
+
+/// Commits the open edit. `renew_range(b)` brings a brick's range up to date.
+template <class Density>
+template <class RenewRange>
+void VoxelGrid<Density>::publish(RenewRange&& renew_range) noexcept {
   if (touched_words_.empty()) return;
   for_each_touched([&](std::size_t b) {
-    update_range(b);
+    renew_range(b);
     store_release(versions_[b], versions_[b] + 1);
   });
   last_edit_ = edit_box_;
@@ -264,7 +271,8 @@ void VoxelGrid<Density>::take(const VoxelGrid& other) {
       raise_brick(brick_of_bit(at, std::countr_zero(bits)), other.voxels_.data());
     edited_[at] = other.edited_[at];
   }
-  commit();
+  // All densities are the other's now, and so are the ranges.
+  publish([&](std::size_t b) { store_range(b, other.ranges_[b]); });
 }
 
 }  // namespace trephine
