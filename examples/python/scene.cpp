@@ -326,7 +326,7 @@ void trephine_python::bind_scene(py::module_& m) {
       .def("take", &PythonScene::take, py::arg("other"),
            "Puts bone and state to those of a copy of this scene, or of what this is a copy of: an undo, or the start "
            "of\n"
-           "a trial, in milliseconds. Raises ValueError for any other scene, and for a bone without its\n"
+           "a trial, in about a millisecond. Raises ValueError for any other scene, and for a bone without its\n"
            "original.");
   bind_protection(c);
   bind_records(c);

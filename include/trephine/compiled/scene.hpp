@@ -53,8 +53,8 @@ class Bone {
   [[nodiscard]] Mesh mesh(double isovalue) const { return bone_->mesh(isovalue); }
   /// Another bone with the same densities, original and pose, for a scene of its own.
   [[nodiscard]] Bone copy() const { return Bone(bone_->copy()); }
-  /// Takes densities and pose of a copy of this bone, or of what this is a copy of; milliseconds at most, by how many
-  /// bricks were edited. Throws std::invalid_argument for any other bone, and without `keep_original`.
+  /// Takes densities and pose of a copy of this bone, or of what this is a copy of; some microseconds per edited
+  /// brick. Throws std::invalid_argument for any other bone, and without `keep_original`.
   void take(const Bone& other) { bone_->take(*other.bone_); }
   /// All voxels, x fastest, for saving. Throws std::invalid_argument for another density or number of voxels.
   template <VoxelDensity Density>
@@ -153,7 +153,7 @@ class Scene {
     return Scene(std::move(bone), std::move(scene), stages_);
   }
   /// Puts bone and state to those of a copy of this scene, or of what this is a copy of, as an undo does. Between
-  /// ticks; milliseconds, by how much was cut, and it may allocate. Protections that were made for this scene are for
+  /// ticks; some microseconds per edited brick, and it may allocate. Protections that were made for this scene are for
   /// it no more. Throws std::invalid_argument for any other scene, and for bone without `keep_original`.
   void take(const Scene& other) {
     bone_.take(other.bone_);
