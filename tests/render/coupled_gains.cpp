@@ -24,17 +24,22 @@ struct Setup {
     return {.tip_radius = tip_radius, .shaft_radius = tip_radius / 2, .shaft_length = 0.04};
   }
   [[nodiscard]] CoupledOptions options() const { return {.stiffness = stiffness, .force = force}; }
-  /// Longest spacing over the parts that elements are cut into, none longer than half as much again as they are wide.
-  [[nodiscard]] double longest_part() const {
+  /// What contact resolves: a voxel, or a fifteenth of the radius where voxels are finer.
+  [[nodiscard]] double resolved() const { return std::max(spacing.minCoeff(), tip_radius / 15); }
+  /// Longest side of an element. At level 0 it is the longest spacing over the parts that elements are cut into, none
+  /// longer than half as much again as they are wide; then the side of a cell, which doubles with each level.
+  [[nodiscard]] double longest_part(int level) const {
+    if (level > 0) return std::ldexp(spacing.minCoeff(), level - 1);
     double longest = 0;
     for (const double h : spacing) longest = std::max(longest, h / std::round(h / spacing.minCoeff()));
     return longest;
   }
-  [[nodiscard]] CoupledGains gains() const { return CoupledGains::derive(burr(), options(), spacing, longest_part()); }
+  [[nodiscard]] CoupledGains gains() const { return CoupledGains::derive(burr(), options(), spacing); }
 };
 // The default, a weak device, a small burr, a large burr, fine and long voxels, soft and hard coupling.
 const std::vector<Setup> kSetups{{1.5e-3, 800, 8.5, {3e-4, 3e-4, 3e-4}},   {1.5e-3, 800, 1, {3e-4, 3e-4, 3e-4}},
                                  {3e-4, 800, 3.3, {3e-4, 3e-4, 3e-4}},     {6e-3, 800, 3.3, {3e-4, 3e-4, 3e-4}},
+                                 {3e-3, 800, 3.3, {5e-5, 5e-5, 5e-5}},     {3e-3, 800, 3.3, {3e-5, 4e-5, 4e-5}},
                                  {1.5e-3, 800, 3.3, {1e-4, 1e-4, 1e-4}},   {1.5e-3, 800, 3.3, {2e-4, 2e-4, 4e-4}},
                                  {1.5e-3, 800, 3.3, {2e-4, 2e-4, 2.9e-4}}, {1.5e-3, 200, 3.3, {3e-4, 3e-4, 3e-4}},
                                  {1.5e-3, 3000, 8.5, {3e-4, 3e-4, 3e-4}}};
@@ -63,7 +68,7 @@ TEST_CASE("gains: contact and coupling in series are felt with the stated stiffn
     CAPTURE(s.tip_radius);
     CAPTURE(s.stiffness);
     const CoupledGains g = s.gains();
-    const double R = s.tip_radius, h = s.spacing.minCoeff();
+    const double R = s.tip_radius, h = s.resolved();
     for (const double share : {0.1, 0.3, 0.6, 0.99}) {
       // Equilibrium of a device pressed by `deep` below the plane: the coupling's force is the pressure's.
       const double deep = share * s.force / s.stiffness;
@@ -79,18 +84,18 @@ TEST_CASE("gains: contact and coupling in series are felt with the stated stiffn
     CHECK(g.coupling.translation_spring.max_force() == near(s.force));
     CHECK(g.coupling.rotation_spring.limit == s.options().torque);
   }
-  MESSAGE("secant stiffness off by ", secant, "; virtual tool sinks in by ", sink_voxels, " voxels");
+  MESSAGE("secant stiffness off by ", secant, "; virtual tool sinks in by ", sink_voxels, " of what contact resolves");
   CHECK(secant.worst() <= kSecant);
   CHECK(sink_voxels.worst() <= CoupledConstants::kMaxYield);
 }
 
 // An element has kMaxSide points a side at most: a burr with a radius of one voxel would need six, and gets four.
 TEST_CASE("gains: a footprint at the largest force has three points or more along its radius, or all that fit") {
-  Figures points, bounded;
+  Figures points, crossings, bounded;
   for (const Setup& s : kSetups) {
     CAPTURE(s.tip_radius);
     const CoupledGains g = s.gains();
-    const double h = s.spacing.minCoeff(), R = s.tip_radius;
+    const double h = s.resolved(), R = s.tip_radius;
     // The depth at which the law bears the largest force.
     double low = 0, high = R / 2;
     for (int i = 0; i < 60; ++i) {
@@ -99,7 +104,10 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
     }
     const double footprint = std::sqrt(2 * R * low);
     const bool fits = s.tip_radius > h * (1 + 1e-9);
-    (fits ? points : bounded).add(footprint / (s.longest_part() / static_cast<double>(g.points_per_side)));
+    (g.level > 0 ? crossings
+     : fits      ? points
+                 : bounded)
+        .add(footprint / (s.longest_part(g.level) / static_cast<double>(g.points_per_side)));
     CHECK((g.points_per_side < Foundation::kMaxSide || !fits));
     CHECK(footprint <= 1.01 * CoupledConstants::kFootprint * h);
     CHECK(low <= 1.02 * std::min(h / 3, R / 4));
@@ -108,8 +116,10 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
     CHECK(g.law.offset > 0);
     CHECK(g.law.offset < g.law.ramp);
   }
-  MESSAGE("points along a footprint's radius: ", points, ", least ", points.least(), "; burr of one voxel: ", bounded);
+  MESSAGE("points along a footprint's radius: ", points, ", least ", points.least(), "; burr of one voxel: ", bounded,
+          "; crossings ", crossings, ", least ", crossings.least());
   CHECK(points.least() >= 3);
+  CHECK(crossings.least() >= 2);
   REQUIRE(bounded.count() == 1);
   CHECK(bounded.least() >= 2.8);
 }
@@ -119,10 +129,21 @@ TEST_CASE("gains: a footprint at the largest force has three points or more alon
 TEST_CASE("gains: the cutting burr is larger by the contact's offset and the chords' sag, and by nothing else") {
   for (const Setup& s : kSetups) {
     const CoupledGains g = s.gains();
-    double sag = 0;
+    double sag = 0, voxels = 0;
     for (const double h : s.spacing) {
       const double longer = 1 - s.spacing.minCoeff() / h;
       sag += h * h * (longer / 12 + (1 - longer) / 24) / s.tip_radius;
+      voxels += h * h;
+    }
+    // Points at crossings sag by less, and those joined by half the mean square of their distances: that of a square's
+    // points is its side's over 6, and of n points over 6 less by the square of their spacing.
+    if (g.level > 0) {
+      double cells = 0;
+      for (double side : s.spacing) {
+        while (2 * side <= s.longest_part(g.level) * (1 + 1e-9)) side *= 2;
+        cells += side * side;
+      }
+      sag = (voxels / 54 + (cells - voxels) / 36) / s.tip_radius;
     }
     CHECK(g.cut_allowance == near(g.law.offset + sag));
   }
@@ -131,7 +152,7 @@ TEST_CASE("gains: the cutting burr is larger by the contact's offset and the cho
 TEST_CASE("coupled gains: a force far below the stiffness keeps points per element within their bound") {
   for (const double force : {1e-6, 1e-12, 1e-30, 1e-200}) {
     const CoupledOptions options{.stiffness = 1e5, .force = force};
-    const CoupledGains g = CoupledGains::derive(Burr{}, options, Vec3d::Constant(3e-4), 4e-4);
+    const CoupledGains g = CoupledGains::derive(Burr{}, options, Vec3d::Constant(3e-4));
     CAPTURE(force);
     CHECK(g.points_per_side >= 1);
     CHECK(g.points_per_side <= Foundation::kMaxSide);

@@ -427,7 +427,7 @@ TEST_CASE_TEMPLATE("bone surface: a cut shows once it is provided anew, restore(
 
 /// Blocks that any one brick's elements fit into.
 constexpr std::size_t kFewest =
-    ElementBlock::kEdges * BoneSurface<float>::kMaxParts * BoneSurface<float>::kMaxParts / ElementBlock::kSize + 1;
+    ElementBlock::kEdges * ElementSize::kMaxParts * ElementSize::kMaxParts / ElementBlock::kSize + 1;
 constexpr std::size_t kMany = 65536;
 
 // Bricks of nothing but surface, in voxels so long that elements have many parts: the store has room for some dozen.

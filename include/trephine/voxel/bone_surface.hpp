@@ -2,7 +2,9 @@
 #pragma once
 
 #include <trephine/voxel/crossed_edges.hpp>
+#include <trephine/voxel/crossing_points.hpp>
 #include <trephine/voxel/dual_element.hpp>
+#include <trephine/voxel/element_size.hpp>
 #include <trephine/voxel/sampling.hpp>
 #include <trephine/voxel/surface_element.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -10,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -22,8 +23,9 @@ class BoneSurfaceView;
 
 /// Quadrature points of the bone's isosurface, computed brick by brick (8³ voxels) where a tool comes near, and kept.
 ///
-/// Each voxel edge whose ends lie on different sides of the isovalue carries an element (`DualElements`). Where voxels
-/// are longer along an axis, elements are cut into at most kMaxParts parts along it.
+/// Each voxel edge whose ends lie on different sides of the isovalue carries an element (`DualElements`). A use has a
+/// level (`ElementSize`): at level 0 elements of long voxels are cut into parts, at others there are points at the
+/// crossings instead, joined by cells (`CrossingPoints`).
 ///
 /// A request computes a brick, and computes it anew where the grid's version of the brick changed. Bricks that were
 /// requested longest ago are evicted when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve
@@ -37,7 +39,6 @@ class BoneSurface {
   using Grid = VoxelGrid<Density>;
   static constexpr int kBrick = Grid::kBrick;
   static constexpr std::size_t kDefaultBlocks = 16384;  ///< 13 MB
-  static constexpr int kMaxParts = 8;                   ///< parts of an element along an axis
   static constexpr int kBox = 4;                        ///< bricks along the edge of a box (`for_each_brick_of_bone`)
   /// Bricks that one tick may compute (`begin_tick`), so that its work is bounded, unless a renderer asks for more.
   static constexpr int kBricksPerTick = 128;
@@ -51,10 +52,8 @@ class BoneSurface {
         slots_(blocks),
         blocks_(blocks),
         next_(blocks) {
-    for (int a = 0; a < 3; ++a) {
-      const double longer = grid.spacing()[a] / grid.spacing().minCoeff();
-      parts_[static_cast<std::size_t>(a)] = std::clamp(static_cast<int>(std::lround(longer)), 1, kMaxParts);
-    }
+    for (std::size_t level = 0; level < sizes_.size(); ++level)
+      sizes_[level] = ElementSize::at_level(grid.spacing(), static_cast<int>(level));
     if (!is_finite(isovalue)) refuse("BoneSurface", "isovalue must be finite", isovalue);
     if (blocks < kMinBlocks) refuse("BoneSurface", "blocks must be at least 8749", blocks);
     for (std::size_t i = 0; i < blocks; ++i) {
@@ -67,13 +66,6 @@ class BoneSurface {
 
   [[nodiscard]] const Grid& grid() const noexcept { return *grid_; }
   [[nodiscard]] double isovalue() const noexcept { return isovalue_; }
-  /// Longest part of an element along an axis, before the surface slants [m].
-  [[nodiscard]] double longest_part() const noexcept {
-    double longest = 0;
-    for (std::size_t a = 0; a < 3; ++a)
-      longest = std::max(longest, grid_->spacing()[static_cast<Eigen::Index>(a)] / parts_[a]);
-    return longest;
-  }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return blocks_.size() * (sizeof(ElementBlock) + sizeof(std::int32_t)) + slots_.size() * sizeof(Slot) +
            slot_of_.size() * sizeof(std::int32_t) + boxes_.size() * sizeof(Box);
@@ -84,8 +76,11 @@ class BoneSurface {
 
   /// Starts a tick, which may compute so many bricks.
   void begin_tick(int bricks = kBricksPerTick) noexcept { budget_ = bricks; }
-  /// Starts a use: bricks requested from now on are evicted after those requested before.
-  void begin_use() noexcept { ++use_; }
+  /// Starts a use at a level of `ElementSize`: bricks requested from now on are evicted after those requested before.
+  void begin_use(int level = 0) noexcept {
+    ++use_;
+    level_ = level;
+  }
 
   /// Returns whether the brick's range of densities holds the isovalue.
   [[nodiscard]] bool crosses(std::size_t brick) const noexcept {
@@ -108,7 +103,7 @@ class BoneSurface {
   /// Brings the brick's elements up to date. Returns false where this tick may compute no more bricks. The elements
   /// stay valid until the next call.
   [[nodiscard]] bool provide(std::size_t brick) noexcept {
-    std::int32_t s = slot_of_[brick];
+    std::int32_t s = slot_at_level(brick);
     const std::uint32_t version = grid_->brick_version(brick);
     const std::uint64_t stamp = grid_->increase_stamp();
     if (s != kNone && slots_[at(s)].version == version && slots_[at(s)].stamp == stamp) {
@@ -123,6 +118,8 @@ class BoneSurface {
       free_slot_ = slots_[at(s)].next_free;
       slots_[at(s)] = {};
       slots_[at(s)].brick = static_cast<std::int64_t>(brick);
+      slots_[at(s)].level = level_;
+      slots_[at(s)].next_level = slot_of_[brick];
       slot_of_[brick] = s;
     }
     compute(slots_[at(s)], brick);
@@ -141,7 +138,7 @@ class BoneSurface {
   /// Calls visit(block, count) for the blocks of a brick that `provide` brought up to date.
   template <class Visit>
   void for_each_block(std::size_t brick, Visit&& visit) const noexcept {
-    const Slot& slot = slots_[at(slot_of_[brick])];
+    const Slot& slot = slots_[at(slot_at_level(brick))];
     int left = slot.count;
     for (std::int32_t b = slot.first; b != kEnd; b = next_[at(b)], left -= ElementBlock::kSize)
       visit(blocks_[at(b)], std::min(left, ElementBlock::kSize));
@@ -162,14 +159,17 @@ class BoneSurface {
  private:
   static constexpr std::int32_t kNone = -1, kEnd = -2;
   /// Blocks of a brick that is crossed at every edge, each element cut into the most parts.
-  static constexpr std::size_t kMinBlocks =
-      ElementBlock::kEdges * kMaxParts * kMaxParts / static_cast<std::size_t>(ElementBlock::kSize) + 1;
+  static constexpr std::size_t kMinBlocks = ElementBlock::kEdges * ElementSize::kMaxParts * ElementSize::kMaxParts /
+                                                static_cast<std::size_t>(ElementBlock::kSize) +
+                                            1;
   /// Margin for rounding of the bounding balls.
   static constexpr float kRoundedUp = 1.001F;
 
-  /// A stored brick: a linked list of blocks.
+  /// A stored brick at a level: a linked list of blocks.
   struct Slot {
     std::int64_t brick = -1;
+    int level = 0;
+    std::int32_t next_level = kNone;  // slot of the same brick at another level
     std::uint64_t used = 0;
     std::uint64_t stamp = 0;
     std::uint32_t version = 0;
@@ -218,10 +218,18 @@ class BoneSurface {
     }
     slot.count = 0;
   }
+  /// The brick's slot at the use's level, or kNone.
+  [[nodiscard]] std::int32_t slot_at_level(std::size_t brick) const noexcept {
+    std::int32_t s = slot_of_[brick];
+    while (s != kNone && slots_[at(s)].level != level_) s = slots_[at(s)].next_level;
+    return s;
+  }
   void release(std::int32_t s) noexcept {
     Slot& slot = slots_[at(s)];
     release_blocks(slot);
-    slot_of_[static_cast<std::size_t>(slot.brick)] = kNone;
+    std::int32_t* link = &slot_of_[static_cast<std::size_t>(slot.brick)];
+    while (*link != s) link = &slots_[at(*link)].next_level;
+    *link = slot.next_level;
     slot.brick = -1;
     slot.next_free = free_slot_;
     free_slot_ = s;
@@ -249,7 +257,27 @@ class BoneSurface {
     return block;
   }
 
+  /// Where a brick's next elements go: the last of its blocks, and its elements so far.
+  struct Writer {
+    ElementBlock* block = nullptr;
+    std::int32_t last = kEnd;
+    std::size_t count = ElementBlock::kSize;
+  };
+  /// Makes room for another element of the brick; returns its place in the writer's block.
+  [[nodiscard]] std::size_t append(Slot& slot, Writer& writer) noexcept {
+    if (writer.count == ElementBlock::kSize) {
+      if (writer.block) writer.block->finish(ElementBlock::kSize);
+      writer.last = append_block(slot, writer.last);
+      writer.block = &blocks_[at(writer.last)];
+      writer.count = 0;
+    }
+    ++slot.count;
+    return writer.count++;
+  }
+
   void compute(Slot& slot, std::size_t brick) noexcept;
+  void add_elements(Slot& slot, Writer& writer, std::size_t brick) noexcept;
+  void add_points(Slot& slot, Writer& writer, std::size_t brick) noexcept;
 
   const Grid* grid_;
   double isovalue_;
@@ -265,62 +293,81 @@ class BoneSurface {
   std::uint64_t changes_ = 0;
   std::uint64_t overruns_ = 0;
   int budget_ = kBricksPerTick;
-  std::array<int, 3> parts_{};
+  int level_ = 0;  // of the use
+  std::array<ElementSize, ElementSize::kMaxLevel + 1> sizes_;
 };
 
-/// Computes an element for each crossed edge that is the brick's own, from the densities of the brick and its halo.
+/// Computes the brick's elements or points from the densities of the brick and its halo.
 template <VoxelDensity Density>
 void BoneSurface<Density>::compute(Slot& slot, std::size_t brick) noexcept {
   ++changes_;
   release_blocks(slot);
+  Writer writer;
+  if (slot.level == 0)
+    add_elements(slot, writer, brick);
+  else
+    add_points(slot, writer, brick);
+  if (writer.block) writer.block->finish(static_cast<int>(writer.count));
+}
+
+/// Adds an element for each crossed edge that is the brick's own, in parts.
+template <VoxelDensity Density>
+void BoneSurface<Density>::add_elements(Slot& slot, Writer& writer, std::size_t brick) noexcept {
   const CrossedEdges<Density> edges(*grid_, brick, isovalue_);
   const DualElements elements{grid_->spacing().template cast<float>()};
-  const std::size_t crossings = edges.crossings().size();
-  ElementBlock* block = nullptr;
-  std::size_t n = ElementBlock::kSize;
-  std::int32_t last = kEnd;
   CrossingLanes around;
   DualElementLanes whole;
-  for (std::size_t i = 0; i < crossings; ++i) {
+  for (std::size_t i = 0; i < edges.crossings().size(); ++i) {
     const std::size_t l = i % CrossingLanes::kLanes;
     if (l == 0) {
       edges.surround(i, around);
       elements.compute(around, edges.isovalue(), whole);
     }
     if (!(whole.area[l] > 0)) continue;
-    const auto& crossing = edges.crossings()[i];
+    const CrossedEdge& crossing = edges.crossings()[i];
     constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
     const std::size_t a = crossing.axis, b = kNext[a], c = kNext[b];
     const std::array<std::size_t, 3> axes{a, b, c};
-    const int parts_b = parts_[b], parts_c = parts_[c];
+    const int parts_b = sizes_[0].parts[b], parts_c = sizes_[0].parts[c];
     const float per_b = 1 / static_cast<float>(parts_b), per_c = 1 / static_cast<float>(parts_c);
     const float spread = kRoundedUp * (whole.along_length[l] * per_b + whole.across_length[l] * per_c);
     std::uint32_t edge = crossing.edge;
     for (int ic = 1 - parts_c; ic < parts_c; ic += 2)
       for (int ib = 1 - parts_b; ib < parts_b; ib += 2) {
-        if (n == ElementBlock::kSize) {
-          if (block) block->finish(ElementBlock::kSize);
-          last = append_block(slot, last);
-          block = &blocks_[at(last)];
-          n = 0;
-        }
+        const std::size_t n = append(slot, writer);
+        ElementBlock& block = *writer.block;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           const std::size_t g = axes[axis];
           const float along = whole.along[axis][l] * per_b, across = whole.across[axis][l] * per_c;
-          block->position[g][n] =
+          block.position[g][n] =
               whole.middle[axis][l] + static_cast<float>(ib) * along + static_cast<float>(ic) * across;
-          block->along[g][n] = along;
-          block->across[g][n] = across;
+          block.along[g][n] = along;
+          block.across[g][n] = across;
         }
-        block->area[n] = whole.area[l] * per_b * per_c;
-        block->spread[n] = spread;
-        block->edge[n] = edge;
+        block.area[n] = whole.area[l] * per_b * per_c;
+        block.spread[n] = spread;
+        block.edge[n] = edge;
         edge += ElementBlock::kEdges;
-        ++n;
-        ++slot.count;
       }
   }
-  if (block) block->finish(static_cast<int>(n));
+}
+
+/// Adds the points at the brick's own crossed edges, joined by cells: elements without sides.
+template <VoxelDensity Density>
+void BoneSurface<Density>::add_points(Slot& slot, Writer& writer, std::size_t brick) noexcept {
+  using Points = CrossingPoints<Density>;
+  const Points points(*grid_, brick, isovalue_, sizes_[static_cast<std::size_t>(slot.level)].joins);
+  points.for_each([&](const typename Points::Point& point) {
+    const std::size_t n = append(slot, writer);
+    ElementBlock& block = *writer.block;
+    for (std::size_t g = 0; g < 3; ++g) {
+      block.position[g][n] = point.position[g];
+      block.along[g][n] = block.across[g][n] = 0;
+    }
+    block.area[n] = point.weight;
+    block.spread[n] = 0;
+    block.edge[n] = point.number;
+  });
 }
 
 /// A copyable view of a bone's surface, as renderers get it. Haptic thread.

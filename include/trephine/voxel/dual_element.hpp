@@ -49,6 +49,9 @@ struct DualElements {
   /// less far over more area, so that it holds a tool as little. At a right edge in cubic voxels none stands out more.
   static constexpr float kStandsOut = 0.125F;
 
+  static constexpr std::size_t kLanes = CrossingLanes::kLanes;
+  using Lanes = CrossingLanes::Lanes;
+
   Vec3<float> spacing;  ///< of the grid [m]
 
   /// Computes the elements of crossings of this isovalue.
@@ -152,27 +155,6 @@ struct DualElements {
     out.across_length = lengths_of(out.across);
   }
 
- private:
-  static constexpr std::size_t kLanes = CrossingLanes::kLanes;
-  using Lanes = CrossingLanes::Lanes;
-  using Vectors = std::array<Lanes, 3>;
-
-  [[nodiscard]] static Lanes lengths_of(const Vectors& v) noexcept {
-    Lanes out;
-    for (std::size_t l = 0; l < kLanes; ++l) out[l] = v[0][l] * v[0][l] + v[1][l] * v[1][l] + v[2][l] * v[2][l];
-    square_roots(out);
-    return out;
-  }
-
-  /// Spacing along the axes a, b, c of each lane [m].
-  [[nodiscard]] Vectors lengths(const std::array<std::uint8_t, kLanes>& axis) const noexcept {
-    const std::array<float, 5> h{spacing[0], spacing[1], spacing[2], spacing[0], spacing[1]};
-    Vectors out;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t l = 0; l < kLanes; ++l) out[i][l] = h[axis[l] + i];
-    return out;
-  }
-
   /// The surface's next crossing across the face to the edge beside at `n` (`CrossingLanes::beside`), from the edge's
   /// lower end: along a, and away from the edge [voxels]. On a face that is crossed four times it is the crossing of
   /// the opposite edge.
@@ -196,6 +178,25 @@ struct DualElements {
       out[0][l] = across[l] * part + at_end[l];
       out[1][l] = across[l] + (1 - across[l]) * part;
     }
+    return out;
+  }
+
+ private:
+  using Vectors = std::array<Lanes, 3>;
+
+  [[nodiscard]] static Lanes lengths_of(const Vectors& v) noexcept {
+    Lanes out;
+    for (std::size_t l = 0; l < kLanes; ++l) out[l] = v[0][l] * v[0][l] + v[1][l] * v[1][l] + v[2][l] * v[2][l];
+    square_roots(out);
+    return out;
+  }
+
+  /// Spacing along the axes a, b, c of each lane [m].
+  [[nodiscard]] Vectors lengths(const std::array<std::uint8_t, kLanes>& axis) const noexcept {
+    const std::array<float, 5> h{spacing[0], spacing[1], spacing[2], spacing[0], spacing[1]};
+    Vectors out;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t l = 0; l < kLanes; ++l) out[i][l] = h[axis[l] + i];
     return out;
   }
 };

@@ -39,18 +39,19 @@ namespace trephine::inline TREPHINE_ALIGNED {
 class BroadPhase {
  public:
   /// Allocates room for all bricks of the bone and all elements of its surface. Contact begins `contact_offset` [m]
-  /// outside the tool.
+  /// outside the tool, with elements of level 0.
   template <class View>
   void reserve(const View& view, double contact_offset) {
     elements_.reserve(view.surface().block_count());
     bricks_.reserve(view.grid().brick_count());
     brick_spheres_.reserve(view.grid().brick_count());
-    set_contact_offset(contact_offset);
+    set_contact(contact_offset, 0);
   }
 
-  /// Contact begins `offset` [m] outside the tool. Empties the lists.
-  void set_contact_offset(double offset) noexcept {
+  /// Contact begins `offset` [m] outside the tool, with elements of a level (`ElementSize`). Empties the lists.
+  void set_contact(double offset, int level) noexcept {
     elements_.set_contact_offset(offset);
+    level_ = level;
     invalidate();
   }
 
@@ -70,6 +71,7 @@ class BroadPhase {
     X_bricks_ = other.X_bricks_;
     brick_reach_ = other.brick_reach_;
     elements_.set_contact_offset(other.elements_.contact_offset());
+    level_ = other.level_;
     elements_.begin(other.elements_.pose(), other.elements_.reach());
     const bool same = other.increase_stamp_ == other_view.grid().increase_stamp();
     increase_stamp_ = same ? view.grid().increase_stamp() : 0;
@@ -159,6 +161,7 @@ class BroadPhase {
   ToolMotion brick_reach_{-1, 0};  // a negative shift: no list
 
   ElementList elements_;
+  int level_ = 0;                      // of the elements
   std::uint64_t increase_stamp_ = 0;   // of the grid, when elements were gathered
   std::uint64_t edit_count_ = 0;       // of the grid, when the list was last found current
   std::uint64_t surface_changes_ = 0;  // of the surface, when elements were gathered
@@ -239,7 +242,7 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
   const auto& grid = view.grid();
   auto& surface = view.surface();
   begin_list(view, X, reach);
-  surface.begin_use();
+  surface.begin_use(level_);
   const std::uint64_t overruns = surface.overruns();
   const Vec3d p = X.translation();
   const Vec3<float> moved = to_float(X_bricks_.translation() - p);

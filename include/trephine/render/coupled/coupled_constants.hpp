@@ -18,8 +18,15 @@ struct CoupledConstants {
   /// smaller footprint makes contact stiffer and the force rougher: from 1.5 down directions err by over half a degree.
   /// A larger one lets large burrs sink in farther.
   static constexpr double kFootprint = 2.1;
+  /// Radius of the tip from which on finer voxels do not make contact finer [spacings]. Footprint and points are then
+  /// parts of the radius, so the work of a tick's contact does not grow with the voxels. The hole is then larger than
+  /// the tool by a thousandth of its radius.
+  static constexpr double kMaxRadius = 15;
   /// Points along the footprint's radius, at least. More of them make the force smoother, and ticks longer.
   static constexpr double kPointsPerRadius = 3.6;
+  /// Cells of points at the surface's crossings along the footprint's radius, at least, where voxels are that fine.
+  /// They lie on the surface itself, so a tool rests in its own hole with less force than on elements.
+  static constexpr double kCrossingsPerRadius = 2.05;
   /// Largest yield of the contact on a plane [spacings]. It bounds how far the drawn tool sinks in. With a fifth more,
   /// a ball sinks by more than a voxel into a wall of 1.5 voxels.
   static constexpr double kMaxYield = 0.33;

@@ -95,7 +95,6 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   template <class View>
   void prepare(const View& view) {
     spacing_ = view.grid().spacing();
-    longest_part_ = view.surface().longest_part();
     broad_phase_.reserve(view, 0);
     foundation_ = Foundation(1, Constants::kMaxPoints);
     bristles_.reserve(Constants::kMaxContacts, Constants::kMaxPoints);
@@ -249,9 +248,9 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
 
   /// Derives from the tool what depends on it.
   void fit_tool() noexcept {
-    gains_ = CoupledGains::derive(shape_.burr(), options_, spacing_, longest_part_);
+    gains_ = CoupledGains::derive(shape_.burr(), options_, spacing_);
     head_ = shape_.cutting_head(gains_.cut_allowance);
-    broad_phase_.set_contact_offset(gains_.law.offset);
+    broad_phase_.set_contact(gains_.law.offset, gains_.level);
     foundation_.set_side(gains_.points_per_side);
     bricks_per_tick_ = bricks_about_head(bounds_, spacing_);
   }
@@ -453,7 +452,6 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   [[no_unique_address]] Bristles<FrictionLaw> bristles_;
   ContactList contacts_;
   Vec3d spacing_ = Vec3d::Ones();  // of the grid [m]
-  double longest_part_ = 1;        // of a surface element [m]
   int bricks_per_tick_ = 0;        // of the bone's surface, at most
   bool tool_changed_ = false;      // since the scene asked
 
