@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/core/host.hpp>
+#include <trephine/core/lane_loop.hpp>
 
 #include <array>
 #include <bit>
@@ -11,9 +12,6 @@
 #include <type_traits>
 
 /// Packs comparisons of many SIMD lanes into the bits of an integer.
-///
-/// GCC unrolls a loop over lanes where it stands in another loop, and then compares them one by one, unless it is told
-/// not to.
 namespace trephine::inline TREPHINE_ALIGNED::detail {
 
 /// An unsigned integer as wide as T, so that comparisons of T stay in one register width.
@@ -28,14 +26,8 @@ template <class T, std::size_t kLanes, class Predicate>
   static_assert(kLanes == 8 || kLanes == 16);
   std::array<LaneFlag<T>, kLanes> wide;
   std::array<std::uint8_t, kLanes> flag;
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1
-#endif
-  for (std::size_t l = 0; l < kLanes; ++l) wide[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1
-#endif
-  for (std::size_t l = 0; l < kLanes; ++l) flag[l] = static_cast<std::uint8_t>(wide[l]);
+  for_lanes<kLanes>([&](std::size_t l) { wide[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0}; });
+  for_lanes<kLanes>([&](std::size_t l) { flag[l] = static_cast<std::uint8_t>(wide[l]); });
   std::array<std::uint64_t, kLanes / 8> words;
   std::memcpy(words.data(), flag.data(), sizeof(flag));
   // Moves the lowest bit of byte i to bit 56 + i.
@@ -50,10 +42,7 @@ template <class T, std::size_t kLanes, class Predicate>
 template <class T, std::size_t kLanes, class Predicate>
 [[nodiscard]] inline bool any_lane(Predicate&& predicate) noexcept {
   std::array<LaneFlag<T>, kLanes> flag;
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC unroll 1
-#endif
-  for (std::size_t l = 0; l < kLanes; ++l) flag[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0};
+  for_lanes<kLanes>([&](std::size_t l) { flag[l] = predicate(l) ? LaneFlag<T>{1} : LaneFlag<T>{0}; });
   std::array<std::uint64_t, sizeof(flag) / 8> words;
   std::memcpy(words.data(), flag.data(), sizeof(flag));
   std::uint64_t any = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/lane_loop.hpp>
 #include <trephine/core/relaxed.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
@@ -41,8 +42,8 @@ struct LaneRange {
     for (int i = 0;; i = std::min(i + static_cast<int>(kLanes), n - static_cast<int>(kLanes))) {
       std::array<T, kLanes> v;
       std::memcpy(v.data(), p + i, sizeof(v));
-      for (std::size_t l = 0; l < kLanes; ++l) min[l] = v[l] < min[l] ? v[l] : min[l];
-      for (std::size_t l = 0; l < kLanes; ++l) max[l] = v[l] > max[l] ? v[l] : max[l];
+      for_lanes<kLanes>([&](std::size_t l) { min[l] = v[l] < min[l] ? v[l] : min[l]; });
+      for_lanes<kLanes>([&](std::size_t l) { max[l] = v[l] > max[l] ? v[l] : max[l]; });
       if (i + static_cast<int>(kLanes) >= n) return;
     }
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/lane_loop.hpp>
 #include <trephine/core/relaxed.hpp>
 #include <trephine/voxel/lane_bits.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -84,7 +85,7 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
   std::array<Density, kLanes> value = old;
   edit(x, count, std::as_const(old), value);
   // Separate loops over all lanes, so that they are vectorised.
-  for (std::size_t l = 0; l < kLanes; ++l) value[l] = value[l] < old[l] ? value[l] : old[l];
+  detail::for_lanes<kLanes>([&](std::size_t l) { value[l] = value[l] < old[l] ? value[l] : old[l]; });
   const std::uint32_t changed = detail::lane_bits<Density, kLanes>([&](std::size_t l) { return value[l] < old[l]; });
   if (changed == 0) return;
   first = std::min(first, x + std::countr_zero(changed));
@@ -96,17 +97,18 @@ void VoxelGrid<Density>::lower_block(int j, int k, int x, int count, const Brick
   }(std::make_index_sequence<kLanes>());
   std::array<Density, kLanes> low;
   std::array<Density, kLanes> high;
-  for (std::size_t l = 0; l < kLanes; ++l) low[l] = value[l] < old[l] ? value[l] : std::numeric_limits<Density>::max();
-  for (std::size_t l = 0; l < kLanes; ++l)
-    high[l] = value[l] < old[l] ? old[l] : std::numeric_limits<Density>::lowest();
+  detail::for_lanes<kLanes>(
+      [&](std::size_t l) { low[l] = value[l] < old[l] ? value[l] : std::numeric_limits<Density>::max(); });
+  detail::for_lanes<kLanes>(
+      [&](std::size_t l) { high[l] = value[l] < old[l] ? old[l] : std::numeric_limits<Density>::lowest(); });
   for (std::size_t r = 0; r < bricks.count; ++r) {
     Density* new_min = new_min_.data() + profile_index(bricks.row[r], x);
     Density* old_max = old_max_.data() + profile_index(bricks.row[r], x);
     std::array<Density, kLanes> least, most;
     std::memcpy(least.data(), new_min, sizeof(least));
     std::memcpy(most.data(), old_max, sizeof(most));
-    for (std::size_t l = 0; l < kLanes; ++l) least[l] = low[l] < least[l] ? low[l] : least[l];
-    for (std::size_t l = 0; l < kLanes; ++l) most[l] = high[l] > most[l] ? high[l] : most[l];
+    detail::for_lanes<kLanes>([&](std::size_t l) { least[l] = low[l] < least[l] ? low[l] : least[l]; });
+    detail::for_lanes<kLanes>([&](std::size_t l) { most[l] = high[l] > most[l] ? high[l] : most[l]; });
     std::memcpy(new_min, least.data(), sizeof(least));
     std::memcpy(old_max, most.data(), sizeof(most));
   }
