@@ -47,7 +47,7 @@ class CoupledToolRenderer : public detail::UnusableRenderer {
 ///
 /// over points q_j of the isosurface, each of area w_j (`BoneSurface`, `Foundation`). The hand feels the coupling
 /// alone. So force and torque have one energy, the stiffness is bounded at any contact, and deep pushing is
-/// allowed. On a plane the drawn tool sinks in by at most a third of a voxel.
+/// allowed. On a plane the drawn tool sinks in by at most a third of a voxel, or a hundredth of its radius.
 ///
 /// *Work a tick*: Newton steps with an active set (`PoseSearch`), at most kMaxSteps. No step moves any part of the tool
 /// past its known clearance by more than half of its core's radius. So no surface passes the tool's axis, from which

@@ -24,7 +24,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 ///
 /// The force of a ball pressed on a plane has a closed form (`BallOnPlane`). At the largest force the ball yields by a
 /// third of a voxel. It yields less if the footprint would have a radius over kFootprint voxels. The law's
-/// stiffness follows. The coupling's spring is stiffer by as much as contact yields (`CompensatedSpring`).
+/// stiffness follows. The coupling's spring is stiffer by as much as contact yields (`CompensatedSpring`). Where the
+/// tip's radius has more than kMaxRadius voxels, that many count.
 struct CoupledGains {
   double shortest_spacing = 0;  ///< [m]
   FoundationLaw law{.stiffness = 1, .ramp = 1};
