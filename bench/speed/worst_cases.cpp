@@ -134,29 +134,40 @@ void measure_coupled(Spread& spread, int ticks) {
   }
 }
 
-/// The coupled tool drills into a tilted block: a burr at once, and a match-head of its size by the cutting law.
+/// The coupled tool drills into a tilted block: burrs of 3 mm and of others at once, and a match-head by the cutting
+/// law.
 void measure_drilling(Spread& spread) {
-  for (const double voxel : {3e-4, 1e-4}) {
-    const int side = static_cast<int>(0.0144 / voxel);
+  const auto drill = [&](const std::string& what, double diameter, double voxel, double speed, auto renderer,
+                         auto cut) {
+    const int side = static_cast<int>(4.8 * diameter / voxel);
     const test::RasterOptions o{.size = {side, side, side}, .spacing = Vec3d::Constant(voxel)};
-    const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), top = o.middle() + 0.004 * n;
+    const Vec3d n = Vec3d(0.3, 0.5, 0.8).normalized(), top = o.middle() + 4 * diameter / 3 * n;
     const Mat3d R = rotation_between<double>(Vec3d::UnitZ(), n);
-    const auto drill = [&](const std::string& what, double speed, auto renderer, auto... stages) {
-      auto bone = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
-      HapticScene scene{bone, o.isovalue(), std::move(renderer), std::move(stages)...};
-      const double above = scene.renderer().tool().burr().tip_radius;
-      spread.measure(what + ", voxels of " + (voxel > 2e-4 ? "0.3 mm" : "0.1 mm"), 1000, [&](int i) {
-        const Posed X = make_pose<double>(R, top + (above - speed * 1e-3 * i) * n);
-        benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
-      });
-    };
-    drill("Coupled, drills at 5 mm/s", 5e-3, coupled(), Cutting{});
-    const NamedTool tool = tool_by_name("match-head-3");
-    CuttingForce::Options law{.edges = tool.edges, .force_scale = 0.1};
-    law.strength = {.soft = o.air, .cortical = o.air + o.contrast};
-    drill("Coupled, match-head-3 by the law at 2 mm/s", 2e-3,
+    auto bone = test::rasterise<std::uint8_t>(test::HalfSpace{top, n}, o);
+    HapticScene scene{bone, o.isovalue(), std::move(renderer), std::move(cut)};
+    const double above = scene.renderer().tool().burr().tip_radius;
+    std::string size = std::to_string(voxel * 1e3);
+    size.erase(size.find_last_not_of('0') + 1);
+    spread.measure(what + ", voxels of " + size + " mm", 1000, [&](int i) {
+      const Posed X = make_pose<double>(R, top + (above - speed * 1e-3 * i) * n);
+      benchmark::DoNotOptimize(scene.tick({.X_WT = X, .spindle_on = true}, 1e-3));
+    });
+  };
+  const NamedTool tool = tool_by_name("match-head-3");
+  CuttingForce::Options law{.edges = tool.edges, .force_scale = 0.1};
+  const test::RasterOptions image;
+  law.strength = {.soft = image.air, .cortical = image.air + image.contrast};
+  for (const double voxel : {3e-4, 1e-4}) {
+    drill("Coupled, drills at 5 mm/s", 3e-3, voxel, 5e-3, coupled(), Cutting{});
+    drill("Coupled, match-head-3 by the law at 2 mm/s", 3e-3, voxel, 2e-3,
           CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 800}}, Cutting{PressureCut{}, CuttingForce(law)});
   }
+  const auto burr = [&](const std::string& what, double diameter, double voxel) {
+    const Burr of{.tip_radius = diameter / 2, .shaft_radius = diameter / 4, .shaft_length = 40_mm};
+    drill(what, diameter, voxel, 5e-3, CoupledToolRenderer{of}, Cutting{});
+  };
+  for (const double voxel : {4e-4, 1e-4}) burr("Coupled, a 6 mm burr drills at 5 mm/s", 6e-3, voxel);
+  burr("Coupled, a 2 mm burr drills at 5 mm/s", 2e-3, 5e-5);
 }
 
 /// Least time of the volume that a cut tells: that of the cells which the surface crosses before the burr, twice, for
