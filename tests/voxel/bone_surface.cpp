@@ -99,18 +99,11 @@ template <class Density>
 std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double isovalue) {
   using Voxel = std::array<int, 3>;
   const Vec3d h = grid.spacing();
-  const auto moved = [](Voxel v, std::size_t a, int n) {
-    v[a] += n;
-    return v;
-  };
-  const auto is_bone = [&](const Voxel& v) { return density_at(grid, v[0], v[1], v[2]) >= isovalue; };
-  const auto crossing = [&](const Voxel& v, std::size_t a) -> std::optional<Vec3d> {
-    const Voxel w = moved(v, a, 1);
-    if (is_bone(v) == is_bone(w)) return std::nullopt;
-    const double from = density_at(grid, v[0], v[1], v[2]), to = density_at(grid, w[0], w[1], w[2]);
-    Vec3d at(v[0], v[1], v[2]);
-    at[static_cast<Eigen::Index>(a)] += (isovalue - from) / (to - from);
-    return Vec3d(at.cwiseProduct(h));
+  const PlainCrossings<Density> crossings{grid, isovalue};
+  const auto moved = PlainCrossings<Density>::moved;
+  const auto crossing = [&](const Voxel& v, std::size_t a) { return crossings.on_edge(v, a); };
+  const auto next = [&](const Voxel& v, std::size_t a, std::size_t b, int side) {
+    return crossings.next(v, a, b, side);
   };
   const auto cell = [&](const Voxel& v) {
     Vec3d sum = Vec3d::Zero();
@@ -122,13 +115,6 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
           ++count;
         }
     return Vec3d(sum / count);
-  };
-  // The next crossing on the face beside edge (v, a), to that side along b.
-  const auto next = [&](const Voxel& v, std::size_t a, std::size_t b, int side) {
-    if (const auto across = crossing(moved(v, b, side), a)) return *across;
-    const Voxel low = side < 0 ? moved(v, b, -1) : v;
-    if (const auto start = crossing(low, b)) return *start;
-    return crossing(moved(low, a, 1), b).value();
   };
   std::map<std::size_t, Crossed> all;
   for (int k = -1; k < grid.size()[2]; ++k)
@@ -149,7 +135,7 @@ std::map<std::size_t, Crossed> crossed_of(const VoxelGrid<Density>& grid, double
           if (!(q.area > 0)) continue;
           // Moved out, and at edges of bone onto the faces' means, less far where one would stand out.
           const double tilt = n[static_cast<Eigen::Index>(a)] / n.norm();
-          const Vec3d out = n.normalized() * ((tilt > 0) == is_bone(v) ? 1 : -1);
+          const Vec3d out = n.normalized() * ((tilt > 0) == crossings.is_bone(v) ? 1 : -1);
           const Vec3d b0 = next(v, a, b, -1), b1 = next(v, a, b, 1), c0 = next(v, a, c, -1), c1 = next(v, a, c, 1);
           const Vec3d on_faces = ((*at + b0) / 2 + (*at + b1) / 2 + (*at + c0) / 2 + (*at + c1) / 2) / 4;
           // Half the way between the means of both pairs, taken inward as far as one would stand out.

@@ -14,7 +14,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <random>
 #include <tuple>
 #include <vector>
@@ -64,42 +63,24 @@ double area_of(const std::vector<Point>& points) {
 /// By the definition: a point for each cell, axis and end in bone.
 template <class Density>
 std::vector<Point> plainly(const VoxelGrid<Density>& grid, double isovalue, const std::array<int, 3>& joins) {
-  using Voxel = std::array<int, 3>;
+  const PlainCrossings<Density> crossings{grid, isovalue};
   const Vec3d h = grid.spacing();
-  const auto moved = [](Voxel v, std::size_t a, int n) {
-    v[a] += n;
-    return v;
-  };
-  const auto density = [&](const Voxel& v) { return density_at(grid, v[0], v[1], v[2]); };
-  const auto crossing = [&](const Voxel& v, std::size_t a) -> std::optional<Vec3d> {
-    const double from = density(v), to = density(moved(v, a, 1));
-    if ((from >= isovalue) == (to >= isovalue)) return std::nullopt;
-    Vec3d at(v[0], v[1], v[2]);
-    at[static_cast<Eigen::Index>(a)] += (isovalue - from) / (to - from);
-    return Vec3d(at.cwiseProduct(h));
-  };
-  // The next crossing on the face beside edge (v, a), to that side along b.
-  const auto next = [&](const Voxel& v, std::size_t a, std::size_t b, int side) {
-    if (const auto across = crossing(moved(v, b, side), a)) return *across;
-    const Voxel low = side < 0 ? moved(v, b, -1) : v;
-    if (const auto start = crossing(low, b)) return *start;
-    return crossing(moved(low, a, 1), b).value();
-  };
   std::map<std::tuple<int, int, int, std::size_t, bool>, Point> sums;
   for (int k = -1; k < grid.size()[2]; ++k)
     for (int j = -1; j < grid.size()[1]; ++j)
       for (int i = -1; i < grid.size()[0]; ++i)
         for (std::size_t a = 0; a < 3; ++a) {
-          const Voxel v{i, j, k};
-          const auto at = crossing(v, a);
+          const std::array<int, 3> v{i, j, k};
+          const auto at = crossings.on_edge(v, a);
           if (!at) continue;
           const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-          const Vec3d along = next(v, a, b, 1) - next(v, a, b, -1), across = next(v, a, c, 1) - next(v, a, c, -1);
+          const Vec3d along = crossings.next(v, a, b, 1) - crossings.next(v, a, b, -1),
+                      across = crossings.next(v, a, c, 1) - crossings.next(v, a, c, -1);
           const Vec3d n = along.cross(across).normalized();
           const double weight = h.prod() / h[static_cast<Eigen::Index>(a)] * std::abs(n[static_cast<Eigen::Index>(a)]);
           // Cells do not cross bricks; what starts before the first brick is its own.
           const auto cell = [&](std::size_t axis) { return v[axis] < 0 ? -1 : v[axis] >> joins[axis]; };
-          Point& sum = sums[{cell(0), cell(1), cell(2), a, density(v) >= isovalue}];
+          Point& sum = sums[{cell(0), cell(1), cell(2), a, crossings.is_bone(v)}];
           if (sum.weight == 0) sum.position.setZero();
           sum.position += weight * *at;
           sum.weight += weight;

@@ -3,7 +3,9 @@
 
 #include <trephine/voxel/voxel_grid.hpp>
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -110,5 +112,35 @@ template <VoxelDensity Density>
 [[nodiscard]] inline double blurred(double air, double bone, double d) {
   return air + (bone - air) * 0.5 * std::erfc(d / std::sqrt(2.0));
 }
+
+/// Crossings of the isosurface with voxel edges, by their definition: between bone and air, by linear interpolation.
+template <VoxelDensity Density>
+struct PlainCrossings {
+  using Voxel = std::array<int, 3>;
+  const VoxelGrid<Density>& grid;
+  double isovalue;
+
+  [[nodiscard]] static Voxel moved(Voxel v, std::size_t a, int n) {
+    v[a] += n;
+    return v;
+  }
+  [[nodiscard]] double density(const Voxel& v) const { return density_at(grid, v[0], v[1], v[2]); }
+  [[nodiscard]] bool is_bone(const Voxel& v) const { return density(v) >= isovalue; }
+  /// On the edge from v along axis a [m].
+  [[nodiscard]] std::optional<Vec3d> on_edge(const Voxel& v, std::size_t a) const {
+    const Voxel w = moved(v, a, 1);
+    if (is_bone(v) == is_bone(w)) return std::nullopt;
+    Vec3d at(v[0], v[1], v[2]);
+    at[static_cast<Eigen::Index>(a)] += (isovalue - density(v)) / (density(w) - density(v));
+    return Vec3d(at.cwiseProduct(grid.spacing()));
+  }
+  /// The next one on the face beside edge (v, a), to that side along b.
+  [[nodiscard]] Vec3d next(const Voxel& v, std::size_t a, std::size_t b, int side) const {
+    if (const auto across = on_edge(moved(v, b, side), a)) return *across;
+    const Voxel low = side < 0 ? moved(v, b, -1) : v;
+    if (const auto start = on_edge(low, b)) return *start;
+    return on_edge(moved(low, a, 1), b).value();
+  }
+};
 
 }  // namespace trephine::test

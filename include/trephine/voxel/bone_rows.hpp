@@ -99,21 +99,4 @@ class BoneRows {
   std::array<std::uint32_t, kRow * kRow> bone_{};  // bit i + 1 of row (j, k): whether voxel i is bone
 };
 
-/// A crossed edge that is a brick's own.
-struct CrossedEdge {
-  std::uint32_t edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
-  std::array<std::int8_t, 3> start;
-  std::uint8_t axis;
-
-  template <int kBrick>
-  [[nodiscard]] static CrossedEdge of(const std::array<int, 3>& start, std::size_t axis) noexcept {
-    constexpr int kCells = kBrick + 1;
-    const int first = start[0] + 1 + kCells * (start[1] + 1 + kCells * (start[2] + 1));
-    return {
-        static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(axis),
-        {static_cast<std::int8_t>(start[0]), static_cast<std::int8_t>(start[1]), static_cast<std::int8_t>(start[2])},
-        static_cast<std::uint8_t>(axis)};
-  }
-};
-
 }  // namespace trephine

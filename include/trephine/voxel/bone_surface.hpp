@@ -324,7 +324,7 @@ void BoneSurface<Density>::add_elements(Slot& slot, Writer& writer, std::size_t 
       elements.compute(around, edges.isovalue(), whole);
     }
     if (!(whole.area[l] > 0)) continue;
-    const CrossedEdge& crossing = edges.crossings()[i];
+    const auto& crossing = edges.crossings()[i];
     constexpr std::array<std::size_t, 3> kNext{1, 2, 0};
     const std::size_t a = crossing.axis, b = kNext[a], c = kNext[b];
     const std::array<std::size_t, 3> axes{a, b, c};

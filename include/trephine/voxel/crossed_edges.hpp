@@ -26,6 +26,20 @@ struct CrossingLanes {
   /// Densities at the ends of the edges beside at b − 1, b + 1, c − 1, c + 1.
   std::array<std::array<Lanes, 2>, 4> beside;
   std::array<std::uint8_t, kLanes> axis;  ///< a
+
+  /// Sets what depends on densities alone, of lane l: the edge starts at *v, and `pitch` is the distance of voxels
+  /// along a, b and c.
+  template <class Density>
+  void set_densities(std::size_t l, const Density* v, const std::array<std::ptrdiff_t, 3>& pitch,
+                     float isovalue) noexcept {
+    const std::array<std::ptrdiff_t, 4> aside{-pitch[1], pitch[1], -pitch[2], pitch[2]};
+    for (std::size_t end = 0; end < 2; ++end) {
+      const Density* const w = end == 0 ? v : v + pitch[0];
+      ends[end][l] = static_cast<float>(*w);
+      for (std::size_t n = 0; n < 4; ++n) beside[n][end][l] = static_cast<float>(w[aside[n]]);
+    }
+    starts_in_bone[l] = ends[0][l] >= isovalue ? 1.0F : 0.0F;
+  }
 };
 
 /// Crossings of the isosurface with the voxel edges of a brick, by linear interpolation along the edges. It reads the
@@ -37,6 +51,12 @@ class CrossedEdges {
  public:
   static constexpr int kBrick = VoxelGrid<Density>::kBrick;
 
+  struct Crossing {
+    std::uint32_t edge;  ///< 3 (x + 9 y + 81 z) + axis of its voxel edge, 0 for voxel −1
+    std::array<std::int8_t, 3> start;
+    std::uint8_t axis;
+  };
+
   /// Finds the crossings of the brick's own edges, and sums up the crossings of each cell, neighbours' edges included.
   CrossedEdges(const VoxelGrid<Density>& grid, std::size_t brick, double isovalue) noexcept
       : rows_(grid, brick, isovalue) {
@@ -44,13 +64,13 @@ class CrossedEdges {
         [&]<std::size_t kAxis>(const std::array<int, 3>& start, bool is_own) { add<kAxis>(start, is_own); });
   }
 
-  [[nodiscard]] std::span<const CrossedEdge> crossings() const noexcept { return {crossings_.data(), count_}; }
+  [[nodiscard]] std::span<const Crossing> crossings() const noexcept { return {crossings_.data(), count_}; }
   [[nodiscard]] float isovalue() const noexcept { return rows_.isovalue(); }
 
   /// Collects what surrounds `crossings()[first]` and those after it. Lanes beyond the last one repeat it.
   void surround(std::size_t first, CrossingLanes& out) const noexcept {
     for (std::size_t l = 0; l < CrossingLanes::kLanes; ++l) {
-      const CrossedEdge& q = crossings_[std::min(first + l, count_ - 1)];
+      const Crossing& q = crossings_[std::min(first + l, count_ - 1)];
       const std::size_t a = q.axis, b = kNext[a], c = kNext[b];
       out.axis[l] = q.axis;
       out.start[0][l] = q.start[a];
@@ -64,16 +84,8 @@ class CrossedEdges {
         out.cells[m][2][l] = from[c];
         out.cells[m][3][l] = from[3];
       }
-      const Density* const v = rows_.at(q.start);
-      const std::array<std::ptrdiff_t, 4> aside{-rows_.pitch(b), rows_.pitch(b), -rows_.pitch(c), rows_.pitch(c)};
-      for (std::size_t end = 0; end < 2; ++end) {
-        const Density* const w = end == 0 ? v : v + rows_.pitch(a);
-        out.ends[end][l] = static_cast<float>(*w);
-        for (std::size_t n = 0; n < 4; ++n) out.beside[n][end][l] = static_cast<float>(w[aside[n]]);
-      }
+      out.set_densities(l, rows_.at(q.start), {rows_.pitch(a), rows_.pitch(b), rows_.pitch(c)}, isovalue());
     }
-    for (std::size_t l = 0; l < CrossingLanes::kLanes; ++l)
-      out.starts_in_bone[l] = out.ends[0][l] >= isovalue() ? 1.0F : 0.0F;
   }
 
  private:
@@ -98,12 +110,16 @@ class CrossedEdges {
         Cell& cell = cells_[static_cast<std::size_t>(first + db * kCellPitch[b] + dc * kCellPitch[c])];
         for (std::size_t n = 0; n < 4; ++n) cell[n] += p[n];
       }
-    if (is_own) crossings_[count_++] = CrossedEdge::of<kBrick>(start, a);
+    if (is_own)
+      crossings_[count_++] = {
+          static_cast<std::uint32_t>(3 * first) + static_cast<std::uint32_t>(a),
+          {static_cast<std::int8_t>(start[0]), static_cast<std::int8_t>(start[1]), static_cast<std::int8_t>(start[2])},
+          static_cast<std::uint8_t>(a)};
   }
 
   BoneRows<Density> rows_;
   std::array<Cell, static_cast<std::size_t>(kCells* kCells* kCells)> cells_{};
-  std::array<CrossedEdge, static_cast<std::size_t>(3 * kCells * kCells * kCells)> crossings_;
+  std::array<Crossing, static_cast<std::size_t>(3 * kCells * kCells * kCells)> crossings_;
   std::size_t count_ = 0;
 };
 

@@ -84,21 +84,9 @@ class CrossingPoints {
   template <std::size_t a>
   void add(const std::array<int, 3>& start) noexcept {
     constexpr std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
-    const Density* const v = rows_.at(start);
-    const std::ptrdiff_t pa = rows_.pitch(a), pb = rows_.pitch(b), pc = rows_.pitch(c);
     const std::size_t l = batch_.count++;
-    CrossingLanes& q = batch_.around;
-    q.axis[l] = a;
-    for (std::size_t end = 0; end < 2; ++end) {
-      const Density* const w = end == 0 ? v : v + pa;
-      q.ends[end][l] = static_cast<float>(*w);
-      q.beside[0][end][l] = static_cast<float>(w[-pb]);
-      q.beside[1][end][l] = static_cast<float>(w[pb]);
-      q.beside[2][end][l] = static_cast<float>(w[-pc]);
-      q.beside[3][end][l] = static_cast<float>(w[pc]);
-    }
-    const bool starts_in_bone = q.ends[0][l] >= rows_.isovalue();
-    q.starts_in_bone[l] = starts_in_bone ? 1.0F : 0.0F;
+    batch_.around.axis[l] = a;
+    batch_.around.set_densities(l, rows_.at(start), {rows_.pitch(a), rows_.pitch(b), rows_.pitch(c)}, rows_.isovalue());
     batch_.face[l] = spacing_[b] * spacing_[c];
     batch_.length[l] = spacing_[a];
     batch_.per_b[l] = spacing_[a] / spacing_[b];
@@ -108,7 +96,7 @@ class CrossingPoints {
       batch_.start[i][l] = static_cast<float>(start[i]) * spacing_[static_cast<Eigen::Index>(i)];
       cell = cell * cells_[i] + static_cast<std::size_t>(cell_of(start[i], i) - first_cell_[i]);
     }
-    const std::size_t kind = kKinds * cell + 2 * a + (starts_in_bone ? 1 : 0);
+    const std::size_t kind = kKinds * cell + 2 * a + (batch_.around.starts_in_bone[l] > 0 ? 1 : 0);
     std::uint16_t& point = index_[kind];
     if (point == kNone) {
       point = static_cast<std::uint16_t>(count_);
