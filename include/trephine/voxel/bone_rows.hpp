@@ -51,7 +51,7 @@ class BoneRows {
     return origin_ + v[0] + v[1] * pitch_[1] + v[2] * pitch_[2];
   }
 
-  /// Calls visit.template operator()<axis>(start, is_own) for each crossed edge of the brick and its halo. Own edges
+  /// Calls `visit.template operator()<axis>(start, is_own)` for each crossed edge of the brick and its halo. Own edges
   /// start at the brick's voxels, or at voxel −1 where that is no other brick's.
   template <class Visit>
   void for_each_edge(Visit&& visit) const noexcept {
