@@ -130,6 +130,11 @@ TEST_CASE("a copy of a scene, and a scene that takes its state back, go on with 
     check_goes_on<std::int16_t>(
         {bone_of<std::int16_t>(), kIsovalue, kDrill, {.friction = Coulomb{0.4, 0.3}}, stages(GeometricCut{})});
   }
+  SUBCASE("coupled tool, cut at once in turns") {
+    compiled::StageOptions o = stages(GeometricCut{});
+    o.cutting.blocks = 20;
+    check_goes_on<std::int16_t>({bone_of<std::int16_t>(), kIsovalue, kDrill, {.friction = Coulomb{0.4, 0.3}}, o});
+  }
   SUBCASE("coupled tool, floats, every stage") {
     check_goes_on<float>({bone_of<float>(), kIsovalue, kDrill, {}, every_stage()});
   }

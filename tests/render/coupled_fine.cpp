@@ -3,6 +3,7 @@
 // hole, and cuts wait for contact.
 #include "render/coupled_helpers.hpp"
 #include "support/cases.hpp"
+#include "support/near.hpp"
 
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
@@ -14,6 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace {
 
@@ -90,6 +93,85 @@ TEST_CASE("coupled fine: a large burr in fine voxels cuts the hole that fits it,
   check("rate 1e6", 30, 1e-4, 1.0, Cutting{{.rate = 1e6}});
   check("advancing", 30, 1e-4, 0.8, Cutting{AdvancingCut{.speed = 50e-3}});
   check("geometric", 60, 5e-5, 0.8, Cutting{});
+}
+
+// The bound of a tick's work: a large burr makes as few bricks of the surface a tick as its turns allow, and the hand
+// cannot tell it from one that cuts all at once. It lags by a round, so its force grows by what the coupling stretches.
+TEST_CASE("coupled fine: a burr that cuts in turns has a bound of work a tick, and feels as one that cuts at once") {
+  constexpr double kSpeed = 5e-3, h = 1e-4, R = 22 * h;
+  struct Felt {
+    double removed = 0, mean = 0, ripple = 0, step = 0;  // [mm³, N, N, N]
+    double bricks = 0;                                   // most of a tick
+    int turns = 0;
+  };
+  const auto drill = [&](int blocks) {
+    Block block{R, 0.7 * R, h};
+    const Burr burr{.tip_radius = R, .shaft_radius = R / 2, .shaft_length = 0.040};
+    auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains, Cutting{GeometricCut{}, {.blocks = blocks}});
+    const auto surface = shared_bone_surface(block.bone, kIso);
+    Felt out;
+    std::vector<double> force;
+    Vec3d last = Vec3d::Zero();
+    const int ticks = static_cast<int>(block.depth / (kSpeed * kDt));
+    for (int i = 0; i < ticks + 300; ++i) {
+      const std::uint64_t made = surface->changes();
+      const double deep = std::min(i, ticks) * kSpeed * kDt;
+      const TickResult r = scene.tick({.X_WT = block.pose(deep), .spindle_on = true}, kDt);
+      REQUIRE(r.status == Status::kOk);
+      out.removed += r.removed_mm3;
+      if (i > ticks / 2 && i < ticks) {
+        out.bricks = std::max(out.bricks, static_cast<double>(surface->changes() - made));
+        out.step = std::max(out.step, (r.wrench.force - last).norm());
+        force.push_back(r.wrench.force.norm());
+      }
+      last = r.wrench.force;
+    }
+    for (const double f : force) out.mean += f / static_cast<double>(force.size());
+    for (const double f : force) out.ripple += (f - out.mean) * (f - out.mean) / static_cast<double>(force.size());
+    out.ripple = std::sqrt(out.ripple);
+    out.turns = scene.cutting().turn().turns;
+    return out;
+  };
+  const Felt whole = drill(1'000'000), few = drill(CuttingOptions{}.blocks), most = drill(1);
+  CHECK(whole.turns == 1);
+  CHECK(few.turns == 6);
+  CHECK(most.turns == CutTurn::kMost);
+  for (const Felt& in_turns : {few, most}) {
+    CAPTURE(in_turns.turns);
+    MESSAGE(in_turns.turns, " turns: bricks a tick ", in_turns.bricks, " for ", whole.bricks, ", force ", in_turns.mean,
+            " for ", whole.mean, " N, ripple ", in_turns.ripple, " for ", whole.ripple, " N, step ", in_turns.step,
+            " for ", whole.step, " N, removed ", in_turns.removed / whole.removed);
+    CHECK(in_turns.bricks <= 3 * whole.bricks / in_turns.turns);
+    // Below what a hand feels of a newton.
+    CHECK(in_turns.ripple <= 0.0175);
+    CHECK(in_turns.step <= 0.035);
+    CHECK(in_turns.mean - whole.mean <= kK * kSpeed * kDt * 1.5 * in_turns.turns);
+    CHECK(in_turns.removed == near(whole.removed, 0.002));
+  }
+}
+
+// Under press a cut leaps ahead of the tool, and nothing more is cut while parts of the surface still wait.
+TEST_CASE("coupled fine: a burr in turns that is pressed when its spindle starts sinks in until the hand is free") {
+  constexpr double h = 1e-4, R = 22 * h;
+  for (const double deep : {0.5e-3, 2e-3}) {
+    const auto removed = [&](int blocks) {
+      Block block{R, deep, h};
+      const Burr burr{.tip_radius = R, .shaft_radius = R / 2, .shaft_length = 0.040};
+      auto scene = coupled_scene(block.bone, burr, Frictionless{}, kGains, Cutting{GeometricCut{}, {.blocks = blocks}});
+      for (int i = 0; i <= 100; ++i) (void)scene.tick({.X_WT = block.pose(0.01 * i * deep)}, kDt);
+      double sum = 0;
+      TickResult r;
+      for (int i = 0; i < 100; ++i) {
+        r = scene.tick({.X_WT = block.pose(deep), .spindle_on = true}, kDt);
+        sum += r.removed_mm3;
+      }
+      CHECK(r.wrench.force.norm() <= 0.01);
+      return sum;
+    };
+    const double whole = removed(1'000'000);
+    CHECK(removed(CuttingOptions{}.blocks) == near(whole, 0.001));
+    CHECK(removed(1) == near(whole, 0.001));
+  }
 }
 
 // Along long voxels the rim of the hole that a ball is in must not bulge into it: the ball would rest on it, for good

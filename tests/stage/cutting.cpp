@@ -7,11 +7,13 @@
 #include <trephine/stage/cutting.hpp>
 #include <trephine/tool/shapes/drill_bit.hpp>
 #include <trephine/voxel/any_cut.hpp>
+#include <trephine/voxel/bone_volume.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <doctest/doctest.h>
 
 #include <numbers>
+#include <random>
 
 using namespace trephine;
 using namespace trephine::test;
@@ -346,9 +348,195 @@ TEST_CASE("A bit that waits does not touch the grid, and cuts at once where bone
   CHECK(milling.carve(grid, 127.5, turned(0.1), turned(0.1), {}, kOn) > 1);
 }
 
+namespace {
+
+/// A head of 18 by 24 by 12 voxels' radius that cuts in turns, as it may cut few blocks a tick.
+struct InTurns {
+  static constexpr double kRadius = 18 * kVoxel;
+  Burr burr{.tip_radius = kRadius, .shaft_radius = 2 * kVoxel, .shaft_length = 30_mm};
+  Vec3d spacing{kVoxel, 0.75 * kVoxel, 1.5 * kVoxel};
+  VoxelGrid<float> bone =
+      make_grid<float>({.size = {90, 100, 60}, .spacing = spacing, .outside = 0}, [](int, int, int) { return 1000.0; });
+  trephine::detail::CuttingPath<ToolHead> path{};
+  std::uint32_t seed = 20261;
+
+  [[nodiscard]] Posed pose(const Vec3d& voxels) const {
+    Posed X = Posed::Identity();
+    X.translation() = voxels.cwiseProduct(spacing);
+    return X;
+  }
+  double tick(const Posed& before, const Posed& now, int blocks, const void* rule = nullptr) {
+    path.begin_turn(burr, spacing, blocks);
+    return path.carve(bone, 500, before, now, burr, GeometricCut{}, kOn, 0, rule);
+  }
+  /// Volume of bone [mm3].
+  [[nodiscard]] double volume() const {
+    BoneVolume<float> all(bone, 500);
+    for (int k = -1; k < bone.size()[2]; ++k)
+      for (int j = -1; j < bone.size()[1]; ++j) all.add_row(j, k, -1, bone.size()[0] - 1);
+    return all.cells() * spacing.prod() * 1e9;
+  }
+};
+
+/// Largest difference of two grids' densities.
+double difference(const VoxelGrid<float>& a, const VoxelGrid<float>& b) {
+  double most = 0;
+  const auto& size = a.size();
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i)
+        most = std::max(most, std::abs(static_cast<double>(a.at(i, j, k)) - static_cast<double>(b.at(i, j, k))));
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("A head takes as many turns as its blocks need, a small one none") {
+  const auto turns = [](double radius, const Vec3d& spacing, int blocks) {
+    trephine::detail::CuttingPath<ToolHead> path;
+    path.begin_turn(Burr{.tip_radius = radius}, spacing, blocks);
+    return path.turn().turns;
+  };
+  const auto cubes = [](double h) -> Vec3d { return Vec3d::Constant(h); };
+  CHECK(turns(3_mm, cubes(0.4_mm), CuttingOptions{}.blocks) == 1);
+  CHECK(turns(1.5_mm, cubes(0.15_mm), CuttingOptions{}.blocks) == 1);
+  CHECK(turns(3_mm, cubes(0.1_mm), CuttingOptions{}.blocks) == 12);  // 8,129 blocks
+  CHECK(turns(3_mm, cubes(0.1_mm), 8130) == 1);
+  CHECK(turns(3_mm, cubes(0.05_mm), CuttingOptions{}.blocks) == CutTurn::kMost);
+  CHECK(turns(3_mm, {0.1_mm, 0.1_mm, 0.2_mm}, CuttingOptions{}.blocks) == 6);
+  CHECK(turns(3_mm, {0.2_mm, 0.1_mm, 0.1_mm}, CuttingOptions{}.blocks) == 8);
+  CHECK_THROWS_WITH_AS((Cutting{GeometricCut{}, {.blocks = 0}}), doctest::Contains("blocks must be at least 1"),
+                       std::invalid_argument);
+}
+
+TEST_CASE("A cut in turns leaves what a whole one leaves, a round later, and its volumes add up") {
+  std::mt19937 rng(20262);
+  for (const int blocks : {900, 400, 100}) {
+    CAPTURE(blocks);
+    InTurns turns, whole;
+    const double before = turns.volume();
+    const Vec3d start(30, 40, 50), way = 25 * random_direction(rng);
+    constexpr int kTicks = 60;
+    double removed = 0, at_once = 0, largest = 0;
+    Posed last = turns.pose(start);
+    for (int i = 0; i < kTicks + CutTurn::kMost; ++i) {
+      const Posed now = turns.pose(start + std::min(1.0, i / double{kTicks}) * way);
+      const double mm3 = turns.tick(last, now, blocks);
+      removed += mm3;
+      if (i > CutTurn::kMost && i < kTicks) largest = std::max(largest, mm3);
+      at_once += whole.tick(last, now, 1'000'000);
+      last = now;
+    }
+    REQUIRE(whole.path.turn().turns == 1);
+    CHECK(turns.path.turn().turns > (blocks > 800 ? 2 : 4));
+    // A later turn goes straight through what several ticks of a whole cut do.
+    CHECK(difference(turns.bone, whole.bone) < 0.01);
+    CHECK(removed == near(before - turns.volume(), 1e-6));
+    CHECK(removed == near(at_once, 1e-5));
+  }
+}
+
+TEST_CASE("Each turn cuts its own voxels alone, and all turns about as many") {
+  InTurns in;
+  const Vec3d middle(45, 50, 30);
+  std::vector<int> changed;
+  const Posed X = in.pose(middle);
+  for (int t = 0; t < CutTurn::kMost; ++t) {
+    const VoxelGrid<float> before = in.bone.copy();
+    in.tick(X, X, 50);
+    const CutTurn turn = in.path.turn();
+    REQUIRE(turn.turns == CutTurn::kMost);
+    int count = 0, others = 0;
+    for (int k = 0; k < 60; ++k)
+      for (int j = 0; j < 100; ++j)
+        for (int i = 0; i < 90; ++i)
+          if (in.bone.at(i, j, k) != before.at(i, j, k)) (turn.has(i, j, k) ? count : others) += 1;
+    CHECK(others == 0);
+    changed.push_back(count);
+  }
+  int sum = 0, most = 0;
+  for (const int n : changed) {
+    sum += n;
+    most = std::max(most, n);
+  }
+  CHECK(most < 2.5 * sum / CutTurn::kMost);
+}
+
+TEST_CASE("A fast head in turns leaves no bone in its way") {
+  InTurns turns, whole;
+  Posed last = turns.pose({20, 40, 30});
+  const auto go = [&](const Posed& now) {
+    turns.tick(last, now, 100);
+    whole.tick(last, now, 1'000'000);
+    last = now;
+  };
+  for (int i = 1; i <= 3; ++i) go(turns.pose({20.0 + 15 * i, 40 + 3.0 * i, 30}));
+  CHECK(turns.path.turn().turns > 10);
+  for (int i = 0; i < CutTurn::kMost; ++i) go(last);
+  CHECK(difference(turns.bone, whole.bone) < 0.01);
+}
+
+TEST_CASE("All turns cut anew where bone came back, or the rule, the place or the head's size changed") {
+  InTurns in;
+  in.bone = make_grid<float>({.size = {90, 100, 60}, .spacing = in.spacing, .outside = 0},
+                             [](int, int, int) { return 1000.0; }, {.keep_original = true});
+  const Posed X = in.pose({45, 50, 30});
+  const auto round = [&](const void* rule = nullptr) {
+    double removed = 0;
+    for (int t = 0; t < CutTurn::kMost; ++t) removed += in.tick(X, X, 100, rule);
+    return removed;
+  };
+  const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * std::pow(1e3 * InTurns::kRadius, 3);
+  CHECK(round() == near(ball_mm3, 0.01));
+  CHECK(round() == 0);
+  in.bone.restore();
+  in.tick(X, X, 100);  // in the middle of a round
+  in.bone.restore();
+  CHECK(round() == near(ball_mm3, 0.01));
+  const int rule = 0;
+  in.bone.restore();
+  CHECK(round(&rule) == near(ball_mm3, 0.01));
+  in.burr.tip_radius *= 1.05;
+  const double shell = std::pow(1.05, 3) - 1;
+  CHECK(round(&rule) == near(shell * ball_mm3, 0.02));
+}
+
+TEST_CASE("Cuts in time take in turns what they take at once") {
+  const auto removed = [](int blocks, const auto& policy) {
+    InTurns in;
+    // An image's blur: of sharp edges any longer step takes more.
+    in.bone = make_grid<float>({.size = {90, 100, 60}, .spacing = in.spacing, .outside = 0},
+                               [](int, int, int k) { return std::clamp(500 + 333.0 * (52 - k), 0.0, 1000.0); });
+    double sum = 0;
+    Posed last = in.pose({35, 45, 60});
+    constexpr int kTicks = 160;
+    for (int i = 0; i < kTicks + CutTurn::kMost; ++i) {
+      // The last round only takes what it still may.
+      const CutAllowance tick = i < kTicks ? CutAllowance{.dt = 1e-3, .force_N = 2, .fraction = 0.05}
+                                           : CutAllowance{.dt = 0, .force_N = 2, .fraction = 0};
+      const double way = 0.05 * std::min(i, kTicks - 1);
+      const Posed now = in.pose({35 + way, 45, 60 - way});
+      in.path.begin_turn(in.burr, in.spacing, blocks);
+      sum += in.path.carve(in.bone, 500, last, now, in.burr, policy, tick, 0, nullptr);
+      last = now;
+    }
+    return sum;
+  };
+  const auto check = [&](const auto& policy) {
+    const double whole = removed(1'000'000, policy);
+    CHECK(whole > 1);
+    CHECK(removed(250, policy) == near(whole, 0.03));
+  };
+  check(RateLimitedCut<>{.rate = 2e4});
+  check(AdvancingCut{.speed = 5e-3});
+  check(PressureCut{});
+}
+
 TEST_CASE("What is left out takes no bytes") {
-  // Options, the counter of cuts and the pose of the last tick; a geometric cut remembers where it cut and bit last.
-  static_assert(sizeof(Cutting<RateLimitedCut<>>) <=
-                sizeof(RateLimitedCut<>) + sizeof(CuttingOptions) + sizeof(Posed) + 8 + alignof(Posed));
-  static_assert(sizeof(Cutting<>) <= sizeof(CuttingOptions) + 4 * sizeof(Posed) + 80 + 4 * alignof(Posed));
+  // Options, the counter of cuts, the poses of the last tick, and for each turn where it cut last and what it may cut;
+  // a geometric cut remembers where it bit last.
+  constexpr std::size_t kPath = CutTurn::kMost * (sizeof(Posed) + sizeof(CutAllowance) + alignof(Posed)) +
+                                2 * sizeof(Posed) + 80 + 4 * alignof(Posed);
+  static_assert(sizeof(Cutting<RateLimitedCut<>>) <= sizeof(RateLimitedCut<>) + sizeof(CuttingOptions) + kPath);
+  static_assert(sizeof(Cutting<>) <= sizeof(CuttingOptions) + sizeof(Posed) + 32 + kPath);
 }

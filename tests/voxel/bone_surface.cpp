@@ -411,6 +411,56 @@ TEST_CASE_TEMPLATE("bone surface: a cut shows once it is provided anew, restore(
   CHECK(all_of(surface).kept == before.kept);
 }
 
+// A cut changes the bricks of its turn and the halos of others, and a brick is computed once a round.
+TEST_CASE("bone surface: bricks that were cut wait for their turn, a round at most, in a surface that takes them too") {
+  const RasterOptions o{.size = {90, 60, 50}, .contrast = 100};
+  auto grid = rasterise<std::int16_t>(HalfSpace{o.middle(), Vec3d(0.2, 0.1, 1).normalized()}, o);
+  BoneSurface<std::int16_t> surface(grid, o.isovalue());
+  constexpr int kTurns = 7;
+  std::vector<int> computed(grid.brick_count(), 0);
+  const auto tick = [&](BoneSurface<std::int16_t>& of, int turn) {
+    of.begin_tick(std::numeric_limits<int>::max());
+    of.begin_use();
+    of.begin_turn({turn, kTurns});
+    AllPatches all;
+    for (std::size_t b = 0; b < grid.brick_count(); ++b) {
+      if (!of.crosses(b)) continue;
+      const std::uint64_t changes = of.changes();
+      REQUIRE(of.provide(b));
+      computed[b] += of.changes() != changes ? 1 : 0;
+      add_brick(of, b, all);
+    }
+    return all;
+  };
+  const AllPatches before = tick(surface, 0);
+  std::vector<int> had = computed;
+  const SphereCutter cutter(o.middle(), o.middle(), 18 * kH);
+  for (int t = 0; t < kTurns; ++t) {
+    carve(grid, o.isovalue(), cutter, GeometricCut{}, {}, 0, {t, kTurns});
+    const AllPatches now = tick(surface, t);
+    if (t == 3) {
+      auto copy = grid.copy();
+      BoneSurface<std::int16_t> other(copy, o.isovalue());
+      other.take_waiting(surface);
+      const std::vector<int> counts = computed;
+      CHECK(tick(other, t + 1).kept == tick(surface, t + 1).kept);
+      computed = counts;
+      CHECK(now.kept != all_anew(grid, o.isovalue()).kept);
+    }
+  }
+  for (std::size_t b = 0; b < grid.brick_count(); ++b) CHECK(computed[b] - had[b] <= (had[b] > 0 ? 1 : 2));
+  for (int t = 0; t < kTurns; ++t) static_cast<void>(tick(surface, t));
+  const AllPatches after = tick(surface, 0);
+  CHECK(after.kept != before.kept);
+  CHECK(after.kept == all_anew(grid, o.isovalue()).kept);
+  // What no one asked for during a round is computed at once.
+  carve(grid, o.isovalue(), SphereCutter(cutter.origin(), cutter.origin(), 20 * kH));
+  for (int t = 0; t < kTurns; ++t) surface.begin_tick();
+  CHECK(tick(surface, 0).kept == all_anew(grid, o.isovalue()).kept);
+  grid.restore();
+  CHECK(tick(surface, 0).kept == before.kept);
+}
+
 /// Blocks that any one brick's elements fit into.
 constexpr std::size_t kFewest =
     ElementBlock::kEdges * ElementSize::kMaxParts * ElementSize::kMaxParts / ElementBlock::kSize + 1;

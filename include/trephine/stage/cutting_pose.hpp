@@ -26,11 +26,12 @@ struct CutStroke {
 template <bool kMayBeAtOnce, bool kMayBeByPressure>
 class CuttingPose {
  public:
-  /// Returns the stroke of this tick. A cut by pressure may go ahead by `advance` [m].
+  /// Returns the stroke of this tick. A cut by pressure may go ahead by `advance` [m]. Cuts at once that are done in
+  /// `turns` stand for as many ticks.
   template <class R>
-  [[nodiscard]] CutStroke next(const R& renderer, CutKind kind, double advance, const CutTick& tick,
-                               bool follow_probe) noexcept {
-    const Posed X_GC = next_pose(renderer, kind, advance, tick);
+  [[nodiscard]] CutStroke next(const R& renderer, CutKind kind, double advance, const CutTick& tick, bool follow_probe,
+                               int turns = 1) noexcept {
+    const Posed X_GC = next_pose(renderer, kind, advance, tick, turns);
     // A proxy may jump on its own.
     const bool joined = tick.continues && is_plausible(twist_between(X_GC_, X_GC, std::max(tick.dt, bites_.time)));
     const CutStroke stroke{joined ? X_GC_ : X_GC, X_GC};
@@ -50,11 +51,12 @@ class CuttingPose {
 
  private:
   template <class R>
-  [[nodiscard]] Posed next_pose(const R& renderer, CutKind kind, double advance, const CutTick& tick) noexcept {
+  [[nodiscard]] Posed next_pose(const R& renderer, CutKind kind, double advance, const CutTick& tick,
+                                int turns) noexcept {
     if constexpr (kMayBeAtOnce && CutsAtSpeed<R>) {
       if (kind == CutKind::kAtOnce) {
         // Between two bites the pose stays, so that nothing is cut.
-        if (bites_.is_due(tick.dt, tick.restarts)) bites_.X_GC = current(renderer, kind);
+        if (bites_.is_due(tick.dt, tick.restarts, turns)) bites_.X_GC = current(renderer, kind);
         return bites_.X_GC;
       }
       bites_.has_last = false;
@@ -69,10 +71,10 @@ class CuttingPose {
     double time = 0;   // that the last one stands for [s]
     Posed X_GC = Posed::Identity();
 
-    [[nodiscard]] bool is_due(double dt, bool restarts) noexcept {
+    [[nodiscard]] bool is_due(double dt, bool restarts, int turns) noexcept {
       since += dt;
       if (has_last && !restarts && since < kShortestBite) return false;
-      time = has_last && !restarts ? since : dt;
+      time = std::max(has_last && !restarts ? since : dt, turns * dt);
       since = 0;
       has_last = true;
       return true;

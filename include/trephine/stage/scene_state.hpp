@@ -104,6 +104,8 @@ class SceneState {
       else
         return renderer_.render(field, X_GT.template cast<Scalar>());
     };
+    if constexpr (kCuts && requires { attached_->begin_turn(this->cutting().turn()); })
+      attached_->begin_turn(cutting().turn());
     if constexpr (kAttaches)
       return render_in(attached_->view());
     else

@@ -13,7 +13,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 
 /// How a cutting head is swept from pose to pose:
 /// - `travel(head, a, b)`: an upper bound of the motion of its points [m];
-/// - `size(head)`: its radius [m], which tells one head from another;
+/// - `size(head)`: its radius [m], which tells one head from another; `length(head)` along its axis [m];
 /// - `cutter<kind>(head, from, to, start_is_cut, spacing)`: the body that a cut of this kind removes.
 /// Balls are here; heads of revolution have theirs in revolved_cutter.hpp.
 template <class Head>
@@ -35,6 +35,7 @@ struct HeadSweep<Burr> {
     return (b.translation() - a.translation()).norm();
   }
   [[nodiscard]] static double size(const Burr& burr) noexcept { return burr.tip_radius; }
+  [[nodiscard]] static double length(const Burr& burr) noexcept { return 2 * burr.tip_radius; }
   template <CutKind>
   [[nodiscard]] static SphereCutter cutter(const Burr& burr, const Posed& from, const Posed& to, bool start_is_cut,
                                            const Vec3d&) noexcept {

@@ -173,6 +173,9 @@ struct HeadSweep<CuttingHead> {
   [[nodiscard]] static double size(const CuttingHead& head) noexcept {
     return head.outline.largest_radius() + head.allowance;
   }
+  [[nodiscard]] static double length(const CuttingHead& head) noexcept {
+    return head.outline.z_high() - head.outline.z_low() + 2 * head.allowance;
+  }
   template <CutKind kKind>
   [[nodiscard]] static RevolvedCutter cutter(const CuttingHead& head, const Posed& from, const Posed& to,
                                              bool start_is_cut, const Vec3d& spacing) noexcept {

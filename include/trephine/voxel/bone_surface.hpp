@@ -3,6 +3,7 @@
 
 #include <trephine/voxel/crossed_edges.hpp>
 #include <trephine/voxel/crossing_points.hpp>
+#include <trephine/voxel/cut_turn.hpp>
 #include <trephine/voxel/dual_element.hpp>
 #include <trephine/voxel/element_size.hpp>
 #include <trephine/voxel/sampling.hpp>
@@ -27,7 +28,8 @@ class BoneSurfaceView;
 /// level (`ElementSize`): at level 0 elements of long voxels are cut into parts, at others there are points at the
 /// crossings instead, joined by cells (`CrossingPoints`).
 ///
-/// A request computes a brick, and computes it anew where the grid's version of the brick changed. Bricks that were
+/// A request computes a brick, and computes it anew where the grid's version of the brick changed; where cuts take
+/// turns, in the brick's turn alone (`begin_turn`), unless densities rose. Bricks that were
 /// requested longest ago are evicted when the store is full. Memory: 0.8 kB a block of 16 elements, four to twelve
 /// blocks a brick of bone's surface, at most `blocks` of them; and 4.25 bytes a brick of the grid. No allocation after
 /// construction.
@@ -75,7 +77,13 @@ class BoneSurface {
   [[nodiscard]] BoneSurfaceView<Density> view() noexcept { return BoneSurfaceView<Density>(*this); }
 
   /// Starts a tick, which may compute so many bricks.
-  void begin_tick(int bricks = kBricksPerTick) noexcept { budget_ = bricks; }
+  void begin_tick(int bricks = kBricksPerTick) noexcept {
+    budget_ = bricks;
+    ++tick_;
+  }
+  /// Bricks of other turns keep their elements for now, for a round of ticks at most. A cut changes the bricks of its
+  /// turn and the neighbours' halos, and each would else be computed several times a round.
+  void begin_turn(const CutTurn& turn) noexcept { turn_ = turn; }
   /// Starts a use at a level of `ElementSize`: bricks requested from now on are evicted after those requested before.
   void begin_use(int level = 0) noexcept {
     ++use_;
@@ -106,27 +114,54 @@ class BoneSurface {
     std::int32_t s = slot_at_level(brick);
     const std::uint32_t version = grid_->brick_version(brick);
     const std::uint64_t stamp = grid_->increase_stamp();
-    if (s != kNone && slots_[at(s)].version == version && slots_[at(s)].stamp == stamp) {
-      slots_[at(s)].used = use_;
-      return true;
+    if (s != kNone && slots_[at(s)].stamp == stamp) {
+      Slot& slot = slots_[at(s)];
+      const bool is_current = slot.version == version;
+      if (is_current) slot.current = tick_;
+      if (is_current || (!has_turn(brick) && may_wait(slot))) {
+        slot.used = use_;
+        return true;
+      }
     }
     if (budget_ == 0) return false;
     --budget_;
-    if (s == kNone) {
-      if (free_slot_ == kEnd) evict(nullptr);
-      s = free_slot_;
-      free_slot_ = slots_[at(s)].next_free;
-      slots_[at(s)] = {};
-      slots_[at(s)].brick = static_cast<std::int64_t>(brick);
-      slots_[at(s)].level = level_;
-      slots_[at(s)].next_level = slot_of_[brick];
-      slot_of_[brick] = s;
-    }
+    if (s == kNone) s = make_slot(brick);
     compute(slots_[at(s)], brick);
     slots_[at(s)].used = use_;
+    slots_[at(s)].current = tick_;
     slots_[at(s)].version = version;
     slots_[at(s)].stamp = stamp;
     return true;
+  }
+
+  /// Returns the version of a brick that `provide` found.
+  [[nodiscard]] std::uint32_t provided_version(std::size_t brick) const noexcept {
+    return slots_[at(slot_at_level(brick))].version;
+  }
+  /// Takes what may wait in another surface, of a grid with the same densities: then both provide the same elements.
+  void take_waiting(const BoneSurface& other) noexcept {
+    turn_ = other.turn_;
+    if (turn_.turns == 1) return;
+    for (const Slot& from : other.slots_) {
+      if (from.brick < 0 || !other.may_wait(from) || from.stamp != other.grid_->increase_stamp()) continue;
+      const auto brick = static_cast<std::size_t>(from.brick);
+      level_ = from.level;
+      const std::int32_t s = slot_at_level(brick);
+      Slot& slot = slots_[at(s == kNone ? make_slot(brick) : s)];
+      ++changes_;
+      release_blocks(slot);
+      std::int32_t last = kEnd;
+      for (std::int32_t b = from.first; b != kEnd; b = other.next_[at(b)]) {
+        last = append_block(slot, last);
+        blocks_[at(last)] = other.blocks_[at(b)];
+      }
+      slot.count = from.count;
+      slot.used = use_;
+      slot.current = tick_ - (other.tick_ - from.current);
+      slot.stamp = grid_->increase_stamp();
+      const bool waits = from.version != other.grid_->brick_version(brick);
+      slot.version = grid_->brick_version(brick) - (waits ? 1 : 0);
+    }
   }
 
   /// Counts computed bricks. While it stays the same, visited blocks stay valid.
@@ -171,6 +206,7 @@ class BoneSurface {
     int level = 0;
     std::int32_t next_level = kNone;  // slot of the same brick at another level
     std::uint64_t used = 0;
+    std::uint64_t current = 0;  // last tick in which it was asked for and up to date
     std::uint64_t stamp = 0;
     std::uint32_t version = 0;
     int count = 0;
@@ -222,6 +258,25 @@ class BoneSurface {
   [[nodiscard]] std::int32_t slot_at_level(std::size_t brick) const noexcept {
     std::int32_t s = slot_of_[brick];
     while (s != kNone && slots_[at(s)].level != level_) s = slots_[at(s)].next_level;
+    return s;
+  }
+  [[nodiscard]] bool has_turn(std::size_t brick) const noexcept {
+    if (turn_.turns == 1) return true;
+    const auto [x, y, z] = grid_->brick_coordinates(brick);
+    return turn_.has(x * kBrick, y * kBrick, z * kBrick);
+  }
+  [[nodiscard]] bool may_wait(const Slot& slot) const noexcept {
+    return tick_ - slot.current <= static_cast<std::uint64_t>(turn_.turns);
+  }
+  [[nodiscard]] std::int32_t make_slot(std::size_t brick) noexcept {
+    if (free_slot_ == kEnd) evict(nullptr);
+    const std::int32_t s = free_slot_;
+    free_slot_ = slots_[at(s)].next_free;
+    slots_[at(s)] = {};
+    slots_[at(s)].brick = static_cast<std::int64_t>(brick);
+    slots_[at(s)].level = level_;
+    slots_[at(s)].next_level = slot_of_[brick];
+    slot_of_[brick] = s;
     return s;
   }
   void release(std::int32_t s) noexcept {
@@ -289,11 +344,12 @@ class BoneSurface {
   std::int32_t free_block_ = 0;
   std::int32_t free_slot_ = 0;
   std::size_t hand_ = 0;  // the clock rule's
-  std::uint64_t use_ = 2;
+  std::uint64_t use_ = 2, tick_ = 0;
   std::uint64_t changes_ = 0;
   std::uint64_t overruns_ = 0;
   int budget_ = kBricksPerTick;
   int level_ = 0;  // of the use
+  CutTurn turn_;
   std::array<ElementSize, ElementSize::kMaxLevel + 1> sizes_;
 };
 

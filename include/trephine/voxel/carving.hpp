@@ -4,6 +4,7 @@
 #include <trephine/core/square_roots.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 #include <trephine/voxel/cut_slope.hpp>
+#include <trephine/voxel/cut_turn.hpp>
 #include <trephine/voxel/cutter.hpp>
 #include <trephine/voxel/lost_cells.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
@@ -68,10 +69,10 @@ struct NearestDensity<float> {
   return static_cast<int>(at < most ? at : most);
 }
 
-/// One cut. It lowers rows plane by plane, in slabs of `kCutRows` rows and in tiles along x. It adds up the volume that
-/// the voxels' cells lose. Two tiles share cells, but the sum over the tiles is the same in any order. A limit by
-/// steepness reads neighbours that earlier blocks have lowered, so its result depends on the blocks' order. A tool
-/// narrower than a tile has a single tile.
+/// One cut. It lowers rows plane by plane, in slabs of `kCutRows` rows and in tiles along x, or in a turn's parts. It
+/// adds up the volume that the voxels' cells lose. Two tiles share cells, but the sum over the tiles is the same in any
+/// order. A limit by steepness reads neighbours that earlier blocks have lowered, so its result depends on the blocks'
+/// order. A tool narrower than a tile has a single tile.
 template <VoxelDensity Density, Cutter C, class Limit, CutKind kKind>
 class Cut {
  public:
@@ -88,7 +89,7 @@ class Cut {
         has_deep_air_(isovalue - static_cast<double>(grid.original_range().min) >= double{kDeepAir} * slope) {}
 
   /// Returns the removed volume [mm³].
-  [[nodiscard]] double run() noexcept {
+  [[nodiscard]] double run(const CutTurn& turn) noexcept {
     const Vec3d& h = grid_.spacing();
     const auto& size = grid_.size();
     const Eigen::AlignedBox3d box = cutter_.bounds();
@@ -99,19 +100,12 @@ class Cut {
     const double deepest = std::min(box.sizes().minCoeff() / 2, ramp_depth(h));
     lowest_target_ = nearest_(isovalue_ - per_metre_ * static_cast<float>(deepest));
     if constexpr (kBySteepness) lowest_target_ = kLowest;
-    const int last_j = voxel_before(hi.y(), size[1]);
-    first_k_ = voxel_after(lo.z(), size[2]);
-    last_k_ = voxel_before(hi.z(), size[2]);
     // A voxel more at either end: rounding may let the cutter reach it.
-    const int first_i = std::max(voxel_after(lo.x(), size[0]) - 1, 0);
-    last_i_ = std::min(voxel_before(hi.x(), size[0]) + 1, size[0] - 1);
-    bool any = false;
-    for (int i = first_i; i <= last_i_; i = tile_.next) {
-      tile_ = {i, last_i_ - i < LostCells<Density>::kVoxels ? last_i_ + 1 : i + kTile, i == first_i};
-      for (int j = voxel_after(lo.y(), size[1]); j <= last_j; j += kCutRows)
-        any |= lower_slab(j, std::min(last_j - j + 1, kCutRows));
-    }
-    if (!any) return 0;
+    const VoxelBox voxels{
+        {std::max(voxel_after(lo.x(), size[0]) - 1, 0), voxel_after(lo.y(), size[1]), voxel_after(lo.z(), size[2])},
+        {std::min(voxel_before(hi.x(), size[0]) + 1, size[0] - 1), voxel_before(hi.y(), size[1]),
+         voxel_before(hi.z(), size[2])}};
+    if (!(turn.turns > 1 ? lower_parts(voxels, turn) : lower_tiles(voxels))) return 0;
     grid_.commit();
     const double cells = lost_.cells();
     // A cell whose lines run along another axis after the cut may have a slightly larger share than before.
@@ -145,19 +139,50 @@ class Cut {
   /// Start voxels of a tile's blocks of lanes; the blocks' ends may lie beyond `next`.
   struct Tile {
     int first = 0, next = 0;
-    bool is_first = true;
+    bool is_first = true, is_last = true;
   };
   static constexpr int kTile = LostCells<Density>::kVoxels - VoxelGrid<Density>::kLowerLanes + 1;
   static_assert(kCutRows == LostCells<Density>::kRows);
 
-  bool lower_slab(int j, int count) noexcept {
+  bool lower_tiles(const VoxelBox& voxels) noexcept {
+    const auto& [lo, hi] = voxels;
+    bool any = false;
+    for (int i = lo[0]; i <= hi[0]; i = tile_.next) {
+      const bool is_last = hi[0] - i < LostCells<Density>::kVoxels;
+      tile_ = {i, is_last ? hi[0] + 1 : i + kTile, i == lo[0], is_last};
+      for (int j = lo[1]; j <= hi[1]; j += kCutRows)
+        any |= lower_slab(j, std::min(hi[1] - j + 1, kCutRows), lo[2], hi[2]);
+    }
+    return any;
+  }
+
+  /// Lowers exactly the voxels of a turn.
+  bool lower_parts(const VoxelBox& voxels, const CutTurn& turn) noexcept {
+    static_assert(CutTurn::kVoxels[0] <= LostCells<Density>::kVoxels && CutTurn::kVoxels[1] <= kCutRows);
+    const auto& lo = voxels.lo;
+    const auto& hi = voxels.hi;
+    const auto end = [&](int at, std::size_t axis) { return std::min(hi[axis] + 1, CutTurn::next(at, axis)); };
+    is_part_ = true;
+    bool any = false;
+    for (int i = lo[0]; i <= hi[0]; i = tile_.next) {
+      tile_ = {i, end(i, 0)};
+      for (int j = lo[1]; j <= hi[1]; j = end(j, 1))
+        for (int k = lo[2]; k <= hi[2]; k = end(k, 2))
+          if (turn.has(i, j, k)) any |= lower_slab(j, end(j, 1) - j, k, end(k, 2) - 1);
+    }
+    return any;
+  }
+
+  /// Lowers rows j to j + count − 1 of the tile in planes first_k to last_k.
+  bool lower_slab(int j, int count, int first_k, int last_k) noexcept {
+    last_k_ = last_k;
     // Voxels of planes k − 1, k, k + 1.
     std::array<Spans, 3> spans;
     Spans *below = &spans[0], *here = &spans[1], *above = &spans[2];
     bool any = false;
     lost_.start(tile_.first, j);
-    find_spans(j, count, first_k_, *above);
-    for (int k = first_k_ - 1; k <= last_k_ + 1; ++k) {
+    find_spans(j, count, first_k, *above);
+    for (int k = first_k - 1; k <= last_k + 1; ++k) {
       lost_.enter(k, std::min({below->least, here->least, above->least}),
                   std::max({below->most, here->most, above->most}));
       if (here->any) any |= lower_plane(j, count, k, *here);
@@ -182,7 +207,12 @@ class Cut {
     std::array<int, kCutRows> lo, hi;
     for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = voxel_after((span.lo[l] + x0) * per_x, size);
     for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = voxel_before((span.hi[l] + x0) * per_x, size);
-    if (!tile_.is_first || tile_.next <= last_i_) clip(lo, hi);
+    if (is_part_) {
+      for (std::size_t l = 0; l < kCutRows; ++l) lo[l] = std::max(lo[l], tile_.first);
+      for (std::size_t l = 0; l < kCutRows; ++l) hi[l] = std::min(hi[l], tile_.next - 1);
+    } else if (!tile_.is_first || !tile_.is_last) {
+      clip(lo, hi);
+    }
     // An empty span has lo > hi.
     int least = kNoVoxel, most = -2;
     for (std::size_t l = 0; l < kCutRows; ++l) {
@@ -357,18 +387,21 @@ class Cut {
   bool has_deep_air_;
   Wide lowest_target_{};
   Wide none_ = std::numeric_limits<Density>::max();  // a target that cuts nothing
-  int first_k_ = 0, last_k_ = -1, last_i_ = -1;
+  int last_k_ = -1;                                  // of the slab
   Tile tile_;
+  bool is_part_ = false;
 };
 
 }  // namespace detail
 
 /// Cuts `cutter` out of the grid and returns the removed bone [mm³]: the volume that the isosurface loses
 /// (`BoneVolume`), never negative. `slope` is in densities per voxel; 0 selects `auto_slope`. A cutter with a
-/// non-finite place or off the grid, or an isovalue that is not finite, cuts nothing.
+/// non-finite place or off the grid, or an isovalue that is not finite, cuts nothing. Of several turns only the parts
+/// of `turn` are cut. Cuts of all turns leave the densities of one cut, unless the policy reads neighbours, and their
+/// volumes add up to its volume.
 template <VoxelDensity Density, Cutter C, CutPolicy Policy = GeometricCut>
 double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const Policy& policy = {},
-             const CutAllowance& allowance = {}, double slope = 0) noexcept {
+             const CutAllowance& allowance = {}, double slope = 0, const CutTurn& turn = {}) noexcept {
   if (!is_finite(isovalue)) return 0;
   const auto limit = policy.template limit<Density>(allowance);
   if constexpr (requires { limit.floor(); })
@@ -377,7 +410,7 @@ double carve(VoxelGrid<Density>& grid, double isovalue, const C& cutter, const P
     if (!limit.tissues().fits(grid)) return 0;
   const double s = slope_or_auto(slope, grid, isovalue);
   using Limit = std::remove_const_t<decltype(limit)>;
-  return detail::Cut<Density, C, Limit, Policy::kKind>(grid, isovalue, s, cutter, limit).run();
+  return detail::Cut<Density, C, Limit, Policy::kKind>(grid, isovalue, s, cutter, limit).run(turn);
 }
 
 }  // namespace trephine

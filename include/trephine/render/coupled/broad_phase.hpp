@@ -76,9 +76,11 @@ class BroadPhase {
     const bool same = other.increase_stamp_ == other_view.grid().increase_stamp();
     increase_stamp_ = same ? view.grid().increase_stamp() : 0;
     valid_ = false;
-    if (!other.is_unchanged(other_view)) return;
-    view.surface().begin_tick(std::numeric_limits<int>::max());
-    if (!gather(view, shape, other.elements_.pose(), other.elements_.reach())) invalidate();
+    if (other.is_unchanged(other_view)) {
+      view.surface().begin_tick(std::numeric_limits<int>::max());
+      if (!gather(view, shape, other.elements_.pose(), other.elements_.reach())) invalidate();
+    }
+    view.surface().take_waiting(other_view.surface());
   }
 
   /// Makes the list hold every element that may be in contact with a tool at X. A new list reaches as far as some ticks
@@ -91,8 +93,9 @@ class BroadPhase {
       return elements_.is_empty() || surface_changes_ == view.surface().changes() ||
              gather(view, shape, elements_.pose(), elements_.reach());
     const double h = view.grid().spacing().minCoeff();
+    const double least = Constants::kMinReach * std::ldexp(h, level_);
     const ToolMotion reach{
-        std::clamp(Constants::kReachTicks * motion.shift, Constants::kMinReach * h, Constants::kMaxReach * h),
+        std::clamp(Constants::kReachTicks * motion.shift, least, std::max(least, Constants::kMaxReach * h)),
         std::clamp(Constants::kReachTicks * motion.turn, Constants::kMinReachAngle, Constants::kMaxReachAngle)};
     if (increase_stamp_ != view.grid().increase_stamp() ||
         !(motion_between(X_bricks_, X) + reach).is_within(brick_reach_))
@@ -129,6 +132,7 @@ class BroadPhase {
 
  private:
   using Constants = CoupledConstants;
+  static constexpr auto kNoEdit = std::numeric_limits<std::uint64_t>::max();
   struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
@@ -259,6 +263,9 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     bricks_[i].version = grid.brick_version(brick);
     if (!(brick_spheres_.distance(i) <= max_distance) || !surface.crosses(brick)) continue;
     if (!surface.provide(brick) || surface.overruns() != overruns) return false;
+    // A list with a brick that waits for its turn is not current, though nothing be cut.
+    bricks_[i].version = surface.provided_version(brick);
+    if (bricks_[i].version != grid.brick_version(brick)) edit_count_ = kNoEdit;
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
       elements_.add({&block, count, brick, corner});

@@ -119,7 +119,7 @@ struct CoupledConstants {
   /// A list of elements reaches as far as the tool moves in so many ticks. A longer reach makes lists less often, and
   /// measures more elements.
   static constexpr double kReachTicks = 3;
-  /// Bounds of that reach beyond the tool [spacings].
+  /// Bounds of that reach beyond the tool [spacings]; at each level of elements (`ElementSize`) the least doubles.
   static constexpr double kMinReach = 0.5, kMaxReach = 4;
   /// Likewise for rotations of the tool's axis [rad].
   static constexpr double kMinReachAngle = 0.02, kMaxReachAngle = 0.1;

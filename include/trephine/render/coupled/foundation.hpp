@@ -126,6 +126,12 @@ class Foundation {
       batch.count = 0;
     };
     const auto visit = [&](const NearBlock& block, std::size_t i, const Vec3<float>& shift) {
+      if (lattice_.points == 1) {
+        // The list has measured an element's only point, at its position, already.
+        candidates.add(block.element(i), block.key(i), lattice_, 0, p);
+        if (candidates.count == kProfileLanes) flush_candidates();
+        return;
+      }
       batch.add(block, i, shift);
       if (batch.count == ElementBatch::kSize) filter_batch();
     };
