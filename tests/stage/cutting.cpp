@@ -470,7 +470,9 @@ TEST_CASE("A fast head in turns leaves no bone in its way") {
     whole.tick(last, now, 1'000'000);
     last = now;
   };
-  for (int i = 1; i <= 3; ++i) go(turns.pose({20.0 + 15 * i, 40 + 3.0 * i, 30}));
+  // Round a corner, which a turn that waited before it would cut off.
+  for (int i = 1; i <= 2; ++i) go(turns.pose({20.0 + 15 * i, 40, 30}));
+  for (int i = 1; i <= 2; ++i) go(turns.pose({50, 40 + 20.0 * i, 30}));
   CHECK(turns.path.turn().turns > 10);
   for (int i = 0; i < CutTurn::kMost; ++i) go(last);
   CHECK(difference(turns.bone, whole.bone) < 0.01);
