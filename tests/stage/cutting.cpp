@@ -367,7 +367,7 @@ struct InTurns {
   }
   double tick(const Posed& before, const Posed& now, int blocks, const void* rule = nullptr) {
     path.begin_turn(burr, spacing, blocks);
-    return path.carve(bone, 500, before, now, burr, GeometricCut{}, kOn, 0, rule);
+    return path.carve(bone, 500, before, now, burr, GeometricCut{}, kOn, 0, rule, path.turn());
   }
   /// Volume of bone [mm3].
   [[nodiscard]] double volume() const {
@@ -519,7 +519,7 @@ TEST_CASE("Cuts in time take in turns what they take at once") {
       const double way = 0.05 * std::min(i, kTicks - 1);
       const Posed now = in.pose({35 + way, 45, 60 - way});
       in.path.begin_turn(in.burr, in.spacing, blocks);
-      sum += in.path.carve(in.bone, 500, last, now, in.burr, policy, tick, 0, nullptr);
+      sum += in.path.carve(in.bone, 500, last, now, in.burr, policy, tick, 0, nullptr, in.path.turn());
       last = now;
     }
     return sum;
@@ -532,6 +532,14 @@ TEST_CASE("Cuts in time take in turns what they take at once") {
   check(RateLimitedCut<>{.rate = 2e4});
   check(AdvancingCut{.speed = 5e-3});
   check(PressureCut{});
+}
+
+TEST_CASE("A program's own cut is whole, also where a scene's would take turns") {
+  InTurns in;
+  Cutting cutting{GeometricCut{}, {.blocks = 1}};
+  const Posed X = in.pose({45, 50, 30});
+  const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * std::pow(1e3 * InTurns::kRadius, 3);
+  CHECK(cutting.carve(in.bone, 500, X, X, in.burr, kOn) == near(ball_mm3, 0.01));
 }
 
 TEST_CASE("What is left out takes no bytes") {

@@ -10,6 +10,7 @@
 #include <trephine/stage/members.hpp>
 #include <trephine/tool/shape.hpp>
 #include <trephine/voxel/carving.hpp>
+#include <trephine/voxel/cut_turn.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 #include <trephine/voxel/protected_cut.hpp>
 
@@ -179,20 +180,22 @@ class Cutting {
     if (!tick.cuts) return 0;
     const CutAllowance allowance{tick.dt, tick.force_N, 0, pressed.fraction};
     const auto cut_with = [&](const auto& one) {
-      return carve(bone, isovalue, stroke.from, stroke.to, one, allowance, floor);
+      return carve(bone, isovalue, stroke.from, stroke.to, one, allowance, floor, path_.turn());
     };
     return member::visit_head(head, cut_with);
   }
 
   /// Lowers densities along the tool's path between two poses in G, which are equal without a path, and returns the
-  /// removed volume [mm³]. `head`: a Burr or a CuttingHead. For programs without a scene.
+  /// removed volume [mm³]. `head`: a Burr or a CuttingHead. Without a `turn` it cuts at once. For programs without a
+  /// scene.
   template <VoxelDensity Density, class H = Burr, class Floor = std::nullptr_t>
   double carve(VoxelGrid<Density>& bone, double isovalue, const Posed& X_GT_before, const Posed& X_GT, const H& head,
-               const CutAllowance& allowance, Floor floor = nullptr) noexcept {
+               const CutAllowance& allowance, Floor floor = nullptr, const CutTurn& turn = {}) noexcept {
     double removed_mm3 = 0;
     with_policy([&](const auto& policy) {
       const auto cut_with = [&](const auto& sparing, const void* rule) {
-        removed_mm3 = path_.carve(bone, isovalue, X_GT_before, X_GT, head, sparing, allowance, options_.slope, rule);
+        removed_mm3 =
+            path_.carve(bone, isovalue, X_GT_before, X_GT, head, sparing, allowance, options_.slope, rule, turn);
       };
       if constexpr (std::is_null_pointer_v<Floor>)
         cut_with(policy, nullptr);

@@ -70,30 +70,32 @@ class CuttingPath {
   /// The tick's turn. A path without `begin_turn` has one.
   [[nodiscard]] const CutTurn& turn() const noexcept { return turn_; }
 
-  /// `rule`: identity of what else decides the cut, as a floor; where it changes, nothing counts as cut already.
+  /// `rule`: identity of what else decides the cut, as a floor; where it changes, nothing counts as cut already. Cuts
+  /// the parts of `turn`.
   template <class Grid, class OfTool, CutPolicy Policy>
   double carve(Grid& grid, double isovalue, const Posed& X_GT_before, const Posed& X_GT, const OfTool& of_tool,
-               const Policy& policy, const CutAllowance& allowance, double slope, const void* rule) noexcept {
+               const Policy& policy, const CutAllowance& allowance, double slope, const void* rule,
+               const CutTurn& turn) noexcept {
     const double h = grid.spacing().minCoeff();
     const auto& head = head_to_cut(of_tool);
     using Sweep = HeadSweep<std::remove_cvref_t<decltype(head)>>;
     const bool is_close = Sweep::travel(head, X_GT_before, X_GT) <= kLongestSweep * h;
-    const LastCut cut{grid.increase_stamp(), X_GT, Sweep::size(head), isovalue, turn_.turns, rule};
+    const LastCut cut{grid.increase_stamp(), X_GT, Sweep::size(head), isovalue, turn.turns, rule};
     // Bone that was cut last need not be cut again, unless it was restored.
-    const std::span pending(pending_.data(), static_cast<std::size_t>(turn_.turns));
+    const std::span pending(pending_.data(), static_cast<std::size_t>(turn.turns));
     if (!is_close || !last_.is_same_but_at(cut, X_GT_before))
       std::fill(pending.begin(), pending.end(), Pending{is_close ? X_GT_before : X_GT});
     last_ = cut;
     for (Pending& of : pending) of.add(allowance);
     // Of a fast head no turn may wait until its way is too long: this one, which waited longest, tells.
-    const Pending& oldest = pending[static_cast<std::size_t>(turn_.turn)];
+    const Pending& oldest = pending[static_cast<std::size_t>(turn.turn)];
     if (Sweep::travel(head, oldest.X_GT, X_GT) > kLongestSweep * h) {
       double removed_mm3 = 0;
-      for (int i = 0; i < turn_.turns; ++i)
-        removed_mm3 += carve_turn(grid, isovalue, X_GT, head, policy, slope, {i, turn_.turns});
+      for (int i = 0; i < turn.turns; ++i)
+        removed_mm3 += carve_turn(grid, isovalue, X_GT, head, policy, slope, {i, turn.turns});
       return removed_mm3;
     }
-    return carve_turn(grid, isovalue, X_GT, head, policy, slope, turn_);
+    return carve_turn(grid, isovalue, X_GT, head, policy, slope, turn);
   }
 
  private:
