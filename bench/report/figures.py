@@ -189,20 +189,20 @@ def speed(folder):
     spread = [r for r in tables.read(folder, "speed_spread") if r["march"] == "native" and "g++" in str(r["compiler"])]
     kernels = [r for r in tables.read(folder, "speed") if r["march"] == "native" and "g++" in str(r["compiler"])]
 
-    def median(case, factor):
+    def spread_of(case, factor, key="p50_ns"):
         case = case.replace(",", ";")  # a table's cells have none
-        return digits(factor * tables.first(tables.where(spread, case=case), "p50_ns"))
+        return digits(factor * tables.first(tables.where(spread, case=case), key))
 
     plane = "slid over a plane, .1 m/s"
-    yield "Coupled tool slides on a plane", median("Coupled, " + plane, 1e-3), "µs", "burr of 10 voxels, 0.1 m/s, median"
-    yield "– with friction", median("Coupled, " + plane + ", friction .3", 1e-3), "µs", "the same"
-    yield "Coupled tool drills", median("Coupled, drills at 5 mm/s, voxels of 0.3 mm", 1e-6), "ms", "burr of 10 voxels, 5 mm/s, median"
-    yield "– in finer voxels", median("Coupled, drills at 5 mm/s, voxels of 0.1 mm", 1e-6), "ms", "burr of 30 voxels, 5 mm/s, median"
-    fine = "Coupled; a 6 mm burr drills at 5 mm/s; voxels of 0.1 mm"
-    yield "– with 60 voxels, in turns", digits(1e-6 * tables.first(tables.where(spread, case=fine), "p50_ns")), "ms", "6 mm burr, 5 mm/s, median"
-    yield "– of them, one in 1000", digits(1e-6 * tables.first(tables.where(spread, case=fine), "p999_ns")), "ms", "the same, longer than this"
-    yield "– by the cutting law", median("Coupled, match-head-3 by the law at 2 mm/s, voxels of 0.3 mm", 1e-6), "ms", "match-head of 3 mm, median"
-    yield "A cut at once", median("carving a burr of 10 voxels diameter", 1e-3), "µs", "burr of 10 voxels, 0.04 voxel a tick"
+    yield "Coupled tool slides on a plane", spread_of("Coupled, " + plane, 1e-3), "µs", "burr of 10 voxels, 0.1 m/s, median"
+    yield "– with friction", spread_of("Coupled, " + plane + ", friction .3", 1e-3), "µs", "the same"
+    yield "Coupled tool drills", spread_of("Coupled, drills at 5 mm/s, voxels of 0.3 mm", 1e-6), "ms", "burr of 10 voxels, 5 mm/s, median"
+    yield "– in finer voxels", spread_of("Coupled, drills at 5 mm/s, voxels of 0.1 mm", 1e-6), "ms", "burr of 30 voxels, 5 mm/s, median"
+    fine = "Coupled, a 6 mm burr drills at 5 mm/s, voxels of 0.1 mm"
+    yield "– with 60 voxels, in turns", spread_of(fine, 1e-6), "ms", "6 mm burr, 5 mm/s, median"
+    yield "– the same, one tick in 1000", spread_of(fine, 1e-6, "p999_ns"), "ms", "longer than this"
+    yield "– by the cutting law", spread_of("Coupled, match-head-3 by the law at 2 mm/s, voxels of 0.3 mm", 1e-6), "ms", "match-head of 3 mm, median"
+    yield "A cut at once", spread_of("carving a burr of 10 voxels diameter", 1e-3), "µs", "burr of 10 voxels, 0.04 voxel a tick"
     for name, sampler in (("OpenVDB", "OpenVDB GridSampler"), ("NanoVDB", "NanoVDB"), ("ITK", "ITK's linear interpolator")):
         ratio = tables.first(tables.where(kernels, measure=sampler + " / ours"), "ratio")
         yield f"Sampling: {name}'s time over ours", digits(ratio, 3), "", "g++, native, one interleaved run"

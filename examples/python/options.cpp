@@ -98,7 +98,7 @@ void bind_cuts(py::module_& m) {
   OptionsClass<CuttingOptions>(m, "CuttingOptions", "Options of every cut.")
       .field("slope", &CuttingOptions::slope, "of the cut [densities per voxel]; 0: chosen by the bone")
       .field("follow_probe", &CuttingOptions::follow_probe, "cut along the device's pose instead of the renderer's")
-      .field("blocks", &CuttingOptions::blocks, "of 16 voxels that a tick cuts, about; a large tool takes turns")
+      .field("blocks", &CuttingOptions::blocks, "blocks of 16 voxels that a tick cuts, about; a large tool takes turns")
       .done();
   py::enum_<CuttingEdges::Kind>(m, "EdgeKind", "Edges along a head, or grains all over it.")
       .value("FLUTED", CuttingEdges::Kind::kFluted)

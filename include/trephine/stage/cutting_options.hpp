@@ -10,7 +10,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 struct CuttingOptions {
   double slope = 0;           ///< of the cut [densities per voxel]; 0: auto_slope
   bool follow_probe = false;  ///< cut along the device's pose instead of the renderer's cutting pose
-  /// Of 16 voxels that a tick cuts, about: a tool that crosses more cuts the bone's parts in turns (`CutTurn`), a turn
+  /// Blocks of 16 voxels that a tick cuts, about: a tool that crosses more cuts the bone in turns (`CutTurn`), a turn
   /// a tick, `CutTurn::kMost` at most. A burr crosses π r² (1 + r/16), r its radius in voxels.
   int blocks = 700;
 

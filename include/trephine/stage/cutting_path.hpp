@@ -87,7 +87,7 @@ class CuttingPath {
       std::fill(pending.begin(), pending.end(), Pending{is_close ? X_GT_before : X_GT});
     last_ = cut;
     for (Pending& of : pending) of.add(allowance);
-    // Of a fast head no turn may wait until its way is too long: this one, which waited longest, tells.
+    // No turn may wait until a fast head's way is too long: this one, which waited longest, tells.
     const Pending& oldest = pending[static_cast<std::size_t>(turn.turn)];
     if (Sweep::travel(head, oldest.X_GT, X_GT) > kLongestSweep * h) {
       double removed_mm3 = 0;

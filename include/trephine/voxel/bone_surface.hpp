@@ -81,7 +81,7 @@ class BoneSurface {
     budget_ = bricks;
     ++tick_;
   }
-  /// Bricks of other turns keep their elements for now, for a round of ticks at most. A cut changes the bricks of its
+  /// Bricks of other turns keep their elements, for a round of ticks at most. A cut changes the bricks of its
   /// turn and the neighbours' halos, and each would else be computed several times a round.
   void begin_turn(const CutTurn& turn) noexcept { turn_ = turn; }
   /// Starts a use at a level of `ElementSize`: bricks requested from now on are evicted after those requested before.
