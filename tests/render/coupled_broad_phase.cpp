@@ -186,6 +186,42 @@ TEST_CASE("broad phase: a list of another pose has every element that a small mo
 }
 
 // Nothing but surface: what either tool has near it pushes out what the other had.
+TEST_CASE("broad phase: a list with bricks that wait for their turn serves its tick, and no other") {
+  const RasterOptions o{.size = {90, 60, 50}, .contrast = 100};
+  auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d(0.2, 0.1, 1).normalized()}, o);
+  Surface surface(grid, o.isovalue());
+  const auto view = surface.view();
+  const BallAndShaft shape(
+      Burr{.tip_radius = 14 * o.spacing[0], .shaft_radius = 6 * o.spacing[0], .shaft_length = 0.02});
+  const Posed X = make_pose<double>(Mat3d::Identity(), o.middle());
+  const auto cut = [&](double radius) {
+    carve(grid, o.isovalue(), SphereCutter(o.middle(), o.middle(), radius * o.spacing[0]), GeometricCut{}, {}, 0);
+  };
+  constexpr int kTurns = 7;
+  BroadPhase near;
+  near.reserve(view, kTouching);
+  const auto tick = [&](int turn) {
+    surface.begin_tick(1 << 20);
+    surface.begin_turn({turn, kTurns});
+    const bool was_current = near.is_current(view);
+    REQUIRE(near.update(view, shape, X, {}));
+    CHECK(near.is_current(view));
+    return was_current;
+  };
+  tick(0);
+  CHECK(tick(1));
+  cut(15);
+  int gathers = 0;
+  for (int t = 2; t < 2 * kTurns + 2; ++t) gathers += tick(t % kTurns) ? 0 : 1;
+  // As long as a brick waits, and not after.
+  CHECK(gathers > 2);
+  CHECK(gathers <= kTurns + 1);
+  CHECK(tick(2));
+  // What is cut in the tick itself is seen in it.
+  cut(16);
+  CHECK(!near.is_current(view));
+}
+
 TEST_CASE("broad phase: blocks that a full store released are provided again") {
   CAPTURE(kSeed);
   constexpr std::size_t kFewest = 8749;

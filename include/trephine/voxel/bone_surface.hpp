@@ -81,6 +81,8 @@ class BoneSurface {
     budget_ = bricks;
     ++tick_;
   }
+  /// Number of the tick, in which no brick is computed twice unless it is cut again.
+  [[nodiscard]] std::uint64_t tick() const noexcept { return tick_; }
   /// Bricks of other turns keep their elements, for a round of ticks at most. A cut changes the bricks of its
   /// turn and the neighbours' halos, and each would else be computed several times a round.
   void begin_turn(const CutTurn& turn) noexcept { turn_ = turn; }

@@ -132,7 +132,6 @@ class BroadPhase {
 
  private:
   using Constants = CoupledConstants;
-  static constexpr auto kNoEdit = std::numeric_limits<std::uint64_t>::max();
   struct NearBrick {
     std::size_t brick;
     std::uint32_t version;
@@ -141,7 +140,8 @@ class BroadPhase {
   [[nodiscard]] bool is_unchanged(const View& view) const noexcept {
     const auto& grid = view.grid();
     if (!valid_ || increase_stamp_ != grid.increase_stamp()) return false;
-    if (edit_count_ == grid.edit_count()) return true;
+    // What waits in this tick waits to its end.
+    if (edit_count_ == grid.edit_count() && (!waits_ || tick_ == view.surface().tick())) return true;
     return std::none_of(bricks_.begin(), bricks_.end(),
                         [&](const NearBrick& b) { return grid.brick_version(b.brick) != b.version; });
   }
@@ -152,6 +152,8 @@ class BroadPhase {
     elements_.begin(X, reach);
     increase_stamp_ = view.grid().increase_stamp();
     edit_count_ = view.grid().edit_count();
+    tick_ = view.surface().tick();
+    waits_ = false;
   }
   template <class View, ToolShape Shape>
   void find_bricks(const View& view, const Shape& shape, const Posed& X, const ToolMotion& reach) noexcept;
@@ -169,6 +171,8 @@ class BroadPhase {
   std::uint64_t increase_stamp_ = 0;   // of the grid, when elements were gathered
   std::uint64_t edit_count_ = 0;       // of the grid, when the list was last found current
   std::uint64_t surface_changes_ = 0;  // of the surface, when elements were gathered
+  std::uint64_t tick_ = 0;             // of the surface, when elements were gathered
+  bool waits_ = false;                 // a brick was then not up to date
   bool valid_ = false;
 };
 
@@ -263,9 +267,9 @@ bool BroadPhase::gather(const View& view, const Shape& shape, const Posed& X, co
     bricks_[i].version = grid.brick_version(brick);
     if (!(brick_spheres_.distance(i) <= max_distance) || !surface.crosses(brick)) continue;
     if (!surface.provide(brick) || surface.overruns() != overruns) return false;
-    // A list with a brick that waits for its turn is not current, though nothing be cut.
+    // A list with a brick that waits for its turn serves this tick alone, though nothing be cut.
     bricks_[i].version = surface.provided_version(brick);
-    if (bricks_[i].version != grid.brick_version(brick)) edit_count_ = kNoEdit;
+    waits_ = waits_ || bricks_[i].version != grid.brick_version(brick);
     const Vec3d corner = surface.corner(brick);
     surface.for_each_block(brick, [&](const ElementBlock& block, int count) {
       elements_.add({&block, count, brick, corner});
