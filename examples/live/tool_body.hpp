@@ -51,21 +51,27 @@ class ToolBody {
   [[nodiscard]] const std::vector<Vec3d>& points() const { return points_; }
 
  private:
-  /// Rings of points about the axis. A part thinner than a voxel has them where it is thickest.
+  /// Rings of points about the axis, on a lattice and where its lines leave the tool's inside. A part thinner than a
+  /// voxel has them where it is thickest.
   template <class Distance>
   void fill(const Distance& distance, double z_low, double z_high, double radius, double voxel) {
+    const auto is_inside = [&](double rho, double z) { return distance(rho, z) <= -0.5 * voxel; };
+    const double fine = voxel / 8;
     for (double step = voxel;; step *= 1.25) {
       points_.clear();
-      const double rim = std::max(radius - 0.5 * voxel, 0.0);
-      for (int ring = 0; ring <= static_cast<int>(rim / step) + 1; ++ring) {
-        const double rho = std::min(ring * step, rim);
-        for (double z = z_low; z <= z_high; z += step)
-          if (distance(rho, z) <= -0.5 * voxel) add_ring(rho, z, step);
-        double deepest = z_low;
-        for (double z = z_low; z <= z_high; z += voxel / 8)
+      // Lines along the axis, then lines away from it.
+      for (double rho = 0; rho <= radius; rho += step) {
+        double next = z_low, deepest = z_low;
+        for (double z = z_low; z <= z_high; z += fine) {
+          const bool is_last = !is_inside(rho, z + fine);
+          if (is_inside(rho, z) && (z >= next || is_last)) add_ring(rho, z, step), next = is_last ? z_low : z + step;
           if (distance(rho, z) < distance(rho, deepest)) deepest = z;
+        }
         if (distance(rho, deepest) <= -0.4 * voxel) add_ring(rho, deepest, step);
       }
+      for (double z = z_low; z <= z_high; z += step)
+        for (double rho = 0; rho <= radius; rho += fine)
+          if (is_inside(rho, z) && !is_inside(rho + fine, z)) add_ring(rho, z, step);
       if (points_.size() <= kMax) return;
     }
   }

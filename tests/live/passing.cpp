@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace {
 
@@ -54,6 +55,33 @@ TEST_CASE("tool bodies: a tool is free beside a plane of bone, and on it, but no
   X.translation() = Vec3d(5e-3, 10e-3, kSurface + 3e-3);
   CHECK(!ToolBody(trephine::Burr{.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 40e-3}, kVoxel)
              .is_free(bone, 0, X));
+}
+
+TEST_CASE(
+    "tool bodies: bone holds a tool from half a voxel's depth on, however it lies and whatever voxels its points are "
+    "of") {
+  // A half space, so that depth is exact: the tool's points nearest to it, by its own distance.
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (const double voxel : {0.1e-3, 0.3e-3, 0.4e-3, 0.6e-3})
+    for (const double radius : {0.8e-3, 1.2e-3, 3e-3}) {
+      if (radius < 2 * voxel) continue;
+      CAPTURE(voxel);
+      CAPTURE(radius);
+      const ToolBody body(trephine::Burr{.tip_radius = radius, .shaft_radius = 0.5 * radius, .shaft_length = 40e-3},
+                          voxel);
+      double least = 1e9, most = 0;  // depth of the ball where the first of its points is reached
+      for (int i = 0; i < 400; ++i) {
+        Vec3d n = Vec3d(normal(random), normal(random), normal(random)).normalized();
+        n.z() = std::abs(n.z());  // bone is below, the shaft goes up
+        double lowest = 0;
+        for (const Vec3d& p : body.points()) lowest = std::min(lowest, n.dot(p));
+        least = std::min(least, radius + lowest);
+        most = std::max(most, radius + lowest);
+      }
+      CHECK(least > 0.49 * voxel);
+      CHECK(most < 0.95 * voxel);
+    }
 }
 
 void use(Bench& b, Renderer renderer) {
