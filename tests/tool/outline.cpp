@@ -284,6 +284,45 @@ TEST_CASE("outlines: single precision lanes differ from double by rounding") {
   }
 }
 
+// Pieces beyond all points are left out: points from all over the tool leave none out.
+TEST_CASE("outlines: lanes from all over a tool, from near one another and alone have the same bits") {
+  Random random(kSeed + 9);
+  for (const Named& t : tools()) {
+    CAPTURE(t.name);
+    const ToolOutline& outline = t.tool.outline();
+    const ToolBounds bounds = t.tool.bounds();
+    const auto height = [&](double of) { return bounds.z_low + of * (bounds.z_high - bounds.z_low); };
+    for (int n = 0; n < 200; ++n) {
+      ProfileLanes<double> rho, z, d, d_near, rho_near, z_near;
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        const auto p = random_place(random, bounds);
+        rho[l] = p.rho;
+        z[l] = l % 2 == 0 ? p.z : bounds.z_low + random.uniform(-1, 3) * bounds.radius;
+      }
+      // The ends take part, so that every piece is level with some lane.
+      z[0] = height(-0.01);
+      z[1] = height(1.01);
+      outline.distances(rho, z, d);
+      Profile spread, near;
+      outline.profile(rho, z, spread);
+      const std::size_t of = 2 + static_cast<std::size_t>(n) % (kProfileLanes - 2);
+      for (std::size_t l = 0; l < kProfileLanes; ++l) {
+        CHECK(outline.signed_distance(rho[l], z[l]) == d[l]);
+        rho_near[l] = l == 0 ? rho[of] : rho[of] * random.uniform(0.9, 1.1);
+        z_near[l] = l == 0 ? z[of] : z[of] + 1e-4 * random.uniform(-1, 1);
+      }
+      outline.distances(rho_near, z_near, d_near);
+      outline.profile(rho_near, z_near, near);
+      CHECK(d_near[0] == d[of]);
+      CHECK(near.distance[0] == spread.distance[of]);
+      CHECK(near.normal_rho[0] == spread.normal_rho[of]);
+      CHECK(near.normal_z[0] == spread.normal_z[of]);
+      CHECK(near.curvature[0] == spread.curvature[of]);
+      CHECK(near.central[0] == spread.central[of]);
+    }
+  }
+}
+
 // Outside, ball and shaft and their outline are one body.
 TEST_CASE("outlines: that of a round burr answers as BallAndShaft") {
   const Burr burr{.tip_radius = 0.0015, .shaft_radius = 0.0008, .shaft_length = 0.012};

@@ -205,6 +205,7 @@ class ToolOutline {
     best.fill(std::numeric_limits<S>::max());
     inside.fill(S(0));
     for (const Piece& p : pieces()) {
+      if (nearest.is_beyond(p, best)) continue;
       nearest.find(p);
       for (std::size_t l = 0; l < kLanes; ++l) best[l] = nearest.square[l] < best[l] ? nearest.square[l] : best[l];
       for (std::size_t l = 0; l < kLanes; ++l) inside[l] += nearest.inside[l];
@@ -220,6 +221,7 @@ class ToolOutline {
     best.fill(std::numeric_limits<double>::max());
     out.central.fill(0);
     for (const Piece& p : pieces()) {
+      if (nearest.is_beyond(p, best)) continue;
       nearest.find(p);
       const double is_central = p.centre_rho == 0 && p.centre_z == 0 && p.side > 0 ? 1.0 : 0.0;
       ProfileLanes<double> own_x, own_y, own_bend, central;

@@ -4,6 +4,8 @@
 #include <trephine/core/math.hpp>
 #include <trephine/core/square_roots.hpp>
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -86,10 +88,24 @@ struct NearestOnPiece {
   Lanes at_end;        ///< 1 if that is an end of the piece, else 0
   Lanes inside;        ///< 1 if the point is level with the piece, on the body's side of it
   Lanes to_centre;     ///< of an arc: distance from its centre
+  S low, high;         ///< least and largest height of the points
 
-  NearestOnPiece(const Lanes& point_rho, const Lanes& point_z) noexcept : at_rho(point_rho), at_z(point_z) {}
+  NearestOnPiece(const Lanes& point_rho, const Lanes& point_z) noexcept
+      : at_rho(point_rho), at_z(point_z), low(lanes(point_z).minCoeff()), high(lanes(point_z).maxCoeff()) {}
 
-  void find(const OutlinePiece& p) noexcept { p.side != 0 ? find_on_arc(p) : find_on_line(p); }
+  /// True if a piece lies so far above or below all points that it is no nearer to any than `best`, squared distances
+  /// from other pieces. None is level with it then.
+  [[nodiscard]] bool is_beyond(const OutlinePiece& p, const Lanes& best) noexcept {
+    const S gap = std::max(static_cast<S>(p.z) - high, low - static_cast<S>(p.end_z));
+    if (!(gap > S(0))) return false;
+    if (most_ < S(0)) most_ = lanes(best).maxCoeff();
+    return gap * gap > kRoundedUp * most_;
+  }
+
+  void find(const OutlinePiece& p) noexcept {
+    most_ = -1;
+    p.side != 0 ? find_on_arc(p) : find_on_line(p);
+  }
 
   void find_on_line(const OutlinePiece& p) noexcept {
     const S p_rho = static_cast<S>(p.rho), p_z = static_cast<S>(p.z), end_z = static_cast<S>(p.end_z);
@@ -142,6 +158,15 @@ struct NearestOnPiece {
       inside[l] = at_z[l] < end_z ? above : S(0);
     }
   }
+
+ private:
+  static constexpr S kRoundedUp = S(1.0001);
+
+  [[nodiscard]] static auto lanes(const Lanes& x) noexcept {
+    return Eigen::Map<const Eigen::Array<S, static_cast<int>(kLanes), 1>>(x.data());
+  }
+
+  S most_ = -1;  // the largest of `best` since `find`; negative: not known yet
 };
 
 }  // namespace detail
