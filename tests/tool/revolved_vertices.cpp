@@ -3,8 +3,8 @@
 #include "support/near.hpp"
 
 #include <trephine/render/surface/plane_law.hpp>
-#include <trephine/tool/named_tools.hpp>
 #include <trephine/tool/line_discretization.hpp>
+#include <trephine/tool/named_tools.hpp>
 #include <trephine/tool/revolved_vertices.hpp>
 
 #include <doctest/doctest.h>
