@@ -56,11 +56,12 @@ class ToolBody {
   template <class Distance>
   void fill(const Distance& distance, double z_low, double z_high, double radius, double voxel) {
     const auto is_inside = [&](double rho, double z) { return distance(rho, z) <= -0.5 * voxel; };
-    const double fine = voxel / 8;
+    const double fine = voxel / 8, rim = std::max(radius - 0.5 * voxel, 0.0);
     for (double step = voxel;; step *= 1.25) {
       points_.clear();
       // Lines along the axis, then lines away from it.
-      for (double rho = 0; rho <= radius; rho += step) {
+      for (int line = 0; line <= static_cast<int>(rim / step) + 1; ++line) {
+        const double rho = std::min(line * step, rim);
         double next = z_low, deepest = z_low;
         for (double z = z_low; z <= z_high; z += fine) {
           const bool is_last = !is_inside(rho, z + fine);

@@ -76,7 +76,7 @@ class BroadPhase {
     const bool same = other.increase_stamp_ == other_view.grid().increase_stamp();
     increase_stamp_ = same ? view.grid().increase_stamp() : 0;
     valid_ = false;
-    if (other.is_unchanged(other_view)) {
+    if (!other.waits_ && other.is_unchanged(other_view)) {
       view.surface().begin_tick(std::numeric_limits<int>::max());
       if (!gather(view, shape, other.elements_.pose(), other.elements_.reach())) invalidate();
     }
