@@ -47,9 +47,12 @@ def table(rows):
         header = ["Figure", "Value", "Set"]
         body = [[row["name"], shown(row), row["set"]] for row in rows]
     lines = [line(header).replace("|  |", "| |", 1), "|" + "---|" * len(header)] + [line(cells) for cells in body]
-    made = list(dict.fromkeys((row["machine"], row["commit"]) for row in rows if row["machine"] != "any"))
+    made = {}
+    for row in rows:
+        if row["machine"] != "any" and row["commit"] not in made.setdefault(row["machine"], []):
+            made[row["machine"]].append(row["commit"])
     if made:
-        lines += ["", "*" + "; ".join(f"{machine}, at {commit}" for machine, commit in made) + ".*"]
+        lines += ["", "*" + "; ".join(f"{machine}, at {' and '.join(commits)}" for machine, commits in made.items()) + ".*"]
     return "\n".join(lines) + "\n\n"
 
 
