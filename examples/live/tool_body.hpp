@@ -51,30 +51,48 @@ class ToolBody {
   [[nodiscard]] const std::vector<Vec3d>& points() const { return points_; }
 
  private:
-  /// Rings of points about the axis, on a lattice and where its lines leave the tool's inside. A part thinner than a
-  /// voxel has them where it is thickest.
+  /// Rings of points about the axis, on a lattice as fine as their number allows.
   template <class Distance>
   void fill(const Distance& distance, double z_low, double z_high, double radius, double voxel) {
-    const auto is_inside = [&](double rho, double z) { return distance(rho, z) <= -0.5 * voxel; };
-    const double fine = voxel / 8, rim = std::max(radius - 0.5 * voxel, 0.0);
-    for (double step = voxel;; step *= 1.25) {
-      points_.clear();
-      // Lines along the axis, then lines away from it.
-      for (int line = 0; line <= static_cast<int>(rim / step) + 1; ++line) {
-        const double rho = std::min(line * step, rim);
-        double next = z_low, deepest = z_low;
-        for (double z = z_low; z <= z_high; z += fine) {
-          const bool is_last = !is_inside(rho, z + fine);
-          if (is_inside(rho, z) && (z >= next || is_last)) add_ring(rho, z, step), next = is_last ? z_low : z + step;
-          if (distance(rho, z) < distance(rho, deepest)) deepest = z;
+    double step = voxel;
+    while (!add_rings(distance, z_low, z_high, radius, voxel, step)) step *= 1.25;
+  }
+  /// Rings on lines along the axis and lines away from it, `step` apart, and where these leave the tool's inside. A
+  /// part thinner than a voxel has them where it is thickest. Returns false where there are more points than kMax.
+  template <class Distance>
+  bool add_rings(const Distance& distance, double z_low, double z_high, double radius, double voxel, double step) {
+    const double inside = -0.5 * voxel, fine = voxel / 8, rim = std::max(radius - 0.5 * voxel, 0.0);
+    points_.clear();
+    for (int line = 0; line <= static_cast<int>(rim / step) + 1; ++line) {
+      if (points_.size() > kMax) return false;
+      const double rho = std::min(line * step, rim);
+      double here = distance(rho, z_low), thickest = here, deepest = z_low, next = z_low;
+      for (double z = z_low; z <= z_high; z += fine) {
+        const double above = distance(rho, z + fine);
+        if (here <= inside) {
+          const bool is_last = above > inside;
+          if (z >= next || is_last) {
+            add_ring(rho, z, step);
+            next = is_last ? z_low : z + step;  // where the line comes inside again, it has a ring at once
+          }
         }
-        if (distance(rho, deepest) <= -0.4 * voxel) add_ring(rho, deepest, step);
+        if (here < thickest) {
+          thickest = here;
+          deepest = z;
+        }
+        here = above;
       }
-      for (double z = z_low; z <= z_high; z += step)
-        for (double rho = 0; rho <= radius; rho += fine)
-          if (is_inside(rho, z) && !is_inside(rho + fine, z)) add_ring(rho, z, step);
-      if (points_.size() <= kMax) return;
+      if (thickest <= -0.4 * voxel) add_ring(rho, deepest, step);
     }
+    for (double z = z_low; z <= z_high && points_.size() <= kMax; z += step) {
+      double here = distance(0, z);
+      for (double rho = 0; rho <= radius; rho += fine) {
+        const double beside = distance(rho + fine, z);
+        if (here <= inside && beside > inside) add_ring(rho, z, step);
+        here = beside;
+      }
+    }
+    return points_.size() <= kMax;
   }
   void add_ring(double rho, double z, double step) {
     const int count = std::max(1, static_cast<int>(std::ceil(2 * std::numbers::pi * rho / step)));
