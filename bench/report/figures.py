@@ -190,9 +190,12 @@ def speed(folder):
     spread = [r for r in tables.read(folder, "speed_spread") if r["march"] == "native" and "g++" in str(r["compiler"])]
     kernels = [r for r in tables.read(folder, "speed") if r["march"] == "native" and "g++" in str(r["compiler"])]
 
-    def spread_of(case, factor, key="p50_ns"):
+    def time_of(case, key="p50_ns"):
         case = case.replace(",", ";")  # a table's cells have none
-        return digits(factor * tables.first(tables.where(spread, case=case), key))
+        return tables.first(tables.where(spread, case=case), key)
+
+    def spread_of(case, factor):
+        return digits(factor * time_of(case))
 
     plane = "slid over a plane, .1 m/s"
     yield "Coupled tool slides on a plane", spread_of("Coupled, " + plane, 1e-3), "µs", "burr of 10 voxels, 0.1 m/s, median"
@@ -200,10 +203,9 @@ def speed(folder):
     yield "Coupled tool drills", spread_of("Coupled, drills at 5 mm/s, voxels of 0.3 mm", 1e-6), "ms", "burr of 10 voxels, 5 mm/s, median"
     yield "– in finer voxels", spread_of("Coupled, drills at 5 mm/s, voxels of 0.1 mm", 1e-6), "ms", "burr of 30 voxels, 5 mm/s, median"
     # The same burr in voxels of 0.1 and of 0.4 mm: what finer voxels cost, in one run.
-    burr = [tables.where(spread, case=f"Coupled; a 6 mm burr drills at 5 mm/s; voxels of {voxel} mm") for voxel in ("0.1", "0.4")]
-    for name, key in (("– 60 voxels across over 15", "p50_ns"), ("– likewise, slowest tick in 1000", "p999_ns")):
-        fine, coarse = (tables.first(rows, key) for rows in burr)
-        yield name, digits(fine / coarse), "", "6 mm burr, medians" if key == "p50_ns" else "the same"
+    fine, coarse = (f"Coupled, a 6 mm burr drills at 5 mm/s, voxels of {voxel} mm" for voxel in ("0.1", "0.4"))
+    yield "– 60 voxels across over 15", digits(time_of(fine) / time_of(coarse)), "", "6 mm burr, medians"
+    yield "– likewise, slowest tick in 1000", digits(time_of(fine, "p999_ns") / time_of(coarse, "p999_ns")), "", "the same"
     yield "– by the cutting law", spread_of("Coupled, match-head-3 by the law at 2 mm/s, voxels of 0.3 mm", 1e-6), "ms", "match-head of 3 mm, median"
     yield "A cut at once", spread_of("carving a burr of 10 voxels diameter", 1e-3), "µs", "burr of 10 voxels, 0.04 voxel a tick"
     for name, sampler in (("OpenVDB", "OpenVDB GridSampler"), ("NanoVDB", "NanoVDB"), ("ITK", "ITK's linear interpolator")):
