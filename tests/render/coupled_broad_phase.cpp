@@ -185,7 +185,6 @@ TEST_CASE("broad phase: a list of another pose has every element that a small mo
   CHECK(entered > 100);
 }
 
-// Nothing but surface: what either tool has near it pushes out what the other had.
 TEST_CASE("broad phase: a list with bricks that wait for their turn serves its tick, and no other") {
   const RasterOptions o{.size = {90, 60, 50}, .contrast = 100};
   auto grid = rasterise<std::uint8_t>(HalfSpace{o.middle(), Vec3d(0.2, 0.1, 1).normalized()}, o);
@@ -222,6 +221,7 @@ TEST_CASE("broad phase: a list with bricks that wait for their turn serves its t
   CHECK(!near.is_current(view));
 }
 
+// Nothing but surface: what either tool has near it pushes out what the other had.
 TEST_CASE("broad phase: blocks that a full store released are provided again") {
   CAPTURE(kSeed);
   constexpr std::size_t kFewest = 8749;
