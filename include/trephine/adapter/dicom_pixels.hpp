@@ -7,12 +7,12 @@
 #include <trephine/adapter/stored_image.hpp>
 #include <trephine/adapter/volume_bytes.hpp>
 #include <trephine/adapter/volume_text.hpp>
+#include <trephine/core/bit_cast.hpp>
 
 #include <itkGDCMImageIO.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -118,7 +118,7 @@ class Padding {
 
  private:
   [[nodiscard]] std::int64_t as_number(std::uint16_t bits) const noexcept {
-    return form_.is_signed ? std::int64_t{std::bit_cast<std::int16_t>(bits)} : std::int64_t{bits};
+    return form_.is_signed ? std::int64_t{detail::bit_cast<std::int16_t>(bits)} : std::int64_t{bits};
   }
   PixelForm form_;
   std::optional<std::uint16_t> raw_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <trephine/adapter/volume_text.hpp>
+#include <trephine/core/bit_cast.hpp>
 
 #include <itk_zlib.h>
 
@@ -158,7 +159,7 @@ Number from_bytes(const char* bytes, bool big_endian) {
   std::array<char, sizeof(Number)> b{};
   std::memcpy(b.data(), bytes, sizeof(Number));
   if (big_endian != (std::endian::native == std::endian::big)) std::reverse(b.begin(), b.end());
-  return std::bit_cast<Number>(b);
+  return detail::bit_cast<Number>(b);
 }
 
 /// Reverses the bytes of each number of `width` bytes unless they have the order of this machine.

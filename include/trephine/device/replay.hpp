@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/bit_cast.hpp>
 #include <trephine/device/tickable_scene.hpp>
 #include <trephine/session/recorded_tick.hpp>
 
-#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -24,7 +24,7 @@ struct ReplayReport {
 
 /// Returns true if all bits are equal. Unlike ==, -0 differs from 0, and NaN equals itself.
 [[nodiscard]] inline bool same_bits(double a, double b) noexcept {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+  return detail::bit_cast<std::uint64_t>(a) == detail::bit_cast<std::uint64_t>(b);
 }
 [[nodiscard]] inline bool same_bits(const Vec3d& a, const Vec3d& b) noexcept {
   return same_bits(a.x(), b.x()) && same_bits(a.y(), b.y()) && same_bits(a.z(), b.z());

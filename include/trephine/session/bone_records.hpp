@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/bit_cast.hpp>
 #include <trephine/core/file_bytes.hpp>
 #include <trephine/core/finite.hpp>
 #include <trephine/core/tolerances.hpp>
@@ -14,7 +15,6 @@
 #include <trephine/voxel/grid_reader.hpp>
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -104,7 +104,7 @@ void put_brick(std::string& bytes, std::size_t brick, std::span<const std::pair<
   DensityBits<Density> before = 0;
   for (const auto& [number, density] : changed) {
     codes.skipped.put(bits, static_cast<std::uint64_t>(number - next));
-    const auto word = std::bit_cast<DensityBits<Density>>(density);
+    const auto word = detail::bit_cast<DensityBits<Density>>(density);
     codes.densities.put(bits, folded(std::uint64_t{word} - std::uint64_t{before}));
     next = number + 1;
     before = word;
@@ -137,7 +137,8 @@ void put_brick(std::string& bytes, std::size_t brick, std::span<const std::pair<
       word += unfolded(codes.densities.take(bits));
       const auto stored = static_cast<DensityBits<Density>>(word);
       if (stored != word || bits.is_short()) return false;
-      change.voxels.push_back({static_cast<std::uint16_t>(number), static_cast<float>(std::bit_cast<Density>(stored))});
+      change.voxels.push_back(
+          {static_cast<std::uint16_t>(number), static_cast<float>(detail::bit_cast<Density>(stored))});
     }
     in.remove_prefix(bits.bytes());
     return true;
@@ -226,7 +227,8 @@ class BoneFollowerOf final : public BoneFollower {
           const std::size_t row = static_cast<std::size_t>(at[2] + k) * static_cast<std::size_t>(n[1]) +
                                   static_cast<std::size_t>(at[1] + j);
           Density& known = known_[row * static_cast<std::size_t>(n[0]) + static_cast<std::size_t>(at[0] + i)];
-          if (std::bit_cast<DensityBits<Density>>(density) == std::bit_cast<DensityBits<Density>>(known)) continue;
+          if (detail::bit_cast<DensityBits<Density>>(density) == detail::bit_cast<DensityBits<Density>>(known))
+            continue;
           known = density;
           changed_.emplace_back((k * kSide + j) * kSide + i, density);
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/bit_cast.hpp>
 #include <trephine/voxel/lane_bits.hpp>
 #include <trephine/voxel/voxel_grid.hpp>
 
@@ -145,9 +146,9 @@ class CrossedCells {
     end[3] = c[7];
     const auto choose = [&](Lanes& out, const Lanes& by_x, const Lanes& by_y, const Lanes& by_z) {
       for (std::size_t l = 0; l < kLanes; ++l) {
-        const auto bits = [l](const Lanes& from) { return std::bit_cast<std::uint32_t>(from[l]); };
+        const auto bits = [l](const Lanes& from) { return detail::bit_cast<std::uint32_t>(from[l]); };
         const std::uint32_t across = (bits(by_x) & along_x[l]) | (bits(by_y) & ~along_x[l]);
-        out[l] = std::bit_cast<float>((bits(by_z) & along_z[l]) | (across & ~along_z[l]));
+        out[l] = detail::bit_cast<float>((bits(by_z) & along_z[l]) | (across & ~along_z[l]));
       }
     };
     choose(start[1], c[2], c[1], c[1]);

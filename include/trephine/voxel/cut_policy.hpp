@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <trephine/core/bit_cast.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/voxel/grid_geometry.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <concepts>
 #include <cstdint>
 
@@ -53,12 +53,12 @@ template <VoxelDensity Density>
     return value > target ? value : target;
   } else {
     // NaN falls by nothing. No fall exceeds the type's range. Masks, because clamps with constant bounds become jumps.
-    constexpr std::uint32_t kRange = std::bit_cast<std::uint32_t>(65536.0F);
+    constexpr std::uint32_t kRange = detail::bit_cast<std::uint32_t>(65536.0F);
     const std::uint32_t positive = drop > 0 ? ~0U : 0U;
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(drop) & positive;
+    const std::uint32_t bits = detail::bit_cast<std::uint32_t>(drop) & positive;
     // Positive floats are in the order of their bits.
     const std::int32_t most = std::min(static_cast<std::int32_t>(bits), static_cast<std::int32_t>(kRange));
-    const int value = old - static_cast<int>(std::bit_cast<float>(most) + unit_of(dither));
+    const int value = old - static_cast<int>(detail::bit_cast<float>(most) + unit_of(dither));
     return value > target ? value : target;
   }
 }
@@ -104,7 +104,8 @@ struct UniformHardness {
 /// Hardness of a density: a divisor of the rate, > 0.
 template <class H>
 concept Hardness = std::copy_constructible<H> && requires(const H& h, float density) {
-  { h(density) } noexcept -> std::convertible_to<float>;
+  { h(density) }
+  noexcept->std::convertible_to<float>;
 };
 
 /// Approaches the geometric cut in time. A voxel falls by at most rate · share · dt / hardness(ρ) a tick, and never
@@ -198,8 +199,9 @@ struct AdvancingCut {
 template <class P>
 concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
   { P::kKind } -> std::convertible_to<CutKind>;
-  { policy.validate() };
-  { policy.template limit<std::uint8_t>(allowance) } noexcept;
+  {policy.validate()};
+  { policy.template limit<std::uint8_t>(allowance) }
+  noexcept;
 };
 
 }  // namespace trephine
