@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+import { startEngine } from "./engine_calls.js";
+import { makeFiles } from "./files.js";
+import { makeHand } from "./hand.js";
+import { makePanel } from "./panel.js";
+import { fillHelp } from "./words.js";
+
+const $ = (id) => document.getElementById(id);
+const kShownApart = 66; // [ms] between two states of the panel
+const kMostPixels = 3e6; // drawn; a finer screen gets a coarser picture
+const kLongestFrame = 0.1; // [s]
+
+/// One sentence instead of the picture.
+function say(sentence) {
+  $("sentence").textContent = sentence;
+  $("sentence").hidden = false;
+  $("opening").hidden = true;
+  $("picture").inert = $("panel").inert = true;
+}
+
+/// Has the page answered by its service worker, so that memory can be shared. Returns a sentence where that cannot be,
+/// and never where the page is loaded anew.
+async function isolate() {
+  const workers = navigator.serviceWorker;
+  const reload = () => {
+    history.replaceState({ reloaded: true }, "");
+    location.reload();
+    return new Promise(() => {});
+  };
+  const again = history.state?.reloaded === true;
+  history.replaceState(null, "");
+  if (!workers) {
+    if (crossOriginIsolated) return "";
+    return isSecureContext
+      ? "This browser gives pages no service worker, perhaps in a private window, so please try an ordinary window or another browser."
+      : "Drilling needs memory that browsers share over https only, so please open this page's https address.";
+  }
+  let failed = false;
+  try {
+    const registration = await workers.register("service_worker.js");
+    if (registration.waiting && !again) {
+      const taken = new Promise((done) => {
+        workers.addEventListener("controllerchange", done, { once: true });
+        setTimeout(done, 3000);
+      });
+      registration.waiting.postMessage("take over");
+      await taken;
+      return await reload();
+    }
+    if (crossOriginIsolated) return "";
+    await workers.ready;
+  } catch (error) {
+    console.info(error);
+    failed = true;
+  }
+  if (crossOriginIsolated) return "";
+  if (!failed && !again) return reload();
+  if (window.top !== window) return "Inside another page the drill gets no shared memory, so please open it in a window of its own.";
+  return "This browser does not let the page share memory, so please allow its service worker and storage, or try another browser.";
+}
+
+function hasWebGl2() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return gl !== null;
+}
+
+async function run() {
+  const canvas = $("canvas");
+  if (!hasWebGl2())
+    return say("The picture needs WebGL 2, so please switch on hardware acceleration, or try a newer browser.");
+  const refusal = await isolate();
+  if (refusal) return say(refusal);
+
+  let engine = null;
+  try {
+    engine = await startEngine(canvas, say);
+  } catch (error) {
+    console.error(error);
+    return say("The engine could not be loaded, so please check the connection and reload the page.");
+  }
+  const words = JSON.parse(engine.words() || "{}");
+  const acts = new Set((words.actions ?? []).map((a) => a.name));
+  fillHelp($("help_lists"), words);
+
+  // The bone that is open, and the one that was asked for.
+  const bone = $("bone");
+  let open = "", asked = null, kept = 0, state = {}, refused = "", busyFiles = false;
+  const refuse = (sentence) => {
+    refused = sentence;
+    $("refusal_text").textContent = sentence;
+    $("refusal").hidden = sentence === "";
+  };
+  const showBusy = (text, cancel) => {
+    if (!$("opening").hidden && $("opening_text").textContent === text) return;
+    $("opening_text").textContent = text;
+    $("opening").hidden = text === "";
+    $("cancel").hidden = !cancel;
+    $("cancel").onclick = cancel ?? null;
+  };
+  const openKind = (kind) => {
+    refuse("");
+    hand?.stop();
+    asked = kind;
+    engine.open(kind);
+  };
+  const opened = (name, at) => {
+    refuse("");
+    hand.stop();
+    [asked, kept] = [name, at];
+    if (![...bone.options].some((o) => o.value === name)) bone.add(new Option(name, name));
+    bone.value = name;
+  };
+  const watchOpening = () => {
+    if (asked === null) return;
+    const text = engine.opening();
+    if (text && !text.startsWith("!")) return busyFiles || showBusy(text);
+    if (kept !== 0) engine.forget(kept);
+    kept = 0;
+    if (text) {
+      refuse(text.slice(1));
+      if (bone.selectedOptions[0]?.value === asked && !kKinds.has(asked)) bone.selectedOptions[0].remove();
+      bone.value = open;
+    } else {
+      // A volume of one's own can be chosen only by opening it again.
+      for (const o of [...bone.options]) if (!kKinds.has(o.value) && o.value !== asked) o.remove();
+      open = bone.value = asked;
+    }
+    asked = null;
+    hand.lose();
+    if (!busyFiles) showBusy("");
+  };
+  const kKinds = new Set([...bone.options].map((o) => o.value));
+  bone.addEventListener("change", () => openKind(bone.value));
+  $("refusal_close").addEventListener("click", () => {
+    refuse("");
+    canvas.focus();
+  });
+
+  const panel = makePanel(engine, words, () => canvas.focus({ preventScroll: true }));
+  const showHelp = () => {
+    hand.stop();
+    if (!$("help").open) $("help").showModal();
+  };
+  $("show_help").addEventListener("click", showHelp);
+  const hand = makeHand(canvas, $("spindle"), [[$("push_in"), 1], [$("pull_out"), -1]], engine, {
+    help: showHelp,
+    fold: panel.fold,
+    letters: () => $("letters").checked,
+    acts: (name) => acts.has(name),
+    spindle: () => Boolean(state.spindle),
+    pixel: () => {
+      const now = JSON.parse(engine.state() || "{}");
+      return Array.isArray(now.pixel) && now.pixel.every(Number.isFinite) ? { x: now.pixel[0], y: now.pixel[1] } : null;
+    },
+  });
+  $("home").addEventListener("click", hand.lose);
+  makeFiles(engine, {
+    busy: (text, cancel) => {
+      busyFiles = true;
+      refuse("");
+      showBusy(text, cancel);
+    },
+    idle: () => {
+      busyFiles = false;
+      showBusy("");
+    },
+    refuse,
+    opened,
+  });
+
+  canvas.addEventListener("webglcontextlost", (e) => {
+    e.preventDefault();
+    hand.stop();
+    engine.context_lost();
+  });
+  canvas.addEventListener("webglcontextrestored", () => engine.context_restored());
+
+  openKind(kKinds.has(location.hash.slice(1)) ? (bone.value = location.hash.slice(1)) : "tooth");
+
+  let last = performance.now(), shown = -Infinity;
+  function frame(now) {
+    if (engine.ended()) return;
+    const dt = Math.min(Math.max((now - last) / 1e3, 0), kLongestFrame);
+    last = now;
+    const { clientWidth, clientHeight } = canvas;
+    const ratio = Math.min(devicePixelRatio, Math.sqrt(kMostPixels / Math.max(1, clientWidth * clientHeight)));
+    const width = Math.max(16, Math.round(clientWidth * ratio)), height = Math.max(16, Math.round(clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) {
+      Object.assign(canvas, { width, height });
+      hand.lose();
+    }
+    watchOpening();
+    hand.frame(dt);
+    engine.frame(dt, width, height);
+    if (now - shown > kShownApart) {
+      shown = now;
+      state = JSON.parse(engine.state() || "{}");
+      panel.show(state, { now, touch: hand.touch(), structures: open === "temporal" });
+    }
+    requestAnimationFrame(frame);
+  }
+  requestAnimationFrame(frame);
+}
+
+run().catch((error) => {
+  console.error(error);
+  say("The page could not start, so please reload it or try another browser.");
+});
