@@ -4,7 +4,7 @@ include_guard(GLOBAL)
 
 set(bone_folder ${CMAKE_CURRENT_LIST_DIR})
 add_library(drill_bone STATIC)
-foreach(part bone skull_file spot structure_labels temporal_bone)
+foreach(part bone read_bone skull_file spot structure_labels temporal_bone)
   target_sources(drill_bone PRIVATE ${bone_folder}/${part}.cpp)
 endforeach()
 trephine_own_target(drill_bone)

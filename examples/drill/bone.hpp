@@ -35,6 +35,11 @@ struct Bone {
 
 /// Reads or makes what the options ask for. Throws std::exception with one clear line: what, where, what to do.
 [[nodiscard]] Bone load_bone(const Options& options);
+/// Makes the bone that needs no file: the phantom that the options ask for, or the tooth.
+[[nodiscard]] Bone made_bone(const Options& options);
+/// Fits a bone as it was read to be drilled: puts the options' tool in, leaves out pieces if they say so, and crops.
+/// Throws std::runtime_error where it has no surface at its isovalue.
+[[nodiscard]] Bone fitted(Bone bone, const Options& options);
 
 /// A burr for these voxels, as far as the options leave it open: three voxels' radius at least, so that the ball is
 /// round and its way out of bone is more than one sample; in steps of half a millimetre, or of 0.1 mm below 1 mm.

@@ -145,8 +145,6 @@ Bone bone(const Options& options) {
           .notes = {"made of formulas, not of a patient"}};
 }
 
-namespace {
-
 StructureLabels labels() {
   constexpr double kVoxel = 0.3_mm;
   const Mat3d R = trephine::rotation_from_vector<double>(Vec3d(0.05, -0.04, 0.06));
@@ -174,6 +172,8 @@ StructureLabels labels() {
            {kDura + 1, "dura", {0.83F, 0.28F, 0.52F}},
            {kCarotid + 1, "carotid", {0.80F, 0.20F, 0.18F}}}};
 }
+
+namespace {
 
 /// Depth at which a line down from p meets the structure first, with room for the burr beside all others till there.
 std::optional<double> depth_below(const Vec3d& p, int structure, double radius) {

@@ -23,7 +23,10 @@ inline const trephine::Vec3d kSpot_W(0, -2e-3, 0);
 /// The bone, in voxels of 0.4 mm [HU]: solid but for air cells and for the structures, which hold soft tissue.
 [[nodiscard]] Bone bone(const Options& options);
 
-/// Labels of the structures, in voxels of 0.3 mm askew to the bone's, and a way to each that passes by the others.
+/// Labels of the structures, in voxels of 0.3 mm askew to the bone's.
+[[nodiscard]] StructureLabels labels();
+
+/// The labels, and a way to each structure that passes by the others.
 /// Throws std::runtime_error where a burr of this size has no such way.
 [[nodiscard]] MadeStructures structures(const trephine::Burr& burr);
 

@@ -26,6 +26,20 @@ std::array<std::uint8_t, 2 * N> now_and_cut(const std::array<std::uint8_t, N>& w
   return out;
 }
 
+/// The brick as the bone was loaded.
+Haloed original_brick(const drill::Grid& bone, const std::array<int, 3>& at) {
+  const std::int16_t* const original = bone.original_data();
+  const auto& n = bone.size();
+  Haloed out;
+  std::size_t to = 0;
+  for (int k = 0; k < 10; ++k)
+    for (int j = 0; j < 10; ++j)
+      for (int i = 0; i < 10; ++i)
+        out[to++] = original[bone.index(std::min(8 * at[0] + i - 1, n[0]), std::min(8 * at[1] + j - 1, n[1]),
+                                        std::min(8 * at[2] + k - 1, n[2]))];
+  return out;
+}
+
 }  // namespace
 
 BoneTexture::BoneTexture(const drill::Grid& bone, double isovalue) : reader_(bone, false), isovalue_(isovalue) {
@@ -41,26 +55,31 @@ BoneTexture::BoneTexture(const drill::Grid& bone, double isovalue) : reader_(bon
                              " voxels a side; give a larger --voxel");
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
 
-  std::vector<std::int16_t> voxels(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) *
-                                   static_cast<std::size_t>(n[2]));
-  bone.copy_voxels(voxels);
+  std::vector<std::int16_t> voxels;
+  voxels.reserve(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]));
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) voxels.push_back(reader_.voxel(i, j, k));
+  gl::to_texture(voxels);
   densities_ = gl::make_texture();
   glBindTexture(GL_TEXTURE_3D, densities_.name());
   set_parameters(GL_LINEAR, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R16_SNORM, n[0], n[1], n[2], 0, GL_RED, GL_SHORT, voxels.data());
+  glTexImage3D(GL_TEXTURE_3D, 0, gl::kShort, n[0], n[1], n[2], 0, GL_RED, gl::kShortType, voxels.data());
 
   const std::size_t count = reader_.brick_count();
   whole_.resize(count);
+  std::vector<BrickShares> now(count);
   std::vector<std::uint8_t> holds_bone(count);
   Haloed haloed;
   for (std::size_t b = 0; b < count; ++b) {
-    holds_bone[b] = static_cast<double>(reader_.brick_range(b).max) >= isovalue_ ? 1 : 0;
-    if (static_cast<double>(reader_.brick_range(b).max) < isovalue_ - soft_) {
-      whole_[b] = {};
-      continue;
-    }
-    reader_.copy_brick(b, haloed);
-    whole_[b] = shares_of(haloed, isovalue_, soft_);
+    const Haloed original = original_brick(bone, reader_.brick_coordinates(b));
+    const auto [low, high] = std::minmax_element(original.begin(), original.end());
+    // What was cut can come back.
+    holds_bone[b] = static_cast<double>(*high) >= isovalue_ ? 1 : 0;
+    if (static_cast<double>(*high) < isovalue_ - soft_) continue;
+    now[b] = whole_[b] = shares_of(original, isovalue_, soft_);
+    (void)reader_.copy_brick(b, haloed);
+    if (haloed != original) now[b] = shares_of(haloed, isovalue_, soft_);
   }
   empty_ = EmptySpace(bricks_, holds_bone);
   distances_ = gl::make_texture();
@@ -81,12 +100,14 @@ BoneTexture::BoneTexture(const drill::Grid& bone, double isovalue) : reader_(bon
     std::vector<std::uint8_t> cells(2 * m[0] * m[1] * m[2]);
     for (std::size_t b = 0; b < count; ++b) {
       const auto at = reader_.brick_coordinates(b);
-      const std::uint8_t* const own = cells_of(whole_[b]);
+      const std::uint8_t *const before = cells_of(whole_[b]), *const own = cells_of(now[b]);
       for (std::size_t c = 0; c < side * side * side; ++c) {
         const std::size_t x = static_cast<std::size_t>(at[0]) * side + c % side,
                           y = static_cast<std::size_t>(at[1]) * side + c / side % side,
                           z = static_cast<std::size_t>(at[2]) * side + c / side / side;
-        cells[2 * ((z * m[1] + y) * m[0] + x)] = own[c];
+        const std::size_t cell = 2 * ((z * m[1] + y) * m[0] + x);
+        cells[cell] = own[c];
+        cells[cell + 1] = static_cast<std::uint8_t>(std::max(before[c] - own[c], 0));
       }
     }
     glTexImage3D(GL_TEXTURE_3D, number, GL_RG8, static_cast<GLsizei>(m[0]), static_cast<GLsizei>(m[1]),
@@ -102,30 +123,24 @@ BoneTexture::BoneTexture(const drill::Grid& bone, double isovalue) : reader_(bon
                              " MB); give a larger --voxel");
 }
 
-std::size_t BoneTexture::update(Strokes& strokes) {
-  Haloed haloed;
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  return reader_.poll([&](std::size_t brick) {
-    const auto range = reader_.copy_brick(brick, haloed);
-    strokes.changed(brick, haloed);
-    upload(brick, haloed, static_cast<double>(range.max) >= isovalue_);
-  });
-}
-
-void BoneTexture::upload(std::size_t brick, const Haloed& haloed, bool holds_bone) {
+void BoneTexture::update(std::size_t brick, const Haloed& haloed) {
   const auto at = reader_.brick_coordinates(brick);
   const auto& n = reader_.size();
   const std::array<GLint, 3> lo{8 * at[0], 8 * at[1], 8 * at[2]};
   const std::array<GLsizei, 3> count{std::min(8, n[0] - lo[0]), std::min(8, n[1] - lo[1]), std::min(8, n[2] - lo[2])};
+  Haloed values = haloed;
+  gl::to_texture(values);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   // The brick's own voxels lie inside their halo.
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 10);
   glPixelStorei(GL_UNPACK_IMAGE_HEIGHT, 10);
   glBindTexture(GL_TEXTURE_3D, densities_.name());
-  glTexSubImage3D(GL_TEXTURE_3D, 0, lo[0], lo[1], lo[2], count[0], count[1], count[2], GL_RED, GL_SHORT,
-                  haloed.data() + 100 + 10 + 1);
+  glTexSubImage3D(GL_TEXTURE_3D, 0, lo[0], lo[1], lo[2], count[0], count[1], count[2], GL_RED, gl::kShortType,
+                  values.data() + 100 + 10 + 1);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
   glPixelStorei(GL_UNPACK_IMAGE_HEIGHT, 0);
 
+  const bool holds_bone = static_cast<double>(*std::max_element(haloed.begin(), haloed.end())) >= isovalue_;
   const std::uint8_t distance = empty_.set(brick, holds_bone);
   glBindTexture(GL_TEXTURE_3D, distances_.name());
   glTexSubImage3D(GL_TEXTURE_3D, 0, at[0], at[1], at[2], 1, 1, 1, GL_RED_INTEGER, GL_UNSIGNED_BYTE, &distance);

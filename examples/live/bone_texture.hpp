@@ -10,16 +10,19 @@
 
 namespace live {
 
+/// A brick's voxels with their halo, as `GridReader::copy_brick` leaves them.
+using Haloed = std::array<std::int16_t, std::size_t{10} * 10 * 10>;
+
 /// The bone on the graphics card: densities, empty space and shares of bone as 3-D textures, of which changed bricks
 /// are written anew. It reads the grid through a `GridReader`, beside the haptic thread. A brick costs 1.2 kB of
-/// transfer.
+/// transfer. It holds nothing that the grid does not: a lost context is made good by another one.
 class BoneTexture {
  public:
-  /// Uploads everything. Throws std::runtime_error where the card takes no texture of that size.
+  /// Uploads everything as it is now. Throws std::runtime_error where the card takes no texture of that size.
   BoneTexture(const drill::Grid& bone, double isovalue);
 
-  /// Uploads what changed since the last call and notes it in `strokes`; returns the number of bricks.
-  std::size_t update(Strokes& strokes);
+  /// Uploads a brick that changed.
+  void update(std::size_t brick, const Haloed& haloed);
 
   /// Binds the textures to the units 0 (densities), 1 (empty space) and 2 (shares of bone; shares cut).
   void bind() const;
@@ -34,9 +37,6 @@ class BoneTexture {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
-  using Haloed = std::array<std::int16_t, std::size_t{10} * 10 * 10>;
-  void upload(std::size_t brick, const Haloed& haloed, bool holds_bone);
-
   Reader reader_;
   double isovalue_;
   double densest_;

@@ -68,9 +68,9 @@ void note_unreached(const LabelGrid<Label>& labels, const drill::Grid& bone, con
   }
 }
 
-/// Builds on other threads, and prints how far it is: a new line each quarter.
+/// Builds on other threads, and tells how far it is: each quarter.
 template <VoxelLabel Label>
-Field built(const LabelGrid<Label>& labels, double reach) {
+Field built(const LabelGrid<Label>& labels, double reach, const TellDone& tell) {
   BuildProgress progress;
   auto field = std::async(std::launch::async,
                           [&]() -> Field { return build_structure_field(labels, {.reach = reach}, &progress); });
@@ -78,14 +78,27 @@ Field built(const LabelGrid<Label>& labels, double reach) {
   while (field.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
     const float done = progress.done.load(std::memory_order_relaxed);
     if (done < 0.25F * static_cast<float>(quarter)) continue;
-    std::printf("         distances to structures: %.0f %%\n", 100 * static_cast<double>(done));
-    std::fflush(stdout);
+    tell(static_cast<double>(done));
     quarter = static_cast<int>(4 * done) + 1;
   }
   return field.get();
 }
 
+void make_floors(GuardedBone& guarded, const drill::Bone& bone) {
+  const std::size_t count = guarded.structures.size();
+  const auto floor = [&](const StructureVeto& veto) {
+    return make_cut_floor(*guarded.field, guarded.X_GS, bone.grid, bone.isovalue,
+                          std::vector<StructureVeto>(count, veto));
+  };
+  guarded.watch = floor({.mode = StructureVeto::Mode::kWatch});
+  guarded.refuse = floor({.margin = kVetoShare * guarded.margin});
+}
 }  // namespace
+
+void print_done(double share) {
+  std::printf("         distances to structures: %.0f %%\n", 100 * share);
+  std::fflush(stdout);
+}
 
 double largest_burr(const drill::Bone& bone) {
   const Vec3d size =
@@ -93,8 +106,14 @@ double largest_burr(const drill::Bone& bone) {
   return std::max(std::min(6e-3, 0.2 * size.minCoeff()), bone.burr.tip_radius);
 }
 
+std::shared_ptr<const GuardedBone> guard_copy(const GuardedBone& guarded, const drill::Bone& copy) {
+  auto again = std::make_shared<GuardedBone>(guarded);
+  make_floors(*again, copy);
+  return again;
+}
+
 std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const drill::AnyLabels& any, double margin,
-                                              std::vector<std::string> notes) {
+                                              std::vector<std::string> notes, const TellDone& tell) {
   auto guarded = std::make_shared<GuardedBone>();
   guarded->notes = std::move(notes);
   guarded->margin = margin;
@@ -118,16 +137,10 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
         if (!(guarded->largest_radius >= bone.burr.tip_radius))
           throw std::runtime_error("the labels' voxels are too fine for a burr of this size; give a smaller --tool");
         note_unreached(labels, bone.grid, guarded->X_GS, std::min(wanted, most), guarded->notes);
-        guarded->field = built(labels, std::min(wanted, most));
+        guarded->field = built(labels, std::min(wanted, most), tell);
       },
       any);
-  const std::size_t count = guarded->structures.size();
-  const auto floor = [&](const StructureVeto& veto) {
-    return make_cut_floor(*guarded->field, guarded->X_GS, bone.grid, bone.isovalue,
-                          std::vector<StructureVeto>(count, veto));
-  };
-  guarded->watch = floor({.mode = StructureVeto::Mode::kWatch});
-  guarded->refuse = floor({.margin = kVetoShare * margin});
+  make_floors(*guarded, bone);
   return guarded;
 }
 
@@ -150,13 +163,6 @@ std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, 
 std::shared_ptr<const GuardedBone> guard_made_structures(const drill::Bone& bone, const drill::Spot& spot,
                                                          double margin) {
   return guard_bone(bone, drill::make_structures(bone, drill::Surgeon(spot, bone.burr, {})).labels, margin);
-}
-
-std::shared_ptr<const GuardedBone> guard_read_structures(const drill::Bone& bone, const std::string& path,
-                                                         double margin) {
-  std::vector<std::string> notes;
-  const drill::AnyLabels labels = drill::load_labels(path, notes);
-  return guard_bone(bone, labels, margin, std::move(notes));
 }
 
 }  // namespace live

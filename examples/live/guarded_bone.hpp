@@ -10,6 +10,7 @@
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,10 +37,19 @@ struct GuardedBone {
 /// The margin of the veto over the guard's: the guard is felt before bone can no longer be cut.
 inline constexpr double kVetoShare = 0.5;
 
-/// Builds distances and floors, with a line of progress on standard output. Throws std::exception with one line: labels
-/// that lie beside the bone, or that the library refuses.
+/// Is told which share of the distances is done, each quarter.
+using TellDone = std::function<void(double share)>;
+/// Prints the share on standard output.
+void print_done(double share);
+
+/// Builds distances and floors. Throws std::exception with one line: labels that lie beside the bone, or that the
+/// library refuses.
 [[nodiscard]] std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const drill::AnyLabels& labels,
-                                                            double margin, std::vector<std::string> notes = {});
+                                                            double margin, std::vector<std::string> notes = {},
+                                                            const TellDone& tell = print_done);
+
+/// The same structures for a copy of the bone, with counts of its own.
+[[nodiscard]] std::shared_ptr<const GuardedBone> guard_copy(const GuardedBone& guarded, const drill::Bone& copy);
 
 /// The guard's potential for a burr: it takes up to a second, so not for the haptic thread.
 [[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,

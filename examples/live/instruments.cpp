@@ -2,6 +2,7 @@
 #include "instruments.hpp"
 
 #include "panel_parts.hpp"
+#include "words.hpp"
 
 #include <trephine/core/units.hpp>
 #include <trephine/tool/named_tools.hpp>
@@ -22,50 +23,6 @@ constexpr float kMargin = 8;  // of the panel from the window's edge [pixels]
 
 [[nodiscard]] float width_of_panel(float scale) {
   return std::min(16 * scale * ImGui::GetFontSize(), 0.6F * ImGui::GetIO().DisplaySize.x);
-}
-
-/// The status in words for the one who drills.
-const char* in_words(trephine::Status s) {
-  using trephine::Status;
-  switch (s) {
-    case Status::kOk:
-      return "all well";
-    case Status::kWorkBound:
-      return "search cut short, goes on in the next tick";
-    case Status::kStartedInside:
-      return "drill starts in bone: force fades in";
-    case Status::kJump:
-      return "the hand jumped: nothing is cut, force fades in";
-    case Status::kBadInput:
-      return "the device's pose is no pose: no force";
-    case Status::kNonFinite:
-      return "force is not finite: none is sent";
-    case Status::kFarAway:
-      return "the drill is metres from the bone: are poses in metres?";
-  }
-  return "";
-}
-
-const char* touch_in_words(const TickView& v) {
-  if (v.passes) return "passes through bone";
-  return v.contact.tip && v.contact.shaft ? "tip and shaft touch"
-         : v.contact.tip                  ? "tip touches"
-         : v.contact.shaft                ? "shaft touches"
-                                          : "in the air";
-}
-
-const char* hint_for(const Workbench& bench, double seconds) {
-  const TickView& v = bench.view();
-  if (v.passes) return "The drill is in bone, and passes through it. Pull it out with the wheel.";
-  if (seconds < 6) return "Move the mouse to move the drill. The wheel pushes it in. F1 shows all keys.";
-  if (v.removed_mm3 == 0 && !v.spindle_on && v.contact.count > 0)
-    return "The drill touches bone. Hold the left button, or press Space, and push.";
-  if (v.removed_mm3 == 0 && v.spindle_on && v.contact.count == 0) return "Push the drill into the bone with the wheel.";
-  if (seconds < 14 && bench.guarded() != nullptr)
-    return "G changes how structures are protected: off, warn, push, veto.";
-  if (seconds < 90 && v.removed_mm3 > 5 && !v.spindle_on)
-    return "C cuts the picture open, U undoes, the middle button turns the view.";
-  return nullptr;
 }
 
 }  // namespace
@@ -113,10 +70,7 @@ void Instruments::panel(Workbench& bench) {
 void Instruments::state(Workbench& bench) {
   const TickView& v = bench.view();
   const DrillSettings& drill = bench.session().options().drill;
-  if (drill.shape() != nullptr)
-    ImGui::Text("%s, %s mm", to_string(drill.renderer), drill.tool_name.c_str());
-  else
-    ImGui::Text("%s, burr diameter %.1f mm", to_string(drill.renderer), 2e3 * drill.burr.tip_radius);
+  ImGui::TextUnformatted(title_of(drill).c_str());
   const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text), pale = ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled);
   if (v.spindle_on)
     panel::beside(ImVec4(1, 0.62F, 0.25F, 1), "spindle on");
@@ -124,8 +78,7 @@ void Instruments::state(Workbench& bench) {
     panel::beside(pale, "spindle off");
   panel::beside(v.passes ? panel::kAlert : plain, touch_in_words(v));
   const bool well = v.status == trephine::Status::kOk;
-  ImGui::TextColored(well ? panel::kCalm : panel::kAlert, "%s",
-                     v.passes ? "no force, no cut until the drill is out of bone" : in_words(v.status));
+  ImGui::TextColored(well ? panel::kCalm : panel::kAlert, "%s", state_in_words(v));
   ImGui::Text("removed %.1f mm3", v.removed_mm3);
   if (drill.mills_by_law()) {
     ImGui::Text("true thrust %.1f N, torque %.1f mN m", v.cutting.thrust, 1e3 * v.cutting.torque);
@@ -165,15 +118,12 @@ void Instruments::structures(Workbench& bench) const {
   if (r.nearest < 0) return;
   const trephine::Structure& nearest = guarded.structures[static_cast<std::size_t>(r.nearest)];
   panel::swatch(nearest);
-  const bool warns = bench.protection() != Protection::kOff && r.in_margin;
+  const bool too_near = warns(bench.protection(), r);
   const ImVec4 plain = ImGui::GetStyleColorVec4(ImGuiCol_Text);
   const ImVec4 alarm = r.distance < 0 ? panel::kAlarm : panel::kAlert;
-  ImGui::TextColored(warns ? alarm : plain, "%s  %.2f mm", nearest.name.c_str(), 1e3 * r.distance);
-  ImGui::TextColored(warns ? alarm : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), "%s",
-                     !r.in_margin      ? "no structure is too near"
-                     : !warns          ? "protection is off"
-                     : r.distance >= 0 ? "too near this structure"
-                                       : "the drill is in this structure");
+  ImGui::TextColored(too_near ? alarm : plain, "%s  %.2f mm", nearest.name.c_str(), 1e3 * r.distance);
+  ImGui::TextColored(too_near ? alarm : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), "%s",
+                     nearness_in_words(bench.protection(), r));
   ImGui::Text("guard pushes %.2f N", r.push_N);
   ImGui::Text("taken %.2f mm3, refused %.2f mm3", r.taken_mm3, r.refused_mm3);
   if (guarded.structures.size() <= kLegend) panel::legend(guarded.structures);

@@ -102,6 +102,17 @@ class LeftStructures {
         }
     return changed;
   }
+  /// Takes out all of the burr's way since the last call; `X_SW` maps it. Returns the box of changed samples.
+  trephine::VoxelBox take(BurrPath& path, const trephine::Posed& X_SW) {
+    trephine::VoxelBox changed = nothing();
+    path.take([&](const BurrPiece& piece) {
+      const trephine::VoxelBox box = take({X_SW * piece.from, X_SW * piece.to, piece.radius});
+      if (box.hi[0] < box.lo[0]) return;
+      include(changed, box.lo[0], box.lo[1], box.lo[2]);
+      include(changed, box.hi[0], box.hi[1], box.hi[2]);
+    });
+    return changed;
+  }
   /// Puts back what the last stroke took. Returns the box of changed samples.
   trephine::VoxelBox undo() {
     trephine::VoxelBox changed = nothing();

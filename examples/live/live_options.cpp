@@ -92,8 +92,9 @@ Parsed parse_live_options(int argc, const char* const* argv) {
                      "segmentation of the CT: .seg.nrrd, NRRD, NIfTI or MetaImage; its structures are guarded")
           ->check(CLI::ExistingFile)
           ->needs(ct);
-  app.add_flag("--structures", o.bone.structures, "guard structures made around the start, in place of a segmentation")
-      ->excludes(labels);
+  auto* made_structures = app.add_flag("--structures", o.bone.structures,
+                                       "guard structures made around the start, in place of a segmentation")
+                              ->excludes(labels);
   app.add_option("--series", o.bone.series, "which series of a DICOM folder that holds several: number or UID")
       ->needs(ct);
   auto* iso =
@@ -136,7 +137,18 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   app.add_option("--size", size, "of the window, WIDTHxHEIGHT (1280x800)");
   auto* replay =
       app.add_option("--replay", o.replay, "play a recorded session, then go on by hand")->check(CLI::ExistingFile);
-  app.add_option("--script", o.script, "play a session, then quit")->check(CLI::ExistingFile)->excludes(replay);
+  auto* script =
+      app.add_option("--script", o.script, "play a session, then quit")->check(CLI::ExistingFile)->excludes(replay);
+  app.add_option("--simulate", o.simulate, "play a session without a window, in simulated time, and print its end")
+      ->check(CLI::ExistingFile)
+      ->excludes(script)
+      ->excludes(replay);
+  std::string phantom;
+  app.add_option("--phantom", phantom, "bone made of formulas: tooth, or temporal with structures of its own (tooth)")
+      ->check(CLI::IsMember({"tooth", "temporal"}))
+      ->excludes(ct)
+      ->excludes(skull)
+      ->excludes(made_structures);
   app.add_option("--record", o.record, "write the session to this file");
   app.add_option("--fps", o.fps, "pictures a second at most (60)")->check(CLI::Range(0.1, 240.0));
   app.add_flag("--mute", o.mute, "no sound");
@@ -161,6 +173,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
     parsed.exit = Exit{2, "live: " + text + "; --help lists the options"};
     return parsed;
   }
+  if (phantom == "temporal") o.bone.phantom = drill::Phantom::kTemporalBone;
   if (*iso) o.bone.isovalue = isovalue;
   if (*voxel) o.bone.voxel = 1e-3 * voxel_mm;
   o.protection = kProtections[static_cast<std::size_t>(

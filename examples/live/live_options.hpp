@@ -25,6 +25,7 @@ struct LiveOptions {
   std::string script;              ///< file to play, then quit
   std::string replay;              ///< file to play, then go on by hand
   std::string record;              ///< file to write
+  std::string simulate;            ///< file to play in simulated time, without a window
   double fps = 60;                 ///< pictures a second at most
   bool mute = false;
   bool debug = false;  ///< a debug context, whose errors end the program

@@ -3,6 +3,8 @@
 #include "../drill/png_file.hpp"
 #include "../drill/writable.hpp"
 #include "screen.hpp"
+#include "session_writer.hpp"
+#include "simulate.hpp"
 #include "sound.hpp"
 
 #define GLFW_INCLUDE_NONE
@@ -11,7 +13,9 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 
 namespace live {
@@ -74,6 +78,17 @@ void print_outcome(const GuardedBone& guarded, const StructureReport& closest) {
                 guarded.refuse->refused_mm3(static_cast<int>(s)), guarded.structures[s].name.c_str());
 }
 
+/// Plays a session in simulated time, without a window, and prints where it ends.
+void run_simulated(const LiveOptions& options) {
+  std::vector<Event> events = read_events(options.simulate);
+  Loaded loaded = load(options.bone);
+  load_structures(loaded, options);
+  const Simulated end = simulate(std::move(loaded), options, std::move(events));
+  std::printf("removed  %.9g mm3\nforce    %.9g %.9g %.9g N\nticks    %llu, median %.2f us\n", end.removed_mm3,
+              end.force.x(), end.force.y(), end.force.z(), static_cast<unsigned long long>(end.ticks),
+              end.tick_us_median);
+}
+
 /// `code` is what the program ends with if an exception comes out: 2 while it can only be an argument, file or display.
 int run(const LiveOptions& options, int& code) {
   const bool scripted = !options.script.empty();
@@ -105,17 +120,14 @@ int run(const LiveOptions& options, int& code) {
   std::fflush(stdout);
 
   code = 1;
-  std::unique_ptr<EventWriter> record;
-  if (!options.record.empty()) record = std::make_unique<EventWriter>(options.record);
+  std::ofstream record_file;
+  std::optional<SessionWriter> record;
+  if (!options.record.empty()) {
+    record_file.open(options.record);
+    record.emplace(record_file, bench);
+  }
   Playback playback(std::move(events), scripted ? Playback::End::kProgram : Playback::End::kHand);
   int shots = 0;
-  bool spindle = false;
-  Protection protection = bench.protection();
-  const auto tool_of = [&] {
-    const std::string& name = bench.session().options().drill.tool_name;
-    return name.empty() ? std::string(kBurrName) : name;
-  };
-  std::string tool = tool_of();
   const auto start = Clock::now();
   auto last = start;
   std::size_t frames = 0;
@@ -128,18 +140,8 @@ int run(const LiveOptions& options, int& code) {
     if (!playback.play(time, [&](const Event& e) { perform(e, time, paused, window, bench, screen); })) break;
     screen.frame(dt, time);
     ++frames;
-    if (record) {
-      for (const Action a : screen.pressed())
-        if (a != Action::kSpindle && a != Action::kProtection) record->key(time, a);
-      if (tool_of() != tool) record->tool(time, tool_of());
-      if (bench.spindle() != spindle) record->spindle(time, bench.spindle());
-      if (bench.protection() != protection) record->protect(time, bench.protection());
-      record->hand(time, bench.hand().pose());
-      record->view(time, bench.camera());
-    }
-    spindle = bench.spindle();
-    protection = bench.protection();
-    tool = tool_of();
+    const std::vector<Action> pressed = screen.pressed();
+    if (record) record->frame(time, bench, pressed);
     if (bench.take_shot()) save_shot(screen, time, "trephine_" + std::to_string(++shots) + ".png");
     if (bench.session().failed()) throw std::runtime_error(bench.session().report());
     if (!window.gl_errors().empty()) throw std::runtime_error("OpenGL: " + window.gl_errors());
@@ -172,6 +174,10 @@ int main(int argc, char** argv) {
   }
   int code = 2;
   try {
+    if (!parsed.options.simulate.empty()) {
+      live::run_simulated(parsed.options);
+      return 0;
+    }
     return live::run(parsed.options, code);
   } catch (const live::NoDisplay& e) {
     std::fprintf(stderr, "live: %s. Without a screen: xvfb-run -a examples/live/run (Debian: xvfb, xauth)\n", e.what());

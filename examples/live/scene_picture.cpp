@@ -62,10 +62,8 @@ double spread(int i, double ratio) { return std::fmod(0.5 + i * ratio, 1.0) - 0.
 
 ScenePicture::ScenePicture(const StructureTexture* structures)
     : structures_(structures),
-      ray_cast_(gl::make_program(
-          shaders::kWholePicture,
-          (std::string(structures != nullptr ? shaders::kWithStructures : shaders::kPlain) + shaders::kRayCast)
-              .c_str())),
+      ray_cast_(gl::make_program(shaders::kWholePicture, shaders::kRayCast,
+                                 structures != nullptr ? shaders::kWithStructures : shaders::kPlain)),
       copy_(gl::make_program(shaders::kWholePicture, shaders::kCopy)),
       marks_(gl::make_program(shaders::kMarkVertex, shaders::kMarkFragment)),
       nothing_(gl::make_vertex_array()),
@@ -102,7 +100,7 @@ void ScenePicture::set_structures() const {
   const Eigen::Matrix3f to_samples = (per_metre.asDiagonal() * X_SG.linear() / kMm).cast<float>();
   glUniformMatrix3fv(place(p, "to_samples"), 1, GL_FALSE, to_samples.data());
   set(p, "first_sample", Vec3d(per_metre.cwiseProduct(X_SG.translation() - left.first_S())));
-  set(p, "structure_range", kMm * 32767 * left.quantum());
+  set(p, "structure_range", kMm * gl::kShortUnit * left.quantum());
   set(p, "structure_voxel", kMm * left.spacing().minCoeff());
   set(p, "structure_margin", kMm * structures_->margin());
 }
@@ -120,7 +118,7 @@ void ScenePicture::set_camera(const gl::Program& p, const OrbitCamera& camera, c
 
 void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width, int height,
                         bool fine, Jitter jitter) {
-  frame_.resize(width, height, GL_RGBA8, true);
+  frame_.resize(width, height, GL_RGBA8, GL_UNSIGNED_BYTE, true);
   glBindFramebuffer(GL_FRAMEBUFFER, frame_.framebuffer.name());
   glViewport(0, 0, width, height);
   glDisable(GL_BLEND);
@@ -136,8 +134,8 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
   set(p, "size", Vec3d(bone.size()[0], bone.size()[1], bone.size()[2]));
   set(p, "per_mm", Vec3d((kMm * bone.spacing()).cwiseInverse()));
   set(p, "voxel", kMm * bone.spacing().minCoeff());
-  set(p, "isovalue", bone.isovalue() / 32767);
-  set(p, "densest", bone.densest() / 32767);
+  set(p, "isovalue", bone.isovalue() / gl::kShortUnit);
+  set(p, "densest", bone.densest() / gl::kShortUnit);
   glUniform3i(place(p, "bricks"), bone.bricks()[0], bone.bricks()[1], bone.bricks()[2]);
   set(p, "stride", fine ? 0.7 : 1.0);
   set(p, "fine", fine);
@@ -186,14 +184,14 @@ void ScenePicture::draw_marks(const SceneView& view, const Posed& X_GW) {
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  glEnable(GL_PROGRAM_POINT_SIZE);
+  gl::let_shaders_size_points(true);
   const auto corners = static_cast<GLsizei>(view.triangles.size());
   set(marks_, "bias", 0.0);
   glDrawArrays(GL_TRIANGLES, 0, corners);
   // Contact points lie on the surface, which must not hide them by half.
   set(marks_, "bias", 0.6);
   glDrawArrays(GL_POINTS, corners, static_cast<GLsizei>(view.sprites.size()));
-  glDisable(GL_PROGRAM_POINT_SIZE);
+  gl::let_shaders_size_points(false);
   glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
   glBindVertexArray(0);
@@ -212,7 +210,7 @@ bool ScenePicture::draw_still(const SceneView& view, const BoneTexture& bone, co
   const Jitter jitter{static_cast<float>(2 * spread(samples_, 0.7548776662)),
                       static_cast<float>(2 * spread(samples_, 0.5698402910))};
   draw(view, bone, X_WG, width, height, true, jitter);
-  mean_.resize(width, height, GL_RGBA16F, false);
+  mean_.resize(width, height, GL_RGBA16F, GL_HALF_FLOAT, false);
   glBindFramebuffer(GL_FRAMEBUFFER, mean_.framebuffer.name());
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);

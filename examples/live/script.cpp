@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <ostream>
 #include <sstream>
 #include <stdexcept>
 
@@ -101,9 +102,7 @@ bool read_rest(std::istream& in, std::string_view word, Event& e) {
 
 std::span<const Command> commands() { return kCommands; }
 
-std::vector<Event> read_events(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw std::runtime_error(path + ": cannot be read");
+std::vector<Event> read_events(std::istream& in, const std::string& name) {
   std::vector<Event> events;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -116,16 +115,15 @@ std::vector<Event> read_events(const std::string& path) {
     const bool timed = static_cast<bool>(time >> e.time) && time.eof() && e.time >= 0 && std::isfinite(e.time);
     words >> word;
     if (!timed || !read_rest(words, word, e) || words >> left)
-      throw std::runtime_error(path + ", line " + std::to_string(number) + ": not understood: " + line);
+      throw std::runtime_error(name + ", line " + std::to_string(number) + ": not understood: " + line);
     if (!events.empty() && e.time < events.back().time)
-      throw std::runtime_error(path + ", line " + std::to_string(number) + ": its time lies before the line above");
+      throw std::runtime_error(name + ", line " + std::to_string(number) + ": its time lies before the line above");
     events.push_back(std::move(e));
   }
   return events;
 }
 
-EventWriter::EventWriter(const std::string& path) : out_(path) {
-  if (!out_) throw std::runtime_error(path + ": cannot be written");
+EventWriter::EventWriter(std::ostream& out) : out_(out) {
   out_ << "# A session of examples/live; --replay plays it.\n";
 }
 

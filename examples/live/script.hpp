@@ -6,7 +6,6 @@
 #include "protection.hpp"
 
 #include <array>
-#include <fstream>
 #include <iosfwd>
 #include <optional>
 #include <span>
@@ -60,8 +59,10 @@ struct Command {
 /// The only list of commands: the reader, `--help` and the documents' test use it.
 [[nodiscard]] std::span<const Command> commands();
 
-/// Reads a session's file, a line an event: a time [s], a command, its arguments; `#` before a comment. Throws
-/// std::runtime_error with file, line and reason. Times must not fall.
+/// Reads a session, a line an event: a time [s], a command, its arguments; `#` before a comment. Throws
+/// std::runtime_error with its name, line and reason. Times must not fall.
+[[nodiscard]] std::vector<Event> read_events(std::istream& in, const std::string& name);
+/// Reads a session's file likewise.
 [[nodiscard]] std::vector<Event> read_events(const std::string& path);
 
 /// A session's events as time goes on. The end of a script is the program's; at that of a replay the hand takes over,
@@ -91,12 +92,12 @@ class Playback {
   std::size_t next_ = 0;
 };
 
-/// Writes a session's file as it goes: hand and view 30 times a second where they changed, keys, spindle,
+/// Writes a session as it goes: hand and view 30 times a second where they changed, keys, spindle,
 /// protection and tool at once.
 class EventWriter {
  public:
-  /// Throws std::runtime_error where the file cannot be written.
-  explicit EventWriter(const std::string& path);
+  /// `out` must outlive it.
+  explicit EventWriter(std::ostream& out);
   void hand(double time, const Posed& X_WT);
   void view(double time, const OrbitCamera& camera);
   void spindle(double time, bool on);
@@ -109,7 +110,7 @@ class EventWriter {
 
  private:
   static constexpr double kInterval = 1.0 / 30;  // [s]
-  std::ofstream out_;
+  std::ostream& out_;
   double last_hand_ = -1, last_view_ = -1;
   std::string hand_text_, view_text_;
 };

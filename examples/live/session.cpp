@@ -111,10 +111,10 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
     : bone_(bone), isovalue_(isovalue), options_(options), start_(start), running_(options), drill_(bone, isovalue) {
   view_.probe = view_.tool = start;
   wishes_.post({start, false});
-  fit_potential(options_.drill);
+  if (options_.drill.potential == nullptr) fit_potential(options_.drill);
   running_ = options_;
   drill_.take(make_drill(bone_, isovalue_, options_.drill, inboxes_), options_.drill);
-  thread_ = std::thread([this] { run(); });
+  if (!options_.simulated) thread_ = std::thread([this] { run(); });
 }
 
 Session::~Session() { (void)end(); }
@@ -124,6 +124,12 @@ trephine::TimeSummary Session::end() {
   pending_.store(true);
   if (thread_.joinable()) thread_.join();
   return tick_time_.summary();
+}
+
+void Session::simulate(std::function<bool(double)> after_tick) {
+  after_tick_ = std::move(after_tick);
+  run();
+  if (failed()) throw std::runtime_error(report());
 }
 
 const TickView& Session::view() noexcept {
@@ -149,25 +155,28 @@ void Session::run() {
     if (running_.device == DeviceKind::kSpaceMouse) {
       spacemouse::SpnavSource source;
       spacemouse::Device device(source, {.speed = 0.02}, X_DH_);
-      return run_on(device);
+      return run_on<SleepPacing>(device);
     }
 #endif
 #ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
     if (running_.device == DeviceKind::kOpenHaptics) {
       openhaptics::Device device;
       openhaptics::Clutched handled(device, HD_DEVICE_BUTTON_2);
-      return run_on(handled);
+      return run_on<SleepPacing>(handled);
     }
 #endif
     SimulatedDevice device(simulated_arm(X_DH_, running_.rate), WishedHand(wishes_, registration_, start_));
-    run_on(device);
+    if (running_.simulated)
+      run_on<NoPacing>(device);
+    else
+      run_on<SleepPacing>(device);
   } catch (const std::exception& e) {
     say(e.what());
     failed_.store(true, std::memory_order_release);
   }
 }
 
-template <class Device>
+template <class Pacing, class Device>
 void Session::run_on(Device& device) {
   while (!over_.load()) {
     std::vector<std::function<void()>> commands;
@@ -184,7 +193,7 @@ void Session::run_on(Device& device) {
       }
     if (running_.scale != registration_.scale()) registration_ = rescaled(registration_, X_DH_, running_.scale);
     TimedDrill drill(drill_, running_.drill.stiffness);
-    ServoLoop loop(device, drill, registration_, {.rate = running_.rate});
+    ServoLoop loop(device, drill, registration_, {.rate = running_.rate}, Pacing{});
     std::ostringstream text;
     text << loop.capabilities().name << ", " << 1.0 / loop.period() << " Hz";
     for (const std::string& warning : loop.warnings()) text << "\n" << warning;
@@ -227,8 +236,16 @@ void Session::run_on(Device& device) {
       history_.add({static_cast<float>(tick.result.wrench.force.norm()),
                     static_cast<float>(tick.result.wrench.torque.norm()), static_cast<float>(drill.took_us())});
     };
-    const RunReport report =
-        loop.run_until([&](const TickRecord&) { return pending_.load(std::memory_order_acquire); }, observe);
+    const auto ends = [&](const TickRecord&) {
+      if constexpr (!Pacing::kRealTime) {
+        if (!after_tick_(static_cast<double>(ticks_) * period)) {
+          over_.store(true);
+          pending_.store(true);
+        }
+      }
+      return pending_.load(std::memory_order_acquire);
+    };
+    const RunReport report = loop.run_until(ends, observe);
     if (report.end == RunEnd::kFault) throw std::runtime_error(report.reason);
   }
 }

@@ -94,6 +94,7 @@ struct SessionOptions {
   DeviceKind device = DeviceKind::kMouse;
   /// Axes of the device's base in W: its x, y, z point right, up and out of the screen at the start.
   Mat3d R_WD = Mat3d::Identity();
+  bool simulated = false;  ///< no thread and no clock: `Session::simulate` ticks
 };
 
 /// The haptic side: a servo loop on a thread of its own, which alone touches the bone. The window posts wishes and
@@ -134,13 +135,16 @@ class Session {
   void bring_back(PastBone past);
   /// Returns what the loop last said of itself: device, priority, warnings; or why it ended.
   [[nodiscard]] std::string report() const;
+  /// Ticks on the calling thread, as fast as it can, in simulated time, until `after_tick` returns false of a time [s].
+  /// The device is the simulated one. Only where the options say so; throws std::exception as the loop.
+  void simulate(std::function<bool(double time)> after_tick);
   /// Ends the loop and returns how long its ticks took in the scene [s].
   [[nodiscard]] trephine::TimeSummary end();
   [[nodiscard]] bool failed() const noexcept { return failed_.load(std::memory_order_acquire); }
 
  private:
   void run();
-  template <class Device>
+  template <class Pacing, class Device>
   void run_on(Device& device);
   void command(std::function<void()> work);
   void say(const std::string& text);
@@ -176,6 +180,7 @@ class Session {
   std::atomic<bool> pending_{false};
   std::atomic<bool> over_{false};
   std::atomic<bool> failed_{false};
+  std::function<bool(double)> after_tick_;  // in simulated time
   std::thread thread_;
 };
 

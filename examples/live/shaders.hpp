@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The window's shaders, GLSL 3.30. Lengths are millimetres in G; u is a place in voxels.
+/// The shaders, without `gl::kShaderHeader`: GLSL 3.30 and GLSL ES 3.00 at once. Lengths are millimetres in G; u is a
+/// place in voxels.
 namespace live::shaders {
 
 /// A triangle that covers the picture.
-inline constexpr const char* kWholePicture = R"(#version 330 core
-out vec2 at;
+inline constexpr const char* kWholePicture = R"(out vec2 at;
 void main() {
   at = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   gl_Position = vec4(at, 0.0, 1.0);
 }
 )";
 
-/// What the texts below begin with; the second also draws structures.
-inline constexpr const char* kPlain = "#version 330 core\n";
-inline constexpr const char* kWithStructures = "#version 330 core\n#define STRUCTURES\n";
+/// Defines for the text below: with structures or without.
+inline constexpr const char* kPlain = "";
+inline constexpr const char* kWithStructures = "#define STRUCTURES\n";
 
-/// Casts a ray a pixel into bone and tool, and shades what it meets. One of the beginnings above precedes it.
+/// Casts a ray a pixel into bone and tool, and shades what it meets.
 inline constexpr const char* kRayCast = R"(in vec2 at;
 layout(location = 0) out vec4 colour;
 
@@ -27,7 +27,7 @@ uniform sampler3D shares;      // of bone; of bone that was cut
 uniform vec3 size;             // voxels
 uniform vec3 per_mm;           // voxels
 uniform float voxel;           // smallest spacing
-uniform float isovalue;        // of 32767
+uniform float isovalue;        // of `gl::kShortUnit`
 uniform float densest;         // above it
 uniform ivec3 bricks;
 
@@ -497,8 +497,7 @@ void main() {
 )";
 
 /// Copies a texture to the framebuffer.
-inline constexpr const char* kCopy = R"(#version 330 core
-in vec2 at;
+inline constexpr const char* kCopy = R"(in vec2 at;
 layout(location = 0) out vec4 colour;
 uniform sampler2D picture;
 uniform float opacity;
@@ -506,8 +505,7 @@ void main() { colour = vec4(texture(picture, 0.5 * at + 0.5).rgb, opacity); }
 )";
 
 /// Marks in the scene: contact points and dust as round sprites, arrows as triangles.
-inline constexpr const char* kMarkVertex = R"(#version 330 core
-layout(location = 0) in vec3 place;  // mm in G
+inline constexpr const char* kMarkVertex = R"(layout(location = 0) in vec3 place;  // mm in G
 layout(location = 1) in vec4 paint;
 layout(location = 2) in float radius;  // mm; 0: part of a triangle
 uniform vec3 eye, right, up, back;
@@ -528,8 +526,7 @@ void main() {
   sprite = radius;
 }
 )";
-inline constexpr const char* kMarkFragment = R"(#version 330 core
-in vec4 tint;
+inline constexpr const char* kMarkFragment = R"(in vec4 tint;
 flat in float sprite;
 layout(location = 0) out vec4 colour;
 void main() {

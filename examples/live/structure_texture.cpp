@@ -22,8 +22,8 @@ void set_parameters(GLenum target, GLint filter) {
 
 }  // namespace
 
-StructureTexture::StructureTexture(const GuardedBone& guarded)
-    : left_(*guarded.field, guarded.box, guarded.margin), X_GS_(guarded.X_GS), margin_(guarded.margin) {
+StructureTexture::StructureTexture(const GuardedBone& guarded, const LeftStructures& left)
+    : left_(left), X_GS_(guarded.X_GS), margin_(guarded.margin) {
   const auto& n = left_.size();
   GLint largest = 0;
   glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &largest);
@@ -34,7 +34,8 @@ StructureTexture::StructureTexture(const GuardedBone& guarded)
   distances_ = gl::make_texture();
   glBindTexture(GL_TEXTURE_3D, distances_.name());
   set_parameters(GL_TEXTURE_3D, GL_LINEAR);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_RG16_SNORM, n[0], n[1], n[2], 0, GL_RG, GL_SHORT, left_.samples().data());
+  glTexImage3D(GL_TEXTURE_3D, 0, gl::kTwoShorts, n[0], n[1], n[2], 0, GL_RG, gl::kShortType, nullptr);
+  update({{0, 0, 0}, {n[0] - 1, n[1] - 1, n[2] - 1}});
   numbers_ = gl::make_texture();
   glBindTexture(GL_TEXTURE_3D, numbers_.name());
   set_parameters(GL_TEXTURE_3D, GL_NEAREST);
@@ -54,34 +55,26 @@ StructureTexture::StructureTexture(const GuardedBone& guarded)
     throw std::runtime_error("OpenGL has no room for the structures (" + std::to_string(bytes_ >> 20) + " MB)");
 }
 
-bool StructureTexture::update(BurrPath& path, const trephine::Posed& X_SW) {
-  trephine::VoxelBox changed = LeftStructures::nothing();
-  path.take([&](const BurrPiece& piece) {
-    const trephine::VoxelBox box = left_.take({X_SW * piece.from, X_SW * piece.to, piece.radius});
-    if (box.hi[0] < box.lo[0]) return;
-    LeftStructures::include(changed, box.lo[0], box.lo[1], box.lo[2]);
-    LeftStructures::include(changed, box.hi[0], box.hi[1], box.hi[2]);
-  });
-  upload(changed);
-  return changed.hi[0] >= changed.lo[0];
-}
-
-void StructureTexture::upload(const trephine::VoxelBox& box) {
+void StructureTexture::update(const trephine::VoxelBox& box) {
   if (box.hi[0] < box.lo[0]) return;
   const auto& n = left_.size();
-  const auto side = [&](std::size_t a) { return box.hi[a] - box.lo[a] + 1; };
+  const int width = box.hi[0] - box.lo[0] + 1, height = box.hi[1] - box.lo[1] + 1;
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, n[0]);
-  glPixelStorei(GL_UNPACK_IMAGE_HEIGHT, n[1]);
-  const std::size_t first =
-      (static_cast<std::size_t>(box.lo[2]) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(box.lo[1])) *
-          static_cast<std::size_t>(n[0]) +
-      static_cast<std::size_t>(box.lo[0]);
   glBindTexture(GL_TEXTURE_3D, distances_.name());
-  glTexSubImage3D(GL_TEXTURE_3D, 0, box.lo[0], box.lo[1], box.lo[2], side(0), side(1), side(2), GL_RG, GL_SHORT,
-                  left_.samples().data() + first);
-  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
-  glPixelStorei(GL_UNPACK_IMAGE_HEIGHT, 0);
+  std::vector<std::int16_t> slice;
+  for (int k = box.lo[2]; k <= box.hi[2]; ++k) {
+    slice.clear();
+    for (int j = box.lo[1]; j <= box.hi[1]; ++j) {
+      const std::size_t first =
+          (static_cast<std::size_t>(k) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(j)) *
+              static_cast<std::size_t>(n[0]) +
+          static_cast<std::size_t>(box.lo[0]);
+      for (std::size_t i = first; i < first + static_cast<std::size_t>(width); ++i)
+        slice.insert(slice.end(), {left_.samples()[i].left, left_.samples()[i].whole});
+    }
+    gl::to_texture(slice);
+    glTexSubImage3D(GL_TEXTURE_3D, 0, box.lo[0], box.lo[1], k, width, height, 1, GL_RG, gl::kShortType, slice.data());
+  }
 }
 
 void StructureTexture::bind() const {

@@ -13,14 +13,12 @@ namespace live {
 /// and colours. Five bytes a sample.
 class StructureTexture {
  public:
-  /// Uploads everything. Throws std::runtime_error where the card takes no texture of that size.
-  explicit StructureTexture(const GuardedBone& guarded);
+  /// Uploads everything. Throws std::runtime_error where the card takes no texture of that size. `left` must outlive
+  /// it.
+  StructureTexture(const GuardedBone& guarded, const LeftStructures& left);
 
-  /// Takes what the burr left since the last call; `X_SW` maps its way. Returns true if a structure changed.
-  bool update(BurrPath& path, const trephine::Posed& X_SW);
-  void begin_stroke() { left_.begin_stroke(); }
-  void undo() { upload(left_.undo()); }
-  void restore() { upload(left_.restore()); }
+  /// Uploads the samples in a box, which may be empty (lo > hi).
+  void update(const trephine::VoxelBox& box);
 
   /// Binds the textures to the units 4 (distances), 5 (the nearest structure's number) and 6 (colours, by number).
   void bind() const;
@@ -32,9 +30,7 @@ class StructureTexture {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
-  void upload(const trephine::VoxelBox& box);
-
-  LeftStructures left_;
+  const LeftStructures& left_;
   trephine::Posed X_GS_;
   double margin_;
   std::size_t bytes_ = 0;

@@ -43,78 +43,46 @@ OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
   return camera;
 }
 
-/// A round burr with a shaft in proportion.
-trephine::Burr round_burr(double radius) {
-  return {.tip_radius = radius, .shaft_radius = 0.53 * radius, .shaft_length = 0.040};
-}
-
-constexpr double kMaxVoxels = 110e6;  // of the whole bone, resampled: 0.7 GB with its textures and originals
-
-/// What is left where the whole bone is too large, and what to do.
-std::string crop_note(const drill::Grid& left, double voxels) {
-  const auto& n = left.size();
-  const Vec3d mm = 1e3 * left.spacing().cwiseProduct(Vec3d(n[0], n[1], n[2]));
-  std::array<char, 320> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "cropped to %.0f x %.0f x %.0f mm around the start: the whole would be %.0f million voxels of %.2g mm, "
-      "and %.0f fit; --voxel takes larger ones, --at another place, --largest-piece leaves out what hangs apart",
-      mm.x(), mm.y(), mm.z(), 1e-6 * voxels, 1e3 * left.spacing().x(), 1e-6 * kMaxVoxels);
-  return text.data();
-}
-
 }  // namespace
 
-Loaded load(const drill::Options& options) {
-  drill::Bone bone = drill::load_bone(options);
-  drill::Spot spot = options.at ? drill::spot_near(bone, *options.at) : drill::find_spot(bone);
-  const Vec3d h = bone.grid.spacing();
-  const double voxel = drill::wanted_voxel(bone.grid, options);
-  if (voxel > 0) {
-    double voxels = 1;
-    for (std::size_t a = 0; a < 3; ++a) voxels *= bone.grid.size()[a] * h[static_cast<Eigen::Index>(a)] / voxel;
-    drill::Options fine_options = options;
-    fine_options.voxel = voxel;
-    if (voxels <= kMaxVoxels) {
-      bone.grid = trephine::resampled(bone.grid, Vec3d::Constant(voxel));
-      if (!bone.tool) bone.burr = drill::fitting_burr(bone.grid, options);
-    } else if (auto fine = drill::resampled_around(bone, spot.p_W, fine_options)) {
-      bone = std::move(*fine);
-      bone.notes.push_back(crop_note(bone.grid, voxels));
-    }
-    spot = drill::spot_near(bone, spot.p_W);
-  }
-  return {std::move(bone), spot};
-}
+Workbench::Pictures::Pictures(const Loaded& loaded, const LeftStructures* left)
+    : bone(loaded.bone.grid, loaded.bone.isovalue),
+      structures(left != nullptr ? std::make_unique<StructureTexture>(*loaded.guarded, *left) : nullptr),
+      scene(structures.get()) {}
 
-void load_structures(Loaded& loaded, const LiveOptions& options) {
-  if (!options.labels.empty()) loaded.guarded = guard_read_structures(loaded.bone, options.labels, options.margin);
-  if (options.bone.structures) loaded.guarded = guard_made_structures(loaded.bone, loaded.spot, options.margin);
-}
-
-Workbench::Workbench(Loaded loaded, const LiveOptions& options)
+Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing)
     : loaded_(std::move(loaded)),
       camera_(start_camera(loaded_.spot, loaded_.bone.burr.tip_radius)),
-      texture_(loaded_.bone.grid, loaded_.bone.isovalue),
-      structures_(loaded_.guarded ? std::make_unique<StructureTexture>(*loaded_.guarded) : nullptr),
-      picture_(structures_.get()),
+      reader_(loaded_.bone.grid, false),
+      left_(loaded_.guarded ? std::make_unique<LeftStructures>(*loaded_.guarded->field, loaded_.guarded->box,
+                                                               loaded_.guarded->margin)
+                            : nullptr),
       hand_(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius)) {
-  session_ = std::make_unique<Session>(
-      loaded_.bone.grid, loaded_.bone.isovalue,
-      SessionOptions{.drill = {.renderer = options.renderer,
-                               .burr = loaded_.bone.tool ? round_burr(loaded_.bone.burr.tip_radius) : loaded_.bone.burr,
-                               .tool_name = loaded_.bone.tool_name,
-                               .tool = loaded_.bone.tool,
-                               .law = options.law,
-                               .strength = drill::strength_of(loaded_.bone),
-                               .tuning = {.feed = loaded_.bone.burr.tip_radius / kRadiusTime},
-                               .guarded = loaded_.guarded,
-                               .protection = options.protection},
-                     .rate = options.rate,
-                     .scale = options.scale,
-                     .device = options.device,
-                     .R_WD = camera_.axes()},
-      hand_.pose());
+  if (showing == Showing::kDrawn) make_pictures();
+  session_ =
+      std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
+                                SessionOptions{.drill = {.renderer = options.renderer,
+                                                         .burr = first_burr(loaded_.bone),
+                                                         .tool_name = loaded_.bone.tool_name,
+                                                         .tool = loaded_.bone.tool,
+                                                         .law = options.law,
+                                                         .strength = drill::strength_of(loaded_.bone),
+                                                         .tuning = {.feed = loaded_.bone.burr.tip_radius / kRadiusTime},
+                                                         .guarded = loaded_.guarded,
+                                                         .potential = loaded_.potential,
+                                                         .protection = options.protection},
+                                               .rate = options.rate,
+                                               .scale = options.scale,
+                                               .device = options.device,
+                                               .R_WD = camera_.axes(),
+                                               .simulated = showing == Showing::kSimulated},
+                                hand_.pose());
+}
+
+void Workbench::make_pictures() {
+  pictures_ = nullptr;
+  pictures_ = std::make_unique<Pictures>(loaded_, left_.get());
+  changed_ = true;
 }
 
 void Workbench::post() { session_->wish({hand_.pose(), spindle_}); }
@@ -143,7 +111,7 @@ void Workbench::set_spindle(bool on) {
 
 void Workbench::begin_stroke() {
   strokes_.begin(removed_seen_);
-  if (structures_) structures_->begin_stroke();
+  if (left_) left_->begin_stroke();
 }
 
 void Workbench::protect(Protection protection) {
@@ -151,14 +119,32 @@ void Workbench::protect(Protection protection) {
   changed_ = true;
 }
 
+/// Takes what changed of the bone since the last call, for the picture and for undoing it.
+void Workbench::update_bone() {
+  Haloed haloed;
+  uploaded_ = reader_.poll([&](std::size_t brick) {
+    (void)reader_.copy_brick(brick, haloed);
+    strokes_.changed(brick, haloed);
+    if (pictures_) pictures_->bone.update(brick, haloed);
+  });
+}
+
 /// What the burr took of structures, for the picture. A veto leaves them whole, also where a renderer lets the ball
 /// sink into bone.
 bool Workbench::update_structures() {
-  if (!structures_) return false;
-  if (protection() != Protection::kVeto)
-    return structures_->update(session_->path(), (X_WG() * loaded_.guarded->X_GS).inverse(Eigen::Isometry));
-  session_->path().take([](const BurrPiece&) {});
-  return false;
+  if (!left_) return false;
+  if (protection() == Protection::kVeto) {
+    session_->path().take([](const BurrPiece&) {});
+    return false;
+  }
+  const trephine::VoxelBox changed =
+      left_->take(session_->path(), (X_WG() * loaded_.guarded->X_GS).inverse(Eigen::Isometry));
+  show_left(changed);
+  return changed.hi[0] >= changed.lo[0];
+}
+
+void Workbench::show_left(const trephine::VoxelBox& changed) {
+  if (pictures_ && pictures_->structures) pictures_->structures->update(changed);
 }
 
 void Workbench::act(Action action) {
@@ -195,15 +181,15 @@ void Workbench::act(Action action) {
       set_spindle(false);
       session_->restore();
       strokes_.clear();
-      (void)update_structures();
-      if (structures_) structures_->restore();
+      update_structures();
+      if (left_) show_left(left_->restore());
       break;
     case Action::kUndo:
       set_spindle(false);
       if (strokes_.empty()) break;
       session_->bring_back(strokes_.take_last());
-      (void)update_structures();
-      if (structures_) structures_->undo();
+      update_structures();
+      if (left_) show_left(left_->undo());
       break;
     case Action::kClip:
       if (clip_) {
@@ -315,17 +301,16 @@ std::optional<Vec3d> Workbench::bone_under(double x, double y) const {
   const ViewRay ray = camera_.ray(x, y, width_, height_);
   const Posed X_GW = X_WG().inverse(Eigen::Isometry);
   const Vec3d origin = X_GW * ray.origin, direction = X_GW.linear() * ray.direction;
-  const Reader reader(loaded_.bone.grid, false);
-  const Vec3d per_metre = reader.spacing().cwiseInverse();
-  const double step = 0.5 * reader.spacing().minCoeff();
-  const auto& n = reader.size();
+  const Vec3d per_metre = reader_.spacing().cwiseInverse();
+  const double step = 0.5 * reader_.spacing().minCoeff();
+  const auto& n = reader_.size();
   for (double t = ScenePicture::kNear; t < 1.0; t += step) {
     const Vec3d u = (origin + t * direction).cwiseProduct(per_metre);
     const std::array<int, 3> v{static_cast<int>(std::lround(u.x())), static_cast<int>(std::lround(u.y())),
                                static_cast<int>(std::lround(u.z()))};
     bool inside = true;
     for (std::size_t a = 0; a < 3; ++a) inside = inside && v[a] >= 0 && v[a] < n[a];
-    if (inside && reader.voxel(v[0], v[1], v[2]) >= loaded_.bone.isovalue) return ray.origin + t * ray.direction;
+    if (inside && reader_.voxel(v[0], v[1], v[2]) >= loaded_.bone.isovalue) return ray.origin + t * ray.direction;
   }
   return std::nullopt;
 }
@@ -393,7 +378,7 @@ void Workbench::update(double dt, int width, int height) {
   tick_ = session_->view();
   // A device's own button starts a stroke too.
   if (tick_.spindle_on && !was_on && !spindle_) begin_stroke();
-  uploaded_ = texture_.update(strokes_);
+  update_bone();
   const bool took = update_structures();
   const double removed = std::max(tick_.removed_mm3 - removed_seen_, 0.0);
   removed_seen_ = tick_.removed_mm3;
@@ -464,8 +449,8 @@ bool Workbench::draw() {
     changed_ = false;
     still_ = false;
     const auto part = [&](int n) { return std::max(1, static_cast<int>(std::lround(moving_scale_ * n))); };
-    picture_.draw_moving(v, texture_, X_WG(), part(width_), part(height_));
-    glFinish();
+    pictures_->scene.draw_moving(v, pictures_->bone, X_WG(), part(width_), part(height_));
+    gl::finish();
     draw_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     // A fast card draws moving scenes in full too.
     if (draw_ms_ < 5) moving_scale_ = 1;
@@ -473,9 +458,9 @@ bool Workbench::draw() {
     return true;
   }
   const bool first = !std::exchange(still_, true);
-  const bool more = first || picture_.samples() < ScenePicture::kSamples;
+  const bool more = first || pictures_->scene.samples() < ScenePicture::kSamples;
   if (more) {
-    (void)picture_.draw_still(drawn_, texture_, X_WG(), width_, height_, first);
+    (void)pictures_->scene.draw_still(drawn_, pictures_->bone, X_WG(), width_, height_, first);
     glFinish();
     draw_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
@@ -486,7 +471,8 @@ void Workbench::draw_full() {
   drawn_ = scene_view();
   changed_ = false;
   still_ = true;
-  for (bool first = true; picture_.draw_still(drawn_, texture_, X_WG(), width_, height_, first);) first = false;
+  for (bool first = true; pictures_->scene.draw_still(drawn_, pictures_->bone, X_WG(), width_, height_, first);)
+    first = false;
 }
 
 }  // namespace live

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "../drill/spot.hpp"
 #include "bone_texture.hpp"
 #include "dust.hpp"
+#include "left_structures.hpp"
 #include "live_options.hpp"
+#include "loaded.hpp"
 #include "mouse_hand.hpp"
 #include "scene_picture.hpp"
 #include "script.hpp"
@@ -18,28 +19,22 @@
 
 namespace live {
 
-/// The bone and where the drill starts.
-struct Loaded {
-  drill::Bone bone;
-  drill::Spot spot;
-  std::shared_ptr<const GuardedBone> guarded{};  ///< nothing without structures
-};
-/// Reads the volume, and resamples all of it, or what surrounds the spot where that is too much. Throws std::exception
-/// with one line.
-[[nodiscard]] Loaded load(const drill::Options& options);
-/// Reads or makes the structures that the options ask for, likewise.
-void load_structures(Loaded& loaded, const LiveOptions& options);
-
 /// What a session's file and the instruments call the round burr.
 inline constexpr std::string_view kBurrName = "burr";
 /// Returns the family of a tool's name, and `kBurrName` for no name.
 [[nodiscard]] std::string_view family_of(std::string_view tool_name);
 
+/// How a workbench runs: drawn, beside a haptic thread, or without pictures, in simulated time.
+enum class Showing { kDrawn, kSimulated };
+
 /// All of the window but the window itself: bone, drill, hand and camera, what keys and mouse do, and the picture.
-/// Needs a current OpenGL context. Window thread.
+/// Needs a current OpenGL context if it is drawn. Window thread.
 class Workbench {
  public:
-  Workbench(Loaded loaded, const LiveOptions& options);
+  Workbench(Loaded loaded, const LiveOptions& options, Showing showing = Showing::kDrawn);
+  /// Makes all that is on the graphics card, anew after its context was lost. Throws std::runtime_error where the card
+  /// has no room.
+  void make_pictures();
 
   // What the user does. Pixels count from the upper left corner of a picture of the last frame's size.
   void act(Action action);
@@ -67,17 +62,19 @@ class Workbench {
   bool draw();
   /// Draws in full at once.
   void draw_full();
-  [[nodiscard]] const ScenePicture& picture() const { return picture_; }
-  [[nodiscard]] ScenePicture& picture() { return picture_; }
+  [[nodiscard]] const ScenePicture& picture() const { return pictures_->scene; }
+  [[nodiscard]] ScenePicture& picture() { return pictures_->scene; }
 
   // For the instruments.
   [[nodiscard]] Session& session() { return *session_; }
+  [[nodiscard]] const Session& session() const { return *session_; }
   [[nodiscard]] const TickView& view() const { return tick_; }
   [[nodiscard]] const drill::Bone& bone() const { return loaded_.bone; }
-  [[nodiscard]] const BoneTexture& texture() const { return texture_; }
+  [[nodiscard]] const drill::Spot& spot() const { return loaded_.spot; }
+  [[nodiscard]] const BoneTexture& texture() const { return pictures_->bone; }
   /// Structures, or nullptr.
   [[nodiscard]] const GuardedBone* guarded() const { return loaded_.guarded.get(); }
-  [[nodiscard]] const StructureTexture* structures() const { return structures_.get(); }
+  [[nodiscard]] const StructureTexture* structures() const { return pictures_->structures.get(); }
   [[nodiscard]] Protection protection() const { return session_->options().drill.protection; }
   [[nodiscard]] const MouseHand& hand() const { return hand_; }
   [[nodiscard]] const OrbitCamera& camera() const { return camera_; }
@@ -86,6 +83,7 @@ class Workbench {
   [[nodiscard]] const std::string& note() const { return note_; }
   [[nodiscard]] bool help() const { return help_; }
   [[nodiscard]] bool panels() const { return panels_; }
+  [[nodiscard]] bool marks() const { return marks_; }
   [[nodiscard]] bool clipped() const { return clip_.has_value(); }
   [[nodiscard]] bool can_undo() const { return !strokes_.empty(); }
   [[nodiscard]] std::size_t uploaded() const { return uploaded_; }  ///< bricks in the last frame
@@ -105,18 +103,28 @@ class Workbench {
   void place_under_mouse();
   void go_home();
   void begin_stroke();
-  [[nodiscard]] bool update_structures();
+  void update_bone();
+  bool update_structures();
+  void show_left(const trephine::VoxelBox& changed);
   void post();
   [[nodiscard]] bool moved_since(const SceneView& view) const;
   void add_marks(SceneView& view) const;
+
+  /// What is on the graphics card.
+  struct Pictures {
+    Pictures(const Loaded& loaded, const LeftStructures* left);
+    BoneTexture bone;
+    std::unique_ptr<StructureTexture> structures;
+    ScenePicture scene;
+  };
 
   static constexpr double kShownApart = 0.15e-3;  // [m]: probe and tool are drawn apart from here on
 
   Loaded loaded_;
   OrbitCamera camera_;
-  BoneTexture texture_;
-  std::unique_ptr<StructureTexture> structures_;
-  ScenePicture picture_;
+  Reader reader_;
+  std::unique_ptr<LeftStructures> left_;  // nullptr without structures
+  std::unique_ptr<Pictures> pictures_;    // nullptr where nothing is drawn
   Strokes strokes_;
   MouseHand hand_;
   std::unique_ptr<Session> session_;

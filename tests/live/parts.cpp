@@ -123,7 +123,8 @@ TEST_CASE("sessions: what is written is read back") {
                                         Vec3d(0.01, -0.02, 0.03));
   const OrbitCamera camera{.focus_W = Vec3d(0.1, 0.2, 0.3), .yaw = 1, .pitch = -0.5, .distance = 0.2};
   {
-    EventWriter out(path);
+    std::ofstream file(path);
+    EventWriter out(file);
     out.hand(0, X);
     out.view(0, camera);
     out.hand(0.001, Posed::Identity());  // too soon

@@ -35,9 +35,9 @@ inline void put(std::string& bytes, const Vec3d& v) {
 
 }  // namespace mesh_detail
 
-/// Writes a binary STL file, in millimetres. `X_WG` is the pose of the mesh in the file's frame: the grid's `X_WG()`
-/// gives the scanner's. Throws std::runtime_error if the file cannot be written.
-inline void save_stl(const std::filesystem::path& path, const Mesh& mesh, const Posed& X_WG = Posed::Identity()) {
+/// Returns the bytes of a binary STL file, in millimetres. `X_WG` is the pose of the mesh in the file's frame: the
+/// grid's `X_WG()` gives the scanner's.
+[[nodiscard]] inline std::string stl_bytes(const Mesh& mesh, const Posed& X_WG = Posed::Identity()) {
   std::string bytes("binary STL, millimetres");
   bytes.resize(80, ' ');
   mesh_detail::put(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
@@ -48,7 +48,12 @@ inline void save_stl(const std::filesystem::path& path, const Mesh& mesh, const 
     for (const Vec3d& p : {a, b, c}) mesh_detail::put(bytes, p);
     mesh_detail::put(bytes, std::uint16_t{0});
   }
-  write_file(path, "save_stl", bytes);
+  return bytes;
+}
+
+/// Writes `stl_bytes` to a file. Throws std::runtime_error if the file cannot be written.
+inline void save_stl(const std::filesystem::path& path, const Mesh& mesh, const Posed& X_WG = Posed::Identity()) {
+  write_file(path, "save_stl", stl_bytes(mesh, X_WG));
 }
 
 /// Writes a binary PLY file, in millimetres, in which triangles share their vertices. Otherwise as `save_stl`.
