@@ -25,8 +25,8 @@ async function dropped(transfer) {
   return files.filter((f) => !f.name.startsWith("."));
 }
 
-/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), and opened(kind, at): the engine
-/// was asked for a bone, whose bytes in its memory begin there.
+/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), and opened(name): the engine was
+/// asked for that volume.
 export function makeFiles(engine, page) {
   let worker = null;
 
@@ -88,8 +88,9 @@ export function makeFiles(engine, page) {
   function give({ name, size, spacing, voxels }, isovalue) {
     const at = engine.keep(new Uint8Array(voxels.buffer, voxels.byteOffset, voxels.byteLength));
     if (at === 0) return page.refuse("This device has too little memory for that volume.");
-    engine.open_volume(name, ...size, ...spacing, at, isovalue);
-    page.opened(name, at);
+    engine.open_volume(name, ...size, ...spacing, at, isovalue); // copies the voxels
+    engine.forget(at);
+    page.opened(name);
   }
 
   async function replay(file) {

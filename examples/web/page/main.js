@@ -3,7 +3,7 @@ import { startEngine } from "./engine_calls.js";
 import { makeFiles } from "./files.js";
 import { makeHand } from "./hand.js";
 import { makePanel } from "./panel.js";
-import { fillHelp } from "./words.js";
+import { fillHelp, kOwnKeys, sentence } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const kShownApart = 66; // [ms] between two states of the panel
@@ -67,6 +67,7 @@ function hasWebGl2() {
 
 async function run() {
   const canvas = $("canvas");
+  $("opening").hidden = false;
   if (!hasWebGl2())
     return say("The picture needs WebGL 2, so please switch on hardware acceleration, or try a newer browser.");
   const refusal = await isolate();
@@ -80,16 +81,15 @@ async function run() {
     return say("The engine could not be loaded, so please check the connection and reload the page.");
   }
   const words = JSON.parse(engine.words() || "{}");
-  const acts = new Set((words.actions ?? []).map((a) => a.name));
+  const acts = new Set((words.actions ?? []).map((a) => a.name).filter((name) => !kOwnKeys.has(name)));
   fillHelp($("help_lists"), words);
 
   // The bone that is open, and the one that was asked for.
   const bone = $("bone");
-  let open = "", asked = null, kept = 0, state = {}, refused = "", busyFiles = false;
-  const refuse = (sentence) => {
-    refused = sentence;
-    $("refusal_text").textContent = sentence;
-    $("refusal").hidden = sentence === "";
+  let open = "", asked = null, state = {}, busyFiles = false;
+  const refuse = (text) => {
+    $("refusal_text").textContent = sentence(text);
+    $("refusal").hidden = text === "";
   };
   const showBusy = (text, cancel) => {
     if (!$("opening").hidden && $("opening_text").textContent === text) return;
@@ -99,28 +99,27 @@ async function run() {
     $("cancel").onclick = cancel ?? null;
   };
   const openKind = (kind) => {
-    refuse("");
-    hand?.stop();
+    hand.stop();
     asked = kind;
     engine.open(kind);
   };
-  const opened = (name, at) => {
+  const opened = (name) => {
     refuse("");
     hand.stop();
-    [asked, kept] = [name, at];
+    asked = name;
     if (![...bone.options].some((o) => o.value === name)) bone.add(new Option(name, name));
     bone.value = name;
   };
   const watchOpening = () => {
     if (asked === null) return;
     const text = engine.opening();
-    if (text && !text.startsWith("!")) return busyFiles || showBusy(text);
-    if (kept !== 0) engine.forget(kept);
-    kept = 0;
+    if (text && !text.startsWith("!")) return busyFiles || showBusy(sentence(text, ""));
     if (text) {
       refuse(text.slice(1));
-      if (bone.selectedOptions[0]?.value === asked && !kKinds.has(asked)) bone.selectedOptions[0].remove();
+      if (!kKinds.has(asked) && asked !== open) bone.selectedOptions[0]?.remove();
       bone.value = open;
+      // The engine may have closed the present bone to make room.
+      if (!JSON.parse(engine.state() || "{}").title && asked !== "tooth") return openKind((bone.value = kKinds.has(open) ? open : "tooth"));
     } else {
       // A volume of one's own can be chosen only by opening it again.
       for (const o of [...bone.options]) if (!kKinds.has(o.value) && o.value !== asked) o.remove();
@@ -131,7 +130,10 @@ async function run() {
     if (!busyFiles) showBusy("");
   };
   const kKinds = new Set([...bone.options].map((o) => o.value));
-  bone.addEventListener("change", () => openKind(bone.value));
+  bone.addEventListener("change", () => {
+    refuse("");
+    openKind(bone.value);
+  });
   $("refusal_close").addEventListener("click", () => {
     refuse("");
     canvas.focus();
@@ -176,6 +178,7 @@ async function run() {
   });
   canvas.addEventListener("webglcontextrestored", () => engine.context_restored());
 
+  document.body.classList.remove("starting");
   openKind(kKinds.has(location.hash.slice(1)) ? (bone.value = location.hash.slice(1)) : "tooth");
 
   let last = performance.now(), shown = -Infinity;
@@ -196,7 +199,7 @@ async function run() {
     if (now - shown > kShownApart) {
       shown = now;
       state = JSON.parse(engine.state() || "{}");
-      panel.show(state, { now, touch: hand.touch(), structures: open === "temporal" });
+      if (state.title) panel.show(state, { now, touch: hand.touch() });
     }
     requestAnimationFrame(frame);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 import { plot } from "./plot.js";
-import { hintFor } from "./words.js";
+import { hintFor, sentence } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const kShown = 3000; // ticks in a plot
@@ -60,7 +60,7 @@ export function makePanel(engine, words, refocus) {
   function say(state, now) {
     live.due = [
       state.spindle ? "spindle on" : "spindle off", state.touch,
-      state.alert ? state.status : "", state.structure?.alert ? `${state.structure.words}: ${state.structure.name}` : "",
+      state.alert ? state.status : "", state.structure?.warns ? `${state.structure.words}: ${state.structure.name}` : "",
       state.note,
     ].filter(Boolean).join(", ");
     if (live.due === live.said || now - live.last < kToldApart) return;
@@ -68,16 +68,14 @@ export function makePanel(engine, words, refocus) {
     set("live", live.due);
   }
 
-  function structure(s, protection) {
+  function structure(s) {
     $("structure").hidden = !s;
     if (!s) return;
-    const alert = s.alert ?? (/too near|in this structure/.test(s.words ?? "") && protection !== "off");
     set("structure_name", s.name);
     set("structure_distance", `${fixed(s.distance_mm, 2)} mm`);
     set("structure_words", s.words ?? "");
-    $("structure_words").className = alert ? (s.distance_mm < 0 ? "alarm" : "alert") : "";
+    $("structure_words").className = s.warns ? (s.distance_mm < 0 ? "alarm" : "alert") : "";
     set("structure_more", `The guard pushes ${fixed(s.push_N, 2)} N; taken ${fixed(s.taken_mm3, 2)} mm³, refused ${fixed(s.refused_mm3, 2)} mm³.`);
-    s.alert = alert;
   }
 
   function plots(state, now) {
@@ -101,12 +99,12 @@ export function makePanel(engine, words, refocus) {
   return {
     fold: () => fold(!body.classList.contains("folded")),
     /// Shows a state of the engine.
-    show(state, { now, touch, structures }) {
+    show(state, { now, touch }) {
       set("title", state.title ?? "");
       set("spindle_state", state.spindle ? "spindle on" : "spindle off");
       $("spindle_state").classList.toggle("on", Boolean(state.spindle));
       set("touch", state.touch ?? "");
-      set("status", state.failed ? "The drill has stopped: reload the page to go on." : state.note || (state.playing ? "replays a session" : state.status ?? ""));
+      set("status", state.failed ? "The drill has stopped: reload the page to go on." : sentence(state.note || (state.playing ? "replays a session" : state.status ?? ""), ""));
       $("status").className = state.failed ? "alarm" : state.alert || state.note ? "alert" : "";
       press("spindle", state.spindle);
       press("clip", state.clipped);
@@ -116,11 +114,11 @@ export function makePanel(engine, words, refocus) {
       choose($("renderer"), state.renderer);
       choose($("protection"), state.protection);
       $("law").checked = Boolean(state.law);
-      $("protect_row").hidden = !structures && !state.structure;
+      $("protect_row").hidden = !state.guarded;
       const hint = hintFor(state.hint, touch);
       set("hint", hint);
       $("hint").hidden = hint === "";
-      structure(state.structure ?? null, state.protection);
+      structure(state.structure ?? null);
       say(state, now);
       if (now - figures < kFiguresApart) return;
       figures = now;

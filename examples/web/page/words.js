@@ -26,7 +26,12 @@ const kGamepad = [
   ["cross of buttons", "turns the view"],
   ["shoulder buttons", "smaller or larger tool"],
 ];
-const kOwn = new Set(["F1", "F12", "P", "Escape"]);
+/// Keys of the native window that the page, or the browser, keeps for itself.
+export const kOwnKeys = new Set(["F1", "F12", "P", "Escape"]);
+
+/// A text of the engine as a sentence.
+export const sentence = (text, end = ".") =>
+  text === "" ? "" : text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? "" : end);
 
 export function fillHelp(lists, words) {
   const part = (title, rows) => {
@@ -40,7 +45,7 @@ export function fillHelp(lists, words) {
     lists.append(h, dl);
   };
   part("Mouse", (words.mouse ?? []).map((m) => [m.gesture, m.help]));
-  part("Keys", [...kPageKeys, ...(words.actions ?? []).filter((a) => !kOwn.has(a.name)).map((a) => [a.name, a.help])]);
+  part("Keys", [...kPageKeys, ...(words.actions ?? []).filter((a) => !kOwnKeys.has(a.name)).map((a) => [a.name, a.help])]);
   part("Touch and pen", kTouch);
   part("Gamepad", kGamepad);
 }
