@@ -7,6 +7,7 @@ import { fillHelp, kOwnKeys, sentence } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const kShownApart = 66; // [ms] between two states of the panel
+const kBusyApart = 200; // [ms] between two pictures while a bone is made, which needs the processor
 const kMostPixels = 3e6; // drawn; a finer screen gets a coarser picture
 const kLongestFrame = 0.1; // [s]
 
@@ -181,7 +182,7 @@ async function run() {
   document.body.classList.remove("starting");
   openKind(kKinds.has(location.hash.slice(1)) ? (bone.value = location.hash.slice(1)) : "tooth");
 
-  let last = performance.now(), shown = -Infinity;
+  let last = performance.now(), shown = -Infinity, drawn = -Infinity;
   function frame(now) {
     if (engine.ended()) return;
     const dt = Math.min(Math.max((now - last) / 1e3, 0), kLongestFrame);
@@ -195,7 +196,10 @@ async function run() {
     }
     watchOpening();
     hand.frame(dt);
-    engine.frame(dt, width, height);
+    if (asked === null || now - drawn > kBusyApart) {
+      drawn = now;
+      engine.frame(dt, width, height);
+    }
     if (now - shown > kShownApart) {
       shown = now;
       state = JSON.parse(engine.state() || "{}");
