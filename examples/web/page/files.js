@@ -25,8 +25,8 @@ async function dropped(transfer) {
   return files.filter((f) => !f.name.startsWith("."));
 }
 
-/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), and opened(name): the engine was
-/// asked for that volume.
+/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), opened(name): the engine was
+/// asked for that volume, and opening(): whether it makes a bone now.
 export function makeFiles(engine, page) {
   let worker = null;
 
@@ -38,6 +38,7 @@ export function makeFiles(engine, page) {
 
   async function open(files) {
     if (files.length === 0) return;
+    if (page.opening()) return page.refuse("A bone is being made, so please wait until it is there.");
     cancel();
     if (files.length === 1 && /\.session$/i.test(files[0].name)) return replay(files[0]);
     if (files.length > 1 && files.some((f) => /\.(nii|nii\.gz|nrrd|session)$/i.test(f.name)))

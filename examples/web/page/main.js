@@ -99,15 +99,19 @@ async function run() {
     $("cancel").hidden = !cancel;
     $("cancel").onclick = cancel ?? null;
   };
-  const openKind = (kind) => {
+  /// One bone is made at a time.
+  const wait = (name) => {
     hand.stop();
-    asked = kind;
+    asked = name;
+    for (const id of ["bone", "open_volume", "open_folder"]) $(id).disabled = name !== null;
+  };
+  const openKind = (kind) => {
+    wait(kind);
     engine.open(kind);
   };
   const opened = (name) => {
     refuse("");
-    hand.stop();
-    asked = name;
+    wait(name);
     if (![...bone.options].some((o) => o.value === name)) bone.add(new Option(name, name));
     bone.value = name;
   };
@@ -126,7 +130,7 @@ async function run() {
       for (const o of [...bone.options]) if (!kKinds.has(o.value) && o.value !== asked) o.remove();
       open = bone.value = asked;
     }
-    asked = null;
+    wait(null);
     hand.lose();
     if (!busyFiles) showBusy("");
   };
@@ -170,6 +174,7 @@ async function run() {
     },
     refuse,
     opened,
+    opening: () => asked !== null,
   });
 
   canvas.addEventListener("webglcontextlost", (e) => {
