@@ -80,6 +80,13 @@ vec2 through_volume(vec3 origin, vec3 direction) {
   return vec2(max(enter.x, max(enter.y, enter.z)), min(leave.x, min(leave.y, leave.z)));
 }
 
+/// Outward, of the volume's face at p.
+vec3 border_normal(vec3 p) {
+  vec3 q = 2.0 * p * per_mm / (size - 1.0) - 1.0, off = abs(q);
+  if (off.x >= off.y && off.x >= off.z) return vec3(sign(q.x), 0.0, 0.0);
+  return off.y >= off.z ? vec3(0.0, sign(q.y), 0.0) : vec3(0.0, 0.0, sign(q.z));
+}
+
 /// Distance along the ray to bone within [from, to], which lies in the volume, or -1. Loops are bounded: a driver
 /// cannot be stopped. The outer one goes from brick to brick, the inner one through a brick that holds bone.
 float first_bone(vec3 origin, vec3 direction, float from, float to) {
@@ -404,7 +411,9 @@ void main() {
 
   // What lies foremost of bone and structures.
   float surface = bone;
-  bool on_section = clipped && bone <= from + 1e-4;
+  // Bone that the volume's border cuts off looks as bone cut open.
+  bool at_border = !clipped && from == inside.x && bone <= from + 1e-4;
+  bool on_section = at_border || (clipped && bone <= from + 1e-4);
 #ifdef STRUCTURES
   // Structures may lie beyond the bone's box.
   float start = depth_range.x / facing, end = bone > 0.0 ? bone + 1e-3 : 1e9;
@@ -422,6 +431,7 @@ void main() {
   if (is_structure) {
     surface = structure;
     on_section = on_cut;
+    at_border = false;
   }
 #endif
 
@@ -440,7 +450,7 @@ void main() {
   } else if (surface > 0.0) {
     nearest = surface;
     vec3 p = eye + surface * d;
-    vec3 n = on_section ? clip.xyz : bone_normal(p, surface);
+    vec3 n = !on_section ? bone_normal(p, surface) : at_border ? border_normal(p) : clip.xyz;
 #ifdef STRUCTURES
     if (is_structure && !on_section) n = structure_normal(p);
 #endif

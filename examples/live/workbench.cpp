@@ -80,7 +80,7 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing)
 }
 
 void Workbench::make_pictures() {
-  pictures_ = nullptr;
+  drop_pictures();
   pictures_ = std::make_unique<Pictures>(loaded_, left_.get());
   changed_ = true;
 }

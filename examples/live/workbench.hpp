@@ -35,6 +35,8 @@ class Workbench {
   /// Makes all that is on the graphics card, anew after its context was lost. Throws std::runtime_error where the card
   /// has no room.
   void make_pictures();
+  /// Drops it, for a context that is lost; the drill goes on. `update` alone may be called until they are made again.
+  void drop_pictures() { pictures_ = nullptr; }
 
   // What the user does. Pixels count from the upper left corner of a picture of the last frame's size.
   void act(Action action);

@@ -52,8 +52,9 @@ class Engine {
   }
 
   bool frame(double dt, int width, int height) {
-    if (lost_ || !has_context()) return false;
+    if (!has_context()) return false;
     if (bench_ == nullptr) {
+      if (lost_) return false;
       glBindFramebuffer(GL_FRAMEBUFFER, 0);
       glClearColor(0.055F, 0.065F, 0.080F, 1);
       glClear(GL_COLOR_BUFFER_BIT);
@@ -67,7 +68,7 @@ class Engine {
     bench_->update(std::min(dt, 0.1), std::max(width, 16), std::max(height, 16));
     (void)bench_->take_shot();
     writer_->frame(now, *bench_, std::exchange(pressed_, {}));
-    if (!bench_->draw()) return false;
+    if (lost_ || !bench_->draw()) return false;
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     bench_->picture().present(width, height);
     return true;
@@ -157,7 +158,10 @@ class Engine {
   }
   [[nodiscard]] const std::string& file() const { return file_; }
 
-  void context_lost() { lost_ = true; }
+  void context_lost() {
+    lost_ = true;
+    if (bench_ != nullptr) bench_->drop_pictures();
+  }
   void context_restored() {
     lost_ = false;
     emscripten_webgl_enable_extension(context_, "EXT_color_buffer_float");
@@ -248,7 +252,7 @@ class Engine {
     const std::string refused = opening_->refused();
     opening_.reset();
     if (!loaded) return refuse(refused);
-    if (!has_context()) return refuse("this browser has no WebGL 2, which the picture needs");
+    if (!has_context() || lost_) return refuse("this browser has no WebGL 2, which the picture needs");
     make([&] {
       bench_ = std::make_unique<Workbench>(std::move(*loaded), options_);
       first_ = bench_->session().options();
