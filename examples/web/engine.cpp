@@ -68,10 +68,19 @@ class Engine {
     bench_->update(std::min(dt, 0.1), std::max(width, 16), std::max(height, 16));
     (void)bench_->take_shot();
     writer_->frame(now, *bench_, std::exchange(pressed_, {}));
-    if (lost_ || !bench_->draw()) return false;
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    bench_->picture().present(width, height);
-    return true;
+    // The browser tells of a lost context later than it loses it.
+    if (lost_ || emscripten_is_webgl_context_lost(context_) == EM_TRUE) return false;
+    bool drawn = false;
+    try {
+      drawn = bench_->draw();
+      if (drawn) {
+        glBindFramebuffer(GL_FRAMEBUFFER, 0);
+        bench_->picture().present(width, height);
+      }
+    } catch (const std::exception& e) {
+      if (emscripten_is_webgl_context_lost(context_) == EM_FALSE) close(e.what());
+    }
+    return drawn;
   }
 
   /// The bench, for what the hand does: none while a session plays.
@@ -240,11 +249,15 @@ class Engine {
     try {
       work();
     } catch (const std::exception& e) {
-      playback_.reset();
-      writer_.reset();
-      bench_.reset();
-      refuse(e.what());
+      close(e.what());
     }
+  }
+  /// Closes the bone for a reason.
+  void close(const std::string& why) {
+    playback_.reset();
+    writer_.reset();
+    bench_.reset();
+    refuse(why);
   }
 
   void take_opened() {
