@@ -70,6 +70,12 @@ struct OrbitCamera {
     const Vec3d d = scale * ((x - width / 2) * R.col(0) - (y - height / 2) * R.col(1)) - R.col(2);
     return {eye_W(), d.normalized()};
   }
+  /// Returns the pixel that shows a point in front of the eye: the inverse of `ray`.
+  [[nodiscard]] Eigen::Vector2d pixel(const Vec3d& p_W, double width, double height) const {
+    const Vec3d d = axes().transpose() * (p_W - eye_W());
+    const double scale = metres_per_pixel(-d.z(), height);
+    return {width / 2 + d.x() / scale, height / 2 - d.y() / scale};
+  }
   /// Returns the depth of a point in front of the eye [m].
   [[nodiscard]] double depth(const Vec3d& p_W) const { return (eye_W() - p_W).dot(axes().col(2)); }
 };

@@ -34,11 +34,8 @@ using Clock = std::chrono::steady_clock;
 /// The page's only engine.
 class Engine {
  public:
+  /// The bone that is open stays until the other is there.
   void open(Opening::Load load) {
-    // What is open now makes room first.
-    playback_.reset();
-    writer_.reset();
-    bench_.reset();
     refused_.clear();
     opening_.emplace(std::move(load));
   }
@@ -65,7 +62,9 @@ class Engine {
       (void)playback_->play(now - play_start_, [this](const Event& e) { bench_->apply(e); });
       if (playback_->is_over()) playback_.reset();
     }
-    bench_->update(std::min(dt, 0.1), std::max(width, 16), std::max(height, 16));
+    width_ = std::max(width, 16);
+    height_ = std::max(height, 16);
+    bench_->update(std::min(dt, 0.1), width_, height_);
     (void)bench_->take_shot();
     writer_->frame(now, *bench_, std::exchange(pressed_, {}));
     // The browser tells of a lost context later than it loses it.
@@ -252,12 +251,12 @@ class Engine {
       close(e.what());
     }
   }
-  /// Closes the bone for a reason.
+  /// Closes the bone, for a reason or for the next one.
   void close(const std::string& why) {
     playback_.reset();
     writer_.reset();
     bench_.reset();
-    refuse(why);
+    if (!why.empty()) refuse(why);
   }
 
   void take_opened() {
@@ -266,6 +265,7 @@ class Engine {
     opening_.reset();
     if (!loaded) return refuse(refused);
     if (!has_context() || lost_) return refuse("this browser has no WebGL 2, which the picture needs");
+    close("");
     make([&] {
       bench_ = std::make_unique<Workbench>(std::move(*loaded), options_);
       first_ = bench_->session().options();
@@ -333,6 +333,13 @@ class Engine {
       });
     });
     write_vector(json, "position", Vec3d(1e3 * v.tool.translation()));
+    // Where the hand wants the drill, in pixels of the last frame.
+    const auto pixel = bench.camera().pixel(bench.hand().pose().translation(), width_, height_);
+    json.member("pixel", [&] {
+      json.array([&] {
+        for (int a = 0; a < 2; ++a) json.element(pixel[a]);
+      });
+    });
   }
 
   void write_structure(Json& json) const {
@@ -365,6 +372,7 @@ class Engine {
   std::vector<Action> pressed_;
   std::optional<Playback> playback_;
   double play_start_ = 0;
+  int width_ = 640, height_ = 480;
   Clock::time_point start_ = Clock::now();
   std::vector<TickSample> samples_;
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context_ = 0;
@@ -399,13 +407,19 @@ EMSCRIPTEN_KEEPALIVE void te_open(const char* kind) {
     engine().refuse(e.what());
   }
 }
+/// `frame` is the first voxel's centre [m] and the unit directions of x and y, in the patient's axes left, back, top.
 EMSCRIPTEN_KEEPALIVE void te_open_volume(const char* name, int nx, int ny, int nz, double sx, double sy, double sz,
-                                         const std::int16_t* voxels, double isovalue) {
+                                         const double* frame, const std::int16_t* voxels, double isovalue) {
   try {
     if (nx < 1 || ny < 1 || nz < 1) throw std::invalid_argument("a volume needs a voxel along each axis at least");
     const std::size_t count =
         static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
-    engine().open(web::scanned_bone(name, {.size = {nx, ny, nz}, .spacing = live::Vec3d(sx, sy, sz)},
+    using live::Vec3d;
+    const Vec3d x(frame[3], frame[4], frame[5]), y(frame[6], frame[7], frame[8]);
+    live::Mat3d R;
+    R << x, y, x.cross(y);
+    const live::Posed X_WG = trephine::make_pose<double>(R, Vec3d(frame[0], frame[1], frame[2]));
+    engine().open(web::scanned_bone(name, {.size = {nx, ny, nz}, .spacing = Vec3d(sx, sy, sz), .X_WG = X_WG},
                                     std::vector<std::int16_t>(voxels, voxels + count), isovalue));
   } catch (const std::exception& e) {
     engine().refuse(e.what());

@@ -51,7 +51,7 @@ std::string nrrd_of(const drill::Bone& bone) {
   const Vec3d origin = 1e3 * bone.grid.X_WG().translation();
   std::array<char, 640> header{};
   int length = std::snprintf(header.data(), header.size(),
-                             "NRRD0004\ntype: int16\ndimension: 3\nspace: 3D-right-handed\nsizes: %d %d %d\n"
+                             "NRRD0004\ntype: int16\ndimension: 3\nspace: left-posterior-superior\nsizes: %d %d %d\n"
                              "space directions:",
                              n[0], n[1], n[2]);
   const auto vector = [&](const Vec3d& v, const char* before) {

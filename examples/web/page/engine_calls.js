@@ -3,7 +3,7 @@
 
 const kCalls = {
   // name: [result, arguments]; n number, s text
-  words: ["s", ""], open: ["", "s"], open_volume: ["", "snnnnnnnn"], opening: ["s", ""], frame: ["n", "nnn"],
+  words: ["s", ""], open: ["", "s"], open_volume: ["", "snnnnnnnnn"], opening: ["s", ""], frame: ["n", "nnn"],
   mouse_at: ["", "nn"], move: ["", "nn"], push: ["", "n"], turn: ["", "nn"], orbit: ["", "nn"], pan: ["", "nn"], zoom: ["", "n"],
   spindle: ["", "n"], act: ["", "s"], tool: ["", "s"], protect: ["", "s"], renderer: ["", "s"], law: ["", "n"],
   state: ["s", ""], history: ["n", "n"], history_count: ["n", ""], session: ["s", ""], play: ["s", "n"],

@@ -86,10 +86,12 @@ export function makeFiles(engine, page) {
     iso.select();
   }
 
-  function give({ name, size, spacing, voxels }, isovalue) {
+  function give({ name, size, spacing, frame, voxels }, isovalue) {
     const at = engine.keep(new Uint8Array(voxels.buffer, voxels.byteOffset, voxels.byteLength));
     if (at === 0) return page.refuse("This device has too little memory for that volume.");
-    engine.open_volume(name, ...size, ...spacing, at, isovalue); // copies the voxels
+    const frameAt = engine.keep(new Uint8Array(Float64Array.from(frame).buffer));
+    engine.open_volume(name, ...size, ...spacing, frameAt, at, isovalue); // copies both
+    engine.forget(frameAt);
     engine.forget(at);
     page.opened(name);
   }

@@ -123,7 +123,7 @@ async function run() {
       refuse(text.slice(1));
       if (!kKinds.has(asked) && asked !== open) bone.selectedOptions[0]?.remove();
       bone.value = open;
-      // The engine may have closed the present bone to make room.
+      // The graphics card may have had no room for it, and then there is no bone.
       if (!JSON.parse(engine.state() || "{}").title && asked !== "tooth") return openKind((bone.value = kKinds.has(open) ? open : "tooth"));
     } else {
       // A volume of one's own can be chosen only by opening it again.

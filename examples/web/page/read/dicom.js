@@ -115,6 +115,7 @@ export async function readDicom(files, progress, most) {
     });
     return {
       data, axes: [row.map((c) => c * across), column.map((c) => c * down), normal.map((c) => c * gap)],
+      origin: placed ? all[0].position : undefined,
       slope: even ? all[0].slope : 1, intercept: even ? all[0].intercept : 0,
     };
   }

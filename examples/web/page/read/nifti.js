@@ -27,8 +27,9 @@ export async function readNifti(file, packed, most) {
   const pixels = [1, 2, 3].map((a) => Math.abs(h.pixDims[a]) || 1);
   // NIfTI's axes run to the right, front and top.
   let axes = [0, 1, 2].map((a) => [-h.affine[0][a] * mm, -h.affine[1][a] * mm, h.affine[2][a] * mm]);
+  let origin = [-h.affine[0][3] * mm, -h.affine[1][3] * mm, h.affine[2][3] * mm];
   if (!axes.every((v, a) => Math.abs(Math.hypot(...v) - pixels[a] * mm) <= 0.5 * pixels[a] * mm))
-    axes = [[-pixels[0] * mm, 0, 0], [0, -pixels[1] * mm, 0], [0, 0, pixels[2] * mm]];
+    [axes, origin] = [[[-pixels[0] * mm, 0, 0], [0, -pixels[1] * mm, 0], [0, 0, pixels[2] * mm]], [0, 0, 0]];
   const data = numbers(bytes, type, h.littleEndian);
-  return toVolume({ name: file.name, data, size, axes, slope: h.scl_slope, intercept: h.scl_inter, notes, most });
+  return toVolume({ name: file.name, data, size, axes, origin, slope: h.scl_slope, intercept: h.scl_inter, notes, most });
 }

@@ -71,5 +71,7 @@ export async function readNrrd(file, most) {
   }
   const signs = kSpaces[(fields.space ?? "").replace(/"/g, "").toLowerCase()] ?? [1, 1, 1];
   axes = axes.map((v) => v.map((c, i) => c * signs[i]));
-  return toVolume({ name: file.name, data, size, axes, notes, most });
+  const place = /\(([^)]*)\)/.exec(fields["space origin"] ?? "")?.[1].split(",").map(Number) ?? [];
+  const origin = place.length === 3 ? place.map((c, i) => c * signs[i]) : undefined;
+  return toVolume({ name: file.name, data, size, axes, origin, notes, most });
 }

@@ -165,8 +165,23 @@ function middle(voxels, least, most) {
   return Math.round(least + ((first + last) / 2 + 0.5) / scale);
 }
 
-/// `axes` are the steps from voxel to voxel along the array's axes, in mm, toward the patient's left, back and top.
-export function toVolume({ name, data, size, axes, slope = 1, intercept = 0, notes = [], most = kMostVoxels }) {
+/// The first voxel's centre [m] and the directions of x and y, at a right angle also where the scanner's were not.
+function frameOf(origin, axes, turned, factor, size) {
+  const first = [...origin];
+  turned.forEach(({ from, sign }) => {
+    // The middle of the voxels that become the first one.
+    const steps = sign > 0 ? (factor[from] - 1) / 2 : size[from] - 1 - (factor[from] - 1) / 2;
+    axes[from].forEach((c, i) => (first[i] += steps * c));
+  });
+  const unit = (v) => v.map((c) => c / Math.hypot(...v));
+  const [x, y] = turned.map(({ from, sign }) => unit(axes[from].map((c) => sign * c)));
+  const along = x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+  return [...first.map((c) => c * 1e-3), ...x, ...unit(y.map((c, i) => c - along * x[i]))];
+}
+
+/// `axes` are the steps from voxel to voxel along the array's axes, in mm, toward the patient's left, back and top, and
+/// `origin` is where the first voxel's centre lies there.
+export function toVolume({ name, data, size, axes, origin = [0, 0, 0], slope = 1, intercept = 0, notes = [], most = kMostVoxels }) {
   const count = countOf(name, size);
   if (data.length < count) refuse(`${name} ends before its last voxel, so it is not complete.`);
   if (data.length > count) data = data.subarray(0, count);
@@ -174,6 +189,8 @@ export function toVolume({ name, data, size, axes, slope = 1, intercept = 0, not
   const spacing = axes.map((v) => Math.hypot(...v));
   if (!spacing.every((s) => s >= 1e-3 && s <= 100))
     refuse(`${name} has voxels of ${spacing.map((s) => +s.toPrecision(3)).join(" × ")} mm, which cannot be.`);
+
+  if (!origin.every(Number.isFinite)) origin = [0, 0, 0];
 
   const range = rangeOf(data, slope, intercept);
   if (!(range.most > range.least)) refuse(`${name} has the same density everywhere, so there is no bone in it.`);
@@ -211,7 +228,8 @@ export function toVolume({ name, data, size, axes, slope = 1, intercept = 0, not
     }
   const hounsfield = k === 1 && range.least <= -500 && range.most >= 700;
   return {
-    name, size: n, spacing: turned.map(({ from }) => spacing[from] * factor[from] * 1e-3), voxels,
+    name, size: n, spacing: turned.map(({ from }) => spacing[from] * factor[from] * 1e-3),
+    frame: frameOf(origin, axes, turned, factor, size), voxels,
     least: floor, most: ceiling, isovalue: hounsfield ? 300 : middle(voxels, floor, ceiling), hounsfield, notes,
   };
 }
