@@ -37,7 +37,6 @@ about() {
     mypy) package=mypy; test_of="has_python_module mypy"; without="the check of the Python module's types" ;;
     chromium) package=chromium; test_of="has_command chromium"; without="the tests of reports in a browser" ;;
     emscripten) package=emscripten; test_of="has_command emcc"; without="the page and its tests" ;;
-    acorn) package=node-acorn; test_of=has_acorn; without="the page and its tests" ;;
     npm) package=npm; test_of=has_node; without="the page and its tests" ;;
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
@@ -76,8 +75,6 @@ has_python_headers() {
   done
   return 1
 }
-# Emscripten's own, or Debian's package.
-has_acorn() { [ -e /usr/share/nodejs/acorn ] || has_command emcc && [ -e "$(dirname "$(readlink -f "$(command -v emcc)")")/node_modules/acorn" ]; }
 has_node() { has_command node && has_command npm; }
 has_wine() { has_command wine64 || has_command wine || [ -x /usr/lib/wine/wine64 ]; }
 has_libcxx() { compgen -G "/usr/lib/llvm-*/include/c++/v1/vector" >/dev/null; }

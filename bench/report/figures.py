@@ -236,6 +236,12 @@ def compiling(folder):
                 yield f"{name} / Memory, g++", digits(tables.first(mine, "peak_MB"), 3), "MB", "minimal program, -O2"
 
 
+def web(file):
+    with open(file, newline="", encoding="utf-8") as rows:
+        for row in csv.DictReader(rows):
+            yield row["name"], row["value"], row["unit"], row["set"]
+
+
 # By source: CSV, function, and whether its figures depend on the machine.
 SOURCES = {
     "drill": [("drill", drilled, False), ("tools", pressed, False)],
@@ -243,6 +249,7 @@ SOURCES = {
     "temporal": [("temporal", temporal, False)],
     "guide": [("guide", guided, False)],
     "headers": [("headers", headers, False)],
+    "web": [("web", web, True)],
     "tests": [(table, told(table), False)
               for table in ("cutting_runs", "guarded_tools", "labels", "ripple", "surface_tools", "tool_quality", "tubes")],
     "report": [("results", results, True), ("errors", errors, False), ("coupled", coupled, False), ("net_work", net_work, False), ("stages", stages, False),
@@ -261,8 +268,14 @@ def stored(name):
         return list(csv.DictReader(file))
 
 
-def machine_of(folder):
-    with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
+def machine_of(source, path, commit):
+    """Where a source's figures were measured, and at which commit."""
+    if source == "web":
+        with open(path, newline="", encoding="utf-8") as file:
+            return next(csv.DictReader(file))["machine"], commit
+    if source != "report":
+        return "any", commit
+    with open(os.path.join(path, "conditions.txt"), encoding="utf-8") as file:
         said = dict(line.strip().split(": ", 1) for line in file if ": " in line)
     return f"{said['CPU']}, {said['compiler'].split(',')[0]}", said["commit"]
 
@@ -289,7 +302,7 @@ def main():
     for argument in sys.argv[2:]:
         source, _, path = argument.partition("=")
         for name, function, timed in SOURCES[source]:
-            machine, at = machine_of(path) if source == "report" else ("any", commit)
+            machine, at = machine_of(source, path, commit)
             machine = machine if timed else "any"
             before = {row["name"]: row for row in stored(name)}
             rows = []

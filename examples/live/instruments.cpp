@@ -142,7 +142,7 @@ void Instruments::plots(Workbench& bench) const {
   panel::plot("force", "N", force, limit, 2, plot_height_);
   panel::plot("torque", "mN m", torque, static_cast<float>(1e3 * kMaxTorque), 20, plot_height_);
   panel::plot("tick", "us", time, 0, 50, plot_height_);
-  ImGui::TextDisabled("missed %llu periods; picture %.0f ms", static_cast<unsigned long long>(bench.view().missed),
+  ImGui::TextDisabled("%llu late; picture %.0f ms", static_cast<unsigned long long>(bench.view().missed),
                       bench.draw_ms());
 }
 

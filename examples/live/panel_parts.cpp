@@ -68,9 +68,11 @@ void plot(const char* title, const char* unit, const std::vector<float>& values,
   }
   top = std::max(top, 1.15F * most);
   const float width = ImGui::GetContentRegionAvail().x;
-  ImGui::Text("%s  %.2f %s", title, static_cast<double>(last), unit);
+  // About as long for every value: a line more would move all below it.
+  const auto digits = [](float value) { return value < 100 ? 2 : 0; };
+  ImGui::Text("%s  %.*f %s", title, digits(last), static_cast<double>(last), unit);
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "most %.2f", static_cast<double>(most));
+  std::snprintf(text.data(), text.size(), "most %.*f", digits(most), static_cast<double>(most));
   beside(ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), text.data());
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImDrawList* const list = ImGui::GetWindowDrawList();

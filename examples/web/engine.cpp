@@ -398,6 +398,10 @@ using web::engine;
 
 extern "C" {
 
+// Emscripten's, which warns in the console where the main thread joins another. It does so when a bone is closed, for
+// the tick that goes on, and no thread of ours ever waits for the main one.
+void emscripten_check_blocking_allowed() {}
+
 EMSCRIPTEN_KEEPALIVE const char* te_words() { return engine().words(); }
 
 EMSCRIPTEN_KEEPALIVE void te_open(const char* kind) {

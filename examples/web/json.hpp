@@ -38,7 +38,7 @@ class Json {
     text_ += value ? "true" : "false";
   }
   template <class Number>
-  requires std::is_arithmetic_v<Number>
+    requires std::is_arithmetic_v<Number>
   void member(std::string_view name, Number value) {
     key(name);
     write(static_cast<double>(value));

@@ -50,6 +50,7 @@ TEST_CASE("orbit camera: the ray through a pixel meets what the pixel shows, and
     const Vec3d expected = c.eye_W() - c.depth(p) * R.col(2) + m * (x - w / 2) * R.col(0) - m * (y - h / 2) * R.col(1);
     CHECK((p - expected).norm() < 2.5e-16);
     CHECK((c.ray(w / 2, h / 2, w, h).direction + R.col(2)).norm() < 6e-16);
+    CHECK((c.pixel(p, w, h) - Vec2d(x, y)).norm() < 1e-9);
     OrbitCamera seen = c;
     seen.look_from(R.col(2));
     CHECK((seen.axes() - R).norm() < 3e-15);

@@ -145,6 +145,7 @@ TEST_CASE("a whole bone's mesh shares its vertices, and files hold it in millime
   save_stl(folder / "trephine_mesh.stl", mesh, X_WG);
   const std::string stl = read("trephine_mesh.stl");
   REQUIRE(stl.size() == 84 + 50 * mesh.triangles.size());
+  CHECK(stl == stl_bytes(mesh, X_WG));
   const Vec3d centre(113.2, 12.1, 14.4);
   double volume = 0;
   for (std::size_t at = 84; at < stl.size(); at += 50) {

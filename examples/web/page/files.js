@@ -25,8 +25,8 @@ async function dropped(transfer) {
   return files.filter((f) => !f.name.startsWith("."));
 }
 
-/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), opened(name): the engine was
-/// asked for that volume, and opening(): whether it makes a bone now.
+/// `page` has busy(text, cancel) and idle() for work that goes on, refuse(sentence), stop() of the spindle, opened(name):
+/// the engine was asked for that volume, and opening(): whether it makes a bone now.
 export function makeFiles(engine, page) {
   let worker = null;
 
@@ -82,6 +82,7 @@ export function makeFiles(engine, page) {
     dialog.onclose = () => {
       if (dialog.returnValue === "open") give(volume, iso.valueAsNumber);
     };
+    page.stop();
     if (!dialog.open) dialog.showModal();
     iso.select();
   }

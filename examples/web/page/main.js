@@ -3,7 +3,7 @@ import { startEngine } from "./engine_calls.js";
 import { makeFiles } from "./files.js";
 import { makeHand } from "./hand.js";
 import { makePanel } from "./panel.js";
-import { fillHelp, kOwnKeys, sentence } from "./words.js";
+import { fillHelp, kOwnKeys, sentence, short } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const kShownApart = 66; // [ms] between two states of the panel
@@ -89,7 +89,7 @@ async function run() {
   const bone = $("bone");
   let open = "", asked = null, state = {}, busyFiles = false;
   const refuse = (text) => {
-    $("refusal_text").textContent = sentence(text);
+    $("refusal_text").textContent = sentence(short(text));
     $("refusal").hidden = text === "";
   };
   const showBusy = (text, cancel) => {
@@ -173,6 +173,7 @@ async function run() {
       showBusy("");
     },
     refuse,
+    stop: () => hand.stop(),
     opened,
     opening: () => asked !== null,
   });

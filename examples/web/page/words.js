@@ -33,6 +33,10 @@ export const kOwnKeys = new Set(["F1", "F12", "P", "Escape"]);
 export const sentence = (text, end = ".") =>
   text === "" ? "" : text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? "" : end);
 
+/// A text that can be read at a glance: of what is quoted in it, ends are kept.
+export const short = (text, most = 180) =>
+  text.length <= most ? text : `${text.slice(0, most - 60).trimEnd()}…${text.slice(-59).trimStart()}`;
+
 export function fillHelp(lists, words) {
   const part = (title, rows) => {
     const h = document.createElement("h3"), dl = document.createElement("dl");

@@ -104,8 +104,7 @@ struct UniformHardness {
 /// Hardness of a density: a divisor of the rate, > 0.
 template <class H>
 concept Hardness = std::copy_constructible<H> && requires(const H& h, float density) {
-  { h(density) }
-  noexcept->std::convertible_to<float>;
+  { h(density) } noexcept -> std::convertible_to<float>;
 };
 
 /// Approaches the geometric cut in time. A voxel falls by at most rate · share · dt / hardness(ρ) a tick, and never
@@ -199,9 +198,8 @@ struct AdvancingCut {
 template <class P>
 concept CutPolicy = requires(const P& policy, const CutAllowance& allowance) {
   { P::kKind } -> std::convertible_to<CutKind>;
-  {policy.validate()};
-  { policy.template limit<std::uint8_t>(allowance) }
-  noexcept;
+  { policy.validate() };
+  { policy.template limit<std::uint8_t>(allowance) } noexcept;
 };
 
 }  // namespace trephine

@@ -23,6 +23,7 @@ export async function readNifti(file, packed, most) {
   const notes = h.dims[0] > 3 && h.dims[4] > 1 ? [`The file has ${h.dims[4]} volumes, and the first is opened.`] : [];
   if (!(h.vox_offset >= 348 && h.vox_offset < 1e9)) refuse(`The header of ${file.name} does not say where its voxels are.`);
   const bytes = await bytesOf(file, Math.floor(h.vox_offset), count * bytesPerVoxel(type), packed);
+  if (![1, 2, 3].every((a) => Number.isFinite(h.pixDims[a]))) refuse(`The header of ${file.name} does not say how large its voxels are.`);
   const mm = kMillimetres[h.xyzt_units & 7] ?? 1;
   const pixels = [1, 2, 3].map((a) => Math.abs(h.pixDims[a]) || 1);
   // NIfTI's axes run to the right, front and top.

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// What happens around the page: a host that knows no headers, no network, two tabs, a frame, and a lost graphics card.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { launch, late, open, opened, removed, serve, servePlainly, sleep, text, until, watch } from "./support/browser.mjs";
+
+let server, browser;
+before(async () => {
+  server = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.end();
+});
+
+/// Drills into what lies under the start until bone is gone.
+async function drill(page) {
+  await page.focus("#canvas");
+  await page.keyboard.press("Space");
+  await page.keyboard.down("PageUp");
+  await until(page, () => parseFloat(document.getElementById("brief_removed").textContent) > 0.5);
+  await page.keyboard.up("PageUp");
+  await page.keyboard.press("Space");
+}
+/// Mean brightness and spread of the picture.
+async function look(page) {
+  const shot = await (await page.$("#canvas")).screenshot({ encoding: "base64" });
+  return page.evaluate(async (data) => {
+    const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const canvas = new OffscreenCanvas(image.width, image.height), context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data: pixels } = context.getImageData(0, 0, image.width, image.height);
+    let bright = 0;
+    for (let i = 0; i < pixels.length; i += 4) bright += pixels[i] > 120 ? 1 : 0;
+    return bright / (pixels.length / 4);
+  }, shot);
+}
+
+test("a host without headers: the page brings them, and works offline afterwards", async () => {
+  const plain = await servePlainly();
+  const page = await browser.newPage();
+  const seen = watch(page, plain.url);
+  let loads = 0;
+  page.on("load", () => ++loads);
+  await page.goto(plain.url);
+  await opened(page);
+  assert.ok(await page.evaluate(() => crossOriginIsolated));
+  assert.equal(loads, 2, "the first visit loads the page twice");
+  await page.reload();
+  await opened(page);
+  assert.equal(loads, 3, "later ones once");
+  await plain.end();
+  await page.reload();
+  await opened(page);
+  await drill(page);
+  assert.deepEqual(seen.filter((s) => !/service_worker\.js/.test(s)), []);
+  await page.close();
+});
+
+test("in a frame, and where no service worker may be, it says what to do in one sentence", async () => {
+  const plain = await servePlainly();
+  const framed = await browser.newPage();
+  await framed.setContent(`<iframe src="${plain.url}" width="600" height="400"></iframe>`);
+  const frame = await framed.waitForFrame((f) => f.url().startsWith(plain.url));
+  await frame.waitForFunction(() => document.getElementById("sentence")?.hidden === false, { timeout: 60e3 });
+  assert.match(await frame.$eval("#sentence", (e) => e.textContent), /^[A-Z][^.]*window of its own\.$/);
+  await framed.close();
+  const barred = await browser.createBrowserContext();
+  const page = await barred.newPage();
+  await page.evaluateOnNewDocument(() => {
+    navigator.serviceWorker.register = () => Promise.reject(new Error("barred"));
+  });
+  await page.goto(plain.url);
+  await until(page, () => !document.getElementById("sentence").hidden);
+  assert.match(await text(page, "sentence"), /^[A-Z][^.]*service worker[^.]*\.$/);
+  await barred.close();
+  await plain.end();
+});
+
+test("two tabs: each has a bone of its own, and the hidden one's spindle rests", async () => {
+  const one = await open(browser, server.url);
+  await drill(one.page);
+  const taken = await removed(one.page);
+  const two = await open(browser, server.url);
+  assert.equal(await removed(two.page), 0);
+  await two.page.bringToFront();
+  await drill(two.page);
+  assert.ok((await removed(two.page)) > 0.5);
+  await one.page.bringToFront();
+  await sleep(500);
+  assert.equal(await removed(one.page), taken);
+  assert.equal(await text(one.page, "spindle_state"), "spindle off");
+  const before = await late(one.page);
+  await sleep(1000);
+  assert.ok((await late(one.page)) - before < 900, "the first tab ticks on");
+  assert.deepEqual([...one.seen, ...two.seen], []);
+  await two.page.close();
+  await one.page.close();
+});
+
+test("a graphics context that is lost comes back with the drilled bone, and the drill goes on meanwhile", async () => {
+  const { page, seen } = await open(browser, server.url);
+  await drill(page);
+  const taken = await removed(page), whole = await look(page);
+  assert.ok(whole > 0.02, `bone covers ${whole} of the picture`);
+  await page.evaluate(() => {
+    globalThis.loss = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+    globalThis.loss.loseContext();
+  });
+  await sleep(700);
+  assert.equal(await removed(page), taken);
+  await page.evaluate(() => globalThis.loss.restoreContext());
+  await sleep(500);
+  await page.keyboard.press("+");
+  await page.keyboard.press("-");
+  await until(page, () => true);
+  let back = 0;
+  for (let i = 0; i < 40 && Math.abs(back - whole) > 0.2 * whole; ++i) {
+    await sleep(500);
+    back = await look(page);
+  }
+  assert.ok(Math.abs(back - whole) <= 0.2 * whole, `bone covers ${back} of the picture, and ${whole} before`);
+  await drill(page);
+  assert.ok((await removed(page)) >= taken);
+  assert.equal(await page.$eval("#refusal", (e) => e.hidden), true);
+  // Chromium itself tells of the loss that the test asked for.
+  assert.deepEqual(seen.filter((s) => !/CONTEXT_LOST_WEBGL|context (was )?lost/i.test(s)), []);
+  await page.close();
+});
