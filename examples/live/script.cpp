@@ -17,11 +17,16 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
+/// Reads numbers of at most 1e6 millimetres, pixels or degrees. Some libraries also read `nan` and `inf` as numbers.
+template <class... Number>
+bool read_bounded(std::istream& in, Number&... numbers) {
+  return ((in >> numbers && std::abs(numbers) <= 1e6) && ...);
+}
 bool read_hand(std::istream& in, Event& e) {
   Vec3d p;
   trephine::Quatd q;
-  if (!(in >> p.x() >> p.y() >> p.z() >> q.w() >> q.x() >> q.y() >> q.z())) return false;
-  if (!p.allFinite() || !(std::abs(q.norm() - 1) < 1e-3)) return false;
+  if (!read_bounded(in, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z())) return false;
+  if (!(std::abs(q.norm() - 1) < 1e-3)) return false;
   e.pose = trephine::make_pose<double>(q.normalized().toRotationMatrix(), Vec3d(1e-3 * p));
   return true;
 }
@@ -34,10 +39,10 @@ bool read_spindle(std::istream& in, Event& e) {
 bool read_view(std::istream& in, Event& e) {
   Vec3d p;
   double yaw = 0, pitch = 0, distance = 0;
-  if (!(in >> p.x() >> p.y() >> p.z() >> yaw >> pitch >> distance)) return false;
+  if (!read_bounded(in, p.x(), p.y(), p.z(), yaw, pitch, distance)) return false;
   e.camera = {.focus_W = 1e-3 * p, .yaw = yaw / kDegrees, .pitch = pitch / kDegrees, .distance = 1e-3 * distance};
-  return p.allFinite() && std::abs(e.camera.pitch) <= OrbitCamera::kSteepest &&
-         e.camera.distance >= OrbitCamera::kNearest && e.camera.distance <= OrbitCamera::kFarthest;
+  return std::abs(e.camera.pitch) <= OrbitCamera::kSteepest && e.camera.distance >= OrbitCamera::kNearest &&
+         e.camera.distance <= OrbitCamera::kFarthest;
 }
 bool read_key(std::istream& in, Event& e) {
   std::string name;
@@ -64,8 +69,8 @@ bool read_tool(std::istream& in, Event& e) {
   }
 }
 bool read_file(std::istream& in, Event& e) { return static_cast<bool>(in >> e.file); }
-bool read_number(std::istream& in, Event& e) { return static_cast<bool>(in >> e.numbers[0]); }
-bool read_numbers(std::istream& in, Event& e) { return static_cast<bool>(in >> e.numbers[0] >> e.numbers[1]); }
+bool read_number(std::istream& in, Event& e) { return read_bounded(in, e.numbers[0]); }
+bool read_numbers(std::istream& in, Event& e) { return read_bounded(in, e.numbers[0], e.numbers[1]); }
 bool read_size(std::istream& in, Event& e) {
   return read_numbers(in, e) && e.numbers[0] >= 160 && e.numbers[1] >= 120 && e.numbers[0] <= 7680 &&
          e.numbers[1] <= 4320;

@@ -220,9 +220,27 @@ TEST_CASE("sessions: what ended a recording ends a script, and gives a replay to
 
 TEST_CASE("sessions: a wrong line is refused with its number") {
   const std::string path = "wrong_line.session";
-  for (const char* line : {"hand 1 2 3 1 0 0 0", "1 hand 1 2 3 1 0 0", "1 hand 1 2 3 9 0 0 0", "1 key Nothing",
-                           "1 spindle maybe", "1 view 0 0 0 0 99 100", "1 fly", "nan quit", "1 quit now", "1 size 1 1",
-                           "1 shot", "1 orbit fast", "1 protect maybe", "1 protect", "1 tool", "1 tool nail-3"}) {
+  for (const char* line : {"hand 1 2 3 1 0 0 0",
+                           "1 hand 1 2 3 1 0 0",
+                           "1 hand 1 2 3 9 0 0 0",
+                           "1 key Nothing",
+                           "1 spindle maybe",
+                           "1 view 0 0 0 0 99 100",
+                           "1 fly",
+                           "nan quit",
+                           "1 quit now",
+                           "1 size 1 1",
+                           "1 push nan",
+                           "1 push 1e9",
+                           "1 move inf 2",
+                           "1 turn 1 -inf",
+                           "1 view 0 0 0 nan 0 100",
+                           "1 shot",
+                           "1 orbit fast",
+                           "1 protect maybe",
+                           "1 protect",
+                           "1 tool",
+                           "1 tool nail-3"}) {
     CAPTURE(line);
     std::ofstream(path) << "# a comment\n\n0 spindle on\n" << line << "\n";
     std::string message;

@@ -78,6 +78,8 @@ test("wrong files are refused with one sentence", async () => {
   await refuses(read("a.nii", nifti({ size: [32000, 32000, 32000] })), /larger than/);
   await refuses(read("a.nii", nifti({ size: [-5, 6, 7] })), /three dimensions/);
   await refuses(read("a.nii", nifti({ type: 128 })), /no density/);
+  await refuses(read("a.nii", nifti({ type: 16, bits: 32, data: new Float32Array(210).fill(NaN) })), /no densities/);
+  await refuses(read("a.nii", nifti({ pixels: [NaN, 1, 1] })), /how large/);
   await refuses(read("a.hdr", nifti({ magic: "ni1" })), /another file/);
   await refuses(read("a.nii", nifti({ data: new Int16Array(210) })), /same density/);
   await refuses(read("a.nrrd", nrrd([...kLines, "encoding: raw", "data file: a.raw"], Int16Array.from(voxels))), /another file/);

@@ -75,7 +75,7 @@ export async function open(browser, url, { bone = "tooth", width = 1000, height 
   const seen = watch(page, url);
   await page.setViewport(phone ? { width: 390, height: 844, deviceScaleFactor: scale, isMobile: true, hasTouch: true } : { width, height, deviceScaleFactor: scale });
   if (before) await page.evaluateOnNewDocument(before);
-  await page.goto(`${url}#${bone}`);
+  await page.goto(`${url}#${bone}`, { timeout: 120e3 });
   await opened(page);
   return { page, seen };
 }

@@ -193,6 +193,7 @@ export function toVolume({ name, data, size, axes, origin = [0, 0, 0], slope = 1
   if (!origin.every(Number.isFinite)) origin = [0, 0, 0];
 
   const range = rangeOf(data, slope, intercept);
+  if (!Number.isFinite(range.most - range.least)) refuse(`${name} holds no densities that are numbers, so there is no bone in it.`);
   if (!(range.most > range.least)) refuse(`${name} has the same density everywhere, so there is no bone in it.`);
   const k = factorFor(range);
   if (k !== 1) notes.push(`Densities are multiplied by ${k}, so that they fit into whole numbers.`);
