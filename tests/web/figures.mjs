@@ -54,7 +54,7 @@ try {
       const native = Number(/median ([\d.]+) us/.exec(execFileSync(process.env.TREPHINE_LIVE, ["--simulate", join(project, file)], { encoding: "utf8" }))[1]);
       ratios.push((await run(page, session)).tick_us_median / native);
     }
-    tell("A tick's time over native", median(ratios).toFixed(1), "", "the same session, median of 7 runs by turns");
+    tell("A tick's time over native", median(ratios).toFixed(1), "", "the same session, median of 7 runs by turns, native by g++");
   }
 
   // In real time, while the view turns and is drawn.
