@@ -20,7 +20,7 @@ const tell = (name, value, unit, set) => {
   console.log(`${name}: ${value} ${unit} (${set})`);
 };
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
-const kBrowser = "Chromium without a screen, drawing by software, two cores";
+const kBrowser = "drawn by software, two cores";
 
 const names = (await readdir(folder, { recursive: true })).filter((n) => /\.\w+$/.test(n));
 let packed = 0;
