@@ -8,7 +8,7 @@ import { downloads, give, launch, open, project, removed, serve, text, until } f
 import { cameraOf, firstBone, readNrrd, still } from "./support/picture.mjs";
 
 const kIsovalue = 85.5; // of the made tooth (examples/drill/phantom.hpp)
-const kReach = 2; // voxels around one that was cut: the normal is of the densities beside it
+const kReach = 3; // voxels around one that was cut: a still picture takes normals from two voxels beside, which are interpolated
 let server, browser;
 before(async () => {
   server = await serve();
