@@ -2,10 +2,10 @@
 """figures.py --write | --check SOURCE=PATH...: figures of bench/figures, from outputs of programs.
 
 Sources are drill=FOLDER and temporal=FOLDER (what `examples/run` and `examples/run --phantom temporal --structures`
-left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, web=FILE (of `tests/web/run --figures`), tests=FOLDER
-(where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and machine; documents take them by
-tests/documents/figures.py. --check fails where a figure has moved by more than one in its last digit, or is not told.
-Where --write finds no figure, the old one stays, and is named."""
+left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, web=FILE (of `tests/web/run --figures`),
+tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and
+machine; documents take them by tests/documents/figures.py. --check fails where a figure has moved by more than one in
+its last digit, or is not told. Where --write finds no figure, the old one stays, and is named."""
 
 import csv
 import glob

@@ -2,22 +2,14 @@
 // A script drills, and the picture changes where it drilled and nowhere else: pixels against rays that are cast through
 // the saved bone, before and after.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { join } from "node:path";
-import { downloads, give, launch, open, project, removed, serve, text, until } from "./support/browser.mjs";
+import { downloads, give, open, project, removed, started, text, until } from "./support/browser.mjs";
 import { cameraOf, firstBone, readNrrd, still } from "./support/picture.mjs";
 
 const kIsovalue = 85.5; // of the made tooth (examples/drill/phantom.hpp)
 const kReach = 3; // voxels around one that was cut: a still picture takes normals from two voxels beside, which are interpolated
-let server, browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.end();
-});
+const { server, browser } = await started();
 
 async function saved(page, files, kind) {
   await page.evaluate((id) => document.getElementById(id).click(), kind === "session" ? "save_session" : `save_${kind}`);

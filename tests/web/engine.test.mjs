@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The engine in the browser ends sessions as the native code does, and its memory does not grow.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
+import { test } from "node:test";
 import { readFile } from "node:fs/promises";
 import { join } from "node:path";
-import { launch, project, serve, watch } from "./support/browser.mjs";
+import { project, started, watch } from "./support/browser.mjs";
 import { bare, change, run } from "./support/engine.mjs";
 
-let server, browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.end();
-});
+const { server, browser } = await started();
 
 const rows = (await readFile(join(project, "tests/web/sessions.csv"), "utf8")).trim().split("\n").slice(1).map((line) => {
   const [session, bone, removed, x, y, z, ticks] = line.split(",");

@@ -3,10 +3,9 @@
 // TREPHINE_LIVE names, interleaved with the browser's; HOUR=1 also plays sessions for an hour of ticks.
 import { execFileSync } from "node:child_process";
 import { cpus } from "node:os";
-import { readFile, readdir, writeFile } from "node:fs/promises";
+import { readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { brotliCompressSync } from "node:zlib";
-import { folder, launch, opened, project, serve } from "./support/browser.mjs";
+import { launch, opened, packedBytes, project, serve } from "./support/browser.mjs";
 import { bare, run } from "./support/engine.mjs";
 
 const out = process.argv[2];
@@ -22,10 +21,7 @@ const tell = (name, value, unit, set) => {
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const kBrowser = "drawn by software, two cores";
 
-const names = (await readdir(folder, { recursive: true })).filter((n) => /\.\w+$/.test(n));
-let packed = 0;
-for (const name of names) packed += brotliCompressSync(await readFile(join(folder, name))).length;
-tell("Page, packed", Math.round(packed / 1e3), "KB", "brotli, made bones included");
+tell("Page, packed", Math.round((await packedBytes()) / 1e3), "KB", "brotli, made bones included");
 
 const server = await serve();
 const browser = await launch();

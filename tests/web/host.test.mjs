@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What happens around the page: a host that knows no headers, no network, two tabs, and a lost graphics card.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { launch, late, open, opened, removed, serve, servePlainly, sleep, text, until, watch } from "./support/browser.mjs";
+import { test } from "node:test";
+import { late, open, opened, removed, servePlainly, sleep, started, text, until, watch } from "./support/browser.mjs";
+import { picture } from "./support/picture.mjs";
 
-let server, browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.end();
-});
+const { server, browser } = await started();
 
 /// Drills into what lies under the start until bone is gone.
 async function drill(page) {
@@ -23,19 +16,12 @@ async function drill(page) {
   await page.keyboard.up("PageUp");
   await page.keyboard.press("Space");
 }
-/// Mean brightness and spread of the picture.
+/// The share of the picture that is bright, as bone and steel are.
 async function look(page) {
-  const shot = await (await page.$("#canvas")).screenshot({ encoding: "base64" });
-  return page.evaluate(async (data) => {
-    const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-    const canvas = new OffscreenCanvas(image.width, image.height), context = canvas.getContext("2d");
-    context.drawImage(image, 0, 0);
-    const { data: pixels } = context.getImageData(0, 0, image.width, image.height);
-    let bright = 0;
-    for (let i = 0; i < pixels.length; i += 4) bright += pixels[i] > 120 ? 1 : 0;
-    return bright / (pixels.length / 4);
-  }, shot);
+  const { width, height, at } = await picture(page);
+  let bright = 0;
+  for (let y = 0; y < height; ++y) for (let x = 0; x < width; ++x) if (at(x, y)[0] > 120) ++bright;
+  return bright / (width * height);
 }
 
 test("a host without headers: the page brings them, and works offline afterwards", async () => {
@@ -112,7 +98,6 @@ test("a graphics context that is lost comes back with the drilled bone, and the 
   await sleep(500);
   await page.keyboard.press("+");
   await page.keyboard.press("-");
-  await until(page, () => true);
   let back = 0;
   for (let i = 0; i < 40 && Math.abs(back - whole) > 0.2 * whole; ++i) {
     await sleep(500);

@@ -2,37 +2,15 @@
 // The page loads without a word in the console and without a foreign request; it is small, and looks right wide, on a
 // phone held upright, at 200 % zoom and without motion; every control has a name.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { brotliCompressSync, constants } from "node:zlib";
-import { readdir, readFile, stat } from "node:fs/promises";
+import { test } from "node:test";
+import { readFile } from "node:fs/promises";
 import { join } from "node:path";
-import { folder, launch, late, number, open, opened, serve, sleep, text, until, watch } from "./support/browser.mjs";
+import { files, folder, late, launch, number, open, opened, packedBytes, sleep, started, text, until, watch } from "./support/browser.mjs";
 
-let server, browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.end();
-});
-
-/// All files of the built page.
-async function files(root = folder, below = "") {
-  const out = [];
-  for (const name of await readdir(join(root, below))) {
-    const path = join(below, name);
-    if ((await stat(join(root, path))).isDirectory()) out.push(...(await files(root, path)));
-    else out.push(path);
-  }
-  return out;
-}
+const { server, browser } = await started();
 
 test("packed, the page is 400 KB at most, the made bones with it", async () => {
-  let bytes = 0;
-  for (const file of await files())
-    bytes += brotliCompressSync(await readFile(join(folder, file)), { params: { [constants.BROTLI_PARAM_QUALITY]: 11 } }).length;
+  const bytes = await packedBytes();
   console.log(`page: ${(bytes / 1e3).toFixed(0)} KB by brotli`);
   assert.ok(bytes <= 400e3, `${bytes} bytes`);
 });

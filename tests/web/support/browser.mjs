@@ -3,10 +3,12 @@
 import puppeteer from "puppeteer-core";
 import { spawn } from "node:child_process";
 import { createServer } from "node:http";
-import { mkdtemp, readdir, readFile, rm } from "node:fs/promises";
+import { mkdtemp, readdir, readFile, rm, stat } from "node:fs/promises";
+import { after } from "node:test";
 import { tmpdir } from "node:os";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
+import { brotliCompressSync } from "node:zlib";
 
 const here = dirname(fileURLToPath(import.meta.url));
 export const project = resolve(here, "../../..");
@@ -47,6 +49,33 @@ export const launch = (args = []) =>
     protocolTimeout: 600e3,
     args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...args],
   });
+
+/// A server of the page and a browser, for all tests of a file; they end with it.
+export async function started() {
+  const server = await serve(), browser = await launch();
+  after(async () => {
+    await browser.close();
+    server.end();
+  });
+  return { server, browser };
+}
+
+/// All files of the built page.
+export async function files(root = folder, below = "") {
+  const out = [];
+  for (const name of await readdir(join(root, below))) {
+    const path = join(below, name);
+    if ((await stat(join(root, path))).isDirectory()) out.push(...(await files(root, path)));
+    else out.push(path);
+  }
+  return out;
+}
+/// Their bytes, each packed by brotli as far as it goes.
+export async function packedBytes() {
+  let bytes = 0;
+  for (const file of await files()) bytes += brotliCompressSync(await readFile(join(folder, file))).length;
+  return bytes;
+}
 
 /// What a page must not do: words in the console, errors, refused or foreign requests.
 export function watch(page, url) {

@@ -7,12 +7,17 @@ export async function still(page, apart = 700) {
   for (let i = 0; i < 60; ++i) {
     await page.evaluate(() => (document.getElementById("hint").style.visibility = "hidden"));
     await new Promise((done) => setTimeout(done, apart));
-    const shot = await (await page.$("#canvas")).screenshot({ encoding: "base64" });
+    const shot = await screenshot(page);
     if (shot === last) return decoded(page, shot);
     last = shot;
   }
   throw new Error("the picture does not come to rest");
 }
+
+/// The picture as it is now, likewise.
+export const picture = async (page) => decoded(page, await screenshot(page));
+
+const screenshot = async (page) => (await page.$("#canvas")).screenshot({ encoding: "base64" });
 
 async function decoded(page, png) {
   const { width, height, data } = await page.evaluate(async (text) => {
