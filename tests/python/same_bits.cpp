@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
-// same_bits KIND FILE: ticks a compiled scene by what Python wrote to FILE, and writes the results to standard output.
+// same_bits KIND FILE: ticks a compiled scene by what Python wrote to FILE, writes the results to standard output and
+// the seconds of the loop to standard error.
 #include <trephine/compiled/scene.hpp>
 #include <trephine/tool/named_tools.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
@@ -77,17 +79,23 @@ int main(int, char** argv) {
 
   compiled::Bone bone({.size = {n[0], n[1], n[2]}, .spacing = Vec3d(spacing[0], spacing[1], spacing[2])}, voxels);
   compiled::Scene scene = scene_of(argv[1], bone);
+  std::vector<double> rows;
+  rows.reserve(12 * spindle.size());
+  const auto start = std::chrono::steady_clock::now();
   for (std::size_t t = 0; t < spindle.size(); ++t) {
     Posed X_WT = Posed::Identity();
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 4; ++j) X_WT(i, j) = poses[16 * t + static_cast<std::size_t>(4 * i + j)];
     const TickResult r = scene.tick({.X_WT = X_WT, .spindle_on = spindle[t] != 0}, 1e-3);
-    give(r.wrench.force.data(), 3);
-    give(r.wrench.torque.data(), 3);
-    const double rest[]{r.removed_mm3,    r.contact.depth,  static_cast<double>(r.status),
-                        r.cutting.thrust, r.cutting.torque, r.cutting.spindle};
-    give(rest, std::size(rest));
+    const Vec3d &force = r.wrench.force, &torque = r.wrench.torque;
+    const double row[]{force.x(),        force.y(),        force.z(),
+                       torque.x(),       torque.y(),       torque.z(),
+                       r.removed_mm3,    r.contact.depth,  static_cast<double>(r.status),
+                       r.cutting.thrust, r.cutting.torque, r.cutting.spindle};
+    rows.insert(rows.end(), std::begin(row), std::end(row));
   }
+  std::cerr << std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() << '\n';
+  give(rows.data(), rows.size());
   std::vector<std::int16_t> left(voxels.size());
   bone.copy_voxels(std::span<std::int16_t>(left));
   give(left.data(), left.size());
