@@ -21,6 +21,7 @@ struct LiveOptions {
   double margin = 1e-3;  ///< of warning and guard [m]
   double rate = 1000;    ///< [Hz]
   double scale = 1;
+  double aside = 0.17;             ///< heights of the picture from its middle to the start, left of the instruments
   int width = 1280, height = 800;  ///< [pixels]
   std::string script;              ///< file to play, then quit
   std::string replay;              ///< file to play, then go on by hand

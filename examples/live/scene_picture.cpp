@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,14 @@ ScenePicture::ScenePicture(const StructureTexture* structures)
   glVertexAttribPointer(2, 1, GL_FLOAT, GL_FALSE, kStride, at(7));
   for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
   glBindVertexArray(0);
+}
+
+void ScenePicture::warm_up() {
+  constexpr int kSpeck = 4;  // pixels
+  const std::vector<std::int16_t> air(64);
+  const drill::Grid nothing({.size = {4, 4, 4}, .spacing = Vec3d::Constant(1e-3)}, air);
+  const BoneTexture bone(nothing, 1);
+  (void)draw_still({}, bone, Posed::Identity(), kSpeck, kSpeck, true);
 }
 
 /// What does not change from picture to picture. Its program is in use.

@@ -53,6 +53,8 @@ class ScenePicture {
 
   /// Structures are only in the shader if there are any; they must outlive the picture.
   explicit ScenePicture(const StructureTexture* structures = nullptr);
+  /// Draws a speck of nothing, so that the driver compiles all of the shaders before there is a bone.
+  void warm_up();
 
   /// Draws at a size [pixels], coarsely: for moving scenes.
   void draw_moving(const SceneView& view, const BoneTexture& bone, const Posed& X_WG, int width, int height);

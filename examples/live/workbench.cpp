@@ -33,32 +33,33 @@ Vec3d aside_of(const drill::Spot& spot) {
   return (0.6 * up + up.cross(spot.normal_W)).normalized();
 }
 
-OrbitCamera start_camera(const drill::Spot& spot, double burr_radius) {
+/// The spot is `aside` heights of the picture left of its middle.
+OrbitCamera start_camera(const drill::Spot& spot, double burr_radius, double aside) {
   OrbitCamera camera;
   camera.focus_W = spot.p_W;
   camera.distance = std::clamp(42 * burr_radius, 0.03, 0.3);
   camera.look_from(std::cos(0.75) * spot.normal_W + std::sin(0.75) * aside_of(spot));
-  // The instruments cover the right of the picture.
-  camera.pan(-0.17, 0, 1);
+  camera.pan(-aside, 0, 1);
   return camera;
 }
 
 }  // namespace
 
-Workbench::Pictures::Pictures(const Loaded& loaded, const LeftStructures* left)
+Workbench::Pictures::Pictures(const Loaded& loaded, const LeftStructures* left, std::optional<ScenePicture> ready)
     : bone(loaded.bone.grid, loaded.bone.isovalue),
       structures(left != nullptr ? std::make_unique<StructureTexture>(*loaded.guarded, *left) : nullptr),
-      scene(structures.get()) {}
+      scene(ready && structures == nullptr ? std::move(*ready) : ScenePicture(structures.get())) {}
 
-Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing)
+Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing, std::optional<ScenePicture> ready)
     : loaded_(std::move(loaded)),
-      camera_(start_camera(loaded_.spot, loaded_.bone.burr.tip_radius)),
+      aside_(options.aside),
+      camera_(start_camera(loaded_.spot, loaded_.bone.burr.tip_radius, aside_)),
       reader_(loaded_.bone.grid, false),
       left_(loaded_.guarded ? std::make_unique<LeftStructures>(*loaded_.guarded->field, loaded_.guarded->box,
                                                                loaded_.guarded->margin)
                             : nullptr),
       hand_(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius)) {
-  if (showing == Showing::kDrawn) make_pictures();
+  if (showing == Showing::kDrawn) make_pictures(std::move(ready));
   session_ =
       std::make_unique<Session>(loaded_.bone.grid, loaded_.bone.isovalue,
                                 SessionOptions{.drill = {.renderer = options.renderer,
@@ -79,9 +80,9 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing)
                                 hand_.pose());
 }
 
-void Workbench::make_pictures() {
+void Workbench::make_pictures(std::optional<ScenePicture> ready) {
   drop_pictures();
-  pictures_ = std::make_unique<Pictures>(loaded_, left_.get());
+  pictures_ = std::make_unique<Pictures>(loaded_, left_.get(), std::move(ready));
   changed_ = true;
 }
 
@@ -292,7 +293,7 @@ void Workbench::change_burr(double factor) {
 
 void Workbench::go_home() {
   set_spindle(false);
-  camera_ = start_camera(loaded_.spot, loaded_.bone.burr.tip_radius);
+  camera_ = start_camera(loaded_.spot, loaded_.bone.burr.tip_radius, aside_);
   hand_.set_pose(start_pose(loaded_.spot, aside_of(loaded_.spot), 3 * loaded_.bone.burr.tip_radius));
   session_->carry({hand_.pose(), spindle_});
 }

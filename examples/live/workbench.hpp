@@ -31,10 +31,12 @@ enum class Showing { kDrawn, kSimulated };
 /// Needs a current OpenGL context if it is drawn. Window thread.
 class Workbench {
  public:
-  Workbench(Loaded loaded, const LiveOptions& options, Showing showing = Showing::kDrawn);
+  /// `ready`: a picture without structures whose shaders are compiled, which takes a second on a slow card.
+  Workbench(Loaded loaded, const LiveOptions& options, Showing showing = Showing::kDrawn,
+            std::optional<ScenePicture> ready = {});
   /// Makes all that is on the graphics card, anew after its context was lost. Throws std::runtime_error where the card
   /// has no room.
-  void make_pictures();
+  void make_pictures(std::optional<ScenePicture> ready = {});
   /// Drops it, for a context that is lost; the drill goes on. `update` alone may be called until they are made again.
   void drop_pictures() { pictures_ = nullptr; }
 
@@ -114,7 +116,7 @@ class Workbench {
 
   /// What is on the graphics card.
   struct Pictures {
-    Pictures(const Loaded& loaded, const LeftStructures* left);
+    Pictures(const Loaded& loaded, const LeftStructures* left, std::optional<ScenePicture> ready);
     BoneTexture bone;
     std::unique_ptr<StructureTexture> structures;
     ScenePicture scene;
@@ -123,6 +125,7 @@ class Workbench {
   static constexpr double kShownApart = 0.15e-3;  // [m]: probe and tool are drawn apart from here on
 
   Loaded loaded_;
+  double aside_;
   OrbitCamera camera_;
   Reader reader_;
   std::unique_ptr<LeftStructures> left_;  // nullptr without structures

@@ -38,6 +38,7 @@ class Engine {
   void open(Opening::Load load) {
     refused_.clear();
     opening_.emplace(std::move(load));
+    warm_up();
   }
   void refuse(const std::string& why) { refused_ = "!" + why; }
 
@@ -168,6 +169,7 @@ class Engine {
 
   void context_lost() {
     lost_ = true;
+    ready_.reset();
     if (bench_ != nullptr) bench_->drop_pictures();
   }
   void context_restored() {
@@ -185,8 +187,6 @@ class Engine {
             json.element([&] {
               json.object([&] {
                 json.member("name", k.name);
-                json.member("key", k.name);
-                json.member("code", k.code);
                 json.member("help", k.help);
               });
             });
@@ -242,6 +242,16 @@ class Engine {
     return context_ > 0;
   }
 
+  /// Has shaders compiled while the first bone is made.
+  void warm_up() {
+    if (warmed_ || !has_context() || lost_) return;
+    warmed_ = true;
+    try {
+      ready_.emplace().warm_up();
+    } catch (const std::exception&) {
+      ready_.reset();  // the bone's own picture tells why
+    }
+  }
   /// Does what needs the graphics card; where that refuses, the bone is closed with its reason.
   template <class Work>
   void make(Work&& work) {
@@ -267,7 +277,9 @@ class Engine {
     if (!has_context() || lost_) return refuse("this browser has no WebGL 2, which the picture needs");
     close("");
     make([&] {
-      bench_ = std::make_unique<Workbench>(std::move(*loaded), options_);
+      LiveOptions shown = options_;
+      shown.aside = 0;  // the page's instruments lie beside or below the picture
+      bench_ = std::make_unique<Workbench>(std::move(*loaded), shown, Showing::kDrawn, std::exchange(ready_, {}));
       first_ = bench_->session().options();
       session_.str({});
       pressed_.clear();
@@ -364,6 +376,7 @@ class Engine {
 
   LiveOptions options_;
   std::optional<Opening> opening_;
+  std::optional<ScenePicture> ready_;
   std::string refused_, text_, file_;
   std::unique_ptr<Workbench> bench_;
   SessionOptions first_;
@@ -376,7 +389,7 @@ class Engine {
   Clock::time_point start_ = Clock::now();
   std::vector<TickSample> samples_;
   EMSCRIPTEN_WEBGL_CONTEXT_HANDLE context_ = 0;
-  bool lost_ = false;
+  bool lost_ = false, warmed_ = false;
 };
 
 Engine& engine() {

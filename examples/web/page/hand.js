@@ -2,7 +2,7 @@
 // Mouse, touch, pen, keys and gamepad move the drill and the view. Lengths go to the engine in its pixels.
 
 const kWheelStep = 0.4e-3; // of a notch [m], as in the native window
-const kDragStep = 0.05e-3; // of a pixel [m], likewise
+const kDragStep = 0.05e-3; // of a CSS pixel [m], likewise
 const kPushSpeed = 3e-3; // of keys, buttons and sticks [m/s]
 const kMoveSpeed = 130; // likewise, of the drill on the screen [CSS pixels/s]
 const kTurnSpeed = 220; // likewise, of the view and of a tilt [CSS pixels/s]
@@ -75,7 +75,7 @@ export function makeHand(canvas, spindleButton, pushButtons, engine, page) {
       const presses = e.pressure >= kPenPressure && !(e.buttons & 2);
       if (presses !== spindleDown) spindle(presses);
     }
-    if (e.buttons & 2) engine.push(-kDragStep * dy);
+    if (e.buttons & 2) engine.push((-kDragStep * dy) / ratio());
     else if (e.ctrlKey || e.metaKey) engine.turn(dx, dy);
     else moveTo(p);
   }

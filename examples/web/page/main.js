@@ -60,16 +60,14 @@ async function isolate() {
   return "This browser does not let the page share memory, so please allow its service worker and storage, or try another browser.";
 }
 
-function hasWebGl2() {
-  const gl = document.createElement("canvas").getContext("webgl2");
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return gl !== null;
-}
+/// The context that the engine finds on its canvas: one is enough, since each takes a tenth of a second.
+const hasWebGl2 = (canvas) =>
+  canvas.getContext("webgl2", { alpha: false, depth: false, antialias: false, powerPreference: "high-performance" }) !== null;
 
 async function run() {
   const canvas = $("canvas");
   $("opening").hidden = false;
-  if (!hasWebGl2())
+  if (!hasWebGl2(canvas))
     return say("The picture needs WebGL 2, so please switch on hardware acceleration, or try a newer browser.");
   const refusal = await isolate();
   if (refusal) return say(refusal);
