@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What happens around the page: a host that knows no headers, no network, two tabs, and a lost graphics card.
 import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { test } from "node:test";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { late, open, opened, removed, servePlainly, sleep, started, text, until, watch } from "./support/browser.mjs";
 import { picture } from "./support/picture.mjs";
 
@@ -60,6 +63,20 @@ test("where no service worker may be, it says what to do in one sentence", async
   assert.match(await text(page, "sentence"), /^[A-Z][^.]*service worker[^.]*\.$/);
   await barred.close();
   await plain.end();
+});
+
+test("inside another page it says in one sentence to open it alone", async () => {
+  const plain = await servePlainly(), place = await mkdtemp(join(tmpdir(), "trephine-"));
+  await writeFile(join(place, "index.html"), `<!doctype html><title>A host</title><iframe src="${plain.url}" width="400" height="300"></iframe>`);
+  const host = await servePlainly(place), page = await browser.newPage();
+  await page.goto(host.url);
+  const frame = await (await page.waitForSelector("iframe")).contentFrame();
+  await frame.waitForFunction(() => document.getElementById("sentence")?.hidden === false, { timeout: 60e3 });
+  assert.match(await frame.$eval("#sentence", (e) => e.textContent), /^Inside another page [^.]*window of its own\.$/);
+  await page.close();
+  await host.end();
+  await plain.end();
+  await rm(place, { recursive: true });
 });
 
 test("two tabs: each has a bone of its own, and the hidden one's spindle rests", async () => {

@@ -40,11 +40,11 @@ test("wide: it opens a tooth and ticks in time, without a word and without a for
 });
 
 const kShapes = {
-  "wide": { width: 1400, height: 860 },
-  "phone held upright": { width: 390, height: 844, deviceScaleFactor: 2, isMobile: true, hasTouch: true },
-  "small phone": { width: 320, height: 568, deviceScaleFactor: 2, isMobile: true, hasTouch: true },
-  "phone on its side": { width: 844, height: 390, deviceScaleFactor: 2, isMobile: true, hasTouch: true },
-  "1280 by 800 at 200 % zoom": { width: 640, height: 400, deviceScaleFactor: 2 },
+  "wide": { width: 1400, height: 860, deviceScaleFactor: 0.5 },
+  "phone held upright": { width: 390, height: 844, deviceScaleFactor: 0.5, isMobile: true, hasTouch: true },
+  "small phone": { width: 320, height: 568, deviceScaleFactor: 0.5, isMobile: true, hasTouch: true },
+  "phone on its side": { width: 844, height: 390, deviceScaleFactor: 0.5, isMobile: true, hasTouch: true },
+  "1280 by 800 at 200 % zoom": { width: 640, height: 400, deviceScaleFactor: 0.5 },
 };
 for (const [name, shape] of Object.entries(kShapes))
   test(`${name}: nothing is cut off, and what is touched is large enough`, async () => {

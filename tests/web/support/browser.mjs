@@ -98,8 +98,9 @@ export async function opened(page, timeout = 120e3) {
   if (sentence) throw new Error(sentence);
 }
 
-/// Opens the page in a tab of its own, with a bone. `phone` is held upright; `scale` is of drawn pixels to those of CSS.
-export async function open(browser, url, { bone = "tooth", width = 1000, height = 700, phone = false, scale = phone ? 2 : 1, before = null } = {}) {
+/// Opens the page in a tab of its own, with a bone. `phone` is held upright; `scale` is of drawn pixels to those of CSS, few
+/// enough for a machine without a graphics card.
+export async function open(browser, url, { bone = "tooth", width = 600, height = 440, phone = false, scale = 0.5, before = null } = {}) {
   const page = await browser.newPage();
   const seen = watch(page, url);
   await page.setViewport(phone ? { width: 390, height: 844, deviceScaleFactor: scale, isMobile: true, hasTouch: true } : { width, height, deviceScaleFactor: scale });

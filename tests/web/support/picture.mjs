@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Pictures of the page, and rays cast through a saved bone by brute force.
 
+import { frames } from "./browser.mjs";
+
+const kSettles = 12; // turns of the page's loop: a still picture is the mean of eight
+
 /// The picture as { width, height, at(x, y) -> [r, g, b] }, once two in a row are alike. Overlays are hidden.
-export async function still(page, apart = 700) {
+export async function still(page) {
   let last = "";
   for (let i = 0; i < 60; ++i) {
     await page.evaluate(() => (document.getElementById("hint").style.visibility = "hidden"));
-    await new Promise((done) => setTimeout(done, apart));
+    await frames(page, kSettles);
     const shot = await screenshot(page);
     if (shot === last) return decoded(page, shot);
     last = shot;
