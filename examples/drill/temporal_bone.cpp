@@ -119,19 +119,46 @@ double distance(int structure, const Vec3d& p_W) {
   }
 }
 
+namespace {
+
+/// Distances of places that follow each other closely, each computed anew only where it may have come under a limit.
+class NearDistances {
+ public:
+  /// The distance of p from a structure if that is less than `limit`, else something that is not.
+  [[nodiscard]] double operator()(int structure, const Vec3d& p, double limit) {
+    Known& known = known_[static_cast<std::size_t>(structure)];
+    const double least = known.distance - (p - known.p).norm() - 1e-9;  // a distance changes by no more than the place
+    if (least >= limit) return least;
+    known = {p, distance(structure, p)};
+    return known.distance;
+  }
+
+ private:
+  struct Known {
+    Vec3d p = Vec3d::Zero();
+    double distance = -std::numeric_limits<double>::infinity();
+  };
+  std::array<Known, kCount> known_{};
+};
+
+}  // namespace
+
 Bone bone(const Options& options) {
-  constexpr double kVoxel = 0.4_mm, kBlur = kVoxel;
+  constexpr double kVoxel = 0.4_mm, kBlur = kVoxel, kReach = 4 * kBlur;  // beyond it blurred steps are 0 or 1
   const Vec3d n = ((kHigh - kLow) / kVoxel).array().round() + 1;
   const std::array<int, 3> size{static_cast<int>(n.x()), static_cast<int>(n.y()), static_cast<int>(n.z())};
   const std::vector<Cell> air = cells();
   std::vector<std::int16_t> voxels;
+  NearDistances near_distance;
   for (int k = 0; k < size[2]; ++k)
     for (int j = 0; j < size[1]; ++j)
       for (int i = 0; i < size[0]; ++i) {
         const Vec3d p = kLow + kVoxel * Vec3d(i, j, k);
         double to_air = -p.z(), to_soft = std::numeric_limits<double>::infinity();
-        for (const Cell& c : air) to_air = std::min(to_air, (p - c.centre).norm() - c.radius);
-        for (int s = 0; s < kCount; ++s) to_soft = std::min(to_soft, distance(s, p));
+        for (const Cell& c : air)
+          if (std::abs(p.z() - c.centre.z()) < c.radius + kReach)
+            to_air = std::min(to_air, (p - c.centre).norm() - c.radius);
+        for (int s = 0; s < kCount; ++s) to_soft = std::min(to_soft, near_distance(s, p, kReach));
         const double soft = phantom::blurred_step(to_soft, kBlur), open = phantom::blurred_step(to_air, kBlur);
         const double tissue = kBoneHU + (kSoftHU - kBoneHU) * soft;
         voxels.push_back(phantom::stored<std::int16_t>(tissue + (kAirHU - tissue) * open));
@@ -153,13 +180,14 @@ StructureLabels labels() {
   const Vec3d middle = 0.5 * (kLow + kHigh);
   const Posed X_WS = trephine::make_pose<double>(R, Vec3d(middle - R * (0.5 * kVoxel * (n - Vec3d::Ones()))));
   std::vector<std::uint8_t> voxels;
+  NearDistances near_distance;
   for (int k = 0; k < size[2]; ++k)
     for (int j = 0; j < size[1]; ++j)
       for (int i = 0; i < size[0]; ++i) {
         const Vec3d p_W = X_WS * Vec3d(kVoxel * Vec3d(i, j, k));
         std::uint8_t label = 0;
         for (int s = 0; s < kCount && label == 0; ++s)
-          if (distance(s, p_W) < 0) label = static_cast<std::uint8_t>(s + 1);
+          if (near_distance(s, p_W, 0) < 0) label = static_cast<std::uint8_t>(s + 1);
         voxels.push_back(label);
       }
   return {{.size = size, .spacing = Vec3d::Constant(kVoxel), .X_WG = X_WS},
