@@ -25,7 +25,8 @@ about() {
     clang-tidy) package=clang-tidy; test_of="has_command clang-tidy"; without="" ;;
     itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage, and ITK as a measure" ;;
     openvdb) package=libopenvdb-dev; test_of="has_header openvdb/openvdb.h"; without="OpenVDB as a measure" ;;
-    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need" ;;
+    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the Haply Inverse3's programs and tests" ;;
+    nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the Haply Inverse3's programs and tests" ;;
     nanovdb) package=libnanovdb-dev; test_of="has_header nanovdb/NanoVDB.h"; without="NanoVDB as a measure" ;;
     png) package=libpng-dev; test_of="has_header png.h"; without="pictures" ;;
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;

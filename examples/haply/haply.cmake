@@ -23,7 +23,6 @@ set(TREPHINE_HAPLY_SOURCES connection.cpp haply_device.cpp messages.cpp service.
 list(TRANSFORM TREPHINE_HAPLY_SOURCES PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
 function(haply_link target)
   target_include_directories(${target} SYSTEM PRIVATE ${TREPHINE_BOOST_INCLUDE} ${TREPHINE_NLOHMANN_INCLUDE})
-  target_compile_definitions(${target} PRIVATE BOOST_ERROR_CODE_HEADER_ONLY)
   target_link_libraries(${target} PRIVATE trephine::trephine Threads::Threads)
   if(WIN32)
     target_link_libraries(${target} PRIVATE ws2_32 mswsock)

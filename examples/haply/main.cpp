@@ -122,7 +122,7 @@ RunReport drill_block(haply::Device& device, const ServoOptions& options, double
   Posed X_WD = Posed::Identity(), X_HT = Posed::Identity();
   X_WD.translation() = start - first_state(device).X_DH.translation();
   // The handle's +y points away from the hand, the tool's +z toward it.
-  if (able.input_dof == 6) X_HT.linear() = rotation_from_vector<double>(Vec3d(EIGEN_PI / 2, 0, 0));
+  if (able.input_dof == 6) X_HT.linear() = rotation_from_vector<double>(Vec3d(1.5707963267948966, 0, 0));
   return run_loop(device, scene, Registration(X_WD, X_HT), options, seconds, most);
 }
 

@@ -132,9 +132,9 @@ struct Service::Impl {
 
   /// Reads the client's message.
   void take(std::string_view message) {
+    if (first_message < 0) first_message = now();
     advance();
     const Command given = parse_command(message, kDeviceId);
-    if (first_message < 0) first_message = now();
     const bool is_due = options.fault != Fault::kNone && now() - first_message >= options.fault_after;
     if (is_due) start_fault(std::exchange(options.fault, Fault::kNone), options.fault_for);
     {
@@ -250,7 +250,8 @@ struct Service::Impl {
 
   /// Brings the arm up to the present, under the force in effect.
   void advance() {
-    const auto due = static_cast<std::uint64_t>(now() / SimulatedArm::kStep) - skipped;
+    if (first_message < 0) return;
+    const auto due = static_cast<std::uint64_t>((now() - first_message) / SimulatedArm::kStep) - skipped;
     if (due > arm.steps() + kCatchUp) skipped += due - arm.steps() - kCatchUp;
     for (std::uint64_t i = arm.steps(), n = std::min(due, i + kCatchUp); i < n; ++i) {
       if (arm.time() - applied_at > kForceLasts) applied.setZero();
