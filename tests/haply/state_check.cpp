@@ -114,6 +114,6 @@ TEST_CASE("Haply states: the rotation follows the handle's samples without steps
   CHECK(angle == within(0.1, 0.001));
   CHECK(stream.now - stream.check.turned() == 399 * kTick);
   CHECK(stream.check.trouble() == Trouble::kNone);
-  stream.run(401);
+  stream.run(403);
   CHECK(stream.check.trouble() == Trouble::kHandle);
 }

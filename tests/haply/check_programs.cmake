@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+# What the programs say on their command lines: cmake -D drill=... -D service=... -P check_programs.cmake
+set(environment)
+include(${CMAKE_CURRENT_LIST_DIR}/../support/expect_program.cmake)
+
+set(name haply_service)
+set(program ${service})
+expect(0 "usage: haply_service .*--fault NAME.*--list-faults" --help)
+expect(0 "^haply_service [0-9]+\\.[0-9]+\n$" --version)
+expect(0 "late .*silent .*hang .*killed .*flood " --list-faults)
+expect(0 "a simulated Inverse3 at ws://127.0.0.1:[1-9][0-9]*, as version 3.5.*0 messages" --port 0 --seconds 0.2)
+expect(0 "as versions 3.1 to 3.4" --port 0 --seconds 0.1 --older)
+expect(0 "other machines can reach" --port 0 --seconds 0.1 --address 0.0.0.0)
+expect(2 "unknown option '--prot'" --prot 1)
+expect(2 "--port needs a value" --port)
+expect(2 "'65536' is not a number from 0 to 65535" --port 65536)
+expect(2 "'1.5' is no whole number" --port 1.5)
+expect(2 "'0' is not a number from 1 to" --rate 0)
+expect(2 "'slow' is no fault; --list-faults" --fault slow)
+expect(2 "--fault: 'soon' is not a number" --fault late@soon)
+expect(1 "cannot serve at localhost" --port 0 --address localhost)
+
+set(name haply_drill)
+set(program ${drill})
+expect(0 "usage: haply_drill .*--bench.*--seconds" --help)
+expect(2 "unknown option '--seconds=3'" --seconds=3)
+expect(2 "'99' is not a number from 100 to 10000" --rate 99)
+expect(2 "'nan' is not a number" --stiffness nan)
+expect(2 "'0' is not a number from 1 to 65535" --port 0)
+# Port 1 has no service.
+expect(1 "no device at 127.0.0.1:1: .*start the Haply Inverse Service" --port 1 --seconds 1)

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// Every fault of the service takes the force off the arm within 10 ms, by the service's clock, and what comes back
+// afterwards comes back by the ramp.
+#include "haply/fixture.hpp"
+
+#include <doctest/doctest.h>
+
+#include <limits>
+
+namespace {
+
+using namespace haply;
+using namespace haply::test;
+
+constexpr double kWithin = 0.010;       // [s]
+constexpr double kFirstOfRamp = 0.41;   // [N] of 2 in 0.1 s, after the longest tick that starts no new ramp, 20 ms
+
+/// Runs one fault; what the service has seen.
+Witness suffer(Fault fault) {
+  Service service(served());
+  Device device(at(service));
+  Pushing pushing(device);
+  REQUIRE(wait_for([&] { return feels_all(service); }));
+  service.inject(fault, 0.3);
+  REQUIRE(wait_for([&] { return service.witness().fault_at.has_value(); }));
+  REQUIRE(wait_for([&] { return service.witness().quiet_at.has_value(); }));
+  // The loop has gone on, and the whole force returns.
+  CHECK(wait_for([&] {
+    const Witness w = service.witness();
+    return !w.in_fault && w.back_at && feels_all(service);
+  }));
+  CHECK(pushing.stop().end == trephine::RunEnd::kStopped);
+  CHECK(wait_for([&] { return felt(service) == 0; }));
+  return service.witness();
+}
+
+}  // namespace
+
+TEST_CASE("Haply faults: zero force within 10 ms of each, then a ramp") {
+  for (const FaultText& f : kFaults) {
+    CAPTURE(f.name);
+    // A machine that is busy with something else may hold up either program for longer; three times in a row it is the
+    // adapter's fault.
+    double soonest = std::numeric_limits<double>::infinity();
+    for (int attempt = 0; attempt < 3 && !(soonest <= kWithin); ++attempt) {
+      const Witness seen = suffer(f.fault);
+      REQUIRE(seen.quiet_at);
+      REQUIRE(seen.back_at);
+      CHECK(seen.back_force <= kFirstOfRamp);
+      CHECK(*seen.back_at > *seen.quiet_at);
+      // A service that hangs reads the zero when it reads again; until then it must have got silence.
+      const bool silence = f.fault == Fault::kHang && seen.pushes <= 1;
+      soonest = std::min(soonest, silence ? 0 : *seen.quiet_at - *seen.fault_at);
+      MESSAGE(f.name, ": ", 1e3 * (*seen.quiet_at - *seen.fault_at), " ms, ", seen.pushes, " forces in between");
+    }
+    CHECK(soonest <= kWithin);
+  }
+}
