@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 # The adapter for the Inverse3 and the loopback service as an object library `haply_parts`, where Boost's and
 # nlohmann-json's headers are found; else the names of what is missing in TREPHINE_HAPLY_MISSING.
+set(TREPHINE_HAPLY_SOURCES connection.cpp haply_device.cpp messages.cpp service.cpp)
+list(TRANSFORM TREPHINE_HAPLY_SOURCES PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
 if(TARGET haply_parts)
   return()
 endif()
@@ -19,8 +21,6 @@ if(TREPHINE_HAPLY_MISSING)
   return()
 endif()
 
-set(TREPHINE_HAPLY_SOURCES connection.cpp haply_device.cpp messages.cpp service.cpp)
-list(TRANSFORM TREPHINE_HAPLY_SOURCES PREPEND ${CMAKE_CURRENT_LIST_DIR}/)
 function(haply_link target)
   target_include_directories(${target} SYSTEM PRIVATE ${TREPHINE_BOOST_INCLUDE} ${TREPHINE_NLOHMANN_INCLUDE})
   target_link_libraries(${target} PRIVATE trephine::trephine Threads::Threads)

@@ -63,7 +63,7 @@ struct ServiceOptions {
   double rate = 0;              ///< states a second at most [Hz]; 0: as fast as they are asked for
   bool handle = true;           ///< a wireless VerseGrip is there
   bool older = false;           ///< speaks as versions 3.1 to 3.4 do, not as 3.5
-  bool hand_moves = true;       ///< down and up by 20 mm again and again; false: the hand keeps its place
+  bool hand_moves = true;       ///< false: the hand keeps its place
   Fault fault = Fault::kNone;
   double fault_after = 1;  ///< after the client's first message [s]
   double fault_for = 0.3;  ///< [s]

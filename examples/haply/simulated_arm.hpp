@@ -11,7 +11,8 @@
 namespace haply {
 
 /// The hand that holds the simulated arm, in D: every eight seconds it comes down by 20 mm, presses button a, and goes
-/// up. It turns slowly about the upright handle, whose +y points down.
+/// up, on a circle of 4 mm whose constant speed lets a frozen state be told from rest. The handle stands upright, its
+/// +y down, and leans slowly to and fro.
 struct SimulatedHand {
   bool moves = true;
 
@@ -21,7 +22,9 @@ struct SimulatedHand {
     const double t = std::fmod(time, 8.0);
     const double depth = moves ? 0.02 * std::clamp(std::min(t / 3, (8 - t) / 2), 0.0, 1.0) : 0.0;
     trephine::Posed X_DH = trephine::Posed::Identity();
+    constexpr double kRadius = 0.002, kTurns = 8;  // [m, rad/s]
     X_DH.translation() = home() - trephine::Vec3d(0, 0, depth);
+    if (moves) X_DH.translation() += kRadius * trephine::Vec3d(std::cos(kTurns * t) - 1, std::sin(kTurns * t), 0);
     const double lean = moves ? 0.1 * std::sin(time) : 0.0;
     constexpr double kUpright = -1.5707963267948966;  // about x: +y points down
     X_DH.linear() = trephine::rotation_from_vector<double>(trephine::Vec3d(0, lean, 0)) *

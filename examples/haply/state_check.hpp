@@ -18,7 +18,7 @@ struct Bounds {
   /// Longest wait for the servo loop's next force before a zero goes out.
   Clock::duration tick = std::chrono::microseconds(6500);
   /// A moving arm that repeats one position for this long is frozen.
-  Clock::duration frozen = std::chrono::milliseconds(8);
+  Clock::duration frozen = std::chrono::milliseconds(7);
   /// `read` trips by itself where its state is older.
   Clock::duration old = std::chrono::milliseconds(10);
   /// Silence after which the connection is closed and opened again.
@@ -27,8 +27,8 @@ struct Bounds {
   Clock::duration settle = std::chrono::milliseconds(50);
   /// Longest age of the handle's rotation; 0: none, because a handle at rest may repeat itself.
   Clock::duration handle_limit = std::chrono::milliseconds(0);
-  /// An arm of this speed leaves its position in `frozen`: 0.16 mm, three steps of a coarse encoder [m/s].
-  double moving = 0.02;
+  /// An arm of this speed leaves its position in `frozen`, by 0.07 mm, which encoders resolve [m/s].
+  double moving = 0.01;
   /// Fastest credible motion between two states, with an allowance for one late state [m/s, m].
   double fastest = 5;
   double allowance = 0.002;

@@ -5,15 +5,17 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <limits>
+#include <string>
 
 namespace {
 
 using namespace haply;
 using namespace haply::test;
 
-constexpr double kWithin = 0.010;       // [s]
-constexpr double kFirstOfRamp = 0.41;   // [N] of 2 in 0.1 s, after the longest tick that starts no new ramp, 20 ms
+constexpr double kWithin = 0.010;      // [s]
+constexpr double kFirstOfRamp = 0.41;  // [N] of 2 in 0.1 s, after the longest tick that starts no new ramp, 20 ms
 
 /// Runs one fault; what the service has seen.
 Witness suffer(Fault fault) {
@@ -38,7 +40,8 @@ Witness suffer(Fault fault) {
 
 TEST_CASE("Haply faults: zero force within 10 ms of each, then a ramp") {
   for (const FaultText& f : kFaults) {
-    CAPTURE(f.name);
+    const std::string name = f.name;
+    CAPTURE(name);
     // A machine that is busy with something else may hold up either program for longer; three times in a row it is the
     // adapter's fault.
     double soonest = std::numeric_limits<double>::infinity();
@@ -51,7 +54,7 @@ TEST_CASE("Haply faults: zero force within 10 ms of each, then a ramp") {
       // A service that hangs reads the zero when it reads again; until then it must have got silence.
       const bool silence = f.fault == Fault::kHang && seen.pushes <= 1;
       soonest = std::min(soonest, silence ? 0 : *seen.quiet_at - *seen.fault_at);
-      MESSAGE(f.name, ": ", 1e3 * (*seen.quiet_at - *seen.fault_at), " ms, ", seen.pushes, " forces in between");
+      INFO(1e3 * (*seen.quiet_at - *seen.fault_at), " ms, ", seen.pushes, " forces in between");
     }
     CHECK(soonest <= kWithin);
   }

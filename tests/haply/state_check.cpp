@@ -69,8 +69,8 @@ TEST_CASE("Haply states: a moving arm that repeats its position is frozen within
   int n = 0;
   while (stream.check.trouble() == Trouble::kNone && n < 1000) stream.add(stream.last), ++n;
   CHECK(stream.check.trouble() == Trouble::kFrozen);
-  CHECK(n * kTick <= 9ms);
-  CHECK(n * kTick > 7ms);
+  CHECK(n * kTick <= 8ms);
+  CHECK(n * kTick > 6ms);
   CHECK(stream.settle() == 200);
   Reading rest = stream.last;
   rest.velocity = Vec3d(0, 0, 0.001);
