@@ -56,6 +56,7 @@ struct Session {
   beast::websocket::stream<tcp::socket> ws;
   beast::flat_buffer in{kMessageLimit};
   std::deque<std::string> out;
+  bool is_open = false;  // the handshake is over
   bool is_reading = false;
 };
 
@@ -96,6 +97,7 @@ struct Service::Impl {
       s->ws.auto_fragment(false);
       s->ws.async_accept([this, s](const Error& refused) {
         if (refused) return end(s);
+        s->is_open = true;
         {
           const std::lock_guard lock(mutex);
           ++seen.sessions;
@@ -108,7 +110,7 @@ struct Service::Impl {
   }
 
   void read(const std::shared_ptr<Session>& s) {
-    if (s->is_reading || s != session) return;
+    if (!s->is_open || s->is_reading || s != session) return;
     s->is_reading = true;
     s->ws.async_read(s->in, [this, s](const Error& error, std::size_t) {
       s->is_reading = false;

@@ -14,6 +14,13 @@
 /// What the tests of the adapter against the loopback service share.
 namespace haply::test {
 
+/// Whether times mean anything in this build.
+#if defined(HAPLY_TESTS_UNTIMED)
+inline constexpr bool kTimed = false;
+#else
+inline constexpr bool kTimed = true;
+#endif
+
 /// Waits for what the service or the device is to show, at most ten seconds: a loaded machine is slow, not wrong.
 template <class Condition>
 bool wait_for(Condition&& condition) {
@@ -50,6 +57,10 @@ class Pushing {
 
   trephine::RunReport stop() {
     loop_.stop();
+    return finish();
+  }
+  /// Waits for the loop's own end.
+  trephine::RunReport finish() {
     if (thread_.joinable()) thread_.join();
     return report_;
   }
