@@ -17,9 +17,9 @@ using Event = Connection::Event;
 
 namespace {
 
-constexpr double kNominalRate = 4000;     // [Hz] of the arm
-constexpr double kSlowRate = 1000;        // [Hz] below it walls are soft or buzz
-constexpr int kProbes = 40;               // exchanges that measure the service's rate: 0.2 s at 200 Hz
+constexpr double kNominalRate = 4000;  // [Hz] of the arm
+constexpr double kSlowRate = 1000;     // [Hz] below it walls are soft or buzz
+constexpr int kProbes = 40;            // exchanges that measure the service's rate: 0.2 s at 200 Hz
 constexpr auto kFirstWait = std::chrono::seconds(1);
 constexpr auto kConnectWait = std::chrono::milliseconds(200);
 constexpr auto kRetry = std::chrono::milliseconds(50);
@@ -137,7 +137,8 @@ Trouble Device::probe() {
     if (check_.trouble() == Trouble::kMessage) return Trouble::kMessage;
     if (outstanding_ == 0) send(Vec3d::Zero());
   }
-  const double rate = kProbes / std::chrono::duration<double>(Clock::now() - begin).count();
+  // By the median, because a single late state says nothing of the service.
+  const double rate = 1 / std::max(round_trip_.quantile(0.5), 1e-6);
   const bool has_handle = !inventory_.handle_id.empty();
   capabilities_ = {.name = "Haply " + inventory_.product_name + " " + inventory_.device_id,
                    .input_dof = has_handle ? 6 : 3,
@@ -149,7 +150,8 @@ Trouble Device::probe() {
                         trephine::number_text(kNominalRate) +
                         ": stiff walls will buzz. Connect the Inverse3 by USB, close Haply Hub's demos, or lower the "
                         "stiffness");
-  if (!has_handle) warnings_.push_back("the service has no handle: the tool does not turn. Pair the VerseGrip in Haply Hub");
+  if (!has_handle)
+    warnings_.push_back("the service has no handle: the tool does not turn. Pair the VerseGrip in Haply Hub");
   round_trip_.clear();
   return Trouble::kNone;
 }
@@ -180,7 +182,8 @@ void Device::exchange_messages() {
   }
   if (!connection_->is_open()) return;
   send(Vec3d::Zero());
-  while (outstanding_ > 0 && connection_->is_open() && connection_->wait(sent_at_ + options_.bounds.reply) != Event::kTimeout)
+  while (outstanding_ > 0 && connection_->is_open() &&
+         connection_->wait(sent_at_ + options_.bounds.reply) != Event::kTimeout)
     if (!connection_->message().empty()) --outstanding_;
   connection_->close();
 }

@@ -123,11 +123,11 @@ class Device {
   StateCheck check_;
   State state_;
   std::string message_;
-  int outstanding_ = 0;             // messages whose states are due
-  bool is_silent_ = false;          // a zero was sent because a state was due
-  bool has_bell_ = false;           // the servo loop wrote while a state was due
-  bool pushes_ = false;             // the last force was not zero
-  bool is_lost_ = false;            // the connection, since `lost_at_`
+  int outstanding_ = 0;     // messages whose states are due
+  bool is_silent_ = false;  // a zero was sent because a state was due
+  bool has_bell_ = false;   // the servo loop wrote while a state was due
+  bool pushes_ = false;     // the last force was not zero
+  bool is_lost_ = false;    // the connection, since `lost_at_`
   Clock::time_point sent_at_, lost_at_;
   trephine::TimeHistogram round_trip_;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A loopback service that speaks the Inverse Service's protocol, with a simulated arm in a simulated hand. Not affiliated
-// with Haply.
+// A loopback service that speaks the Inverse Service's protocol, with a simulated arm in a simulated hand. Not
+// affiliated with Haply.
 #include "arguments.hpp"
 #include "service.hpp"
 
@@ -75,9 +75,8 @@ void run(const ServiceOptions& options, double seconds) {
 
 int main(int argc, char** argv) {
   try {
-    const Arguments arguments(
-        argc, argv, {"--port", "--address", "--rate", "--fault", "--fault-seconds", "--seconds"},
-        {"--older", "--no-handle", "--still", "--list-faults", "--version", "--help"});
+    const Arguments arguments(argc, argv, {"--port", "--address", "--rate", "--fault", "--fault-seconds", "--seconds"},
+                              {"--older", "--no-handle", "--still", "--list-faults", "--version", "--help"});
     if (arguments.has("--help")) return std::fputs(kUsage, stdout) < 0 ? 1 : 0;
     if (arguments.has("--version")) return std::printf("haply_service %s\n", kServiceVersion) < 0 ? 1 : 0;
     if (arguments.has("--list-faults")) {
@@ -96,8 +95,7 @@ int main(int argc, char** argv) {
       const std::string fault = arguments.text("--fault", {});
       const std::size_t at = fault.find('@');
       options.fault = fault_by_name(fault.substr(0, at)).fault;
-      if (at != std::string::npos)
-        options.fault_after = Arguments::checked("--fault", fault.substr(at + 1), 0, 86400);
+      if (at != std::string::npos) options.fault_after = Arguments::checked("--fault", fault.substr(at + 1), 0, 86400);
     }
     const double seconds = arguments.number("--seconds", 0, 0.1, 86400);
     std::signal(SIGINT, on_interrupt);

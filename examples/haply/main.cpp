@@ -24,7 +24,8 @@ void on_interrupt(int) { interrupted.store(true); }
 
 constexpr const char* kUsage =
     "usage: haply_drill [options]\n"
-    "Drills a block of bone 5 mm under the handle's first place, by the Haply Inverse Service or by haply_service (this\n"
+    "Drills a block of bone 5 mm under the handle's first place, by the Haply Inverse Service or by haply_service "
+    "(this\n"
     "program is not affiliated with Haply). Button a turns the spindle. Hold the handle upright, like a pen.\n\n"
     "  --address A     numeric address of the service (127.0.0.1)\n"
     "  --port P        its simulation channel (10001)\n"
@@ -148,10 +149,10 @@ int run(const haply::Arguments& arguments) {
   device.stop();
   const TimeSummary trip = device.round_trip();
   std::printf("%s: %s\n", to_string(report.end), report.reason.c_str());
-  std::printf("%.0f Hz, %.0f states a second, round trip %.3f ms (median), %.3f ms (p99), %.3f ms (p99.9), %.2f ms (most)\n",
-              static_cast<double>(report.ticks) / report.wall_time,
-              static_cast<double>(trip.count) / report.wall_time, 1e3 * trip.p50, 1e3 * trip.p99, 1e3 * trip.p99_9,
-              1e3 * trip.max);
+  std::printf(
+      "%.0f Hz, %.0f states a second, round trip %.3f ms (median), %.3f ms (p99), %.3f ms (p99.9), %.2f ms (most)\n",
+      static_cast<double>(report.ticks) / report.wall_time, static_cast<double>(trip.count) / report.wall_time,
+      1e3 * trip.p50, 1e3 * trip.p99, 1e3 * trip.p99_9, 1e3 * trip.max);
   std::printf("at most %.2f N, %llu safety trips, %llu ramps\n", most,
               static_cast<unsigned long long>(report.safety_trips), static_cast<unsigned long long>(report.ramps));
   return report.end == RunEnd::kFault ? 1 : 0;

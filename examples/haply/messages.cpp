@@ -14,9 +14,9 @@ using Json = nlohmann::json;
 using trephine::Quatd;
 using trephine::Vec3d;
 
-constexpr double kReach = 1.0;    // [m] thrice the arm's: a workspace may be moved, hardly scaled
-constexpr double kSpeed = 10.0;   // [m/s] a hand with a stylus reaches 3
-constexpr double kUnit = 0.02;    // of a quaternion's norm; services round to 2^-14
+constexpr double kReach = 1.0;   // [m] thrice the arm's: a workspace may be moved, hardly scaled
+constexpr double kSpeed = 10.0;  // [m/s] a hand with a stylus reaches 3
+constexpr double kUnit = 0.02;   // of a quaternion's norm; services round to 2^-14
 
 /// The parsed text; discarded where it is no JSON or too long. Nesting costs the parser no stack.
 Json parsed(std::string_view message) {

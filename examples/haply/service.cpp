@@ -37,7 +37,7 @@ namespace {
 
 constexpr const char* kDeviceId = "04EA";
 constexpr const char* kHandleId = "61576";
-constexpr double kForceLasts = 0.02;  // [s] a command is for one tick and then forgotten
+constexpr double kForceLasts = 0.02;     // [s] a command is for one tick and then forgotten
 constexpr std::uint64_t kCatchUp = 400;  // steps at once after a pause
 constexpr double kLate = 0.02;           // [s]
 constexpr int kFlood = 100;
@@ -288,7 +288,8 @@ struct Service::Impl {
       device["config"] = {{"type", "inverse3"}, {"handedness", "right"}, {"port", "simulated"}};
       handle["config"] = {{"type", "wireless_verse_grip"}, {"port", "simulated"}};
     }
-    Json all{{"inverse3", Json::array({device})}, {"wireless_verse_grip", Json::array()}, {"verse_grip", Json::array()}};
+    Json all{
+        {"inverse3", Json::array({device})}, {"wireless_verse_grip", Json::array()}, {"verse_grip", Json::array()}};
     if (options.handle) all["wireless_verse_grip"].push_back(handle);
     if (!options.older) all["session_id"] = 1;
     return all;

@@ -33,7 +33,8 @@ struct SimulatedHand {
   }
 };
 
-/// A mass on the hand's spring, with damping. Equal sequences of calls give equal bits: its time is the number of steps.
+/// A mass on the hand's spring, with damping. Equal sequences of calls give equal bits: its time is the number of
+/// steps.
 class SimulatedArm {
  public:
   static constexpr double kStep = 0.25e-3;  ///< [s]

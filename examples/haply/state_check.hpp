@@ -53,9 +53,9 @@ class StateCheck {
 
   /// Tells of a trouble, also of one that is no state's own: silence, a lost connection.
   void fail(Trouble found, Clock::time_point now) {
-    // The first names the failure, unless it only says that something is missing.
-    const bool is_vague = trouble_ == Trouble::kNone || trouble_ == Trouble::kStart || trouble_ == Trouble::kSilent ||
-                          trouble_ == Trouble::kLost;
+    // The first names the failure, unless it only says that something is late or missing.
+    const bool is_vague = trouble_ == Trouble::kNone || trouble_ == Trouble::kStart || trouble_ == Trouble::kTick ||
+                          trouble_ == Trouble::kSilent || trouble_ == Trouble::kLost;
     if (is_vague) trouble_ = found;
     failed_ = now;
   }

@@ -8,11 +8,11 @@ namespace haply {
 /// Why no force goes to the hand. Each has one line that says what the user should do.
 enum class Trouble : std::uint8_t {
   kNone,
-  kStart,        ///< no state is checked yet
-  kSilent,       ///< a state is due
-  kLost,         ///< the connection is closed
-  kFull,         ///< the service takes no more bytes
-  kMessage,      ///< no JSON, or not of a state's shape
+  kStart,    ///< no state is checked yet
+  kSilent,   ///< a state is due
+  kLost,     ///< the connection is closed
+  kFull,     ///< the service takes no more bytes
+  kMessage,  ///< no JSON, or not of a state's shape
   kTooFewDevices,
   kNotReady,
   kHandle,
@@ -20,7 +20,7 @@ enum class Trouble : std::uint8_t {
   kJump,
   kFrozen,
   kFlood,
-  kTick,         ///< the servo loop gives no new force
+  kTick,  ///< the servo loop gives no new force
   kGivenUp,
 };
 
@@ -48,7 +48,8 @@ enum class Trouble : std::uint8_t {
     case Trouble::kHandle:
       return "the handle gives no orientation: move it to wake it, charge it, or pair it again in Haply Hub";
     case Trouble::kRange:
-      return "the service sent a position or velocity out of the arm's reach: calibrate the Inverse3 and check that the "
+      return "the service sent a position or velocity out of the arm's reach: calibrate the Inverse3 and check that "
+             "the "
              "workspace is not scaled";
     case Trouble::kJump:
       return "the position jumped: move slower; if it stays, calibrate the Inverse3";

@@ -153,7 +153,7 @@ TEST_CASE("Haply: a service at 200 Hz is warned of, and works") {
   Device device(at(service));
   REQUIRE(device.warnings().size() == 1);
   CHECK(device.warnings()[0].find("times a second, not 4000") != std::string::npos);
-  CHECK(device.capabilities().rate <= 220);
+  CHECK(device.capabilities().rate < 400);  // by the round trip, which is shorter than the period
   DeviceState state;
   CHECK(is_good(device, state));
 }

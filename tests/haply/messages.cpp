@@ -65,7 +65,8 @@ TEST_CASE("Haply messages: a state gives position, velocity, rotation and button
   CHECK(reading.rotation.x() == within(-0.5, 1e-12));
   CHECK(reading.buttons == 5);
   // A wired handle has one button, and its device stands in another list.
-  const std::string wired = R"({"inverse3":[{)" + kArm + R"(}],"verse_grip":[{"device_id":"7","state":{"button":true,)" +
+  const std::string wired = R"({"inverse3":[{)" + kArm +
+                            R"(}],"verse_grip":[{"device_id":"7","state":{"button":true,)" +
                             R"("orientation":{"w":1,"x":0,"y":0,"z":0}}}]})";
   REQUIRE(parse_state(wired, inventory_of(wired), reading) == Trouble::kNone);
   CHECK(reading.buttons == 1);
