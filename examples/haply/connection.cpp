@@ -121,11 +121,10 @@ Connection::Event Connection::wait(Clock::time_point deadline) noexcept {
       socket_->in.consume(socket_->in.size());
       socket_->has_message = false;
     }
+    bool is_late = false;
     for (;;) {
       listen_to_bell();
       start_reading();
-      io_.restart();
-      io_.poll();
       if (socket_ != nullptr && socket_->is_closed) {
         close();
         return Event::kClosed;
@@ -135,8 +134,11 @@ Connection::Event Connection::wait(Clock::time_point deadline) noexcept {
         rung_ = false;
         return Event::kBell;
       }
-      if (Clock::now() >= deadline) return Event::kTimeout;
-      io_.run_one_until(deadline);
+      if (is_late) return Event::kTimeout;
+      io_.restart();
+      if (io_.run_one_until(deadline) > 0) continue;
+      io_.poll();  // after a deadline the other call looks at nothing
+      is_late = true;
     }
   } catch (...) {
     close();

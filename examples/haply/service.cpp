@@ -46,7 +46,11 @@ Clock::duration duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-Json xyz(const Vec3d& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
+void set(Json& xyz, const Vec3d& v) {
+  xyz["x"] = v.x();
+  xyz["y"] = v.y();
+  xyz["z"] = v.z();
+}
 
 }  // namespace
 
@@ -103,7 +107,7 @@ struct Service::Impl {
           ++seen.sessions;
         }
         advance();
-        send(s, state(true).dump());
+        send(s, inventory());
         read(s);
       });
     });
@@ -210,7 +214,7 @@ struct Service::Impl {
         return send_after(s, kLate);
       case Fault::kFlood:
         fault = Fault::kNone;  // once
-        for (int i = 0; i < kFlood; ++i) send(s, state(false).dump());
+        for (int i = 0; i < kFlood; ++i) send(s, state().dump());
         return;
       default:
         break;
@@ -220,7 +224,7 @@ struct Service::Impl {
       next_sample = due + 1 / options.rate;
       return send_after(s, due - now());
     }
-    send(s, faulty(state(false)));
+    send(s, faulty());
   }
 
   void send_after(const std::shared_ptr<Session>& s, double seconds) {
@@ -228,7 +232,7 @@ struct Service::Impl {
     timer->async_wait([this, s, timer](const Error& error) {
       if (error || s != session) return;
       advance();
-      send(s, faulty(state(false)));
+      send(s, faulty());
     });
   }
 
@@ -263,44 +267,61 @@ struct Service::Impl {
     seen.position = arm.position();
   }
 
-  [[nodiscard]] Json state(bool inventory) const {
+  /// The present state. Built once and then changed in place, which takes a tenth of the time.
+  const Json& state() {
     const trephine::Quatd q = arm.rotation();
     const std::uint32_t buttons = arm.buttons();
-    Json device{{"device_id", kDeviceId},
-                {"state",
-                 {{"cursor_position", xyz(arm.position())},
-                  {"cursor_velocity", xyz(arm.velocity())},
-                  {"current_cursor_force", xyz(applied)},
-                  {"control_mode", applied == Vec3d::Zero() ? "idle" : "force"}}},
-                {"status",
-                 {{"calibrated", fault != Fault::kNotReady},
-                  {"in_use", true},
-                  {"power_supply", true},
-                  {"ready", true},
-                  {"started", true}}}};
-    Json handle{{"device_id", kHandleId},
-                {"state",
-                 {{"orientation", {{"w", q.w()}, {"x", q.x()}, {"y", q.y()}, {"z", q.z()}}},
-                  {"buttons", {{"a", (buttons & 1U) != 0}, {"b", (buttons & 2U) != 0}, {"c", (buttons & 4U) != 0}}},
-                  {"battery_level", 0.9}}},
-                {"status", {{"connected", fault != Fault::kHandle}, {"awake", true}, {"ready", true}}}};
-    if (inventory) {
-      device["config"] = {{"type", "inverse3"}, {"handedness", "right"}, {"port", "simulated"}};
-      handle["config"] = {{"type", "wireless_verse_grip"}, {"port", "simulated"}};
-    }
-    Json all{
-        {"inverse3", Json::array({device})}, {"wireless_verse_grip", Json::array()}, {"verse_grip", Json::array()}};
-    if (options.handle) all["wireless_verse_grip"].push_back(handle);
-    if (!options.older) all["session_id"] = 1;
+    Json& device = all["inverse3"][0];
+    Json& of_arm = device["state"];
+    set(of_arm["cursor_position"], arm.position());
+    set(of_arm["cursor_velocity"], arm.velocity());
+    set(of_arm["current_cursor_force"], applied);
+    of_arm["control_mode"] = applied == Vec3d::Zero() ? "idle" : "force";
+    device["status"]["calibrated"] = fault != Fault::kNotReady;
+    if (!options.handle) return all;
+    Json& handle = all["wireless_verse_grip"][0];
+    Json& orientation = handle["state"]["orientation"];
+    set(orientation, q.vec());
+    orientation["w"] = q.w();
+    Json& pressed = handle["state"]["buttons"];
+    pressed["a"] = (buttons & 1U) != 0;
+    pressed["b"] = (buttons & 2U) != 0;
+    pressed["c"] = (buttons & 4U) != 0;
+    handle["status"]["connected"] = fault != Fault::kHandle;
     return all;
   }
 
+  /// The first message: the state, and what does not change.
+  std::string inventory() {
+    Json first = state();
+    first["inverse3"][0]["config"] = {{"type", "inverse3"}, {"handedness", "right"}, {"port", "simulated"}};
+    if (options.handle)
+      first["wireless_verse_grip"][0]["config"] = {{"type", "wireless_verse_grip"}, {"port", "simulated"}};
+    return first.dump();
+  }
+
+  [[nodiscard]] Json first_state() const {
+    Json built{{"inverse3", Json::array()}, {"wireless_verse_grip", Json::array()}, {"verse_grip", Json::array()}};
+    built["inverse3"].push_back(
+        {{"device_id", kDeviceId},
+         {"state", Json::object()},
+         {"status", {{"in_use", true}, {"power_supply", true}, {"ready", true}, {"started", true}}}});
+    if (options.handle)
+      built["wireless_verse_grip"].push_back({{"device_id", kHandleId},
+                                              {"state", {{"battery_level", 0.9}}},
+                                              {"status", {{"awake", true}, {"ready", true}}}});
+    if (!options.older) built["session_id"] = 1;
+    return built;
+  }
+
   /// The message of a state, as the present fault wants it.
-  std::string faulty(Json all) {
-    Json& position = all["inverse3"][0]["state"]["cursor_position"];
+  std::string faulty() {
+    if (fault == Fault::kNone) return state().dump();
+    Json wrong = state();
+    Json& position = wrong["inverse3"][0]["state"]["cursor_position"];
     switch (fault) {
       case Fault::kFrozen:
-        if (frozen.empty()) frozen = all.dump();
+        if (frozen.empty()) frozen = wrong.dump();
         return frozen;
       case Fault::kNan:
         position["z"] = std::nan("");
@@ -312,18 +333,18 @@ struct Service::Impl {
         position["x"] = 100.0;
         break;
       case Fault::kUnplugged:
-        all["inverse3"] = Json::array();
+        wrong["inverse3"] = Json::array();
         break;
       case Fault::kGarbage:
-        return all.dump().substr(0, 200);
+        return wrong.dump().substr(0, 200);
       case Fault::kShape:
-        return Json({{"inverse3", {{kDeviceId, all["inverse3"][0]}}}}).dump();
+        return Json({{"inverse3", {{kDeviceId, wrong["inverse3"][0]}}}}).dump();
       case Fault::kHuge:
-        return std::string(1 << 20, ' ') + all.dump();
+        return std::string(1 << 20, ' ') + wrong.dump();
       default:
         break;
     }
-    return all.dump();
+    return wrong.dump();
   }
 
   [[nodiscard]] double now() const { return std::chrono::duration<double>(Clock::now() - began).count(); }
@@ -336,6 +357,7 @@ struct Service::Impl {
   std::unique_ptr<tcp::acceptor> acceptor;
   std::shared_ptr<Session> session;
   SimulatedArm arm;
+  Json all = first_state();
   Vec3d applied = Vec3d::Zero();
   double applied_at = 0, first_message = -1, next_sample = 0;
   std::uint64_t skipped = 0;  // steps that a long pause left out
