@@ -41,6 +41,7 @@ constexpr double kForceLasts = 0.02;     // [s] a command is for one tick and th
 constexpr std::uint64_t kCatchUp = 400;  // steps at once after a pause
 constexpr double kLate = 0.02;           // [s]
 constexpr int kFlood = 100;
+constexpr std::size_t kUnread = 1000;  // states at most that wait for the client to read
 
 Clock::duration duration(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -241,6 +242,7 @@ struct Service::Impl {
       const std::lock_guard lock(mutex);
       ++seen.states;
     }
+    if (s->out.size() > kUnread) return end(s);  // the client asks and does not read
     s->out.push_back(std::move(text));
     if (s->out.size() == 1) write(s);
   }
