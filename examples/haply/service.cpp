@@ -199,7 +199,10 @@ struct Service::Impl {
   void answer(const std::shared_ptr<Session>& s) {
     if (fault != Fault::kNone) {
       const std::lock_guard lock(mutex);
-      if (!seen.fault_at) seen.fault_at = now();
+      if (!seen.fault_at) {
+        seen.fault_at = now();
+        if (seen.force == Vec3d::Zero()) seen.quiet_at = seen.fault_at;
+      }
     }
     switch (fault) {
       case Fault::kSilent:
