@@ -10,6 +10,7 @@
 
 #include "support/near.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -119,6 +120,54 @@ TEST_CASE("bricks that changed, made anew, join those that did not") {
     CHECK(before - now.volume_mm3 == near(removed, 0.05));
   }
   CHECK(removed > 280);  // a hole of 5 mm diameter and 13 mm deep
+}
+
+TEST_CASE("normals are unit, out of the bone, and the same in every brick that has the vertex") {
+  // A ball in millimetres, in voxels as long as a CT's slices are apart.
+  const Vec3d spacing(0.5_mm, 0.7_mm, 1.1_mm), centre(10_mm, 10.2_mm, 9.8_mm);
+  const std::array<int, 3> size{41, 30, 19};
+  std::vector<float> voxels;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i)
+        voxels.push_back(
+            static_cast<float>(kIsovalue + 4e4 * (7_mm - (spacing.cwiseProduct(Vec3d(i, j, k)) - centre).norm())));
+  const VoxelGrid<float> bone({.size = size, .spacing = spacing}, voxels);
+  GridReader<float> reader(bone);
+  std::map<Point, Point> known;
+  int shared = 0, differ = 0;
+  double least = 1;
+  reader.poll([&](std::size_t b) {
+    std::vector<Point> normals{{7, 7, 7}};  // of another brick
+    const Mesh part = brick_mesh(reader, b, kIsovalue, &normals);
+    CHECK(part == brick_mesh(reader, b, kIsovalue));
+    REQUIRE(normals.size() == part.vertices.size());
+    for (std::size_t v = 0; v < normals.size(); ++v) {
+      const Vec3d n(normals[v][0], normals[v][1], normals[v][2]);
+      CHECK(n.norm() == near(1, 1e-6));
+      const Point& p = part.vertices[v];
+      least = std::min(least, n.dot((Vec3d(p[0], p[1], p[2]) - centre).normalized()));
+      const auto [at, fresh] = known.try_emplace(p, normals[v]);
+      if (!fresh) ++shared;
+      if (at->second != normals[v]) ++differ;
+    }
+  });
+  CHECK(shared > 300);
+  CHECK(differ == 0);
+  // The cell's middle is half its diagonal of 1.4 mm from the vertex at most, a tenth of the radius: 0.1 rad.
+  CHECK(least > std::cos(0.1));
+
+  // Where densities fall nowhere there is a direction, too: a saddle of four corners.
+  std::vector<float> saddle(8, 0);
+  saddle[0] = saddle[3] = saddle[5] = saddle[6] = 200;
+  const VoxelGrid<float> corners({.size = {2, 2, 2}, .spacing = {1_mm, 1_mm, 1_mm}, .outside = 0}, saddle);
+  GridReader<float> one(corners);
+  std::vector<Point> normals;
+  const Mesh part = brick_mesh(one, 0, kIsovalue, &normals);
+  int up = 0;
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    if (part.vertices[v] == Point{0.5e-3F, 0.5e-3F, 0.5e-3F}) up += normals[v] == Point{0, 0, 1};
+  CHECK(up == 1);
 }
 
 TEST_CASE("a whole bone's mesh shares its vertices, and files hold it in millimetres") {

@@ -108,7 +108,8 @@ class AnyReader : public Interface {
   virtual std::size_t poll(Visit visit, void* context) = 0;
   virtual void copy_brick(std::size_t brick, const VoxelBuffer& out) const = 0;
   [[nodiscard]] virtual std::array<double, 2> brick_range(std::size_t brick) const = 0;
-  [[nodiscard]] virtual Mesh mesh(std::size_t brick, double isovalue) const = 0;
+  [[nodiscard]] virtual Mesh mesh(std::size_t brick, double isovalue,
+                                  std::vector<std::array<float, 3>>* normals) const = 0;
 };
 
 class AnyBone : public Interface {

@@ -222,10 +222,10 @@ class ReaderOf final : public AnyReader {
     const DensityRange<Density> range = reader_.brick_range(brick);
     return {static_cast<double>(range.min), static_cast<double>(range.max)};
   }
-  Mesh mesh(std::size_t brick, double isovalue) const override {
+  Mesh mesh(std::size_t brick, double isovalue, std::vector<std::array<float, 3>>* normals) const override {
     check_brick(brick, reader_.brick_count());
     check_isovalue(isovalue);
-    return brick_mesh(reader_, brick, isovalue);
+    return brick_mesh(reader_, brick, isovalue, normals);
   }
 
  private:

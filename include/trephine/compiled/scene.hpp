@@ -106,9 +106,12 @@ class BoneReader {
   /// Least and greatest density of a brick and its halo: the isosurface is elsewhere where the isovalue is outside.
   /// Throws std::invalid_argument for a brick that is none.
   [[nodiscard]] std::array<double, 2> brick_range(std::size_t brick) const { return reader_->brick_range(brick); }
-  /// A brick's share of the surface; see `brick_mesh`. Throws std::invalid_argument for a brick that is none and an
-  /// isovalue that is not finite.
-  [[nodiscard]] Mesh mesh(std::size_t brick, double isovalue) const { return reader_->mesh(brick, isovalue); }
+  /// A brick's share of the surface, and its normals; see `brick_mesh`. Throws std::invalid_argument for a brick that
+  /// is none and an isovalue that is not finite.
+  [[nodiscard]] Mesh mesh(std::size_t brick, double isovalue,
+                          std::vector<std::array<float, 3>>* normals = nullptr) const {
+    return reader_->mesh(brick, isovalue, normals);
+  }
 
  private:
   std::shared_ptr<const AnyBone> bone_;

@@ -21,12 +21,17 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Surface nets (S. Gibson, Constrained elastic surface nets, MICCAI 1998): a vertex in each cell of eight voxels that
 /// the surface passes, at the mean of its crossings with the cell's edges, and a quad round each edge that it crosses.
 /// An edge belongs to the brick of its first voxel, and vertices of neighbours are found again from the halo.
+///
+/// Puts a unit normal out of the bone for each vertex in `normals`, unless it is null: against the gradient at the
+/// middle of the vertex's cell, so bricks agree on it bit by bit; +z where the gradient is zero.
 template <VoxelDensity Density>
-[[nodiscard]] Mesh brick_mesh(const GridReader<Density>& bone, std::size_t brick, double isovalue) {
+[[nodiscard]] Mesh brick_mesh(const GridReader<Density>& bone, std::size_t brick, double isovalue,
+                              std::vector<std::array<float, 3>>* normals = nullptr) {
   constexpr int kSide = GridReader<Density>::kHaloed;
   constexpr int kCells = kSide - 1;
   std::array<Density, std::size_t{kSide} * kSide * kSide> voxels;
   Mesh out;
+  if (normals != nullptr) normals->clear();
   const auto range = bone.copy_brick(brick, voxels);
   if (range.max < isovalue || range.min >= isovalue) return out;
 
@@ -40,13 +45,14 @@ template <VoxelDensity Density>
   };
   // Cells and voxels are counted from the halo's corner; the brick's own first voxel is (1, 1, 1).
   const auto vertex = [&](const std::array<int, 3>& cell) {
-    Vec3d sum = Vec3d::Zero();
+    Vec3d sum = Vec3d::Zero(), fall = Vec3d::Zero();
     int crossings = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (int edge = 0; edge < 4; ++edge) {
         const auto a = to(to(cell, (axis + 1) % 3, edge & 1), (axis + 2) % 3, edge >> 1);
         const double from = value(a);
         const double end = value(to(a, axis, 1));
+        fall[static_cast<int>(axis)] += from - end;
         if ((from >= 0) == (end >= 0)) continue;
         Vec3d p(a[0], a[1], a[2]);
         p[static_cast<int>(axis)] += from / (from - end);
@@ -56,6 +62,10 @@ template <VoxelDensity Density>
     // From the grid's own indices on, so that two bricks that share a cell find the same bits.
     const Vec3d first(8 * at[0] - 1, 8 * at[1] - 1, 8 * at[2] - 1);
     const Vec3d p_G = bone.spacing().cwiseProduct(first + sum / crossings);
+    if (normals != nullptr) {
+      const Vec3d n = fall.isZero(0) ? Vec3d::UnitZ() : Vec3d(fall.cwiseQuotient(bone.spacing()).stableNormalized());
+      normals->push_back({static_cast<float>(n.x()), static_cast<float>(n.y()), static_cast<float>(n.z())});
+    }
     return p_G.cast<float>().eval();
   };
 
