@@ -2,6 +2,7 @@
 #include "trephine_c.h"
 
 #include "guard.hpp"
+#include "handles.hpp"
 
 #include <trephine/compiled/scene.hpp>
 #include <trephine/compiled/structures.hpp>
@@ -20,44 +21,6 @@
 
 using namespace trephine;
 using namespace trephine_c;
-
-struct trephine_grid {
-  compiled::Bone bone;
-};
-
-struct trephine_scene {
-  compiled::Scene scene;
-  double removed_mm3 = 0;
-};
-
-struct trephine_reader {
-  explicit trephine_reader(const compiled::Bone& of) : bone(of), reader(of) { pending.reserve(brick_count()); }
-  [[nodiscard]] std::size_t brick_count() const noexcept {
-    const auto& [x, y, z] = bone.bricks();
-    return static_cast<std::size_t>(x) * static_cast<std::size_t>(y) * static_cast<std::size_t>(z);
-  }
-
-  compiled::Bone bone;
-  compiled::BoneReader reader;
-  std::vector<std::int32_t> pending;  // named by a poll and not yet by a caller's list; taken from its end
-};
-
-struct trephine_structures {
-  compiled::Structures distances;
-  std::vector<ProtectedStructure> each;
-  std::vector<std::string> names;
-  ProtectionOptions options{};
-
-  /// Throws std::invalid_argument for a number that is none.
-  [[nodiscard]] std::size_t index(const char* function, std::int32_t structure) const {
-    require(structure >= 0 && structure < distances.count(), function, ": no structure ", structure);
-    return static_cast<std::size_t>(structure);
-  }
-};
-
-struct trephine_protection {
-  compiled::Protection protection;
-};
 
 namespace {
 

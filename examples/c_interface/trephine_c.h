@@ -6,7 +6,7 @@
  *
  * Units are SI throughout: m, s, N, N m. Frames: W the world, G the grid (origin: the centre of voxel (0,0,0)), T the
  * tool (origin: the burr's centre; +z along the shaft toward the handle). A pose X_WT maps coordinates of T to W. Axes
- * are right-handed: Unity's and Unreal's must be converted.
+ * are right-handed; Unity's and Unreal's are not, so poses, forces and torques are mirrored (trephine_mirror_pose).
  *
  * Errors: functions return a trephine_result; trephine_last_error() then tells in one line what was wrong, in the
  * calling thread. A function that fails changes nothing and leaves its outputs alone, unless it says otherwise.
@@ -163,7 +163,7 @@ enum {
   TREPHINE_STATUS_OK = 0,
   TREPHINE_STATUS_WORK_BOUND = 1,     /* a search was cut short and goes on at the next tick */
   TREPHINE_STATUS_STARTED_INSIDE = 2, /* the tool appeared in bone. Surface's force comes at once, here and at a jump:
-                                         bring it back by a ramp of your own. The others' rises by a slope */
+                                         bring it back by a trephine_ramp. The others' rises by a slope */
   TREPHINE_STATUS_JUMP = 3,           /* tool or bone moved farther in a tick than a hand can; nothing was milled */
   TREPHINE_STATUS_BAD_INPUT = 4,      /* pose not finite, no rotation or absurdly far: zero wrench, nothing milled */
   TREPHINE_STATUS_NON_FINITE = 5,     /* a law overflowed: zero wrench, contact starts anew */
@@ -350,6 +350,55 @@ TREPHINE_C_API trephine_result trephine_reader_changed(trephine_reader* reader, 
  * voxel (0,0,0) of the copy is voxel 8 * (brick's x, y, z) - 1 of the grid. */
 TREPHINE_C_API trephine_result trephine_reader_copy(const trephine_reader* reader, int32_t brick, void* voxels,
                                                     size_t bytes) TREPHINE_C_NOEXCEPT;
+
+/* ---- The surface of the bone, for a renderer ----------------------------------------------------------------------
+ */
+
+enum {
+  TREPHINE_MESH_MIRRORED = 1, /* z is negated, for left-handed axes. Alone: as Unreal draws, with 100 units a metre */
+  TREPHINE_MESH_CLOCKWISE = 2 /* seen from outside; else triangles are counter-clockwise. Both flags: as Unity draws */
+};
+
+/* Makes brick b's share of the surface where densities reach `isovalue`, and tells how many vertices and indices it has:
+ * none where no surface passes. The reader keeps it until the next call, whatever the haptic thread drills. Bricks that
+ * share a vertex give it and its normal the same bits, so no crack shows once all changed bricks are made anew. Takes
+ * memory, and some tens of microseconds. */
+TREPHINE_C_API trephine_result trephine_reader_mesh(trephine_reader* reader, int32_t brick, double isovalue,
+                                                    int32_t flags, size_t* vertices,
+                                                    size_t* indices) TREPHINE_C_NOEXCEPT;
+/* Copies what trephine_reader_mesh made: x, y, z of each vertex [m] and of its unit normal out of the bone (null: no
+ * normals), and three indices a triangle. Refused where there is room for fewer vertices or indices. They are in G,
+ * because then a bone that moves needs no new mesh: draw it at X_WG, mirrored likewise. */
+TREPHINE_C_API trephine_result trephine_reader_copy_mesh(const trephine_reader* reader, float* positions,
+                                                         float* normals, size_t vertex_room, uint32_t* indices,
+                                                         size_t index_room) TREPHINE_C_NOEXCEPT;
+
+/* ---- What a loop multiplies force and torque by before they go to a device ----------------------------------------
+ */
+
+typedef struct trephine_ramp trephine_ramp;
+
+/* Rises from 0 to 1 in `duration` [s]; 0.1 is usual. */
+TREPHINE_C_API trephine_result trephine_ramp_create(double duration, trephine_ramp** ramp) TREPHINE_C_NOEXCEPT;
+/* Null is ignored. */
+TREPHINE_C_API void trephine_ramp_destroy(trephine_ramp* ramp) TREPHINE_C_NOEXCEPT;
+/* The factor for a tick's wrench, from its status and the measured time since the last tick [s]. It is 0 at first, and
+ * anew after a stall of over 20 ms, bad input, or a jump or a start in bone where the scene's own wrench would step.
+ * Haptic thread, once after each tick; takes no memory, unless it fails. */
+TREPHINE_C_API trephine_result trephine_ramp_step(trephine_ramp* ramp, const trephine_scene* scene, int32_t status,
+                                                  double dt, double* factor) TREPHINE_C_NOEXCEPT;
+/* The next factor is 0, and rises from there: for a device that tripped, or whatever else let go of the hand. */
+TREPHINE_C_API trephine_result trephine_ramp_restart(trephine_ramp* ramp) TREPHINE_C_NOEXCEPT;
+
+/* ---- Left-handed axes ---------------------------------------------------------------------------------------------
+ * Mirrors z. Each is its own inverse, and may write over what it reads: from W to the host's axes and back. A tool whose
+ * shaft is along +z in T has it along -z there. No unit changes: Unreal's lengths are centimetres. */
+
+TREPHINE_C_API trephine_result trephine_mirror_pose(const trephine_pose* from, trephine_pose* to) TREPHINE_C_NOEXCEPT;
+/* Forces, positions and velocities. */
+TREPHINE_C_API trephine_result trephine_mirror_force(const double from[3], double to[3]) TREPHINE_C_NOEXCEPT;
+/* Torques and angular velocities. */
+TREPHINE_C_API trephine_result trephine_mirror_torque(const double from[3], double to[3]) TREPHINE_C_NOEXCEPT;
 
 #ifdef __cplusplus
 }

@@ -1,30 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* The C interface as a C11 program sees it: drills with each algorithm, follows the changed bricks, and tries what
  * must be refused. Ends with 0 when all is as it should be. */
-#include "trephine_c.h"
+#include "check.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-
-static int failures = 0;
-
-#define CHECK(condition)                                      \
-  do {                                                        \
-    if (!(condition)) {                                       \
-      printf("c_interface.c:%d: %s\n", __LINE__, #condition); \
-      printf("  last error: %s\n", trephine_last_error());    \
-      ++failures;                                             \
-    }                                                         \
-  } while (0)
-
-/* The code, and a word of its message. */
-#define CHECK_REFUSED(call, code, word)                 \
-  do {                                                  \
-    CHECK((call) == (code));                            \
-    CHECK(strstr(trephine_last_error(), word) != NULL); \
-  } while (0)
 
 enum { kSide = 40, kVoxels = kSide * kSide * kSide, kHaloed = TREPHINE_HALOED * TREPHINE_HALOED * TREPHINE_HALOED };
 static const double kSpacing = 0.5e-3;
@@ -740,6 +720,7 @@ int main(void) {
   refuse_grids();
   refuse_scenes();
   turn();
+  failures += for_engines();
   if (failures == 0) printf("the C interface works\n");
   return failures == 0 ? 0 : 1;
 }
