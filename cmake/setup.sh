@@ -39,6 +39,7 @@ about() {
     chromium) package=chromium; test_of="has_command chromium"; without="the tests of reports in a browser" ;;
     emscripten) package=emscripten; test_of="has_command emcc"; without="the page and its tests" ;;
     npm) package=npm; test_of=has_node; without="the page and its tests" ;;
+    mono) package=mono-mcs; test_of="has_command mcs"; without="the C# binding's program and tests" ;;
     pkg-config) package=pkg-config; test_of="has_command pkg-config"; without="the test of the pkg-config file" ;;
     spnav) package=libspnav-dev; test_of="has_header spnav.h"; without="the 6-DOF mouse's program and tests" ;;
     xlib) package=libx11-dev; test_of="has_header X11/Xlib.h"; without="the 6-DOF mouse's program and tests (spnav.h includes Xlib.h)" ;;

@@ -228,6 +228,27 @@ static class Tests
         }
     }
 
+    // A thread that seldom looks has not seen the silence yet: whoever asks judges it by the clock.
+    static void SeenByTheAsker()
+    {
+        using (BoneGrid grid = MakeGrid())
+        using (DrillScene scene = MakeScene(grid))
+        using (var haptics = new HapticThread(scene, false, 100, 0.0105))
+        {
+            haptics.Start();
+            RigidPose X_WT;
+            Press(haptics, out X_WT);
+            for (int round = 0; round < 10; ++round)
+            {
+                Until(haptics, X_WT, r => r.force.z > 0.35, "bone is felt");
+                Stopwatch clock = Stopwatch.StartNew();
+                while (clock.Elapsed.TotalSeconds < 0.011) Thread.Sleep(0);
+                HapticState s = round % 2 == 0 ? haptics.Read() : haptics.Exchange(X_WT, false);
+                Check(!s.live && s.force.Length == 0, "zero in round " + round);
+            }
+        }
+    }
+
     static void Faults()
     {
         using (BoneGrid grid = MakeGrid())
@@ -248,6 +269,7 @@ static class Tests
         Defaults();
         Handles();
         Silence();
+        SeenByTheAsker();
         Faults();
         Console.WriteLine(failures == 0 ? "the binding works" : failures + " checks failed");
         return failures == 0 ? 0 : 1;
