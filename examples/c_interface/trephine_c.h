@@ -359,10 +359,10 @@ enum {
   TREPHINE_MESH_CLOCKWISE = 2 /* seen from outside; else triangles are counter-clockwise. Both flags: as Unity draws */
 };
 
-/* Makes brick b's share of the surface where densities reach `isovalue`, and tells how many vertices and indices it has:
- * none where no surface passes. The reader keeps it until the next call, whatever the haptic thread drills. Bricks that
- * share a vertex give it and its normal the same bits, so no crack shows once all changed bricks are made anew. Takes
- * memory, and some tens of microseconds. */
+/* Makes brick b's share of the surface where densities reach `isovalue`, and tells how many vertices and indices it
+ * has: none where no surface passes. The reader keeps it until the next call, whatever the haptic thread drills. Bricks
+ * that share a vertex give it and its normal the same bits, so no crack shows once all changed bricks are made anew.
+ * Takes memory, and some tens of microseconds. */
 TREPHINE_C_API trephine_result trephine_reader_mesh(trephine_reader* reader, int32_t brick, double isovalue,
                                                     int32_t flags, size_t* vertices,
                                                     size_t* indices) TREPHINE_C_NOEXCEPT;
@@ -383,16 +383,16 @@ TREPHINE_C_API trephine_result trephine_ramp_create(double duration, trephine_ra
 /* Null is ignored. */
 TREPHINE_C_API void trephine_ramp_destroy(trephine_ramp* ramp) TREPHINE_C_NOEXCEPT;
 /* The factor for a tick's wrench, from its status and the measured time since the last tick [s]. It is 0 at first, and
- * anew after a stall of over 20 ms, bad input, or a jump or a start in bone where the scene's own wrench would step.
- * Haptic thread, once after each tick; takes no memory, unless it fails. */
+ * again at a stall of over 20 ms, at each status from TREPHINE_STATUS_BAD_INPUT on, and at a jump or a start in bone
+ * where the scene lets its wrench step. Haptic thread, once after each tick; takes no memory, unless it fails. */
 TREPHINE_C_API trephine_result trephine_ramp_step(trephine_ramp* ramp, const trephine_scene* scene, int32_t status,
                                                   double dt, double* factor) TREPHINE_C_NOEXCEPT;
 /* The next factor is 0, and rises from there: for a device that tripped, or whatever else let go of the hand. */
 TREPHINE_C_API trephine_result trephine_ramp_restart(trephine_ramp* ramp) TREPHINE_C_NOEXCEPT;
 
 /* ---- Left-handed axes ---------------------------------------------------------------------------------------------
- * Mirrors z. Each is its own inverse, and may write over what it reads: from W to the host's axes and back. A tool whose
- * shaft is along +z in T has it along -z there. No unit changes: Unreal's lengths are centimetres. */
+ * Mirrors z. Each is its own inverse, and may write over what it reads: from W to the host's axes and back. A tool's
+ * shaft, along +z in T, is along -z there. No unit changes: Unreal's lengths are centimetres. */
 
 TREPHINE_C_API trephine_result trephine_mirror_pose(const trephine_pose* from, trephine_pose* to) TREPHINE_C_NOEXCEPT;
 /* Forces, positions and velocities. */

@@ -233,7 +233,7 @@ static class Tests
     {
         using (BoneGrid grid = MakeGrid())
         using (DrillScene scene = MakeScene(grid))
-        using (var haptics = new HapticThread(scene, false, 100, 0.0105))
+        using (var haptics = new HapticThread(scene, false, 100, 0.0105, 0.02))
         {
             haptics.Start();
             RigidPose X_WT;
