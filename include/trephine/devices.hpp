@@ -6,6 +6,7 @@
 #include <trephine/device/replay.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/device/two_hands.hpp>
 #include <trephine/session/recorder.hpp>
 #include <trephine/session/recording_file.hpp>
 #include <trephine/stage/first_order_filter.hpp>

@@ -94,6 +94,30 @@ class ServoLoop {
     return run(std::numeric_limits<double>::infinity(), condition, observer);
   }
 
+  /// A run whose periods another loop keeps, for two hands in one thread (`TwoHands`): `begin`, then `step` once a
+  /// period until it returns false, then `finish`, which sends the closing zero and reports. Polled devices only; as
+  /// `run_until` in all else. `finish` throws what the observer threw.
+  void begin() noexcept
+    requires(!SelfPacedDevice<Device>)
+  {
+    begin_run(std::numeric_limits<double>::infinity());
+    run_.report.priority = "the thread of another loop";
+  }
+  template <std::invocable<const TickRecord&> Observer = NoObserver>
+  bool step(Observer&& observer = {}) noexcept
+    requires(!SelfPacedDevice<Device>)
+  {
+    const auto never = [](const TickRecord&) { return false; };
+    if (!is_over()) step_once(never, observer);
+    return !run_.is_ending;
+  }
+  RunReport finish()
+    requires(!SelfPacedDevice<Device>)
+  {
+    send_closing_zero();
+    return finish_report();
+  }
+
   /// Ends the present run before its next tick; without a present run, the next run ends at once. Any thread,
   /// wait-free.
   void stop() noexcept { stop_requested_.store(true, std::memory_order_release); }
@@ -124,14 +148,18 @@ class ServoLoop {
     const char* reason = "";
   };
 
-  template <class Condition, class Observer>
-  RunReport run(double duration, Condition& condition, Observer& observer) {
+  void begin_run(double duration) noexcept {
     run_ = Run{};
     run_.duration = duration;
     ramp_.restart();
     run_.report.ramps = 1;
     if (duration < 0.5 * period_) end(RunEnd::kFinished, "the duration is over");
     run_.start = run_.last_reading = ServoClock::now();
+  }
+
+  template <class Condition, class Observer>
+  RunReport run(double duration, Condition& condition, Observer& observer) {
+    begin_run(duration);
     if constexpr (SelfPacedDevice<Device>) {
       run_self_paced(condition, observer);
     } else if constexpr (PacingPolicy::kRealTime) {
@@ -140,7 +168,7 @@ class ServoLoop {
       run_polled(condition, observer);
     } else {
       run_.report.priority = "simulated time, no real-time priority requested";
-      while (!is_over()) step(condition, observer);
+      while (!is_over()) step_once(condition, observer);
       send_closing_zero();
     }
     return finish_report();
@@ -155,7 +183,7 @@ class ServoLoop {
       pacing_.wait_until(due);
       if (is_over()) break;  // `stop()` was called during the wait
       run_.lateness.add(seconds(ServoClock::now() - due));
-      step(condition, observer);
+      step_once(condition, observer);
       due += period;
       const ServoClock::duration behind = ServoClock::now() - due;
       if (behind < ServoClock::duration::zero()) continue;
@@ -222,7 +250,7 @@ class ServoLoop {
     }
     calls_.fetch_add(1, std::memory_order_relaxed);
     if (!is_over()) {
-      step(condition, observer);
+      step_once(condition, observer);
       return true;  // the closing zero is sent by a call of its own
     }
     send_closing_zero();
@@ -239,7 +267,7 @@ class ServoLoop {
   /// Runs one tick with observer and condition. Every failure sets `run_.is_ending`; the caller then sends the closing
   /// zero.
   template <class Condition, class Observer>
-  void step(Condition& condition, Observer& observer) noexcept {
+  void step_once(Condition& condition, Observer& observer) noexcept {
     const auto tick_and_observe = [&] {
       tick();
       if (run_.record.read_status == DeviceStatus::kFault)
