@@ -15,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -57,6 +58,28 @@ TEST_CASE("servo loop: reads, ticks and writes once a tick, and closes with zero
   std::ostringstream text;
   text << report;
   CHECK(text.str().find("finished: the duration is over\n  250 ticks") == 0);
+}
+
+TEST_CASE("servo loop: a handle that leaps farther than a hand moves gets zero and a ramp") {
+  for (const double leap : {9.9e-3, 10.1e-3}) {  // a hand's 5 m/s in a millisecond, and 5 mm
+    ScriptedDevice device([leap](int n) {
+      Moment moment;
+      moment.X_DH.translation().x() = n < 150 ? 0 : leap;
+      return moment;
+    });
+    ScriptedScene scene;  // one wrench, whatever the pose
+    auto loop = simulated(device, scene);
+    std::vector<double> forces;
+    const RunReport report = loop.run_for(400ms, [&](const TickRecord& t) { forces.push_back(t.sent.force.norm()); });
+    const bool is_leap = leap > 10e-3;
+    CHECK(report.leaps == (is_leap ? 1 : 0));
+    CHECK(report.ramps == (is_leap ? 2 : 1));
+    CHECK((forces[150] == 0) == is_leap);
+    CHECK(forces[149] > 3);
+    CHECK(forces[200] > (is_leap ? 1 : 3));
+    CHECK((forces[200] < 2.5) == is_leap);
+    CHECK(forces[399] > 3);
+  }
 }
 
 TEST_CASE("servo loop: duration, rate and condition") {

@@ -43,6 +43,7 @@ struct RunReport {
   TimeSummary lateness;  ///< delay of wake-ups; for a self-paced device, delay of its calls
   std::uint64_t missed_deadlines = 0;  ///< periods that started while an earlier tick was due or running
   std::uint64_t stalls = 0;            ///< intervals longer than the stall time
+  std::uint64_t leaps = 0;             ///< readings farther from the last one than a hand moves
   std::uint64_t safety_trips = 0;      ///< ticks in which the device reported one
   std::uint64_t ramps = 0;             ///< restarts of the ramp from zero, the start included
   std::uint64_t limited = 0;           ///< wrenches shortened to the device's range
@@ -57,7 +58,7 @@ inline std::ostream& operator<<(std::ostream& out, const RunReport& r) {
   out << to_string(r.end) << ": " << r.reason << (r.zeroed ? "" : " (the device did not take the closing zero)")
       << '\n';
   out << "  " << r.ticks << " ticks in " << r.wall_time << " s, " << r.missed_deadlines << " missed deadlines, "
-      << r.stalls << " stalls, " << r.safety_trips << " safety trips, " << r.ramps << " ramps, " << r.limited
+      << r.stalls << " stalls, " << r.leaps << " leaps, " << r.safety_trips << " safety trips, " << r.ramps << " ramps, " << r.limited
       << " limited\n";
   line("tick time", r.tick_time);
   line("CPU time", r.cpu_time);

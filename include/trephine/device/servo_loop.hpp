@@ -33,7 +33,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Protection of the hand:
 /// - The wrench rises over a ramp of `options.ramp` seconds after the start. It also does so after a status that
 ///   requires it (`needs_ramp`; none of a jump where the scene bounds its wrench), a safety trip of the device, a
-///   non-finite wrench, or a stall of the loop. The tick that starts a ramp sends zero.
+///   non-finite wrench, a stall of the loop, or a reading that no hand can have moved to (`kHandSpeed`). The tick that
+///   starts a ramp sends zero.
 /// - While the device reports safety trips, the loop sends zero and the scene continues to tick.
 /// - A fault of the device ends the run. Every run ends with a read and a zero wrench, in a self-paced device's last
 ///   call. Exceptions of the observer, the condition or the simulated device end the run in the same way. The loop
@@ -57,6 +58,9 @@ class ServoLoop {
                 "NoPacing is for simulated devices, whose time the loop advances: real ones need a pacing policy");
 
  public:
+  static constexpr double kHandSpeed = 5;     ///< [m/s] twice what a hand reaches in a free swing
+  static constexpr double kHandStep = 0.005;  ///< [m] more, for noise and for intervals that the clock blurs
+
   /// Throws std::invalid_argument if an option is out of range.
   ServoLoop(Device& device, Scene& scene, const Registration& registration, const ServoOptions& options = {},
             PacingPolicy pacing = {})
@@ -142,6 +146,7 @@ class ServoLoop {
     TimeHistogram tick_time, cpu_time, lateness;
     TimePoint start, last_reading;
     std::optional<double> last_device_time;
+    Vec3d last_p_DH = Vec3d::Zero();
     std::exception_ptr thrown;
     bool is_ending = false;
     bool tripped = false;  // the last write reported a safety trip
@@ -322,13 +327,15 @@ class ServoLoop {
   Wrenchd hand_wrench(double interval) noexcept {
     TickRecord& record = run_.record;
     const bool stalled = interval > options_.stall_time;
+    const bool leapt = leaps(record.state.X_DH.translation(), interval);
     const bool tripped = run_.tripped || record.read_status == DeviceStatus::kSafetyTrip;
     Wrenchd wrench = registration_.device_wrench(record.result.wrench, record.state.X_DH);
     const bool finite = is_finite(wrench);
     if (stalled) ++run_.report.stalls;
+    if (leapt) ++run_.report.leaps;
     if (tripped) ++run_.report.safety_trips;
     if (limit_to(capabilities_, wrench)) ++run_.report.limited;
-    if (stalled || tripped || !finite || needs_ramp(std::as_const(scene_), record.result)) {
+    if (stalled || leapt || tripped || !finite || needs_ramp(std::as_const(scene_), record.result)) {
       if (ramp_.restart()) ++run_.report.ramps;
     } else if (record.index > 0) {
       ramp_.advance(record.dt);
@@ -337,6 +344,13 @@ class ServoLoop {
     if (!finite || !(record.ramp > 0)) return Wrenchd::zero();
     wrench *= record.ramp;  // after the limits, so that a limited wrench rises as slowly as any other
     return wrench;
+  }
+
+  /// True if the handle is farther from its last place than a hand moves it: the device's readings cannot be believed.
+  bool leaps(const Vec3d& p_DH, double interval) noexcept {
+    const double way = (p_DH - run_.last_p_DH).norm();
+    run_.last_p_DH = p_DH;
+    return run_.record.index > 0 && !(way <= kHandStep + kHandSpeed * interval);
   }
 
   void send(const Wrenchd& wrench) noexcept {
