@@ -11,7 +11,7 @@ std::string set_up_devices() {
   // Down from the middle of the workspace to 4 mm below the bone's top and up again, with the spindle on.
   const auto hand = [](double time) {
     const double z = -0.007 * (1 - std::cos(time));
-    return trephine::HandTarget(trephine::Posed(Eigen::Translation3d(0, 0, z)), 1U | dhd_standin::kGrip);
+    return trephine::HandTarget(trephine::Posed(Eigen::Translation3d(0, 0, z)), 1U);
   };
   std::vector<dhd_standin::Model> models;
   for (const std::string& name : dhd_standin::model_names()) {

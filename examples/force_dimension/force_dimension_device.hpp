@@ -249,6 +249,7 @@ class Device {
     if (!faulted_) fault_.store(code, std::memory_order_relaxed);
     faulted_ = true;
     may_force_ = false;
+    ticks_since_look_ = kStatusEvery;  // the next tick looks
     return trephine::DeviceStatus::kFault;
   }
 

@@ -155,9 +155,7 @@ int dhdGetLinearVelocity(double* vx, double* vy, double* vz, char ID) {
 int dhdGetGripperAngleRad(double* a, char ID) {
   return with(ID, -1, [a](Plugged& d) {
     if (!d.model.gripper) return fail(DHD_ERROR_NOT_AVAILABLE);
-    trephine::DeviceState state;
-    (void)d.mechanics.read(state);
-    *a = (state.buttons & kGrip) != 0 ? 0 : d.model.left ? -kOpenAngle : kOpenAngle;
+    *a = d.model.left ? -d.gripper_angle : d.gripper_angle;
     return 0;
   });
 }
@@ -166,7 +164,7 @@ unsigned int dhdGetButtonMask(char ID) {
   return with(ID, 0U, [](Plugged& d) {
     trephine::DeviceState state;
     (void)d.mechanics.read(state);
-    return state.buttons & (kGrip - 1);
+    return state.buttons;
   });
 }
 

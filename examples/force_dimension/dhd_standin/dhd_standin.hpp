@@ -22,9 +22,6 @@
 /// Figures of documentation that is not public (TimeGuard's interval, the speed limit) are assumptions.
 namespace dhd_standin {
 
-/// Button of a hand that closes the gripper.
-inline constexpr std::uint32_t kGrip = 1U << 16;
-inline constexpr double kOpenAngle = 0.4;  ///< of the gripper [rad]
 inline constexpr double kMassOfArm = 0.2;  ///< [kg] whose weight is compensated
 inline constexpr double kOffset = 0.03;    ///< [m] of an uncalibrated pose
 inline constexpr double kStandardGravity = 9.81;
@@ -82,6 +79,8 @@ void plug(std::vector<Model> models);
 void inject(Fault fault);
 /// Puts the poles into their pits.
 void calibrate_by_hand();
+/// Opens the grippers to this angle [rad]; they are wide open at first.
+void open_gripper(double angle);
 /// Presses the devices' force buttons: off, and on again.
 void press_force_button();
 

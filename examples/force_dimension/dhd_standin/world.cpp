@@ -136,6 +136,12 @@ void calibrate_by_hand() {
   for (Plugged& d : w.devices) d.calibrated = true;
 }
 
+void open_gripper(double angle) {
+  World& w = World::get();
+  const std::lock_guard lock(w.mutex);
+  for (Plugged& d : w.devices) d.gripper_angle = angle;
+}
+
 void press_force_button() {
   World& w = World::get();
   const std::lock_guard lock(w.mutex);

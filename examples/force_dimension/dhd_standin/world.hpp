@@ -30,10 +30,11 @@ struct Plugged {
   bool open = false;
   bool calibrated;
   bool compensates = true;
-  double watchdog = 0;   // [s]; 0: none
-  double lived = 0;      // until then [s]
-  double commanded = 0;  // when the last command came [s]
-  double read_at = -1;   // when the last new pose was read [s]
+  double gripper_angle = 0.4;  // [rad]
+  double watchdog = 0;         // [s]; 0: none
+  double lived = 0;            // until then [s]
+  double commanded = 0;        // when the last command came [s]
+  double read_at = -1;         // when the last new pose was read [s]
   trephine::Posed read = trephine::Posed::Identity();
   Witness witness;
 };
