@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
     options.rate = arguments.number("--rate", 0, 1, 100000);
     options.older = arguments.has("--older");
     options.handle = !arguments.has("--no-handle");
-    options.hand_moves = !arguments.has("--still");
+    options.hand = haply::SimulatedHand{!arguments.has("--still")};
     options.fault_for = arguments.number("--fault-seconds", options.fault_for, 0.01, 3600);
     if (arguments.has("--fault")) {
       const std::string fault = arguments.text("--fault", {});

@@ -66,7 +66,7 @@ struct Session {
 };
 
 struct Service::Impl {
-  explicit Impl(const ServiceOptions& o) : options(o), arm(o.hand_moves), fault_timer(io) {
+  explicit Impl(const ServiceOptions& o) : options(o), arm(o.hand), fault_timer(io) {
     listen();
     port = endpoint.port();
   }

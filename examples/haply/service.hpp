@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "simulated_arm.hpp"
+
 #include <trephine/core/math.hpp>
 
 #include <array>
@@ -63,7 +65,8 @@ struct ServiceOptions {
   double rate = 0;              ///< states a second at most [Hz]; 0: as fast as they are asked for
   bool handle = true;           ///< a wireless VerseGrip is there
   bool older = false;           ///< speaks as versions 3.1 to 3.4 do, not as 3.5
-  bool hand_moves = true;       ///< false: the hand keeps its place
+  /// The hand that holds the arm, in D; it is called in the service's thread.
+  std::function<trephine::HandTarget(double time)> hand = SimulatedHand{};
   Fault fault = Fault::kNone;
   double fault_after = 1;  ///< after the client's first message [s]
   double fault_for = 0.3;  ///< [s]

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 namespace haply {
 
@@ -37,40 +39,49 @@ struct SimulatedHand {
 /// steps.
 class SimulatedArm {
  public:
-  static constexpr double kStep = 0.25e-3;  ///< [s]
+  static constexpr double kStep = 0.25e-3;   ///< [s]
+  static constexpr double kRadioRate = 55;   ///< of the handle's rotation [Hz]
+  using Hand = std::function<trephine::HandTarget(double time)>;  ///< in D
 
-  explicit SimulatedArm(bool hand_moves) : device_(options(), SimulatedHand{hand_moves}), hand_{hand_moves} {}
+  explicit SimulatedArm(Hand hand)
+      : hand_(std::move(hand)), device_(options(hand_(0).X_DH), [this](double time) { return target_ = hand_(time); }) {
+    sample();
+  }
+  SimulatedArm(const SimulatedArm&) = delete;
+  SimulatedArm& operator=(const SimulatedArm&) = delete;
 
   /// Simulates one step under a force [N].
   void step(const trephine::Vec3d& force) {
     (void)device_.write({force, trephine::Vec3d::Zero()});
     device_.advance(kStep);
+    const double before = std::floor(time() * kRadioRate);
     ++steps_;
+    if (std::floor(time() * kRadioRate) > before) sample();
   }
 
   [[nodiscard]] double time() const { return kStep * static_cast<double>(steps_); }
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
   [[nodiscard]] trephine::Vec3d position() const { return device_.X_DH().translation(); }
   [[nodiscard]] trephine::Vec3d velocity() const { return device_.velocity().linear; }
-  /// As the radio of the handle samples it, 55 times a second.
-  [[nodiscard]] trephine::Quatd rotation() const {
-    constexpr double kRate = 55;
-    return trephine::Quatd(hand_(std::floor(time() * kRate) / kRate).X_DH.linear());
-  }
-  [[nodiscard]] std::uint32_t buttons() const { return hand_(time()).buttons; }
+  /// As the radio of the handle sampled it last.
+  [[nodiscard]] const trephine::Quatd& rotation() const { return sampled_; }
+  [[nodiscard]] std::uint32_t buttons() const { return target_.buttons; }
 
  private:
-  static trephine::SimulatedDeviceOptions options() {
+  static trephine::SimulatedDeviceOptions options(const trephine::Posed& X_DH) {
     trephine::SimulatedDeviceOptions o;
     o.linear = {.inertia = 0.15, .damping = 0.5, .friction = 0, .quantum = 0, .limit = 10};
     o.output_dof = 3;
     o.substeps = 1;
-    o.X_DH = SimulatedHand{}(0).X_DH;
+    o.X_DH = X_DH;
     return o;
   }
+  void sample() { sampled_ = trephine::Quatd(target_.X_DH.linear()); }
 
-  trephine::SimulatedDevice<SimulatedHand> device_;
-  SimulatedHand hand_;
+  Hand hand_;
+  trephine::HandTarget target_;
+  trephine::Quatd sampled_ = trephine::Quatd::Identity();
+  trephine::SimulatedDevice<Hand> device_;
   std::uint64_t steps_ = 0;
 };
 

@@ -4,6 +4,10 @@
 #include "keys.hpp"
 #include "script.hpp"
 
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+#include "../devices/kinds.hpp"
+#endif
+
 #include <trephine/core/number.hpp>
 #include <trephine/tool/named_tools.hpp>
 
@@ -70,6 +74,22 @@ std::string help_of_use() {
   return text.str();
 }
 
+/// An error's text if no device has this name.
+std::string wrong_device(const std::string& name) {
+  if (name == kMouse) return {};
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+  try {
+    const devices::Kind& kind = devices::kind_named(name);
+    const devices::Finding finding = kind.look();
+    return finding.usable ? "" : name + ": " + finding.found + "; " + finding.to_do;
+  } catch (const devices::UnknownDevice& error) {
+    return std::string(error.what()) + ", mouse";
+  }
+#else
+  return "there is no device '" + name + "'; there is: mouse";
+#endif
+}
+
 }  // namespace
 
 Parsed parse_live_options(int argc, const char* const* argv) {
@@ -107,7 +127,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
                  ->check(CLI::Range(-1e5, 1e5));
   const std::map<std::string, Renderer> renderers{
       {"coupled", Renderer::kCoupled}, {"line", Renderer::kLine}, {"surface", Renderer::kSurface}};
-  std::string renderer = "coupled", device = "mouse";
+  std::string renderer = "coupled";
   app.add_option("--algorithm", renderer, "coupled, line or surface (coupled)")
       ->check(CLI::IsMember({"coupled", "line", "surface"}));
   std::string tool;
@@ -123,15 +143,8 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       ->check(CLI::IsMember({"off", "warn", "push", "veto"}));
   app.add_option("--margin", margin_mm, "of structures for warning and push, half of it for the veto [mm] (1)")
       ->check(CLI::Range(0.2, 10.0));
-  std::map<std::string, DeviceKind> devices{{"mouse", DeviceKind::kMouse}};
-#ifdef TREPHINE_LIVE_HAS_SPNAV
-  devices["spacemouse"] = DeviceKind::kSpaceMouse;
-#endif
-#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
-  devices["openhaptics"] = DeviceKind::kOpenHaptics;
-#endif
-  app.add_option("--device", device, "mouse, or what this was built for: spacemouse, openhaptics (mouse)")
-      ->check(CLI::IsMember(devices));
+  app.add_option("--device", o.device, "mouse, or a device by name, as examples/devices/run --list shows them (mouse)")
+      ->check([](const std::string& name) { return wrong_device(name); });
   app.add_option("--rate", o.rate, "of the haptic loop [Hz] (1000)")->check(CLI::Range(500.0, 8000.0));
   app.add_option("--scale", o.scale, "motion of the drill over motion of the hand (1)")->check(CLI::Range(0.05, 5.0));
   app.add_option("--size", size, "of the window, WIDTHxHEIGHT (1280x800)");
@@ -180,7 +193,6 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       std::find(kProtectionNames.begin(), kProtectionNames.end(), protection) - kProtectionNames.begin())];
   o.margin = 1e-3 * margin_mm;
   o.renderer = renderers.at(renderer);
-  o.device = devices.at(device);
   return parsed;
 }
 

@@ -3,14 +3,8 @@
 
 #include "../drill/cutting.hpp"
 
-#ifdef TREPHINE_LIVE_HAS_SPNAV
-#include "../spacemouse/spacemouse_device.hpp"
-#include "../spacemouse/spnav_source.hpp"
-#endif
-
-#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
-#include "../openhaptics/clutch.hpp"
-#include "../openhaptics/openhaptics_device.hpp"
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+#include "../devices/kinds.hpp"
 #endif
 
 #include <trephine/device/servo_loop.hpp>
@@ -81,7 +75,7 @@ void fit_potential(DrillSettings& settings) {
 /// The registration at another scale that leaves the tool where it is.
 Registration rescaled(const Registration& from, const Posed& X_DH, double scale) {
   const Vec3d p_WD = from.tool_pose(X_DH).translation() - from.X_WD().linear() * (scale * X_DH.translation());
-  return Registration(make_pose<double>(from.X_WD().linear(), p_WD), Posed::Identity(), scale);
+  return Registration(make_pose<double>(from.X_WD().linear(), p_WD), from.X_HT(), scale);
 }
 
 }  // namespace
@@ -113,6 +107,9 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
   wishes_.post({start, false});
   if (options_.drill.potential == nullptr) fit_potential(options_.drill);
   running_ = options_;
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+  follows_wishes_ = options_.device == kMouse || devices::kind_named(options_.device).simulated;
+#endif
   drill_.take(make_drill(bone_, isovalue_, options_.drill, inboxes_), options_.drill);
   if (!options_.simulated) thread_ = std::thread([this] { run(); });
 }
@@ -138,7 +135,7 @@ const TickView& Session::view() noexcept {
 }
 
 void Session::carry(const HandWish& wish) noexcept {
-  if (options_.device == DeviceKind::kMouse) {
+  if (follows_wishes_) {
     const double way = (wish.X_WT.translation() - view_.probe.translation()).norm();
     drill_.carry(wish.X_WT, kSettles + way / WishedHand::kFastest);
   }
@@ -147,23 +144,12 @@ void Session::carry(const HandWish& wish) noexcept {
 
 void Session::run() {
   try {
-    // The device's origin is the tool's place at the start.
-    registration_ =
-        Registration(make_pose<double>(running_.R_WD, start_.translation()), Posed::Identity(), running_.scale);
+    // The middle of the device's workspace is the tool's place at the start.
+    wished_ = Registration(make_pose<double>(running_.R_WU, start_.translation()), Posed::Identity(), running_.scale);
+    registration_ = wished_;
     X_DH_ = registration_.handle_pose(start_);
-#ifdef TREPHINE_LIVE_HAS_SPNAV
-    if (running_.device == DeviceKind::kSpaceMouse) {
-      spacemouse::SpnavSource source;
-      spacemouse::Device device(source, {.speed = 0.02}, X_DH_);
-      return run_on<SleepPacing>(device);
-    }
-#endif
-#ifdef TREPHINE_LIVE_HAS_OPENHAPTICS
-    if (running_.device == DeviceKind::kOpenHaptics) {
-      openhaptics::Device device;
-      openhaptics::Clutched handled(device, HD_DEVICE_BUTTON_2);
-      return run_on<SleepPacing>(handled);
-    }
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+    if (running_.device != kMouse) return run_on_opened();
 #endif
     SimulatedDevice device(simulated_arm(X_DH_, running_.rate), WishedHand(wishes_, registration_, start_));
     if (running_.simulated)
@@ -175,6 +161,16 @@ void Session::run() {
     failed_.store(true, std::memory_order_release);
   }
 }
+
+#ifdef TREPHINE_LIVE_HAS_DEVICES
+void Session::run_on_opened() {
+  // The mouse's hand is asked by the device, in a thread that may be another: its registration stays as it is.
+  devices::Opened opened = devices::kind_named(running_.device).open(WishedHand(wishes_, wished_, start_));
+  registration_ = opened.registration(running_.R_WU, start_.translation(), running_.scale);
+  X_DH_ = registration_.handle_pose(start_);
+  opened.use([this](auto& device) { run_on<SleepPacing>(device); });
+}
+#endif
 
 template <class Pacing, class Device>
 void Session::run_on(Device& device) {

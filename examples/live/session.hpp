@@ -83,17 +83,18 @@ class History {
   std::atomic<std::uint64_t> count_{0};
 };
 
-/// Source of the tool's pose.
-enum class DeviceKind { kMouse, kSpaceMouse, kOpenHaptics };
+/// The simulated arm that the mouse holds, as --device has it.
+inline constexpr const char* kMouse = "mouse";
 
 /// How a session runs.
 struct SessionOptions {
   DrillSettings drill{};
   double rate = 1000;  ///< of the servo loop [Hz]
   double scale = 1;    ///< tool's motion over the hand's
-  DeviceKind device = DeviceKind::kMouse;
-  /// Axes of the device's base in W: its x, y, z point right, up and out of the screen at the start.
-  Mat3d R_WD = Mat3d::Identity();
+  /// What holds the tool: the mouse, or a kind of `devices::kinds()`; the mouse is also the hand of simulated ones.
+  std::string device = kMouse;
+  /// The user's axes in W: x, y, z point right, up and out of the screen at the start.
+  Mat3d R_WU = Mat3d::Identity();
   bool simulated = false;  ///< no thread and no clock: `Session::simulate` ticks
 };
 
@@ -146,6 +147,7 @@ class Session {
   void run();
   template <class Pacing, class Device>
   void run_on(Device& device);
+  void run_on_opened();
   void command(std::function<void()> work);
   void say(const std::string& text);
 
@@ -155,6 +157,7 @@ class Session {
   Posed start_;
   Inboxes inboxes_;
   trephine::Mailbox<HandWish> wishes_;
+  bool follows_wishes_ = true;  // what the mouse wishes is where the hand goes
   trephine::Mailbox<TickView> views_;
   trephine::Mailbox<trephine::CuttingSoundState> heard_;
   TickView view_;
@@ -164,6 +167,7 @@ class Session {
   // The haptic thread's, and its commands'.
   SessionOptions running_;
   trephine::Registration registration_;
+  trephine::Registration wished_;  // of the user's axes about the device's middle: where the mouse's hand is
   Posed X_DH_ = Posed::Identity();  // at the last tick
   PassingDrill drill_;
   HeardDrill heard_drill_;

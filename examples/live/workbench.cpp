@@ -75,7 +75,7 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing,
                                                .rate = options.rate,
                                                .scale = options.scale,
                                                .device = options.device,
-                                               .R_WD = camera_.axes(),
+                                               .R_WU = camera_.axes(),
                                                .simulated = showing == Showing::kSimulated},
                                 hand_.pose());
 }

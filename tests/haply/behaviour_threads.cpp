@@ -90,7 +90,7 @@ TEST_CASE("Haply: read gives the arm's place and the handle's rotation; neither 
 
 TEST_CASE("Haply: the age of a handle at rest grows, and without a handle no rotation is promised") {
   ServiceOptions options = served();
-  options.hand_moves = false;
+  options.hand = SimulatedHand{false};
   {
     const Service service(options);
     const Device device(at(service));

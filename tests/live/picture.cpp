@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The window's pictures, drawn by OpenGL in a virtual screen: against rays cast through the same grid on the processor,
 // and while a scripted hand drills.
-#include "../examples/openhaptics/hd_standin/hd_standin.hpp"
+#include "../examples/devices/kinds.hpp"
 #include "pictured_bone.hpp"
 #include "support/near.hpp"
 #include "window_bench.hpp"
@@ -275,35 +275,28 @@ TEST_SUITE("picture") {
     CHECK(!b.bench.still());
   }
 
-  TEST_CASE("an OpenHaptics device drills in the window as the mouse does, and its button is the spindle") {
-    drill::Bone bone = ball(Vec3d::Constant(0.4e-3), 8e-3);
-    const drill::Spot spot = drill::find_spot(bone);
-    // Presses straight down along the spot's normal, which the screen shows at an angle.
-    LiveOptions options;
-    options.device = DeviceKind::kOpenHaptics;
-    Window window(320, 240, true, true);
-    Mat3d R_WD;
-    {
-      Workbench camera_only({.bone = ball(Vec3d::Constant(0.4e-3), 8e-3), .spot = spot}, LiveOptions{});
-      R_WD = camera_only.camera().axes();
+  TEST_CASE("a device drills in the window as the mouse's arm does, whichever its axes") {
+    for (const devices::Kind& kind : devices::kinds()) {
+      if (!kind.simulated || !kind.look().usable) continue;
+      CAPTURE(kind.name);
+      drill::Bone bone = ball(Vec3d::Constant(0.4e-3), 8e-3);
+      const drill::Spot spot = drill::find_spot(bone);
+      LiveOptions options;
+      options.device = kind.name;
+      Window window(320, 240, true, true);
+      Workbench bench({std::move(bone), spot}, options);
+      for (int i = 0; i < 400 && bench.view().removed_mm3 < 0.2; ++i) {
+        bench.update(0.016, 320, 240);
+        Posed X = bench.view().probe;
+        X.translation() -= 4e-3 * spot.normal_W;
+        bench.session().wish({X, true});
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+      MESSAGE(bench.session().report());
+      CHECK(!bench.session().failed());
+      CHECK(bench.view().spindle_on);
+      CHECK(bench.view().removed_mm3 >= 0.2);
     }
-    const Vec3d down_D = -R_WD.transpose() * spot.normal_W;
-    hd_standin::Model model{.name = "Default Device", .type = "stand-in"};
-    model.hand = [down_D](double t) {
-      Posed X = Posed::Identity();
-      X.translation() = std::min(6e-3, 3e-3 * t) * down_D;
-      return trephine::HandTarget(X, HD_DEVICE_BUTTON_1);
-    };
-    hd_standin::plug({model});
-    Workbench bench({std::move(bone), spot}, options);
-    for (int i = 0; i < 400 && bench.view().removed_mm3 < 0.2; ++i) {
-      bench.update(0.016, 320, 240);
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    MESSAGE(bench.session().report());
-    CHECK(!bench.session().failed());
-    CHECK(bench.view().spindle_on);
-    CHECK(bench.view().removed_mm3 >= 0.2);
   }
 
   TEST_CASE("the window takes any size and survives being minimised") {

@@ -78,6 +78,8 @@ void hang(bool hung);
 void calibrate_by_hand(const std::string& device);
 /// Makes the next poses of a device NaN.
 void break_pose(const std::string& device, bool broken);
+/// Puts the next poses of a device off along x, as a lost encoder count does.
+void offset_pose(const std::string& device, double mm);
 
 [[nodiscard]] Witness witness(const std::string& device);
 /// How often each error was pushed since `plug`; what nobody pushed is absent.

@@ -101,7 +101,7 @@ void take_pose(Opened& d) {
   for (int column = 0; column < 3; ++column)
     for (int row = 0; row < 3; ++row) d.transform[static_cast<std::size_t>(4 * column + row)] = R(row, column);
   d.transform[3] = d.transform[7] = d.transform[11] = 0;
-  d.transform[12] = 1000 * p.x() + off_mm;
+  d.transform[12] = 1000 * p.x() + off_mm + d.offset_mm;
   d.transform[13] = 1000 * p.y();
   d.transform[14] = 1000 * p.z();
   d.transform[15] = 1;
@@ -169,6 +169,12 @@ void break_pose(const std::string& device, bool broken) {
   World& w = World::get();
   const std::lock_guard lock(w.mutex);
   if (Opened* d = w.find(device)) d->broken_pose = broken;
+}
+
+void offset_pose(const std::string& device, double mm) {
+  World& w = World::get();
+  const std::lock_guard lock(w.mutex);
+  if (Opened* d = w.find(device)) d->offset_mm = mm;
 }
 
 Witness witness(const std::string& device) {

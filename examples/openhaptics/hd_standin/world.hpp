@@ -46,6 +46,7 @@ struct Opened {
   double unpowered = 0;  // time left without power [s]
   int calibrating = 0;   // ticks left; 0: not at it
   bool broken_pose = false;
+  double offset_mm = 0;
   Witness witness;
 };
 
