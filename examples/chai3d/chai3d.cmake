@@ -24,6 +24,8 @@ if(NOT EXISTS "${library}")
   return()
 endif()
 
+# The tests link it from another folder.
+set_target_properties(chai3d PROPERTIES IMPORTED_GLOBAL TRUE)
 add_library(trephine_chai3d INTERFACE)
 # One Eigen for all: CHAI3D's own copy stays out. Its types never cross the library's border.
 list(FILTER CHAI3D_INCLUDE_DIRS EXCLUDE REGEX "/externals/Eigen$")

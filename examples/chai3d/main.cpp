@@ -68,7 +68,9 @@ chai3d::cGenericObject* add_drill(chai3d::cWorld& world) {
   auto* ball = new chai3d::cShapeSphere(kBurr.tip_radius);
   ball->m_material->setGrayLevel(0.7F);
   drill->addChild(ball);
-  drill->addChild(new chai3d::cShapeCylinder(kBurr.shaft_radius, kBurr.shaft_radius, kBurr.shaft_length));
+  auto* shaft = new chai3d::cShapeCylinder(kBurr.shaft_radius, kBurr.shaft_radius, kBurr.shaft_length);
+  shaft->m_material->setGrayLevel(0.5F);
+  drill->addChild(shaft);
   return drill;
 }
 
@@ -107,6 +109,7 @@ int run(const Options& options) {
   chai3d::cCamera& camera = *add_camera(world);
   chai3d::cGenericObject& drawn_drill = *add_drill(world);
   DrawnBone drawn_bone(world, bone, Grey{});
+  drawn_bone.object().m_material->setWhiteLinen();
 
   // CHAI3D's haptic thread.
   Mailbox<Posed> drill_pose;

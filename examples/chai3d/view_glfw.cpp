@@ -14,6 +14,8 @@ namespace chai3d_host {
 namespace {
 
 class GlfwView : public View {
+  static constexpr double kHiddenShare = 0.25;  // nobody looks, and Mesa's software renderer is slow
+
  public:
   GlfwView(int width, int height, bool visible) : width_(width), height_(height), visible_(visible) {
     if (glfwInit() == GLFW_FALSE) throw std::runtime_error("no display: " + last_error());
@@ -36,7 +38,7 @@ class GlfwView : public View {
 
   bool draw(chai3d::cCamera& camera) override {
     if (!visible_) {
-      draw_frame(camera);
+      draw_frame(camera, kHiddenShare);
       return true;
     }
     int width = 0, height = 0;
@@ -48,7 +50,7 @@ class GlfwView : public View {
   }
 
   bool save(chai3d::cCamera& camera, const std::string& file) override {
-    draw_frame(camera);
+    draw_frame(camera, 1);
     const chai3d::cImagePtr picture = chai3d::cImage::create();
     frame_->copyImageBuffer(picture);
     return picture->convert(GL_RGB) && picture->saveToFile(file);
@@ -73,11 +75,14 @@ class GlfwView : public View {
     return text != nullptr ? text : "no reason given";
   }
 
-  void draw_frame(chai3d::cCamera& camera) {
+  /// Draws in `share` of the width and height.
+  void draw_frame(chai3d::cCamera& camera, double share) {
+    const auto width = static_cast<unsigned int>(share * width_), height = static_cast<unsigned int>(share * height_);
     if (!frame_) {
       frame_ = chai3d::cFrameBuffer::create();
-      frame_->setup(&camera, static_cast<unsigned int>(width_), static_cast<unsigned int>(height_));
+      frame_->setup(&camera, width, height);
     }
+    frame_->setSize(width, height);
     frame_->renderView();
   }
 
