@@ -39,6 +39,7 @@ class GlfwView : public View {
   bool draw(chai3d::cCamera& camera) override {
     if (!visible_) {
       draw_frame(camera, kHiddenShare);
+      glFinish();  // no swap of buffers waits for the pictures, which else would queue up for seconds
       return true;
     }
     int width = 0, height = 0;
