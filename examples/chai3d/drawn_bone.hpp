@@ -14,6 +14,8 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <stdexcept>
+#include <utility>
 
 namespace chai3d_host {
 
@@ -34,6 +36,8 @@ struct Grey {
 template <class Density>
 class DrawnBone {
  public:
+  using Index = std::array<int, 3>;
+
   DrawnBone(chai3d::cWorld& world, const trephine::VoxelGrid<Density>& bone, const Grey& grey)
       : reader_(bone), grey_(grey), size_(bone.size()), image_(chai3d::cMultiImage::create()) {
     const auto n = [&](std::size_t axis) { return static_cast<unsigned int>(size_[axis]); };
@@ -80,12 +84,14 @@ class DrawnBone {
     return count;
   }
 
+  /// First and last voxel of the region that waits for the graphics card; the last is -1 if none does.
+  [[nodiscard]] std::pair<Index, Index> marked() const { return {first_, last_}; }
+
   [[nodiscard]] chai3d::cVoxelObject& object() { return *object_; }
   [[nodiscard]] const chai3d::cMultiImage& image() const { return *image_; }
   [[nodiscard]] chai3d::cTexture3d& texture() { return *texture_; }
 
  private:
-  using Index = std::array<int, 3>;
   static constexpr int kNone = 1 << 30;
 
   struct Texture : chai3d::cTexture3d {

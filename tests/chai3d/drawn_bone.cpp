@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -64,6 +66,21 @@ TEST_CASE("CHAI3D: the image is the bone from the start and after each cut") {
   CHECK(drawn.update() >= 1);
   CHECK(drawn.differences() == 0);
   CHECK(drawn.changed_voxels() == 5);
+}
+
+TEST_CASE("CHAI3D: regions are joined while no picture takes them") {
+  chai3d::cWorld world;
+  auto bone = bone_of();
+  DrawnBone drawn(world, bone, Grey{});
+  cut(bone, 2, 3, 4, 5);
+  (void)drawn.update();
+  cut(bone, 17, 18, 9, 12);
+  (void)drawn.update();
+  const auto [first, last] = drawn.marked();
+  for (std::size_t a = 0; a < 3; ++a) {
+    CHECK(first[a] <= std::array{2, 4, 5}[a]);
+    CHECK(last[a] >= std::array{18, 9, 12}[a]);
+  }
 }
 
 TEST_CASE("CHAI3D: the volume's box has each voxel at its place") {
