@@ -16,13 +16,16 @@
 #include <world/CShapeCylinder.h>
 #include <world/CShapeSphere.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -91,8 +94,9 @@ int run(const Options& options) {
   VoxelGrid<std::int16_t> bone = dome();
   Device device(find_device(options.simulated));
   const DeviceCapabilities able = device.capabilities();
-  const double stiffness = able.stiffness > 0 ? std::min(able.stiffness, 800.0) : 400;
-  const CoupledToolRenderer drill{kBurr, CoupledOptions{.stiffness = stiffness,
+  const auto within = [](double most, double wanted) { return most > 0 ? std::min(most, wanted) : wanted / 2; };
+  const CoupledToolRenderer drill{kBurr, CoupledOptions{.stiffness = within(able.stiffness, 800),
+                                                        .rotational_stiffness = within(able.angular_stiffness, 0.3),
                                                         .force = able.max_force,
                                                         .torque = able.output_dof == 6 ? able.max_torque : 0}};
   HapticScene scene{bone, 300, drill, Cutting{AdvancingCut{.speed = 4_mm}}, DeviceLimits{.force = able.max_force}};

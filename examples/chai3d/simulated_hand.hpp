@@ -19,6 +19,7 @@ class SimulatedHand : public chai3d::cGenericHapticDevice {
   SimulatedHand() : device_(start(), &target) {
     const trephine::DeviceCapabilities able = device_.capabilities();
     m_deviceAvailable = true;
+    m_specifications.m_model = chai3d::C_HAPTIC_DEVICE_CUSTOM;  // CHAI3D leaves it unset
     m_specifications.m_manufacturerName = "trephine";
     m_specifications.m_modelName = able.name;
     m_specifications.m_maxLinearForce = able.max_force;

@@ -31,6 +31,7 @@ struct Told : chai3d::cGenericHapticDevice {
   int closed = 0;
 
   Told() {
+    m_specifications.m_model = chai3d::C_HAPTIC_DEVICE_CUSTOM;
     m_specifications.m_maxLinearForce = 4;
     m_specifications.m_maxAngularTorque = 0.2;
     m_specifications.m_actuatedPosition = m_specifications.m_actuatedRotation = m_specifications.m_sensedRotation =
