@@ -60,7 +60,9 @@ class Holding final : public Base {
     if constexpr (trephine::AdvancedDevice<Device>) device_->advance(dt);
   }
   [[nodiscard]] std::string fault_text() const override {
-    if constexpr (requires { { std::as_const(*device_).fault_text() } -> std::convertible_to<std::string>; })
+    if constexpr (requires {
+                    { std::as_const(*device_).fault_text() } -> std::convertible_to<std::string>;
+                  })
       return std::as_const(*device_).fault_text();
     else
       return {};
@@ -103,7 +105,8 @@ struct Opened {
 template <class Device, class... Parts>
 [[nodiscard]] auto hold(std::unique_ptr<Device> device, std::unique_ptr<Parts>... parts) {
   using Base = std::conditional_t<trephine::SelfPacedDevice<Device>, AnyPacedDevice, AnyDevice>;
-  return std::unique_ptr<Base>(std::make_unique<Holding<Base, Device, Parts...>>(std::move(device), std::move(parts)...));
+  return std::unique_ptr<Base>(
+      std::make_unique<Holding<Base, Device, Parts...>>(std::move(device), std::move(parts)...));
 }
 
 }  // namespace devices

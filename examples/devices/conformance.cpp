@@ -24,10 +24,10 @@ using trephine::Posed, trephine::TickRecord;
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr double kPush = 1.0;       // [N]
-constexpr double kStep = 5e-3;      // of the hand [m]
-constexpr double kWithin = 0.010;   // of zero force [s]
-constexpr double kRampedStep = 4;   // [N] a tick of 1 ms may bring kPush / 100; late ticks bring more
+constexpr double kPush = 1.0;      // [N]
+constexpr double kStep = 5e-3;     // of the hand [m]
+constexpr double kWithin = 0.010;  // of zero force [s]
+constexpr double kRampedStep = 4;  // [N] a tick of 1 ms may bring kPush / 100; late ticks bring more
 
 double now() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
@@ -55,9 +55,8 @@ struct PushingScene {
 class Running {
  public:
   Running(const Testable& kind, const Shared& hand, const Shared& push) : scene_{push} {
-    counterpart_ = kind.open([&hand](double) {
-      return trephine::HandTarget(trephine::make_pose<double>(Mat3d::Identity(), hand.get()));
-    });
+    counterpart_ = kind.open(
+        [&hand](double) { return trephine::HandTarget(trephine::make_pose<double>(Mat3d::Identity(), hand.get())); });
     thread_ = std::thread([this] {
       counterpart_->opened().use([this](auto& device) {
         trephine::ServoLoop loop(device, scene_, counterpart_->opened().registration(Mat3d::Identity(), Vec3d::Zero()));
@@ -268,9 +267,9 @@ void check_faults(const Testable& kind, int times) {
     // A machine that is busy with other things may keep any thread waiting: the median is judged.
     const double median = took[took.size() / 2];
     const bool bounded = median <= kWithin || (std::isfinite(median) && !pushes);
-    verdict(bounded && returns_well, kFaultNames[i],
-            printed("zero after %.1f ms (median of %d), %.1f ms (most); ", 1e3 * median, times, 1e3 * took.back()) +
-                said);
+    verdict(
+        bounded && returns_well, kFaultNames[i],
+        printed("zero after %.1f ms (median of %d), %.1f ms (most); ", 1e3 * median, times, 1e3 * took.back()) + said);
   }
 }
 

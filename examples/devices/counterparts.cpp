@@ -133,12 +133,12 @@ class ForceDimensionCounterpart final : public Counterpart {
   }
   void inject(Fault fault) override {
     using F = dhd_standin::Fault;
-    dhd_standin::inject(fault == Fault::kSilent         ? F::kCommunication
-                        : fault == Fault::kStale        ? F::kStale
-                        : fault == Fault::kNoNumber     ? F::kNoNumber
-                        : fault == Fault::kJump         ? F::kJump
-                        : fault == Fault::kUnplugged    ? F::kUnplugged
-                                                        : F::kNoRotation);
+    dhd_standin::inject(fault == Fault::kSilent      ? F::kCommunication
+                        : fault == Fault::kStale     ? F::kStale
+                        : fault == Fault::kNoNumber  ? F::kNoNumber
+                        : fault == Fault::kJump      ? F::kJump
+                        : fault == Fault::kUnplugged ? F::kUnplugged
+                                                     : F::kNoRotation);
   }
   void heal() override { dhd_standin::inject(dhd_standin::Fault::kNone); }
 

@@ -13,8 +13,8 @@ namespace devices {
 
 /// What can go wrong between a program and its device.
 enum class Fault { kLate, kSilent, kStale, kNoNumber, kJump, kUnplugged, kWrongMessage, kFewerAxes };
-inline constexpr std::array kFaultNames{"late",      "silent",        "stale",     "NaN", "jump",
-                                        "unplugged", "wrong message", "fewer axes"};
+inline constexpr std::array kFaultNames{"late", "silent",    "stale",         "NaN",
+                                        "jump", "unplugged", "wrong message", "fewer axes"};
 
 /// An adapter opened on its counterpart, which the conformance program drives from the other side.
 class Counterpart {

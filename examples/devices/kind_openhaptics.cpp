@@ -41,10 +41,7 @@ Opened open_counterpart(const Hand& hand) {
 }  // namespace
 
 Kind openhaptics_kind() {
-  return {.name = "openhaptics",
-          .what = "3D Systems Touch and Phantom, by OpenHaptics HD",
-          .look = look,
-          .open = open};
+  return {.name = "openhaptics", .what = "3D Systems Touch and Phantom, by OpenHaptics HD", .look = look, .open = open};
 }
 
 Kind openhaptics_simulated_kind() {

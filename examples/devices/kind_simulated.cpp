@@ -20,10 +20,11 @@ Kind simulated_kind() {
           .what = "an arm and a hand, computed",
           .simulated = true,
           .look = [] { return Finding{.usable = true, .found = "always here", .to_do = ""}; },
-          .open = [](const Hand& hand) {
-            using Arm = trephine::SimulatedDevice<Hand>;
-            return Opened{.device = hold(std::make_unique<Arm>(desktop_arm(hand(0).X_DH), hand))};
-          }};
+          .open =
+              [](const Hand& hand) {
+                using Arm = trephine::SimulatedDevice<Hand>;
+                return Opened{.device = hold(std::make_unique<Arm>(desktop_arm(hand(0).X_DH), hand))};
+              }};
 }
 
 }  // namespace devices

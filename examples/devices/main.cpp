@@ -79,8 +79,7 @@ bool check(const Kind& kind, double seconds) {
   const trephine::RunReport& run = report.run;
   std::printf("%s%-26s %.2f N at most, %.0f Hz, %llu late, %llu trips\n", kind.simulated ? "" : "\n", "",
               report.most_force, static_cast<double>(run.ticks) / std::max(run.wall_time, 1e-9),
-              static_cast<unsigned long long>(run.missed_deadlines),
-              static_cast<unsigned long long>(run.safety_trips));
+              static_cast<unsigned long long>(run.missed_deadlines), static_cast<unsigned long long>(run.safety_trips));
   const bool is_felt = able.output_dof == 0 || report.most_force > 0.1;
   if (run.end == trephine::RunEnd::kFault)
     std::printf("%-26s FAILED: %s\n", "", run.reason.c_str());

@@ -32,10 +32,10 @@ WallReport feel_wall(Opened& device, double seconds, const std::atomic<bool>& qu
     const DeviceCapabilities able = opened.capabilities();
     const double stiffness = able.stiffness > 0 ? std::min(1000.0, 0.7 * able.stiffness) : 400;
     const double force = able.max_force > 0 ? able.max_force : 3;
-    HapticScene scene{bone, 300,
-                      CoupledToolRenderer{Burr{.tip_radius = kRadius},
-                                          CoupledOptions{.stiffness = stiffness, .force = force}},
-                      Damping{{.linear = 1, .only_in_contact = true}}, DeviceLimits{.force = force, .torque = 0}};
+    HapticScene scene{
+        bone, 300,
+        CoupledToolRenderer{Burr{.tip_radius = kRadius}, CoupledOptions{.stiffness = stiffness, .force = force}},
+        Damping{{.linear = 1, .only_in_contact = true}}, DeviceLimits{.force = force, .torque = 0}};
     Mat3d R_WU;
     R_WU << 1, 0, 0, 0, 0, -1, 0, 1, 0;
     const Vec3d middle(0.5 * kWide * 1_mm, 0.5 * kWide * 1_mm, surface + kRadius + kWallBelow);

@@ -29,8 +29,8 @@ inline double steady_seconds() noexcept {
 }
 
 struct DeviceOptions {
-  std::string name{};      ///< as "sigma.7" or "lambda.7 left"; empty: the first device that opens
-  bool auto_init = true;   ///< calibrate by the device's own motors, where it can: the handle moves
+  std::string name{};       ///< as "sigma.7" or "lambda.7 left"; empty: the first device that opens
+  bool auto_init = true;    ///< calibrate by the device's own motors, where it can: the handle moves
   double watchdog = 0.008;  ///< the device brakes after this time without a command [s], up to 0.031
   double (*clock)() noexcept = &steady_seconds;
 };

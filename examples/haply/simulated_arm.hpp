@@ -39,8 +39,8 @@ struct SimulatedHand {
 /// steps.
 class SimulatedArm {
  public:
-  static constexpr double kStep = 0.25e-3;   ///< [s]
-  static constexpr double kRadioRate = 55;   ///< of the handle's rotation [Hz]
+  static constexpr double kStep = 0.25e-3;                        ///< [s]
+  static constexpr double kRadioRate = 55;                        ///< of the handle's rotation [Hz]
   using Hand = std::function<trephine::HandTarget(double time)>;  ///< in D
 
   explicit SimulatedArm(Hand hand)

@@ -14,9 +14,9 @@ namespace live {
 struct LiveOptions {
   drill::Options bone;  ///< volume, isovalue, place, burr, voxel
   Renderer renderer = Renderer::kCoupled;
-  bool law = false;  ///< mills by the law of cutting
+  bool law = false;             ///< mills by the law of cutting
   std::string device = kMouse;  ///< as `SessionOptions`
-  std::string labels;  ///< segmentation's file; empty: none
+  std::string labels;           ///< segmentation's file; empty: none
   Protection protection = Protection::kWarn;
   double margin = 1e-3;  ///< of warning and guard [m]
   double rate = 1000;    ///< [Hz]

@@ -167,7 +167,7 @@ class Session {
   // The haptic thread's, and its commands'.
   SessionOptions running_;
   trephine::Registration registration_;
-  trephine::Registration wished_;  // of the user's axes about the device's middle: where the mouse's hand is
+  trephine::Registration wished_;   // of the user's axes about the device's middle: where the mouse's hand is
   Posed X_DH_ = Posed::Identity();  // at the last tick
   PassingDrill drill_;
   HeardDrill heard_drill_;

@@ -4,9 +4,9 @@
 
 #include <trephine/device/simulated_device.hpp>
 #include <trephine/device/two_hands.hpp>
+#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/haptic_scene.hpp>
-#include <trephine/render/coupled/coupled_tool_renderer.hpp>
 
 #include "device/archetypes.hpp"
 

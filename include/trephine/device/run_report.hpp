@@ -58,8 +58,8 @@ inline std::ostream& operator<<(std::ostream& out, const RunReport& r) {
   out << to_string(r.end) << ": " << r.reason << (r.zeroed ? "" : " (the device did not take the closing zero)")
       << '\n';
   out << "  " << r.ticks << " ticks in " << r.wall_time << " s, " << r.missed_deadlines << " missed deadlines, "
-      << r.stalls << " stalls, " << r.leaps << " leaps, " << r.safety_trips << " safety trips, " << r.ramps << " ramps, " << r.limited
-      << " limited\n";
+      << r.stalls << " stalls, " << r.leaps << " leaps, " << r.safety_trips << " safety trips, " << r.ramps
+      << " ramps, " << r.limited << " limited\n";
   line("tick time", r.tick_time);
   line("CPU time", r.cpu_time);
   line("lateness", r.lateness);
