@@ -13,6 +13,9 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <fstream>
+#include <limits>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -120,6 +123,25 @@ class Running {
   std::atomic<bool> over_{false};
   std::thread thread_;
 };
+
+/// Where --csv writes the times of faults, as tables of figures have them.
+std::FILE* csv = nullptr;
+
+std::string machine() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.rfind("model name", 0) == 0)
+      return line.substr(line.find(": ") + 2) + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+  return "unknown machine";
+}
+
+/// A row of the table: a fault and a kind of device.
+void tabulate(const Testable& kind, Fault fault, const std::string& value, const char* unit, int times) {
+  if (csv == nullptr) return;
+  std::fprintf(csv, "%s / %s,%s,%s,median of %d,\"%s\"\n", kFaultNames[static_cast<std::size_t>(fault)],
+               kind.name.substr(0, kind.name.find("-simulated")).c_str(), value.c_str(), unit, times,
+               machine().c_str());
+}
 
 int failures = 0;
 void verdict(bool good, const char* what, const std::string& found) {
@@ -257,6 +279,7 @@ void check_faults(const Testable& kind, int times) {
     }
     if (!why_not.empty()) {
       std::printf("  --   %-14s cannot happen: %s\n", kFaultNames[i], why_not.c_str());
+      tabulate(kind, fault, "–", "", times);
       continue;
     }
     std::vector<double> took;
@@ -266,6 +289,7 @@ void check_faults(const Testable& kind, int times) {
     std::sort(took.begin(), took.end());
     // A machine that is busy with other things may keep any thread waiting: the median is judged.
     const double median = took[took.size() / 2];
+    tabulate(kind, fault, printed("%.1f", 1e3 * median), "ms", times);
     const bool bounded = median <= kWithin || (std::isfinite(median) && !pushes);
     verdict(
         bounded && returns_well, kFaultNames[i],
@@ -274,8 +298,9 @@ void check_faults(const Testable& kind, int times) {
 }
 
 constexpr const char* kUsage =
-    "usage: devices_conformance [--device NAME] [--times N]\n"
-    "Tests each adapter, or one, against its counterpart; each fault N times (3), from 1 to 1000.\n";
+    "usage: devices_conformance [--device NAME] [--times N] [--csv FILE]\n"
+    "Tests each adapter, or one, against its counterpart; each fault N times (3), from 1 to 1000. FILE gets the "
+    "times.\n";
 
 }  // namespace
 
@@ -290,6 +315,13 @@ int main(int argc, char** argv) {
     }
     if (std::strcmp(argv[i], "--device") == 0 && has_value) {
       only = argv[++i];
+    } else if (std::strcmp(argv[i], "--csv") == 0 && has_value) {
+      csv = std::fopen(argv[++i], "w");
+      if (csv == nullptr) {
+        std::fprintf(stderr, "devices_conformance: cannot write %s\n", argv[i]);
+        return 2;
+      }
+      std::fputs("name,value,unit,set,machine\n", csv);
     } else if (std::strcmp(argv[i], "--times") == 0 && has_value) {
       times = static_cast<int>(trephine::parse_number(argv[++i]).value_or(0));
     } else {
@@ -311,6 +343,7 @@ int main(int argc, char** argv) {
       check_faults(kind, times);
     }
     if (tested == 0) throw std::invalid_argument("no device of this build has a counterpart named " + only);
+    if (csv != nullptr && std::fclose(csv) != 0) throw std::runtime_error("the file of --csv is not whole");
     std::printf("%d kinds of devices, %d failures\n", tested, failures);
     return failures > 0 ? 1 : 0;
   } catch (const std::exception& error) {
