@@ -145,6 +145,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
       ->check(CLI::Range(0.2, 10.0));
   app.add_option("--device", o.device, "mouse, or a device by name, as examples/devices/run --list shows them (mouse)")
       ->check([](const std::string& name) { return wrong_device(name); });
+  app.add_flag("--second-hand", o.second_hand, "a simulated hand holds a suction tube beside the drill");
   app.add_option("--rate", o.rate, "of the haptic loop [Hz] (1000)")->check(CLI::Range(500.0, 8000.0));
   app.add_option("--scale", o.scale, "motion of the drill over motion of the hand (1)")->check(CLI::Range(0.05, 5.0));
   app.add_option("--size", size, "of the window, WIDTHxHEIGHT (1280x800)");

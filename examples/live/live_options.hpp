@@ -19,7 +19,8 @@ struct LiveOptions {
   std::string labels;           ///< segmentation's file; empty: none
   Protection protection = Protection::kWarn;
   double margin = 1e-3;  ///< of warning and guard [m]
-  double rate = 1000;    ///< [Hz]
+  bool second_hand = false;
+  double rate = 1000;  ///< [Hz]
   double scale = 1;
   double aside = 0.17;             ///< heights of the picture from its middle to the start, left of the instruments
   int width = 1280, height = 800;  ///< [pixels]

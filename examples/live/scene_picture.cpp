@@ -161,6 +161,9 @@ void ScenePicture::draw(const SceneView& view, const BoneTexture& bone, const Po
               static_cast<float>(clip.z()), static_cast<float>(kMm * offset));
   set_tool(p, "tool", X_GW * view.tool_W);
   set_tool(p, "ghost", X_GW * view.ghost_W);
+  set_tool(p, "tube", X_GW * view.tube_W.value_or(Posed::Identity()));
+  const double shown = view.tube_W ? kMm : 0;
+  set(p, "tube_size", static_cast<float>(shown * view.tube_radius), static_cast<float>(shown * view.tube_length));
   set(p, "burr", Vec3d(kMm * Vec3d(view.burr.tip_radius, view.burr.shaft_radius, view.burr.shaft_length)));
   set_outline(p, view);
   set(p, "spin", view.spin);

@@ -37,6 +37,8 @@ struct SceneView {
   Posed tool_W = Posed::Identity();
   Posed ghost_W = Posed::Identity();  ///< where the hand holds the drill
   double ghost_opacity = 0;
+  std::optional<Posed> tube_W{};  ///< of the second hand's tube
+  double tube_radius = 0, tube_length = 0;
   double spin = 0;  ///< angle of the burr's flutes [rad]
   std::optional<ClipPlane> clip{};
   std::vector<Mark> sprites{};    ///< contact points, dust

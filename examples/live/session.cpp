@@ -9,6 +9,7 @@
 
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
+#include <trephine/device/two_hands.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <algorithm>
@@ -111,6 +112,7 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
   follows_wishes_ = options_.device == kMouse || devices::kind_named(options_.device).simulated;
 #endif
   drill_.take(make_drill(bone_, isovalue_, options_.drill, inboxes_), options_.drill);
+  if (options_.second_hand) second_ = std::make_unique<SecondHand>(bone_, isovalue_, options_.R_WU, start_);
   if (!options_.simulated) thread_ = std::thread([this] { run(); });
 }
 
@@ -172,6 +174,21 @@ void Session::run_on_opened() {
 }
 #endif
 
+template <class Pacing, class Loop, class Ends, class Observe>
+trephine::RunReport Session::run_both(Loop& loop, const Ends& ends, const Observe& observe) {
+  SimulatedDeviceOptions arm = simulated_arm(second_->tool_W(), running_.rate);
+  SimulatedDevice device(arm, second_->script());
+  ServoLoop second(device, *second_, Registration{}, {.rate = running_.rate}, Pacing{});
+  return TwoHands{loop, second}
+      .run_until(ends, observe,
+                 [this](const TickRecord& tick) {
+                   second_->follow(view_in_tick_.probe);
+                   view_in_tick_.second = second_->tool_W();
+                   view_in_tick_.second_N = tick.sent.force.norm();
+                 })
+      .first;
+}
+
 template <class Pacing, class Device>
 void Session::run_on(Device& device) {
   while (!over_.load()) {
@@ -197,7 +214,7 @@ void Session::run_on(Device& device) {
 
     const double period = loop.period();
     const bool guarded = running_.drill.guarded != nullptr;
-    TickView view;
+    TickView& view = view_in_tick_;
     const auto observe = [&](const TickRecord& tick) noexcept {
       removed_mm3_ += tick.result.removed_mm3;
       if (tick.index > 0 && tick.dt > 1.5 * period) missed_ += static_cast<std::uint64_t>(tick.dt / period - 0.5);
@@ -241,7 +258,7 @@ void Session::run_on(Device& device) {
       }
       return pending_.load(std::memory_order_acquire);
     };
-    const RunReport report = loop.run_until(ends, observe);
+    const RunReport report = second_ != nullptr ? run_both<Pacing>(loop, ends, observe) : loop.run_until(ends, observe);
     if (report.end == RunEnd::kFault) throw std::runtime_error(report.reason);
   }
 }
@@ -291,6 +308,7 @@ void Session::restore() {
   command([this] {
     bone_.restore();
     drill_.bone_rose();
+    if (second_ != nullptr) second_->bone_rose();
     removed_mm3_ = 0;
     closest_ = {};
     most_push_N_ = 0;
@@ -305,6 +323,7 @@ void Session::bring_back(PastBone past) {
   command([this, past = std::move(past)] {
     set_bone(bone_, past.bricks);
     drill_.bone_rose();
+    if (second_ != nullptr) second_->bone_rose();
     removed_mm3_ = past.removed_mm3;
     if (const auto& guarded = running_.drill.guarded) guarded->watch->forget_put_back(bone_);
   });

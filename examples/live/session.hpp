@@ -6,15 +6,18 @@
 #include "held_drill.hpp"
 #include "mouse_hand.hpp"
 #include "passing_drill.hpp"
+#include "second_hand.hpp"
 #include "strokes.hpp"
 
 #include <trephine/device/device.hpp>
+#include <trephine/device/run_report.hpp>
 #include <trephine/device/statistics.hpp>
 
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -39,6 +42,8 @@ struct TickView {
   StructureReport structures{};        ///< of this tick
   StructureReport closest{};           ///< of the tick that was nearest to a structure, since the start or `restore`
   double most_push_N = 0;              ///< of the guard, likewise
+  Posed second = Posed::Identity();    ///< the second hand's tube that rests on the bone
+  double second_N = 0;                 ///< that its hand feels
   std::array<Vec3d, kContacts> contacts{};
   std::size_t contact_count = 0;
 };
@@ -95,7 +100,8 @@ struct SessionOptions {
   std::string device = kMouse;
   /// The user's axes in W: x, y, z point right, up and out of the screen at the start.
   Mat3d R_WU = Mat3d::Identity();
-  bool simulated = false;  ///< no thread and no clock: `Session::simulate` ticks
+  bool second_hand = false;  ///< a simulated one, which holds a suction tube beside the drill
+  bool simulated = false;    ///< no thread and no clock: `Session::simulate` ticks
 };
 
 /// The haptic side: a servo loop on a thread of its own, which alone touches the bone. The window posts wishes and
@@ -148,6 +154,8 @@ class Session {
   template <class Pacing, class Device>
   void run_on(Device& device);
   void run_on_opened();
+  template <class Pacing, class Loop, class Ends, class Observe>
+  trephine::RunReport run_both(Loop& loop, const Ends& ends, const Observe& observe);
   void command(std::function<void()> work);
   void say(const std::string& text);
 
@@ -169,7 +177,9 @@ class Session {
   trephine::Registration registration_;
   trephine::Registration wished_;   // of the user's axes about the device's middle: where the mouse's hand is
   Posed X_DH_ = Posed::Identity();  // at the last tick
+  TickView view_in_tick_;           // of the next post
   PassingDrill drill_;
+  std::unique_ptr<SecondHand> second_;  // nothing if there is none
   HeardDrill heard_drill_;
   double removed_mm3_ = 0;
   StructureReport closest_{};

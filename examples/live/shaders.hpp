@@ -41,7 +41,8 @@ uniform vec4 clip;                  // plane: what has dot(clip.xyz, p) > clip.w
 uniform vec3 to_key;                // toward the key light
 
 struct Tool { mat3 axes; vec3 tip; };  // axes of T as columns
-uniform Tool tool, ghost;
+uniform Tool tool, ghost, tube;
+uniform vec2 tube_size;  // of the second hand's tube, rounded at its tip: radius and length; 0: none
 uniform vec3 burr;      // radius of the ball, radius and length of the shaft
 uniform float spin;     // angle of the burr's flutes
 // Another tool: the pieces of its outline in the half plane (rho, z), as `trephine::ToolOutline` has them. 0: the burr.
@@ -314,6 +315,28 @@ float through_tool(vec3 o, vec3 d, out vec3 n, out bool on_ball) {
   return best < 1e8 ? best : -1.0;
 }
 
+/// Meets the tube in its own frame, likewise.
+float through_tube(vec3 o, vec3 d, out vec3 n) {
+  n = vec3(0.0, 0.0, 1.0);
+  float best = 1e9;
+  vec2 ball = through_ball(o, d, tube_size.x);
+  if (ball.x <= ball.y && ball.x > 0.0 && o.z + ball.x * d.z < 0.0) {
+    best = ball.x;
+    n = (o + best * d) / tube_size.x;
+  }
+  float a = dot(d.xy, d.xy), b = dot(o.xy, d.xy), c = dot(o.xy, o.xy) - tube_size.x * tube_size.x;
+  float q = b * b - a * c;
+  if (q >= 0.0 && a > 1e-12) {
+    float t = (-b - sqrt(q)) / a;
+    float z = o.z + t * d.z;
+    if (t > 0.0 && t < best && z >= 0.0 && z < tube_size.y) {
+      best = t;
+      n = vec3((o.xy + t * d.xy) / tube_size.x, 0.0);
+    }
+  }
+  return best < 1e8 ? best : -1.0;
+}
+
 /// Share of the key light at p that the tool lets through; soft, the softer the farther away.
 float past_tool(vec3 p) {
   vec3 o = (p - tool.tip) * tool.axes, d = to_key * tool.axes;
@@ -479,6 +502,15 @@ void main() {
     if (share > 0.9) flat_colour = srgb;
 #endif
     colour.rgb = lit(albedo, n, d, key, on_section ? 1.0 : open_sky(p, n), gloss);
+  }
+  if (tube_size.x > 0.0) {
+    vec3 n_S;
+    float t = through_tube((eye - tube.tip) * tube.axes, d * tube.axes, n_S);
+    if (t > 0.0 && t < nearest) {
+      nearest = t;
+      vec3 n = tube.axes * n_S, r = reflect(d, n);
+      colour.rgb = 0.70 * sky(r) * vec3(0.72, 0.80, 0.92) + 0.08 + pow(max(dot(r, to_key), 0.0), 40.0);
+    }
   }
 
   if (ghostly > 0.0) {

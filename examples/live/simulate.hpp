@@ -13,6 +13,7 @@ struct Simulated {
   double removed_mm3 = 0;
   Vec3d force = Vec3d::Zero();  ///< of the last tick, on the tool, in W [N]
   std::uint64_t ticks = 0;
+  double most_second_N = 0;   ///< that the second hand felt
   double tick_us_median = 0;  ///< wall time of a tick in the scene [µs]
 };
 

@@ -76,6 +76,7 @@ Workbench::Workbench(Loaded loaded, const LiveOptions& options, Showing showing,
                                                .scale = options.scale,
                                                .device = options.device,
                                                .R_WU = camera_.axes(),
+                                               .second_hand = options.second_hand,
                                                .simulated = showing == Showing::kSimulated},
                                 hand_.pose());
 }
@@ -402,6 +403,11 @@ SceneView Workbench::scene_view() const {
   v.ghost_W = tick_.probe;
   const double apart = (tick_.tool.translation() - tick_.probe.translation()).norm();
   v.ghost_opacity = std::clamp((apart - kShownApart) / (4 * kShownApart), 0.0, 1.0);
+  if (session_->options().second_hand) {
+    v.tube_W = tick_.second;
+    v.tube_radius = SecondHand::kRadius;
+    v.tube_length = SecondHand::kLength;
+  }
   v.spin = spin_;
   v.clip = clip_;
   dust_.add_to(v.sprites);
@@ -438,6 +444,7 @@ bool Workbench::moved_since(const SceneView& v) const {
   const auto& c = v.camera;
   const auto& d = drawn_.camera;
   return changed_ || apart(v.tool_W, drawn_.tool_W) || std::abs(v.ghost_opacity - drawn_.ghost_opacity) > 0.1 ||
+         (v.tube_W && drawn_.tube_W && apart(*v.tube_W, *drawn_.tube_W)) ||
          (v.ghost_opacity > 0 && apart(v.ghost_W, drawn_.ghost_W)) || c.focus_W != d.focus_W || c.yaw != d.yaw ||
          c.pitch != d.pitch || c.distance != d.distance || v.burr.tip_radius != drawn_.burr.tip_radius;
 }

@@ -53,4 +53,19 @@ TEST_CASE("sessions in simulated time end as the file that the page is held to s
   CHECK(rows >= 3);
 }
 
+TEST_CASE("a second hand leans its tube on the bone beside the drill, and the drill's session is the same to the bit") {
+  const std::string session = std::string(TREPHINE_PROJECT) + "/examples/live/pecking.session";
+  LiveOptions options;
+  const Simulated alone = simulate(bone_named("tooth"), options, read_events(session));
+  options.second_hand = true;
+  const Simulated both = simulate(bone_named("tooth"), options, read_events(session));
+  CHECK(alone.removed_mm3 > 0);
+  CHECK(both.removed_mm3 == alone.removed_mm3);  // the tube cuts nothing
+  CHECK(both.force == alone.force);
+  CHECK(both.ticks == alone.ticks);
+  CHECK(alone.most_second_N == 0);
+  CHECK(both.most_second_N > 0.1);
+  CHECK(both.most_second_N < kMaxForce);
+}
+
 }  // namespace
