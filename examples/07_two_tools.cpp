@@ -28,7 +28,8 @@ int main() {
   SimulatedDeviceOptions right_arm, left_arm;
   right_arm.X_DH = upright(drill_at);
   left_arm.X_DH = upright(tube_at + Vec3d(0, 0, 2_mm));
-  SimulatedDevice right_device(right_arm, right), left_device(left_arm, left);
+  SimulatedDevice right_device(right_arm, right);
+  SimulatedDevice left_device(left_arm, left);
 
   // Always the same order: the tube meets the bone as the drill left it in the same millisecond.
   ServoLoop drill_loop(right_device, drilling, Registration{}, {}, NoPacing{});
