@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: MIT
+# cmake -D program=... -D conformance=... -P check_programs.cmake: what the programs say to right and wrong arguments.
+function(expect code pattern)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE got OUTPUT_VARIABLE out ERROR_VARIABLE err TIMEOUT 60)
+  if(NOT got EQUAL code OR NOT "${out}${err}" MATCHES "${pattern}")
+    message(FATAL_ERROR "${ARGN}: ${got}, expected ${code} and ${pattern}:\n${out}${err}")
+  endif()
+endfunction()
+
+expect(0 "usage: devices --list" ${program} --help)
+expect(2 "usage: devices --list" ${program})
+expect(2 "there is no option --lst" ${program} --lst)
+expect(2 "say either --list or --check" ${program} --list --check)
+expect(2 "there is no device 'haplly'; there are: simulated, haply, .*spacemouse" ${program} --check --device haplly)
+expect(2 "--seconds must be from 1 to 3600, not 0" ${program} --check --seconds 0)
+expect(2 "--seconds, or it lacks its value" ${program} --check --seconds)
+expect(0 "simulated.*usable: always here.*spacemouse" ${program} --list)
+expect(0 "haply +Haply Inverse3.*not usable.*to do: " ${program} --list --device haply)
+expect(1 "FAILED: .*1 checked, 1 of them failed" ${program} --check --device openhaptics)
+expect(0 "usage: devices_conformance" ${conformance} --help)
+expect(2 "usage: devices_conformance" ${conformance} --times 0)
+expect(2 "cannot write /nowhere/x" ${conformance} --csv /nowhere/x)
+expect(1 "no device of this build has a counterpart named nobody" ${conformance} --device nobody)
