@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Eigen and doctest as targets, from links to the host's folders: /usr/include itself has the host's C library too.
+# Eigen and doctest as targets, and Boost and nlohmann-json where they are, from links to the host's folders: /usr/include itself has the host's C library too.
 foreach(name Eigen3::Eigen doctest::doctest)
   string(REGEX REPLACE ".*::" "" file ${name})
   if(file STREQUAL "Eigen")
@@ -13,4 +13,14 @@ foreach(name Eigen3::Eigen doctest::doctest)
   file(CREATE_LINK ${${file}_folder}/${file} ${links}/${file} SYMBOLIC)
   add_library(${name} INTERFACE IMPORTED GLOBAL)
   target_include_directories(${name} SYSTEM INTERFACE ${links})
+endforeach()
+foreach(pair boost:BOOST nlohmann:NLOHMANN)
+  string(REGEX REPLACE ":.*" "" file ${pair})
+  string(REGEX REPLACE ".*:" "" variable ${pair})
+  if(EXISTS /usr/include/${file})
+    set(links ${PROJECT_BINARY_DIR}/host_headers/${file}_links)
+    file(MAKE_DIRECTORY ${links})
+    file(CREATE_LINK /usr/include/${file} ${links}/${file} SYMBOLIC)
+    set(TREPHINE_${variable}_INCLUDE ${links} CACHE PATH "")
+  endif()
 endforeach()
