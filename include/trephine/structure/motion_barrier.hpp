@@ -37,6 +37,16 @@ namespace trephine::inline TREPHINE_ALIGNED {
   return std::max(tip, end.norm() + chord * burr.shaft_radius);
 }
 
+/// Returns the pose after dt [s] of a twist. Without a turn, the rotation's bits stay.
+[[nodiscard]] inline Posed pose_after(const Posed& X, const Twist& v, double dt) noexcept {
+  Posed Y = X;
+  Y.translation() += dt * v.linear;
+  if (!(v.angular.squaredNorm() > 0)) return Y;
+  const Quatd q(product(rotation_from_vector<double>(dt * v.angular), Mat3d(X.linear())));
+  Y.linear() = q.normalized().toRotationMatrix();
+  return Y;
+}
+
 /// Options of a `MotionBarrier`.
 struct MotionBarrierOptions {
   double margin = 1e-3;  ///< that the moving tool keeps from every structure of the field [m], >= 0
@@ -148,12 +158,7 @@ class MotionBarrier {
 
   /// Makes the step of `out.twist`. Returns true if the tool is then at the floor or beyond.
   bool try_step(const Posed& X_WT, double dt, double floor, ToolDistance& next, AllowedMotion& out) const noexcept {
-    out.X_WT = X_WT;
-    out.X_WT.translation() += dt * out.twist.linear;
-    if (out.twist.angular.squaredNorm() > 0) {
-      const Quatd q(product(rotation_from_vector<double>(dt * out.twist.angular), Mat3d(X_WT.linear())));
-      out.X_WT.linear() = q.normalized().toRotationMatrix();
-    }
+    out.X_WT = pose_after(X_WT, out.twist, dt);
     next = distance(out.X_WT);
     out.distance = next.distance;
     out.structure = next.structure;
@@ -166,9 +171,9 @@ class MotionBarrier {
     const Vec3d n = product(R_WS, nearest.direction_S);
     const Vec3d p_WQ = product(R_WS, Vec3d(nearest.p_S - X_SW_.translation()));
     const Vec3d lever = Vec3d(p_WQ - out.X_WT.translation()).cross(n);
-    const Vec3d push = speed / (1 + options_.turn * lever.squaredNorm()) * n;
-    out.twist.linear += push;
-    out.twist.angular += options_.turn * Vec3d(p_WQ - out.X_WT.translation()).cross(push);
+    const double push = speed / (1 + options_.turn * lever.squaredNorm());
+    out.twist.linear += push * n;
+    out.twist.angular += options_.turn * push * lever;
   }
 
   std::shared_ptr<const StructureField> field_;
