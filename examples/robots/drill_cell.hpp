@@ -25,7 +25,7 @@ namespace robots {
 inline constexpr double kIsovalue = 300;
 using Bone = VoxelGrid<std::int16_t>;
 
-[[nodiscard]] inline Burr burr() { return {.tip_radius = 1.5e-3, .shaft_radius = 0.8e-3, .shaft_length = 30e-3}; }
+[[nodiscard]] inline Burr burr() { return {.tip_radius = 1e-3, .shaft_radius = 0.6e-3, .shaft_length = 25e-3}; }
 
 /// Returns a block of 24 mm by 24 mm, up to z = 17.5 mm.
 [[nodiscard]] inline Bone bone_block() {
@@ -49,8 +49,9 @@ using Bone = VoxelGrid<std::int16_t>;
 [[nodiscard]] inline auto make_scene(Bone& bone, const Veto<std::int16_t>& veto) {
   return HapticScene{
       bone, kIsovalue,
-      SurfaceApproxRenderer{ToolDiscretization{burr(), SurfaceCounts{}}, SurfaceOptions{.stiffness = 500}},
-      Cutting{RateLimitedCut<>{.rate = 300}}, veto};
+      SurfaceApproxRenderer{ToolDiscretization{burr(), SurfaceCounts{.sphere = 26, .slices = 10, .per_slice = 6}},
+                            SurfaceOptions{.stiffness = 500}},
+      Cutting{RateLimitedCut<>{.rate = 3e4}}, veto};
 }
 
 /// Options of a `DrillCell`.

@@ -16,7 +16,7 @@ namespace robots {
 
 /// Options of a `SimulatedRobot`.
 struct RobotOptions {
-  double time_constant = 5e-3;     ///< of the position controllers [s]
+  double time_constant = 4e-3;     ///< of the position controllers [s]
   double acceleration = 5;         ///< largest [m/s²]
   double turn_acceleration = 100;  ///< largest [rad/s²]
   double speed = 0.25;             ///< largest [m/s]
