@@ -36,7 +36,9 @@ class UdpRobot {
     due_ = std::max(due_ + kPeriod, Clock::now() - kPeriod);  // after a stall it does not catch up
     std::this_thread::sleep_until(due_);
     listen();
-    send(to_json(robot_.advance(hand, spindle, std::chrono::duration<double>(kPeriod).count())));
+    Report report = robot_.advance(hand, spindle, std::chrono::duration<double>(kPeriod).count());
+    report.stamp = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+    send(to_json(report));
   }
   /// Takes the commands that have come, without a report.
   void listen() {
