@@ -21,7 +21,7 @@ struct AdmittanceOptions {
   double cutoff = 10;            ///< of the filter of force and torque [Hz], > 0
   double dead_band = 0.2;        ///< b: the tool rests below this force [N], >= 0
   double turn_dead_band = 0.01;  ///< the same for torque [N·m], >= 0
-  double speed = 0.05;           ///< largest of T [m/s], > 0
+  double speed = 0.03;           ///< largest of T [m/s], > 0
   double turn_speed = 1;         ///< largest [rad/s], > 0
   double ramp = 0.1;             ///< in which the gain rises after a restart [s], > 0
 

@@ -33,8 +33,10 @@ using Bone = VoxelGrid<std::int16_t>;
   hounsfield.resize(48 * 48 * 44, -1000);
   return {{.size = {48, 48, 44}, .spacing = {0.5e-3, 0.5e-3, 0.5e-3}}, hounsfield};
 }
-/// Signed distance from the nerve's formula: a tube along x [m].
-[[nodiscard]] inline double nerve_distance(const Vec3d& p) { return std::hypot(p.y() - 12e-3, p.z() - 9e-3) - 1e-3; }
+/// Signed distance from the nerve's formula: a tube along x with round ends [m].
+[[nodiscard]] inline double nerve_distance(const Vec3d& p) {
+  return Vec3d(p.x() - std::clamp(p.x(), 3e-3, 21e-3), p.y() - 12e-3, p.z() - 9e-3).norm() - 1e-3;
+}
 /// Returns the distances to the nerve, from labels of voxels that are not the bone's.
 [[nodiscard]] inline std::shared_ptr<const StructureField> nerve_field() {
   std::vector<std::uint8_t> voxels;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <limits>
 #include <numbers>
 
@@ -80,7 +81,7 @@ TEST_CASE("Admittance: bad input is no force, and the next good one goes on") {
     for (int tick = 0; tick < 3; ++tick) {
       const Twist v = law.twist(push(Vec3d(bad, 0, bad), Vec3d(0, bad, 0)), bad);
       CHECK(is_finite(v.linear));
-      CHECK(v.linear.norm() <= 0.05 * (1 + 1e-12));
+      CHECK(v.linear.norm() <= 0.03 * (1 + 1e-12));
     }
   Twist v;
   for (int tick = 0; tick < 100'000; ++tick) v = law.twist(push(Vec3d(4.2, 0, 0)), 1e-3);
@@ -97,13 +98,14 @@ TEST_CASE("SimulatedRobot: it trails commands within the barrier's speed by less
   double worst = 0;
   Posed X = Posed::Identity();
   SimulatedRobot robot(X);
-  Twist v;
+  Twist v{Vec3d(1, 0, 0), Vec3d::Zero()};
   int left = 0;
   for (int tick = 0; tick < 200'000; ++tick) {
     if (--left < 0) {  // full speed any way, or back
-      v = random.below(2) == 0 ? Twist{-v.linear, -v.angular} : Twist{random.arrow(0, 1), random.arrow(0, 50)};
-      const double fastest = largest_speed(tool, z_axis(X), v);
-      v = {v.linear * (barrier.speed / fastest), v.angular * (barrier.speed / fastest)};
+      v = random.below(2) == 0 ? Twist{-v.linear, -v.angular} : Twist{random.arrow(0, 1), random.arrow(0, 100)};
+      const double fastest =
+          std::max(largest_speed(tool, z_axis(X), v) / barrier.speed, v.angular.norm() / 1 /* rad/s */);
+      v = {v.linear / fastest, v.angular / fastest};
       left = random.below(random.below(2) == 0 ? 10 : 200);
     }
     X = pose_after(X, v, 1e-3);
@@ -114,7 +116,7 @@ TEST_CASE("SimulatedRobot: it trails commands within the barrier's speed by less
     robot.command(c);
     worst = std::max(worst, largest_displacement(tool, X, robot.X_WT()));
   }
-  INFO("trails by ", worst);
+  std::cout << "trails by " << worst << " m\n";
   CHECK(worst <= barrier.speed * barrier.lag);
   CHECK(worst > 0.5 * barrier.speed * barrier.lag);  // the lag is not idle
 }

@@ -50,8 +50,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Options of a `MotionBarrier`.
 struct MotionBarrierOptions {
   double margin = 1e-3;  ///< that the moving tool keeps from every structure of the field [m], >= 0
-  double speed = 0.05;   ///< V: largest speed of any point of the tool [m/s], > 0
-  double lag = 0.015;     ///< L: time by which the robot trails its command at most, periods and delays included [s]
+  double speed = 0.03;   ///< V: largest speed of any point of the tool [m/s], > 0
+  double lag = 0.02;     ///< L: time by which the robot trails its command at most, periods and delays included [s]
   double rate = 20;      ///< α: the clearance shrinks by this share a second at most [1/s], > 0
   /// Turn that a correction makes for a shift, per lever [1/m²], >= 0: the robot's rotational admittance over its
   /// translational one. 0 only shifts the tool.
