@@ -27,7 +27,9 @@ about() {
     openvdb) package=libopenvdb-dev; test_of="has_header openvdb/openvdb.h"; without="OpenVDB as a measure" ;;
     boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the Haply Inverse3's programs and tests" ;;
     nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the Haply Inverse3's programs and tests" ;;
+    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the bridge for robots" ;;
     nanovdb) package=libnanovdb-dev; test_of="has_header nanovdb/NanoVDB.h"; without="NanoVDB as a measure" ;;
+    nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the programs that speak JSON" ;;
     png) package=libpng-dev; test_of="has_header png.h"; without="pictures" ;;
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;
     doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;

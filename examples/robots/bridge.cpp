@@ -14,6 +14,8 @@
 #include <exception>
 #include <future>
 #include <optional>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 
 namespace {
@@ -43,8 +45,10 @@ constexpr const char* kUsage =
 
 double number(const std::string& name, const std::string& text, double least, double most) {
   const std::optional<double> v = parse_number(text);
-  if (!v || !(*v >= least && *v <= most)) throw UsageError(name + ": '" + text + "' is not a number in its range");
-  return *v;
+  if (v && *v >= least && *v <= most) return *v;
+  std::ostringstream s;
+  s << name << ": '" << text << "' is not a number from " << least << " to " << most;
+  throw UsageError(s.str());
 }
 
 Arguments parse_arguments(int argc, const char* const* argv) {

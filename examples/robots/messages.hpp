@@ -31,48 +31,51 @@ namespace detail {
 
 using Json = nlohmann::json;
 
-[[noreturn]] inline void refuse_message(const std::string& why) { throw std::invalid_argument(why); }
+[[noreturn]] inline void refuse_message(const char* name, const char* why) {
+  std::string text(name);
+  text.append(" ").append(why);
+  throw std::invalid_argument(text);
+}
 
 [[nodiscard]] inline const Json& member(const Json& object, const char* name) {
   const auto found = object.find(name);
-  if (found == object.end()) refuse_message(std::string(name) + " is missing");
+  if (found == object.end()) refuse_message(name, "is missing");
   return *found;
 }
 [[nodiscard]] inline double number(const Json& value, const char* name, double limit) {
-  if (!value.is_number()) refuse_message(std::string(name) + " is not of numbers");
+  if (!value.is_number()) refuse_message(name, "is not of numbers");
   const double v = value.get<double>();
-  if (!trephine::is_finite(v) || !(std::abs(v) <= limit)) refuse_message(std::string(name) + " is out of range");
+  if (!trephine::is_finite(v) || !(std::abs(v) <= limit)) refuse_message(name, "is out of range");
   return v;
 }
 template <std::size_t N>
 void read(const Json& object, const char* name, double limit, std::array<double, N>& out) {
   const Json& list = member(object, name);
-  if (!list.is_array() || list.size() != N)
-    refuse_message(std::string(name) + " is not a list of " + std::to_string(N));
+  if (!list.is_array() || list.size() != N) refuse_message(name, N == 3 ? "is not a list of 3" : "is not a list of 4");
   std::transform(list.begin(), list.end(), out.begin(), [&](const Json& v) { return number(v, name, limit); });
 }
 [[nodiscard]] inline std::uint64_t count(const Json& object, const char* name) {
   const Json& value = member(object, name);
   constexpr std::uint64_t kMost = std::uint64_t{1} << 53;  // a double holds it
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > kMost)
-    refuse_message(std::string(name) + " is not a whole number from 0 to 2^53");
+    refuse_message(name, "is not a whole number from 0 to 2^53");
   return value.get<std::uint64_t>();
 }
 [[nodiscard]] inline bool flag(const Json& object, const char* name) {
   const Json& value = member(object, name);
-  if (!value.is_boolean()) refuse_message(std::string(name) + " is not true or false");
+  if (!value.is_boolean()) refuse_message(name, "is not true or false");
   return value.get<bool>();
 }
 [[nodiscard]] inline double stamp(const Json& object) {
   const double v = number(member(object, "stamp"), "stamp", kLatestStamp);
-  if (v < 0) refuse_message("stamp is out of range");
+  if (v < 0) refuse_message("stamp", "is out of range");
   return v;
 }
 [[nodiscard]] inline OperatingState state(const Json& object) {
   const Json& value = member(object, "operating_state");
   for (std::size_t s = 0; s < kStateNames.size(); ++s)
     if (value == kStateNames[s]) return static_cast<OperatingState>(s);
-  refuse_message("operating_state is none of CRTK's");
+  refuse_message("operating_state", "is none of CRTK's");
 }
 inline void read(const Json& object, const char* name, CartesianPosition& out) {
   const Json& p = member(object, name);
@@ -80,7 +83,7 @@ inline void read(const Json& object, const char* name, CartesianPosition& out) {
   read(p, "orientation", 2, out.orientation);
   const auto& q = out.orientation;
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(std::abs(length - 1) <= kQuaternionTolerance)) refuse_message("orientation is not of length 1");
+  if (!(std::abs(length - 1) <= kQuaternionTolerance)) refuse_message("orientation", "is not of length 1");
 }
 inline void read(const Json& object, const char* name, CartesianForce& out) {
   const Json& f = member(object, name);
@@ -88,9 +91,9 @@ inline void read(const Json& object, const char* name, CartesianForce& out) {
   read(f, "torque", kLargestTorque, out.torque);
 }
 [[nodiscard]] inline Json parsed(std::string_view text) {
-  if (text.size() > kLargestMessage) refuse_message("the message is longer than 1024 bytes");
+  if (text.size() > kLargestMessage) refuse_message("the message", "is longer than 1024 bytes");
   Json json = Json::parse(text.begin(), text.end(), nullptr, false);
-  if (!json.is_object()) refuse_message("the message is not a JSON object");
+  if (!json.is_object()) refuse_message("the message", "is not a JSON object");
   return json;
 }
 
@@ -125,7 +128,7 @@ inline void read(const Json& object, const char* name, CartesianForce& out) {
   c.distance = detail::number(detail::member(json, "distance"), "distance", 1e3);
   c.limited = detail::flag(json, "limited");
   const detail::Json& reason = detail::member(json, "reason");
-  if (!reason.is_string()) detail::refuse_message("reason is no text");
+  if (!reason.is_string()) detail::refuse_message("reason", "is no text");
   c.reason = reason.get<std::string>();
   return c;
 }
