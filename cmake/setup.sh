@@ -25,11 +25,9 @@ about() {
     clang-tidy) package=clang-tidy; test_of="has_command clang-tidy"; without="" ;;
     itk) package=libinsighttoolkit5-dev; test_of=has_itk; without="reading DICOM, NRRD, NIfTI and MetaImage, and ITK as a measure" ;;
     openvdb) package=libopenvdb-dev; test_of="has_header openvdb/openvdb.h"; without="OpenVDB as a measure" ;;
-    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the Haply Inverse3's programs and tests" ;;
-    nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the Haply Inverse3's programs and tests" ;;
-    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the bridge for robots" ;;
+    boost) package=libboost-dev; test_of="has_header boost/version.hpp"; without="what OpenVDB's headers need, and the programs and tests of the Haply Inverse3 and of robots" ;;
+    nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the programs and tests of the Haply Inverse3 and of robots" ;;
     nanovdb) package=libnanovdb-dev; test_of="has_header nanovdb/NanoVDB.h"; without="NanoVDB as a measure" ;;
-    nlohmann-json) package=nlohmann-json3-dev; test_of="has_header nlohmann/json.hpp"; without="the programs that speak JSON" ;;
     png) package=libpng-dev; test_of="has_header png.h"; without="pictures" ;;
     cli11) package=libcli11-dev; test_of="has_header CLI/CLI.hpp"; without="the CLI11 command line" ;;
     doxygen) package=doxygen; test_of="has_command doxygen"; without="the reference of the headers" ;;

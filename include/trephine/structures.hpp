@@ -4,5 +4,6 @@
 /// Structures of a segmentation, which a guard and cuts spare; tissues, guides and planned cavities.
 #include <trephine/guide/guides.hpp>
 #include <trephine/guide/keep_in.hpp>
+#include <trephine/structure/motion_barrier.hpp>
 #include <trephine/structure/protection.hpp>
 #include <trephine/structure/tissues.hpp>
