@@ -14,11 +14,11 @@ class SecondHand {
   static constexpr bool kHasTorque = true;  // as a scene of a servo loop
   static constexpr double kRadius = 1e-3;   ///< of the tube [m]
   static constexpr double kLength = 0.06;   ///< [m]
-  static constexpr double kAside = 9e-3;    ///< from the drill, to the user's left [m]
-  static constexpr double kDeeper = 2e-3;   ///< than the drill's tip [m]: so it leans on bone
+  static constexpr double kGap = 1.5e-3;    ///< between tube and burr, to the user's left [m]
+  static constexpr double kDeeper = 4e-3;   ///< than the drill's tip [m]: so it leans on bone
 
-  SecondHand(drill::Grid& bone, double isovalue, const Mat3d& R_WU, const Posed& drill_W)
-      : left_W_(-R_WU.col(0)), beside_W_(beside(drill_W)), passing_(bone, isovalue) {
+  SecondHand(drill::Grid& bone, double isovalue, const Mat3d& R_WU, double burr_radius, const Posed& drill_W)
+      : aside_W_(-(burr_radius + kGap + kRadius) * R_WU.col(0)), beside_W_(beside(drill_W)), passing_(bone, isovalue) {
     settings_.burr = {.tip_radius = kRadius, .shaft_radius = kRadius, .shaft_length = kLength};
     settings_.stiffness = 400;
     passing_.take(make_drill(bone, isovalue, settings_, inboxes_), settings_);
@@ -41,11 +41,11 @@ class SecondHand {
  private:
   [[nodiscard]] Posed beside(const Posed& drill_W) const noexcept {
     Posed X = drill_W;
-    X.translation() += kAside * left_W_ - kDeeper * drill_W.linear().col(2);
+    X.translation() += aside_W_ - kDeeper * drill_W.linear().col(2);
     return X;
   }
 
-  Vec3d left_W_;
+  Vec3d aside_W_;
   Posed beside_W_;
   Inboxes inboxes_;
   DrillSettings settings_;

@@ -112,7 +112,8 @@ Session::Session(drill::Grid& bone, double isovalue, const SessionOptions& optio
   follows_wishes_ = options_.device == kMouse || devices::kind_named(options_.device).simulated;
 #endif
   drill_.take(make_drill(bone_, isovalue_, options_.drill, inboxes_), options_.drill);
-  if (options_.second_hand) second_ = std::make_unique<SecondHand>(bone_, isovalue_, options_.R_WU, start_);
+  if (options_.second_hand)
+    second_ = std::make_unique<SecondHand>(bone_, isovalue_, options_.R_WU, options_.drill.burr.tip_radius, start_);
   if (!options_.simulated) thread_ = std::thread([this] { run(); });
 }
 
