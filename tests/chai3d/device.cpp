@@ -7,6 +7,8 @@
 
 #include <doctest/doctest.h>
 
+#include "support/near.hpp"
+
 #include <chrono>
 #include <limits>
 #include <memory>
@@ -164,5 +166,5 @@ TEST_CASE("CHAI3D: the simulated hand reads nothing while it is closed") {
   CHECK_FALSE(hand.getPosition(p));
   CHECK(hand.open());
   CHECK(hand.getPosition(p));
-  CHECK(p(2) == doctest::Approx(5e-3).epsilon(0.02));
+  CHECK(p(2) == trephine::test::within(5e-3, 1e-4));
 }

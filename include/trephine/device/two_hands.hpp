@@ -5,8 +5,6 @@
 
 #include <chrono>
 #include <concepts>
-#include <type_traits>
-#include <utility>
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
