@@ -2,6 +2,7 @@
 #pragma once
 
 #include "force_dimension_errors.hpp"
+#include "force_dimension_models.hpp"
 
 #include <trephine/device/device.hpp>
 
@@ -15,7 +16,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 #include <string>
 
 namespace force_dimension {
@@ -62,8 +62,8 @@ class Device {
   static constexpr double kClosed = 0.08, kOpened = 0.12;  ///< [rad] of the gripper: closes below, opens above
 
   /// Opens the device, and calibrates it if it can by itself. Throws std::runtime_error: what, and what to do.
-  explicit Device(const DeviceOptions& options = {}) : options_(options), id_(open(options.name)) {
-    query_capabilities();
+  explicit Device(const DeviceOptions& options = {})
+      : options_(options), id_(open_device(options.name)), capabilities_(capabilities_of(id_)) {
     left_ = dhdIsLeftHanded(id_);
     gripper_ = dhdHasGripper(id_);
     fresh_at_ = slow_since_ = options_.clock();
@@ -146,51 +146,6 @@ class Device {
   [[nodiscard]] bool left_handed() const noexcept { return left_; }
 
  private:
-  /// Returns the ID of the device with this name. Opening is the only way to learn a name.
-  static char open(const std::string& name) {
-    std::string seen, why = describe(DHD_ERROR_NO_DEVICE_FOUND);
-    for (int i = 0; i < dhdGetDeviceCount(); ++i) {
-      const int opened = drdOpenID(static_cast<char>(i));
-      if (opened < 0) {
-        why = describe(dhdErrorGetLast());
-        continue;
-      }
-      const char id = static_cast<char>(opened);
-      const std::string found = full_name(id);
-      if (name.empty() || name == found) return id;
-      seen += (seen.empty() ? "; there is " : ", ") + found;
-      (void)drdClose(id);
-    }
-    throw std::runtime_error("cannot open " + (name.empty() ? "a device" : "device '" + name + "'") +
-                             (seen.empty() ? ": " + why : seen));
-  }
-
-  static std::string full_name(char id) {
-    const char* model = dhdGetSystemName(id);
-    return std::string(model != nullptr ? model : "Force Dimension device") + (dhdIsLeftHanded(id) ? " left" : "");
-  }
-
-  /// Maxima by family as CHAI3D publishes them; a lambda and models to come get the least of them.
-  void query_capabilities() {
-    trephine::DeviceCapabilities& c = capabilities_;
-    c = {.name = full_name(id_),
-         .input_dof = dhdHasWrist(id_) ? 6 : 3,
-         .output_dof = dhdHasActiveWrist(id_) ? 6 : 3,
-         .max_force = 8,
-         .stiffness = 2000,
-         .rate = 1000};
-    const auto is = [&](const char* family) { return c.name.find(family) != std::string::npos; };
-    if (is("omega") || is("sigma")) c.max_force = 12;
-    if (is("delta")) c.max_force = 20;
-    if (is("omega") || is("delta")) c.stiffness = 5000;
-    if (is("sigma")) c.stiffness = 4000;
-    if (is("Falcon")) c.stiffness = 3000;
-    if (c.output_dof == 6) {
-      c.max_torque = is("sigma") ? 0.2 : 0.1;
-      c.angular_stiffness = is("sigma") ? 1.0 : 0.5;
-    }
-  }
-
   static bool is_pose(const trephine::Posed& X) noexcept {
     constexpr double kSkew = 1e-3;  // far above the rounding of any driver
     if (!trephine::is_finite(X)) return false;
