@@ -4,7 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -19,9 +18,9 @@ using force_dimension::Device;
 using force_dimension::kGripperButton;
 using force_dimension::Trip;
 
-/// A quarter turn about x, 10, 20 and 30 mm from the origin.
+/// A turn about an axis of no plane, 10, 20 and 30 mm from the origin.
 Posed turned() {
-  return make_pose<double>(Mat3d(Eigen::AngleAxisd(std::acos(0.0), Vec3d::UnitX())), Vec3d(0.01, 0.02, 0.03));
+  return make_pose<double>(Mat3d(Eigen::AngleAxisd(1.0, Vec3d(1, 2, 3).normalized())), Vec3d(0.01, 0.02, 0.03));
 }
 
 }  // namespace
@@ -111,12 +110,10 @@ TEST_CASE("Force Dimension: the arm's weight is compensated while commands come,
   CHECK(b.tick() == DeviceStatus::kSafetyTrip);
   CHECK(seen().felt == Wrenchd::zero());
   CHECK(seen().compensation > 1);
-  const double last = dhd_standin::now();
   dhd_standin::pass(0.05);  // nobody ticks: the watchdog takes it, and a force with it
   CHECK(seen().compensation == 0);
   CHECK_FALSE(seen().enabled);
   CHECK(seen().cause == DHD_FORCEOFF_WATCHDOG);
-  CHECK(dhd_standin::now() > last);
 }
 
 TEST_CASE("Force Dimension: a program that hangs leaves no force after 10 ms") {

@@ -26,7 +26,8 @@ TEST_CASE("Force Dimension faults: no force within 10 ms at any moment, and none
   };
   for (const Row& row : {Row{Fault::kUnplugged, "check its cable"}, Row{Fault::kCommunication, "check its cable"},
                          Row{Fault::kNoNumber, "pose that is none"}, Row{Fault::kNoRotation, "pose that is none"},
-                         Row{Fault::kStale, "no new pose in time"}, Row{Fault::kError, "reports an error"}}) {
+                         Row{Fault::kMirrored, "pose that is none"}, Row{Fault::kStale, "no new pose in time"},
+                         Row{Fault::kError, "reports an error"}}) {
     CAPTURE(row.says);
     for (int phase = 0; phase < 5; ++phase) {  // of the looks at the status
       Bench b(rigid("sigma.7"));

@@ -67,6 +67,7 @@ enum class Fault {
   kCommunication,  ///< no call works, the motors hold the last command
   kNoNumber,       ///< poses are NaN
   kNoRotation,     ///< frames are zeros
+  kMirrored,       ///< frames are a mirror's
   kJump,           ///< poses are 50 mm off
   kStale,          ///< each pose is the old one
   kUncalibrated,   ///< the device lost its calibration

@@ -88,6 +88,7 @@ trephine::Posed Plugged::sensed(Fault fault) const {
   if (!calibrated) X.translation().x() += kOffset;
   if (fault == Fault::kJump) X.translation().y() += 0.05;
   if (fault == Fault::kNoRotation) X.linear().setZero();
+  if (fault == Fault::kMirrored) X.linear().col(1) *= -1;
   if (fault == Fault::kNoNumber) X.translation().setConstant(std::numeric_limits<double>::quiet_NaN());
   return X;
 }

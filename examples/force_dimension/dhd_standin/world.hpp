@@ -3,6 +3,7 @@
 
 #include "dhd_standin.hpp"
 
+#include <iterator>
 #include <list>
 #include <mutex>
 
