@@ -59,14 +59,14 @@ struct MotionBarrierOptions {
 
   /// Throws std::invalid_argument if an option is out of range.
   void validate() const {
-    const auto check = [](const char* rule, double v, bool is_ok) {
+    const auto check_value = [](const char* rule, double v, bool is_ok) {
       if (!is_ok || !is_finite(v)) refuse("MotionBarrier", rule, v);
     };
-    check("margin must be 0 to 0.05 m", margin, margin >= 0 && margin <= 0.05);
-    check("speed must be > 0 and at most 1 m/s", speed, speed > 0 && speed <= kHandSpeed);
-    check("lag must be 0 to 0.1 s", lag, lag >= 0 && lag <= kLongestDt);
-    check("rate must be > 0 1/s", rate, rate > 0);
-    check("turn must be >= 0 1/m²", turn, turn >= 0);
+    check_value("margin must be 0 to 0.05 m", margin, margin >= 0 && margin <= 0.05);
+    check_value("speed must be > 0 and at most 1 m/s", speed, speed > 0 && speed <= kHandSpeed);
+    check_value("lag must be 0 to 0.1 s", lag, lag >= 0 && lag <= kLongestDt);
+    check_value("rate must be > 0 1/s", rate, rate > 0);
+    check_value("turn must be >= 0 1/m²", turn, turn >= 0);
   }
 };
 
