@@ -5,6 +5,7 @@
 #include "force_dimension_models.hpp"
 
 #include <trephine/device/device.hpp>
+#include <trephine/device/leap.hpp>
 
 #include <dhdc.h>
 #include <drdc.h>
@@ -53,12 +54,10 @@ struct DeviceOptions {
 class Device {
  public:
   // Numbers that decide.
-  static constexpr double kOldest = 0.008;    ///< [s] a pose may be old: zero then goes out within 10 ms at 1 kHz
-  static constexpr double kHandSpeed = 5;     ///< [m/s] twice what a hand reaches in a free swing
-  static constexpr double kHandStep = 0.005;  ///< [m] more, for noise and for intervals that the clock blurs
-  static constexpr int kStatusEvery = 4;      ///< ticks between looks at the status: 4 ms of a brake at 1 kHz
-  static constexpr double kSlow = 0.1;        ///< [m/s] a handle that is held
-  static constexpr double kHeld = 0.5;        ///< [s] it must be held before the forces come back
+  static constexpr double kOldest = 0.008;  ///< [s] a pose may be old: zero then goes out within 10 ms at 1 kHz
+  static constexpr int kStatusEvery = 4;    ///< ticks between looks at the status: 4 ms of a brake at 1 kHz
+  static constexpr double kSlow = 0.1;      ///< [m/s] a handle that is held
+  static constexpr double kHeld = 0.5;      ///< [s] it must be held before the forces come back
   static constexpr double kClosed = 0.08, kOpened = 0.12;  ///< [rad] of the gripper: closes below, opens above
 
   /// Opens the device, and calibrates it if it can by itself. Throws std::runtime_error: what, and what to do.
@@ -102,8 +101,7 @@ class Device {
         R << m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2];
       const trephine::Posed X_DH = trephine::make_pose<double>(R, p);
       if (!is_pose(X_DH)) return fault(kNoPose);
-      const double step = (p - X_DH_.translation()).norm();
-      jumped = has_pose_ && step > kHandStep + kHandSpeed * (now - fresh_at_);
+      jumped = has_pose_ && trephine::leaps(X_DH_.translation(), p, now - fresh_at_);
       X_DH_ = X_DH;
       has_pose_ = true;
       fresh_at_ = now;

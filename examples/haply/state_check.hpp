@@ -3,6 +3,8 @@
 
 #include "messages.hpp"
 
+#include <trephine/device/leap.hpp>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -30,7 +32,7 @@ struct Bounds {
   /// An arm of this speed leaves its position in `frozen`, by 0.07 mm, which encoders resolve [m/s].
   double moving = 0.01;
   /// Fastest credible motion between two states, with an allowance for one late state [m/s, m].
-  double fastest = 5;
+  double fastest = trephine::kFastestHandle;
   double allowance = 0.002;
   /// Time in which the shown rotation follows the handle's: a period of its 50 to 60 Hz. Unfiltered, each sample would
   /// throw a tool's tip by millimetres within one tick [s].

@@ -5,6 +5,7 @@
 #include <trephine/core/tolerances.hpp>
 #include <trephine/device/device.hpp>
 #include <trephine/device/device_match.hpp>
+#include <trephine/device/leap.hpp>
 #include <trephine/device/pacing.hpp>
 #include <trephine/device/ramp.hpp>
 #include <trephine/device/realtime.hpp>
@@ -33,7 +34,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// Protection of the hand:
 /// - The wrench rises over a ramp of `options.ramp` seconds after the start. It also does so after a status that
 ///   requires it (`needs_ramp`; none of a jump where the scene bounds its wrench), a safety trip of the device, a
-///   non-finite wrench, a stall of the loop, or a reading that no hand can have moved to (`kHandSpeed`). The tick that
+///   non-finite wrench, a stall of the loop, or a reading that no hand can have moved to (`leaps`). The tick that
 ///   starts a ramp sends zero.
 /// - While the device reports safety trips, the loop sends zero and the scene continues to tick.
 /// - A fault of the device ends the run. Every run ends with a read and a zero wrench, in a self-paced device's last
@@ -58,9 +59,6 @@ class ServoLoop {
                 "NoPacing is for simulated devices, whose time the loop advances: real ones need a pacing policy");
 
  public:
-  static constexpr double kHandSpeed = 5;     ///< [m/s] twice what a hand reaches in a free swing
-  static constexpr double kHandStep = 0.005;  ///< [m] more, for noise and for intervals that the clock blurs
-
   /// Throws std::invalid_argument if an option is out of range.
   ServoLoop(Device& device, Scene& scene, const Registration& registration, const ServoOptions& options = {},
             PacingPolicy pacing = {})
@@ -327,7 +325,8 @@ class ServoLoop {
   Wrenchd hand_wrench(double interval) noexcept {
     TickRecord& record = run_.record;
     const bool stalled = interval > options_.stall_time;
-    const bool leapt = leaps(record.state.X_DH.translation(), interval);
+    const bool leapt = record.index > 0 && leaps(run_.last_p_DH, record.state.X_DH.translation(), interval);
+    run_.last_p_DH = record.state.X_DH.translation();
     const bool tripped = run_.tripped || record.read_status == DeviceStatus::kSafetyTrip;
     Wrenchd wrench = registration_.device_wrench(record.result.wrench, record.state.X_DH);
     const bool finite = is_finite(wrench);
@@ -344,13 +343,6 @@ class ServoLoop {
     if (!finite || !(record.ramp > 0)) return Wrenchd::zero();
     wrench *= record.ramp;  // after the limits, so that a limited wrench rises as slowly as any other
     return wrench;
-  }
-
-  /// True if the handle is farther from its last place than a hand moves it: the device's readings cannot be believed.
-  bool leaps(const Vec3d& p_DH, double interval) noexcept {
-    const double way = (p_DH - run_.last_p_DH).norm();
-    run_.last_p_DH = p_DH;
-    return run_.record.index > 0 && !(way <= kHandStep + kHandSpeed * interval);
   }
 
   void send(const Wrenchd& wrench) noexcept {
