@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace haply {
+namespace devices {
 
 /// A wrong argument, in one line.
 class UsageError : public std::runtime_error {
@@ -66,4 +66,4 @@ class Arguments {
   std::map<std::string, std::string> values_;
 };
 
-}  // namespace haply
+}  // namespace devices

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Drills a small block of bone on a Force Dimension device, or on a simulated one. Not affiliated with Force Dimension.
+#include "../devices/arguments.hpp"
 #include "../openhaptics/status_line.hpp"
 #include "device_setup.hpp"
 #include "force_dimension_device.hpp"
 
-#include <trephine/core/number.hpp>
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
@@ -18,7 +18,6 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -28,40 +27,6 @@ using namespace trephine;
 
 std::atomic<bool> interrupted{false};
 void on_interrupt(int) { interrupted.store(true); }
-
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-struct Arguments {
-  bool help = false;
-  double seconds = 0;  // 0: until Ctrl-C
-  force_dimension::DeviceOptions device;
-};
-
-Arguments parse(int argc, char** argv) {
-  Arguments out;
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = argv[i];
-    if (name == "--help" || name == "-h") {
-      out.help = true;
-    } else if (name == "--by-hand") {
-      out.device.auto_init = false;
-    } else if (name == "--seconds" || name == "--device") {
-      if (++i == argc || *argv[i] == '\0') throw UsageError(name + " needs a value");
-      if (name == "--device") {
-        out.device.name = argv[i];
-        continue;
-      }
-      out.seconds = parse_number(argv[i]).value_or(0);
-      if (!(out.seconds >= 0.1 && out.seconds <= 86400))
-        throw UsageError(name + ": '" + argv[i] + "' is not a number from 0.1 to 86400");
-    } else {
-      throw UsageError("unknown option '" + name + "'; --help lists what there is");
-    }
-  }
-  return out;
-}
 
 const char* const kUsage =
     "usage: force_dimension_drill [options]\n"
@@ -88,10 +53,13 @@ VoxelGrid<std::int16_t> block() {
   return VoxelGrid<std::int16_t>{{.size = {n, n, n}, .spacing = {h, h, h}, .X_WG = X_WG}, hounsfield};
 }
 
-int run(const Arguments& arguments) {
+int run(const devices::Arguments& arguments) {
+  const double seconds = arguments.number("--seconds", 0, 0.1, 86400);  // 0: until Ctrl-C
+  const force_dimension::DeviceOptions options{.name = arguments.text("--device", {}),
+                                               .auto_init = !arguments.has("--by-hand")};
   std::printf("%s\n", force_dimension::set_up_devices().c_str());
-  if (arguments.device.auto_init) std::printf("let go of the handle: the device may calibrate itself\n");
-  force_dimension::Device device(arguments.device);
+  if (options.auto_init) std::printf("let go of the handle: the device may calibrate itself\n");
+  force_dimension::Device device(options);
   const DeviceCapabilities able = device.capabilities();
   std::printf("device: %s, %d/%d degrees of freedom in/out, %.2g N, %.2g N.m\n", able.name.c_str(), able.input_dof,
               able.output_dof, able.max_force, able.max_torque);
@@ -113,15 +81,13 @@ int run(const Arguments& arguments) {
   RunReport report;
   {
     openhaptics::StatusLine line([&] { return std::string(advice(device.trip())); });
-    report = loop.run_until(
-        [&](const TickRecord& t) {
-          return interrupted.load() || (arguments.seconds > 0 && t.time >= arguments.seconds);
-        },
-        [&](const TickRecord& t) noexcept {
-          removed += t.result.removed_mm3;
-          most_force = std::max(most_force, t.sent.force.norm());
-          line.publish(t.sent.force.norm(), removed, t.input.spindle_on);
-        });
+    report =
+        loop.run_until([&](const TickRecord& t) { return interrupted.load() || (seconds > 0 && t.time >= seconds); },
+                       [&](const TickRecord& t) noexcept {
+                         removed += t.result.removed_mm3;
+                         most_force = std::max(most_force, t.sent.force.norm());
+                         line.publish(t.sent.force.norm(), removed, t.input.spindle_on);
+                       });
   }
   std::cout << report;
   std::printf("  %.0f Hz, removed %.2f mm3, at most %.2f N\n", static_cast<double>(report.ticks) / report.wall_time,
@@ -133,14 +99,14 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    const Arguments arguments = parse(argc, argv);
-    if (arguments.help) {
+    const devices::Arguments arguments(argc, argv, {"--device", "--seconds"}, {"--by-hand", "--help", "-h"});
+    if (arguments.has("--help") || arguments.has("-h")) {
       std::fputs(kUsage, stdout);
       return 0;
     }
     std::signal(SIGINT, on_interrupt);
     return run(arguments);
-  } catch (const UsageError& error) {
+  } catch (const devices::UsageError& error) {
     std::fprintf(stderr, "force_dimension_drill: %s\n", error.what());
     return 2;
   } catch (const std::exception& error) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A loopback service that speaks the Inverse Service's protocol, with a simulated arm in a simulated hand. Not
 // affiliated with Haply.
-#include "arguments.hpp"
+#include "../devices/arguments.hpp"
 #include "service.hpp"
 
 #include <atomic>
@@ -16,6 +16,7 @@
 namespace {
 
 using namespace haply;
+using devices::Arguments, devices::UsageError;
 
 std::atomic<bool> interrupted{false};
 void on_interrupt(int) { interrupted.store(true); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Drills a small block of bone with a Haply Inverse3, or against `haply_service`. Not affiliated with Haply.
+#include "../devices/arguments.hpp"
 #include "../drill/watcher.hpp"
-#include "arguments.hpp"
 #include "haply_device.hpp"
 
 #include <trephine/device/servo_loop.hpp>
@@ -127,7 +127,7 @@ RunReport drill_block(haply::Device& device, const ServoOptions& options, double
   return run_loop(device, scene, Registration(X_WD, X_HT), options, seconds, most);
 }
 
-int run(const haply::Arguments& arguments) {
+int run(const devices::Arguments& arguments) {
   const bool bench = arguments.has("--bench");
   haply::DeviceOptions where;
   where.address = arguments.text("--address", where.address);
@@ -162,11 +162,11 @@ int run(const haply::Arguments& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    const haply::Arguments arguments(
+    const devices::Arguments arguments(
         argc, argv, {"--address", "--port", "--device", "--rate", "--stiffness", "--seconds"}, {"--bench", "--help"});
     if (arguments.has("--help")) return std::fputs(kUsage, stdout) < 0 ? 1 : 0;
     return run(arguments);
-  } catch (const haply::UsageError& error) {
+  } catch (const devices::UsageError& error) {
     std::fprintf(stderr, "haply_drill: %s\n", error.what());
     return 2;
   } catch (const std::exception& error) {

@@ -14,7 +14,7 @@
 /// A loopback service that speaks the Inverse Service's protocol for a simulated arm, to test clients without hardware.
 namespace haply {
 
-/// Of the loopback service itself: what it says, its faults and its options.
+/// The version that the loopback service tells.
 inline constexpr const char* kServiceVersion = "1.0";
 
 enum class Fault : std::uint8_t {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Drills a block of bone with a robot that a hand moves: reports come as JSON over UDP, and commands go back. A barrier
 // keeps the tool from a nerve in the bone.
+#include "../devices/arguments.hpp"
 #include "udp_bridge.hpp"
 #include "udp_robot.hpp"
-
-#include <trephine/core/number.hpp>
 
 #include <boost/asio/signal_set.hpp>
 
@@ -13,18 +12,14 @@
 #include <cstdio>
 #include <exception>
 #include <future>
-#include <optional>
-#include <sstream>
-#include <stdexcept>
 #include <string>
 
 namespace {
 
 using namespace robots;
 
-struct UsageError : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
-};
+using devices::UsageError;
+constexpr auto number = devices::Arguments::checked;
 
 struct Arguments {
   asio::ip::address_v4 address = asio::ip::address_v4::loopback();
@@ -42,14 +37,6 @@ constexpr const char* kUsage =
     "  --seconds S    end by itself (run until Ctrl-C)\n"
     "  --simulate S   a simulated robot drills for S seconds, 0.5 to 86400\n"
     "  --help         this text\n";
-
-double number(const std::string& name, const std::string& text, double least, double most) {
-  const std::optional<double> v = parse_number(text);
-  if (v && *v >= least && *v <= most) return *v;
-  std::ostringstream s;
-  s << name << ": '" << text << "' is not a number from " << least << " to " << most;
-  throw UsageError(s.str());
-}
 
 Arguments parse_arguments(int argc, const char* const* argv) {
   Arguments out;
