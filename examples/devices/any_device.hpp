@@ -67,7 +67,7 @@ class Holding final : public Base {
     else
       return {};
   }
-  // Of paced devices alone: nothing calls these otherwise.
+  // Instantiated for paced devices alone: nothing calls them otherwise.
   trephine::DeviceStatus start(trephine::ServoCallback callback, void* user) noexcept {
     return device_->start(callback, user);
   }

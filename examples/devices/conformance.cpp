@@ -96,7 +96,7 @@ class Running {
   [[nodiscard]] Counterpart& counterpart() { return *counterpart_; }
 
   Shared tool_U;
-  std::atomic<double> ramp{0}, zero_since{0}, steepest{0};
+  std::atomic<double> ramp{0}, steepest{0}, last_zero{0};
   std::atomic<bool> ended{false};
   trephine::RunReport report;  // once it has ended
 
@@ -107,16 +107,10 @@ class Running {
     // The slope of a ramp: newtons a millisecond of the loop's own time.
     steepest.store(std::max(steepest.load(), (sent - last_) / std::max(tick.dt, 1e-3) * 1e-3));
     last_ = sent;
-    if (sent > 0) zero_since.store(0);
-    if (sent == 0 && zero_since.load() == 0) zero_since.store(now());
     if (sent == 0) last_zero.store(now());
     ramp.store(tick.ramp);
   }
 
- public:
-  std::atomic<double> last_zero{0};
-
- private:
   PushingScene scene_;
   std::unique_ptr<Counterpart> counterpart_;
   double last_ = 0;

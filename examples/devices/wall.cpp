@@ -9,8 +9,6 @@
 #include <trephine/stage/haptic_scene.hpp>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -45,7 +43,6 @@ WallReport feel_wall(Opened& device, double seconds, const std::atomic<bool>& qu
     const auto observe = [&](const TickRecord& tick) {
       const double sent = tick.sent.force.norm();
       report.most_force = std::max(report.most_force, sent);
-      report.deepest = std::max(report.deepest, surface + kRadius - tick.input.X_WT.translation().z());
       if (tick.index % 250 == 0) tell({tick.time, sent});
     };
     report.run = loop.run_until(

@@ -15,7 +15,6 @@ namespace devices {
 struct WallReport {
   trephine::RunReport run;
   double most_force = 0;  ///< that was sent [N]
-  double deepest = 0;     ///< of the handle in the wall [m]
 };
 
 /// A moment of it, a few times a second, in the servo thread.

@@ -32,7 +32,6 @@ class SecondHand {
   [[nodiscard]] auto script() {
     return [this](double) { return trephine::HandTarget(beside_W_); };
   }
-  [[nodiscard]] const Posed& target() const noexcept { return beside_W_; }
 
   trephine::TickResult tick(const trephine::TickInput& input, double dt) noexcept { return passing_.tick(input, dt); }
   [[nodiscard]] double stiffness() const { return settings_.stiffness; }
