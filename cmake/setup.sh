@@ -35,6 +35,7 @@ about() {
     python-headers) package=python3-dev; test_of=has_python_headers; without="the Python module and its tests" ;;
     numpy) package=python3-numpy; test_of="has_python_module numpy"; without="the Python module and its tests" ;;
     pybind11) package=pybind11-dev; test_of="has_header pybind11/pybind11.h"; without="the Python module and its tests" ;;
+    h5py) package=python3-h5py; test_of="has_python_module h5py"; without="the tests of sessions as HDF5" ;;
     mypy) package=mypy; test_of="has_python_module mypy"; without="the check of the Python module's types" ;;
     chromium) package=chromium; test_of="has_command chromium"; without="the tests of reports in a browser" ;;
     emscripten) package=emscripten; test_of="has_command emcc"; without="the page and its tests" ;;
