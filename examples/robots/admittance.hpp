@@ -53,6 +53,9 @@ class Admittance {
 
   [[nodiscard]] const AdmittanceOptions& options() const noexcept { return options_; }
 
+  /// Returns the share of the gain that acts: 1, once `ramp` has passed since a restart.
+  [[nodiscard]] double share() const noexcept { return share_; }
+
   /// Starts from rest: without force, and with a gain that rises from 0.
   void restart() noexcept {
     filtered_ = {};

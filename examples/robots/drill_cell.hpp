@@ -7,6 +7,7 @@
 #include <trephine/core/units.hpp>
 #include <trephine/render/surface/surface_approx_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
+#include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/stage/veto.hpp>
 #include <trephine/structure/labelled_field.hpp>
@@ -50,10 +51,13 @@ using Bone = VoxelGrid<std::int16_t>;
 /// A robot is stiff, so its tool cuts where it is: Surface carves at the device's pose.
 [[nodiscard]] inline auto make_scene(Bone& bone, const Veto<std::int16_t>& veto) {
   return HapticScene{
-      bone, kIsovalue,
+      bone,
+      kIsovalue,
       SurfaceApproxRenderer{ToolDiscretization{burr(), SurfaceCounts{.sphere = 26, .slices = 10, .per_slice = 6}},
                             SurfaceOptions{.stiffness = 500}},
-      Cutting{RateLimitedCut<>{.rate = 3e4}}, veto};
+      Cutting{RateLimitedCut<>{.rate = 3e4}},
+      veto,
+      DeviceLimits{.force = 20, .torque = 1}};
 }
 
 /// Options of a `DrillCell`.
@@ -114,7 +118,7 @@ class DrillCell {
             .operating_state = OperatingState::kEnabled,
             .servo_cp = position(X_WT_),
             .servo_cv = velocity(motion.twist),
-            .servo_cf = force(result.wrench),
+            .servo_cf = force(admittance_.share() * result.wrench),
             .distance = motion.distance,
             .limited = motion.limited,
             .reason = {}};

@@ -72,7 +72,7 @@ TEST_CASE("MotionBarrier: what cannot reach a structure is not changed, and alon
   const MotionBarrier barrier(wall.field(5e-3), Posed::Identity(), kBurr);
   Posed X = Posed::Identity();
   X.translation() = Vec3d(8e-3, 9e-3, 14e-3);
-  const Twist slow{Vec3d(0.005, -0.01, 0.015), Vec3d(0.1, 0.2, 0)};
+  const Twist slow{Vec3d(0.005, -0.01, -0.015), Vec3d(0.1, 0.2, 0)};
   const AllowedMotion free = barrier.limit(X, slow, 1e-3);
   CHECK_FALSE(free.limited);
   CHECK(free.twist.linear == slow.linear);

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -144,6 +145,21 @@ TEST_CASE("BridgeCore: each fault gives zero at once, one line, and rest until a
     CHECK(vector(first.servo_cv.linear).norm() < 2e-3);
     CHECK((vector(first.servo_cp.position) - vector(f.report.measured_cp.position)).norm() < 1e-9);
   }
+}
+
+TEST_CASE("BridgeCore: a robot that starts in bone is not kicked: its force rises from zero") {
+  Fixture f;
+  f.report.measured_cp.position[2] = 18e-3;  // 0.5 mm deep
+  f.pushes = 0;
+  f.run(102);
+  double before = 0, most = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    const double now = vector(f.step().servo_cf.force).norm();
+    CHECK(now - before < 0.02);
+    before = now;
+    most = std::max(most, now);
+  }
+  CHECK(most > 0.2);
 }
 
 TEST_CASE("BridgeCore: a late report stops it whatever the clocks, and slow drift does not") {

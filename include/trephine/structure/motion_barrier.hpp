@@ -11,6 +11,7 @@
 #include <trephine/tool/shape.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -76,7 +77,7 @@ struct AllowedMotion {
   Posed X_WT = Posed::Identity();  ///< the pose that it leads to in `dt`: the next command
   double distance = 0;             ///< of the whole tool there from the nearest structure [m]
   int structure = -1;              ///< that structure; -1 for a pose that is not usable, which does not move
-  bool limited = false;            ///< the barrier changed the twist that was wanted
+  bool limited = false;            ///< a structure changed the twist that was wanted; V alone does not count
 };
 
 /// A hard limit on commanded motion: the whole tool, shaft included, keeps a clearance c from every structure of a
