@@ -80,6 +80,8 @@ bool check(const Kind& kind, double seconds) {
   std::printf("%s%-26s %.2f N at most, %.0f Hz, %llu late, %llu trips\n", kind.simulated ? "" : "\n", "",
               report.most_force, static_cast<double>(run.ticks) / std::max(run.wall_time, 1e-9),
               static_cast<unsigned long long>(run.missed_deadlines), static_cast<unsigned long long>(run.safety_trips));
+  std::printf("%-26s a tick with reading and writing: %.0f us, p99.9 %.0f us\n", "", 1e6 * run.tick_time.p50,
+              1e6 * run.tick_time.p99_9);
   const bool is_felt = able.output_dof == 0 || report.most_force > 0.1;
   if (run.end == trephine::RunEnd::kFault)
     std::printf("%-26s FAILED: %s\n", "", run.reason.c_str());
