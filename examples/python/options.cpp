@@ -107,6 +107,7 @@ void bind_cuts(py::module_& m) {
       .field("kind", &CuttingEdges::kind, "fluted or diamond")
       .field("flutes", &CuttingEdges::flutes, "edges round the axis; 0 for diamond")
       .field("chisel", &CuttingEdges::chisel, "a web on the axis presses bone aside: a twist drill")
+      .field("wear", &CuttingEdges::wear, "share by which blunt edges' own forces have grown, 0 if sharp")
       .done();
   OptionsClass<BoneStrength>(m, "BoneStrength", "Strength of bone by its density, relative to cortical bone.")
       .field("soft", &BoneStrength::soft, "density without strength: of water")
@@ -119,6 +120,7 @@ void bind_cuts(py::module_& m) {
       .field("edge_force", &CuttingLaw::edge_force, "of an edge by length, along its way [N/m]")
       .field("edge_thrust", &CuttingLaw::edge_thrust, "likewise, against the feed [N/m]")
       .field("edge_radius", &CuttingLaw::edge_radius, "[m]")
+      .field("grain_thrust", &CuttingLaw::grain_thrust, "thrust of a diamond's grains over their force along the way")
       .field("chisel", &CuttingLaw::chisel, "thrust of a twist drill's web by the drill's radius [N/m]")
       .done();
   OptionsClass<CuttingForceOptions>(m, "CuttingForceOptions", "Forces of cutting; the edges are the tool's.")

@@ -279,8 +279,8 @@ TEST_CASE("cutting law: thin chips take energy in proportion, thick ones u and t
   const CuttingEdges edges{.flutes = 6};
   const double thin = 1e-12, thick = 1e-3;
   CHECK(law.thrust(2 * thin, on, edges, 0) == near(2 * law.thrust(thin, on, edges, 0), 1.3e-7));
-  CHECK(law.edges_around(thin, 6) == near(law.edge_force * thin / law.edge_radius, 1.6e-7));
-  CHECK(law.edges_around(thick, 6) == near(law.edge_force * 6 / (2 * kPi), 1e-6));
+  CHECK(law.edges_around(thin, edges) == near(law.edge_force * thin / law.edge_radius, 1.6e-7));
+  CHECK(law.edges_around(thick, edges) == near(law.edge_force * 6 / (2 * kPi), 1e-6));
 }
 
 /// Thrust and torque of a whole head that is fed along its axis at `speed` [m/s].
@@ -290,7 +290,7 @@ struct Forces {
 Forces forces_of(const CuttingLaw& law, const Engagement& on, const CuttingEdges& edges, double radius, double speed,
                  double spindle) {
   const double x = speed / spindle;
-  return {law.thrust(x, on, edges, radius), (law.energy * x + law.edges_around(x, edges.count())) * on.hard_area};
+  return {law.thrust(x, on, edges, radius), (law.energy * x + law.edges_around(x, edges)) * on.hard_area};
 }
 /// d ln f / d ln a, by central differences of a fifth.
 template <class F>
@@ -364,6 +364,39 @@ TEST_CASE("cutting law: signs and exponents of feed, spindle, teeth, size, densi
   CHECK(by_depth(0.6 * kR).thrust > by_depth(0.3 * kR).thrust);
 }
 
+TEST_CASE("cutting law: grains press by their ratio, whatever they cut") {
+  Random random(54);
+  const CuttingLaw law;
+  const CuttingEdges grains = tool_by_name("diamond-4").edges;
+  for (int n = 0; n < 200; ++n) {
+    // One element of a head: its force along the way is u h + K by edge and length, which `most_pull` sums.
+    Engagement on;
+    on.pressed = on.edge = random.uniform(1e-4, 1e-2);
+    const double x = std::pow(10, random.uniform(-9, -3));
+    CHECK(law.thrust(x, on, grains, 0.002) == near(law.grain_thrust * law.most_pull(x, on, grains), 1e-12));
+    CHECK(law.feed_under(law.thrust(x, on, grains, 0.002), on, grains, 0.002) == near(x, 3e-5));
+  }
+}
+
+TEST_CASE("cutting law: a worn edge's own forces grow by its wear, and chips take what they took") {
+  const CuttingLaw law;
+  Engagement on;
+  on.pressed = on.edge = 0.004;
+  on.hard_area = 1e-5;
+  for (const CuttingEdges sharp : {CuttingEdges{.flutes = 6}, CuttingEdges{.kind = CuttingEdges::Kind::kDiamond}}) {
+    CuttingEdges worn = sharp;
+    worn.wear = 0.7;
+    for (const double x : {1e-9, 1e-6, 1e-3}) {
+      CHECK(law.edges_around(x, worn) == near(1.7 * law.edges_around(x, sharp), 1e-12));
+      CuttingLaw rubbing = law;
+      rubbing.edge_force *= 1.7, rubbing.edge_thrust *= 1.7;
+      CHECK(law.thrust(x, on, worn, 0.002) == near(rubbing.thrust(x, on, sharp, 0.002), 1e-12));
+      CHECK(law.torque(x, on, worn) > law.torque(x, on, sharp));
+    }
+    CHECK(law.feed_under(5, on, worn, 0.002) < law.feed_under(5, on, sharp, 0.002));
+  }
+}
+
 TEST_CASE("cutting law: bone's strength grows with the square of its density") {
   const BoneStrength s{.soft = 0, .cortical = 1700};
   CHECK(s(1700) == near(1));
@@ -381,6 +414,9 @@ TEST_CASE("cutting law: what is out of range is refused") {
   CHECK_THROWS_AS((CuttingLaw{.chisel = std::nan("")}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((BoneStrength{.soft = 100, .cortical = 100}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((CuttingEdges{.flutes = 0}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingLaw{.grain_thrust = 0}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingEdges{.wear = -0.1}.validate()), std::invalid_argument);
+  CHECK_THROWS_AS((CuttingEdges{.wear = std::nan("")}.validate()), std::invalid_argument);
   CHECK_NOTHROW((CuttingEdges{.kind = CuttingEdges::Kind::kDiamond, .flutes = 0}.validate()));
 }
 

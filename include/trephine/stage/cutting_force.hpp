@@ -179,9 +179,8 @@ class CuttingForce {
     const Vec6d chips = deposit_ * (turn > 0 ? part / turn : 1 / lag_angle);
     deposit_ *= 1 - part;
     // The edges' own force, by the chips that the torque tells.
-    const int z = options_.edges.count();
     const double x = on.hard_area > 0 ? chips[5] / (law.energy * on.hard_area) : 0;
-    const double own = law.edges_around(x, z);
+    const double own = law.edges_around(x, options_.edges);
     Vec6d edges;
     edges << own * on.around, own * on.moment;
     Vec6d total = chips + edges;

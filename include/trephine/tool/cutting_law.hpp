@@ -51,14 +51,18 @@ struct Engagement {
 ///     against the feed:   κ u h + K_n (1 − exp(−h / h₀)).
 ///
 /// A chip's energy by volume is u. The second term is the edge's own: it rubs and ploughs, and is whole once chips are
-/// thicker than the edge's radius h₀. With z edges, a feed of x metres a radian makes chips of h = 2π x (d·n) / z. All
-/// grows with the bone's strength. The defaults are fitted to measurements; see `bench/cutting.md`.
+/// thicker than the edge's radius h₀. Wear w multiplies it by 1 + w. With z edges, a feed of x metres a radian makes
+/// chips of h = 2π x (d·n) / z. All grows with the bone's strength.
+///
+/// Grains of a diamond meet bone with faces that lean far back, so their force against the feed is γ times the whole of
+/// that along their way. The defaults are fitted to measurements; see `bench/cutting.md`.
 struct CuttingLaw {
   double energy = 0.9e9;       ///< u [J/m³], of cortical bone; 0.9 J/mm³
   double thrust_ratio = 0.45;  ///< κ
   double edge_force = 16e3;    ///< K_t [N/m]
   double edge_thrust = 16e3;   ///< K_n [N/m]
   double edge_radius = 10e-6;  ///< h₀ [m]
+  double grain_thrust = 2.1;   ///< γ
   double chisel = 50e3;        ///< thrust of a twist drill's web, by metre of the drill's radius [N/m]
 
   /// Throws std::invalid_argument.
@@ -72,6 +76,7 @@ struct CuttingLaw {
     refuse_unless(edge_thrust >= 0, "edge_thrust must be >= 0 N/m", edge_thrust);
     refuse_unless(thrust_ratio > 0 || edge_thrust > 0, "thrust_ratio or edge_thrust must be > 0", thrust_ratio);
     refuse_unless(edge_radius > 0, "edge_radius must be > 0 m", edge_radius);
+    refuse_unless(grain_thrust > 0, "grain_thrust must be > 0", grain_thrust);
     refuse_unless(chisel >= 0, "chisel must be >= 0 N/m", chisel);
   }
 
@@ -81,28 +86,27 @@ struct CuttingLaw {
   [[nodiscard]] static double chip(double x, int edges) noexcept { return 2 * std::numbers::pi * x / edges; }
 
   /// Force of the edges about the axis: by this factor [N/m] times `Engagement::around` and `moment`.
-  [[nodiscard]] double edges_around(double x, int edges) const noexcept {
-    return edge_force * edges / (2 * std::numbers::pi) * edge_share(chip(x, edges));
+  [[nodiscard]] double edges_around(double x, const CuttingEdges& edges) const noexcept {
+    return of_all(edge_force, edges) * edge_share(chip(x, edges.count()));
   }
   /// Force against the feed [N] at x metres a radian. `radius` is the head's [m].
   [[nodiscard]] double thrust(double x, const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
-    const int z = edges.count();
-    return thrust_ratio * energy * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, z));
+    return chip_thrust(edges) * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, edges.count()));
   }
   /// Largest pull across the axis [N] at x metres a radian: of all edges in one direction.
   [[nodiscard]] double most_pull(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
-    return (energy * x + edges_around(x, edges.count())) * on.edge;
+    return (energy * x + edges_around(x, edges)) * on.edge;
   }
   /// Torque about the axis [N·m] at x metres a radian.
   [[nodiscard]] double torque(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
-    return (energy * x + edges_around(x, edges.count())) * on.hard_area;
+    return (energy * x + edges_around(x, edges)) * on.hard_area;
   }
   /// Feed [m a radian] at which the thrust is `force` [N]: 0 if no part cuts.
   [[nodiscard]] double feed_under(double force, const Engagement& on, const CuttingEdges& edges,
                                   double radius) const noexcept {
     if (!(force > 0) || !(on.pressed > 0)) return 0;
     // The thrust grows with x, and its slope falls: Newton steps from 0 stay below the root.
-    const double per_x = thrust_ratio * energy * on.pressed, own = own_thrust(on, edges, radius);
+    const double per_x = chip_thrust(edges) * on.pressed, own = own_thrust(on, edges, radius);
     const double rate = chip(1, edges.count()) / edge_radius;
     double x = 0;
     for (int i = 0; i < kMaxSteps; ++i) {
@@ -118,9 +122,20 @@ struct CuttingLaw {
   static constexpr int kMaxSteps = 30;
   static constexpr double kSmallStep = 1e-6;
 
+  [[nodiscard]] static bool has_grains(const CuttingEdges& edges) noexcept {
+    return edges.kind == CuttingEdges::Kind::kDiamond;
+  }
+  /// An edge's own force [N/m] of all edges, by radian of the spindle, as wear has made it.
+  [[nodiscard]] static double of_all(double force, const CuttingEdges& edges) noexcept {
+    return force * edges.count() / (2 * std::numbers::pi) * (1 + edges.wear);
+  }
+  /// Thrust of chips, by metre of feed a radian and by `Engagement::pressed` [Pa].
+  [[nodiscard]] double chip_thrust(const CuttingEdges& edges) const noexcept {
+    return (has_grains(edges) ? grain_thrust : thrust_ratio) * energy;
+  }
   /// Thrust of edges and chisel under thick chips [N].
   [[nodiscard]] double own_thrust(const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
-    return edge_thrust * edges.count() / (2 * std::numbers::pi) * on.pressed +
+    return of_all(has_grains(edges) ? grain_thrust * edge_force : edge_thrust, edges) * on.pressed +
            (edges.chisel ? chisel * radius * on.tip : 0.0);
   }
 };
