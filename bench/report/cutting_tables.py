@@ -107,3 +107,25 @@ def time(folder):
     for r in rows:
         title = "Tick without" if "without" in str(r["quantity"]) else "More with the law"
         yield f"{r['case']} / {title}", digits(r["simulated"]), "µs", "slot of 3 mm"
+
+
+def tested(folder):
+    """Rows of measured.csv that fitted nothing."""
+    return tables.where(tables.read(folder, "measured"), role="test")
+
+
+def measured(folder):
+    """How many of the published cuts the law gives."""
+    rows = tested(folder)
+    trends = [r for r in rows if r["quantity"].startswith("trend")]
+    for name, of in (("Magnitudes, within a factor of two or a deviation", [r for r in rows if r not in trends]),
+                     ("Trends, by their sign", trends)):
+        yield f"{name} / Hold", str(len(tables.where(of, holds="yes"))), "", "bench/cutting/measured.csv"
+        yield f"{name} / Of", str(len(of)), "", "bench/cutting/measured.csv"
+
+
+def missed(folder):
+    for r in tables.where(tested(folder), holds="no"):
+        name = f"{r['id']}: {r['quantity']}"
+        yield f"{name} / Measured", digits(r["value"], 3).replace("-", "−"), r["unit"], r["source"]
+        yield f"{name} / Law", digits(r["law"], 2).replace("-", "−"), r["unit"], r["source"]

@@ -3,7 +3,7 @@
 
 Sources are drill=FOLDER and temporal=FOLDER (what `examples/run` and `examples/run --phantom temporal --structures`
 left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, web=FILE (of `tests/web/run --figures`),
-python=FILE (of tests/python/figures.py), devices=FILE (of devices_conformance --csv), tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and
+python=FILE (of tests/python/figures.py), devices=FILE (of devices_conformance --csv), measured=FOLDER (of bench/cutting/compare.py), tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and
 machine; documents take them by tests/documents/figures.py. --check fails where a figure has moved by more than one in
 its last digit, or is not told. Where --write finds no figure, the old one stays, and is named."""
 
@@ -253,6 +253,7 @@ SOURCES = {
     "web": [("web", listed, True)],
     "python": [("python", listed, True)],
     "devices": [("devices", listed, True)],
+    "measured": [("cutting_measured", cutting_tables.measured, False), ("cutting_missed", cutting_tables.missed, False)],
     "tests": [(table, told(table), False)
               for table in ("cutting_runs", "guarded_tools", "labels", "ripple", "surface_tools", "tool_quality", "tubes")],
     "report": [("results", results, True), ("errors", errors, False), ("coupled", coupled, False), ("net_work", net_work, False), ("stages", stages, False),

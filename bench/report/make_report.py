@@ -75,7 +75,7 @@ def main():
     folder = sys.argv[1]
     sweep = tables.Sweep(tables.read(folder, "error_vs_time"))
     t = {name: tables.read(folder, name) for name in
-         ["stability", "stability_energy", "stability_sweep", "coupled_figures", "constants", "cutting", "cutting_figures"]
+         ["stability", "stability_energy", "stability_sweep", "coupled_figures", "constants", "cutting", "cutting_figures", "measured"]
          + [name for name, _ in RATES]}
     with open(os.path.join(folder, "conditions.txt"), encoding="utf-8") as file:
         conditions = file.read().strip().splitlines()
@@ -92,6 +92,7 @@ def main():
         "Stability": [*map(figure, drawn["stability"])] + [table(*part) for part in loops.all_tables(t["stability"], t["stability_sweep"])],
         "Coupled tool": [table(*part) for part in (loops.figures(t["coupled_figures"]), loops.constants(t["constants"]))],
         "Cutting": [*map(figure, drawn["cutting"]), plain(t["cutting"], "The cutting law: measured, by formula, simulated"),
+                    plain(t["measured"], "Published cuts and the law"),
                     plain(t["cutting_figures"], "The cutting law in steady cuts: judged by bounds")],
         "Error against time": [*map(figure, drawn["error"])] + [beside_the_thesis(sweep, kind) for kind in ("discretisation", "model")] + [images(sweep)],
         "Speed, memory, compiling": [plain(t[name], title) for name, title in RATES],

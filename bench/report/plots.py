@@ -114,9 +114,29 @@ def cutting(folder, rows, quantity):
     return plot.draw()
 
 
+def measured(folder, rows):
+    """The law's figure against the measured one, for each published cut that has a size."""
+    rows = [r for r in rows if r["role"] != "none" and not r["quantity"].startswith("trend")]
+    if not rows:
+        return None
+    plot = Plot(folder, "cutting_measured", "Published cuts: the law against the measurement", "measured", "law")
+    plot.setup += ["set logscale xy", "set key left top"]
+    for unit, colour in zip(tables.unique(rows, "unit"), COLOURS):
+        for role, point in (("fit", 6), ("test", 7)):
+            mine = tables.where(rows, unit=unit, role=role)
+            if mine:
+                plot.add(f"{unit or 'ratio'}{', fitted' if role == 'fit' else ''}", [(r["value"], r["law"]) for r in mine],
+                         f"points pt {point} ps 0.9 lw 1.5 lc rgb '{colour}'")
+    values = [r["value"] for r in rows]
+    for name, factor, dash in (("equal", 1, 1), ("twice, half", 2, 2), (None, 0.5, 2)):
+        plot.add(name, [(v, factor * v) for v in (min(values), max(values))], f"lines lw 1 dt {dash} lc rgb '#808080'")
+    return plot.draw()
+
+
 def all_plots(folder, sweep, energy, forces):
     """Paths by section; None where a table has nothing to draw."""
     each = ("line", "surface", "coupled")
-    return {"cutting": [cutting(folder, forces, quantity) for quantity in ("thrust", "torque")],
+    return {"cutting": [*(cutting(folder, forces, quantity) for quantity in ("thrust", "torque")),
+                        measured(folder, tables.read(folder, "measured"))],
             "error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
             "stability": [stability_energy(folder, energy, r) for r in each]}
