@@ -62,7 +62,7 @@ struct Milled {
   Vec3d at = on_bone;
   if (slot) at += Vec3d(-3.5 * R, 0, -how.depth);
   std::vector<Milled> ticks;
-  const double length = slot ? way + 3.5 * R : along ? way : deepest, longest = 4;
+  const double length = slot ? way + 3.5 * R : along ? way : deepest, longest = along || !pressed ? 60 : 4;
   for (double gone = 0; gone < length && static_cast<double>(ticks.size()) * dt < longest;) {
     const TickResult r = scene.tick({.X_WT = test::tool_at(at, axis), .spindle_on = true}, dt);
     const CuttingReport& now = scene.cutting().law().report();

@@ -110,22 +110,22 @@ def time(folder):
 
 
 def tested(folder):
-    """Rows of measured.csv that fitted nothing."""
-    return tables.where(tables.read(folder, "measured"), role="test")
+    """Rows of measured.csv that fitted nothing and were run."""
+    return [r for r in tables.read(folder, "measured") if r["role"] == "test" and r["holds"] in ("yes", "no")]
 
 
 def measured(folder):
     """How many of the published cuts the law gives."""
     rows = tested(folder)
-    trends = [r for r in rows if r["quantity"].startswith("trend")]
-    for name, of in (("Magnitudes, within a factor of two or a deviation", [r for r in rows if r not in trends]),
-                     ("Trends, by their sign", trends)):
+    for name, wanted in (("Forces and torques of drills, within a factor of two", ("twist", False)),
+                         ("Trends and effects of drills", ("twist", True)), ("Trends and effects of burrs", ("burr", True))):
+        of = [r for r in rows if (("twist" if r["kind"] == "twist" else "burr"), r["unit"] in ("sign", "yes")) == wanted]
         yield f"{name} / Hold", str(len(tables.where(of, holds="yes"))), "", "bench/cutting/measured.csv"
         yield f"{name} / Of", str(len(of)), "", "bench/cutting/measured.csv"
 
 
 def missed(folder):
     for r in tables.where(tested(folder), holds="no"):
-        name = f"{r['id']}: {r['quantity']}"
-        yield f"{name} / Measured", digits(r["value"], 3).replace("-", "−"), r["unit"], r["source"]
-        yield f"{name} / Law", digits(r["law"], 2).replace("-", "−"), r["unit"], r["source"]
+        name = f"{r['id'].partition('-')[0]}: {r['quantity'].partition(': ')[2]}"
+        yield f"{name} / Measured", places(r["value"], 0), "", r["source"]
+        yield f"{name} / Law's change", digits(100 * r["law"]).replace("-", "−"), "%", "of a run in bone"

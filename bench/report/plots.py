@@ -116,17 +116,17 @@ def cutting(folder, rows, quantity):
 
 def measured(folder, rows):
     """The law's figure against the measured one, for each published cut that has a size."""
-    rows = [r for r in rows if r["role"] != "none" and not r["quantity"].startswith("trend")]
+    rows = [r for r in rows if r["holds"] in ("yes", "no") and r["unit"] not in ("sign", "yes")]
     if not rows:
         return None
     plot = Plot(folder, "cutting_measured", "Published cuts: the law against the measurement", "measured", "law")
-    plot.setup += ["set logscale xy", "set key left top"]
+    plot.setup += ["set logscale xy"]
     for unit, colour in zip(tables.unique(rows, "unit"), COLOURS):
+        name = "normal over tangential force" if unit == 1 else unit.replace(" mm", "·mm")
         for role, point in (("fit", 6), ("test", 7)):
             mine = tables.where(rows, unit=unit, role=role)
-            if mine:
-                plot.add(f"{unit or 'ratio'}{', fitted' if role == 'fit' else ''}", [(r["value"], r["law"]) for r in mine],
-                         f"points pt {point} ps 0.9 lw 1.5 lc rgb '{colour}'")
+            plot.add(name + (", fitted" if role == "fit" else ""), [(r["value"], r["law"]) for r in mine],
+                     f"points pt {point} ps 0.9 lw 1.5 lc rgb '{colour}'")
     values = [r["value"] for r in rows]
     for name, factor, dash in (("equal", 1, 1), ("twice, half", 2, 2), (None, 0.5, 2)):
         plot.add(name, [(v, factor * v) for v in (min(values), max(values))], f"lines lw 1 dt {dash} lc rgb '#808080'")
