@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Tools by name, by their shapes, and by any outline.
+/// Tools and motors by name, tools by their shapes, and by any outline.
 #include <trephine/tool/any_tool.hpp>
+#include <trephine/tool/motors.hpp>
 #include <trephine/tool/named_tools.hpp>
 #include <trephine/tool/revolved_tool.hpp>
 #include <trephine/tool/revolved_vertices.hpp>
