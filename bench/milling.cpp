@@ -7,6 +7,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -45,7 +46,7 @@ int run(int argc, char** argv) {
       {.feed = 1e-3 * of("feed"),
        .depth = 1e-3 * of("depth"),
        .load = of("load"),
-       .tilt = of("tilt") * 3.14159265358979323846 / 180,
+       .tilt = of("tilt") * std::numbers::pi / 180,
        .strength = of("strength")});
   std::printf("thrust %.5g\nnormal %.5g\ntangential %.5g\ntorque %.5g\nspeed %.5g\nrate %.5g\nenergy %.5g\n",
               cut.thrust, cut.normal, cut.tangential, 1e3 * cut.torque, cut.spindle / rpm(1), cut.rate, cut.energy());

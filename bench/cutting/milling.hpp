@@ -24,7 +24,6 @@ struct Milling {
   double load = 0;      ///< along the bone's normal [N]
   double tilt = 0;      ///< of the tool's axis against the bone's normal, across the feed [rad]
   double strength = 1;  ///< of the bone, by cortical bone's
-  double blur = 0.7;    ///< [voxels]
 };
 
 /// Means over the last half of the way. Forces are true ones, in newtons.
@@ -48,7 +47,7 @@ struct Milled {
   VoxelGrid<std::int16_t> bone = test::rasterise<std::int16_t>(
       test::HalfSpace{Vec3d(0, 0, top), Vec3d::UnitZ()}, {.size = {voxels(way + 5 * R), voxels(6 * R), voxels(7 * R)},
                                                           .spacing = Vec3d::Constant(h),
-                                                          .blur = how.blur,
+                                                          .blur = 0.7,
                                                           .contrast = 2700,
                                                           .air = -1000});
   options.strength = {.soft = 0, .cortical = 1700 / std::sqrt(how.strength)};

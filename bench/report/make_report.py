@@ -82,7 +82,7 @@ def main():
     found = goals.goals(sweep)
     drawn = {"error": [], "stability": [], "cutting": []}
     if shutil.which("gnuplot"):
-        drawn = plots.all_plots(folder, sweep, t["stability_energy"], t["cutting"])
+        drawn = plots.all_plots(folder, sweep, t["stability_energy"], t["cutting"], t["measured"])
     else:
         print("make_report: no gnuplot, so no plots", file=sys.stderr)
     sections = {

@@ -133,10 +133,10 @@ def measured(folder, rows):
     return plot.draw()
 
 
-def all_plots(folder, sweep, energy, forces):
+def all_plots(folder, sweep, energy, forces, published):
     """Paths by section; None where a table has nothing to draw."""
     each = ("line", "surface", "coupled")
     return {"cutting": [*(cutting(folder, forces, quantity) for quantity in ("thrust", "torque")),
-                        measured(folder, tables.read(folder, "measured"))],
+                        measured(folder, published)],
             "error": [error_against_time(folder, sweep, s, r) for s in tables.unique(sweep.rows, "scenario") for r in each],
             "stability": [stability_energy(folder, energy, r) for r in each]}
