@@ -630,14 +630,15 @@ static void named_tools(void) {
   trephine_grid_destroy(grid);
 }
 
-/* Milling by the law of cutting: true forces in each tick, the device's share of them, and edges of the tool's name. */
+/* Milling by the law of cutting: true forces in each tick, the device's share of them, and edges of the tool's name. At
+   6000 rpm both burrs have come to the feed of the hand in 1.5 s; a slower diamond still presses the spring together. */
 static trephine_scene* law_scene(trephine_grid* grid, const char* name) {
   trephine_scene_options o = scene_options(TREPHINE_COUPLED);
   CHECK(o.force_scale == 1 && o.stall_torque == 0 && fabs(o.spindle_speed - TREPHINE_RPM(30000)) < 1e-9);
   o.milling = TREPHINE_MILL_BY_LAW;
   o.tool_name = name;
   o.stiffness = 2000;
-  o.spindle_speed = TREPHINE_RPM(3000);
+  o.spindle_speed = TREPHINE_RPM(6000);
   o.force_scale = 0.02;
   o.stall_torque = 1;
   o.cortical_density = 1200;
@@ -666,12 +667,12 @@ static void by_law(void) {
   printf("by law: %.1f N, %.1f N mm of a round burr, %.1f N of a diamond\n", r[0].thrust, 1e3 * r[0].spindle_torque,
          r[1].thrust);
   CHECK(different == 0);
-  CHECK(r[1].thrust > 1.1 * r[0].thrust); /* each edge has its own, and grains act as 24 edges */
+  CHECK(r[1].thrust > 1.1 * r[0].thrust); /* grains press by their negative rake */
   for (int s = 0; s < 2; ++s) {
     CHECK(r[s].spindle_torque > 3e-3);
     CHECK(fabs(r[s].force[2] - 0.02 * r[s].thrust) < 0.05 * 0.02 * r[s].thrust);
     CHECK(fabs(r[s].torque[2] - 0.02 * r[s].spindle_torque) < 0.1 * 0.02 * r[s].spindle_torque);
-    CHECK(fabs(r[s].spindle_speed / TREPHINE_RPM(3000) - 1 + r[s].spindle_torque) < 0.02);
+    CHECK(fabs(r[s].spindle_speed / TREPHINE_RPM(6000) - 1 + r[s].spindle_torque) < 0.02);
     CHECK(fabs(r[s].feed - 2e-3) < 0.3 * 2e-3);
     CHECK(r[s].removed_total_mm3 > 5);
   }
