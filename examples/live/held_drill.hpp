@@ -12,6 +12,7 @@
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/structure/structure_guard.hpp>
+#include <trephine/tool/motors.hpp>
 #include <trephine/tool/revolved_tool.hpp>
 #include <trephine/voxel/cut_policy.hpp>
 
@@ -73,9 +74,10 @@ struct DrillSettings {
   trephine::Burr burr{};    ///< or a burr of the tool's size
   std::string tool_name{};  ///< of `tool`; empty: the burr
   std::optional<trephine::RevolvedTool> tool{};
-  double stiffness = 800;             ///< [N/m]
-  bool law = false;                   ///< the coupled tool mills by the law of cutting
-  trephine::BoneStrength strength{};  ///< of the bone, for the law
+  double stiffness = 800;                  ///< [N/m]
+  bool law = false;                        ///< the coupled tool mills by the law of cutting
+  trephine::BoneStrength strength{};       ///< of the bone, for the law
+  std::optional<trephine::Motor> motor{};  ///< that slows under load, for the law; none: a steady speed
   Tuning tuning{};
   // Only with structures.
   std::shared_ptr<const GuardedBone> guarded{};

@@ -153,7 +153,7 @@ void Instruments::sliders(Workbench& bench) {
     const trephine::CuttingForce::Options law = drill.cutting();
     double turns = law.speed / trephine::rpm(1), force_scale = law.force_scale;
     constexpr ImGuiSliderFlags kLog = ImGuiSliderFlags_Logarithmic;
-    if (panel::slider("spindle %.0f rpm", turns, 1, 500, 80'000, kLog)) tuning.turns = turns;
+    if (panel::slider("spindle %.0f rpm", turns, 1, 500, 500'000, kLog)) tuning.turns = turns;
     if (panel::slider("force scale %.3f", force_scale, 1, 0.01F, 1, kLog)) tuning.force_scale = force_scale;
   } else {
     panel::slider("feed %.2f mm/s", tuning.feed, 1e-3, 0.5F, 30);

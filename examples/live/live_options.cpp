@@ -9,6 +9,7 @@
 #endif
 
 #include <trephine/core/number.hpp>
+#include <trephine/tool/motors.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <CLI/CLI.hpp>
@@ -55,6 +56,15 @@ void read_tool(const std::string& text, bool coupled, LiveOptions& o) {
   }
   if (!coupled) throw CLI::ValidationError("--tool", "line and surface have a round burr; use --algorithm coupled");
   o.bone.tool = text;
+}
+
+/// A motor's name; throws CLI::ValidationError.
+void read_motor(const std::string& name, LiveOptions& o) {
+  try {
+    o.motor = trephine::motor_by_name(name);
+  } catch (const std::invalid_argument& e) {
+    throw CLI::ValidationError("--motor", e.what());
+  }
 }
 
 /// Keys, mouse and the commands of sessions' files, a line each.
@@ -134,8 +144,12 @@ Parsed parse_live_options(int argc, const char* const* argv) {
   app.add_option("--tool", tool,
                  "burr's diameter [mm] (six voxels at least), or a tool's name and diameter [mm] for the coupled "
                  "algorithm: match-head-3, twist-3.2");
-  app.add_flag("--law", o.law,
-               "mill by the law of cutting: feeding takes force, and the spindle turns the hand (coupled)");
+  auto* law = app.add_flag("--law", o.law,
+                           "mill by the law of cutting: feeding takes force, and the spindle turns the hand (coupled)");
+  std::string motor;
+  app.add_option("--motor", motor,
+                 "of the spindle, which slows under load: air-turbine, electric-handpiece or surgical-drill (none)")
+      ->needs(law);
   auto* voxel = app.add_option("--voxel", voxel_mm, "resample the bone to this spacing [mm], 0: as read (0.4)")
                     ->check(CLI::Range(0.0, 10.0));
   std::string protection = "warn";
@@ -171,6 +185,7 @@ Parsed parse_live_options(int argc, const char* const* argv) {
     app.parse(argc, argv);
     if (!size.empty()) read_size(size, o);
     if (!tool.empty()) read_tool(tool, renderer == "coupled", o);
+    if (!motor.empty()) read_motor(motor, o);
     if (o.law && renderer != "coupled") throw CLI::ValidationError("--law", "it needs --algorithm coupled");
     if (*at) {
       if (at_mm.size() != 3) throw CLI::ValidationError("--at", "needs X Y Z");

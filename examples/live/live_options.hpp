@@ -14,9 +14,10 @@ namespace live {
 struct LiveOptions {
   drill::Options bone;  ///< volume, isovalue, place, burr, voxel
   Renderer renderer = Renderer::kCoupled;
-  bool law = false;             ///< mills by the law of cutting
-  std::string device = kMouse;  ///< as `SessionOptions`
-  std::string labels;           ///< segmentation's file; empty: none
+  bool law = false;                        ///< mills by the law of cutting
+  std::optional<trephine::Motor> motor{};  ///< of the spindle, for the law
+  std::string device = kMouse;             ///< as `SessionOptions`
+  std::string labels;                      ///< segmentation's file; empty: none
   Protection protection = Protection::kWarn;
   double margin = 1e-3;  ///< of warning and guard [m]
   bool second_hand = false;

@@ -84,9 +84,12 @@ Registration rescaled(const Registration& from, const Posed& X_DH, double scale)
 trephine::CuttingForce::Options DrillSettings::cutting() const {
   const CuttingEdges edges = shape() != nullptr ? tool_by_name(tool_name).edges : CuttingEdges{};
   const drill::SpindleUse& use = drill::use_of(edges);
-  return drill::cutting_with(edges, strength,
-                             {.turns = tuning.turns > 0 ? tuning.turns : use.turns,
-                              .force_scale = tuning.force_scale > 0 ? tuning.force_scale : use.force_scale});
+  trephine::CuttingForce::Options law = drill::cutting_with(
+      edges, strength,
+      {.turns = use.turns, .force_scale = tuning.force_scale > 0 ? tuning.force_scale : use.force_scale});
+  if (motor) law = law.driven_by(*motor);
+  if (tuning.turns > 0) law.speed = trephine::rpm(tuning.turns);
+  return law;
 }
 
 std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,

@@ -346,6 +346,18 @@ TEST_CASE("undo: the bone is what it was before the stroke, bit for bit, and who
   CHECK(now == voxels);
 }
 
+TEST_CASE("motor: it drives the law of cutting, and the slider sets its speed") {
+  DrillSettings drill{.law = true};
+  const trephine::CuttingForce::Options without = drill.cutting();
+  drill.motor = trephine::motor_by_name("air-turbine");
+  CHECK(without.stall_torque > drill.motor->stall_torque);
+  CHECK(drill.cutting().stall_torque == drill.motor->stall_torque);
+  CHECK(drill.cutting().speed == drill.motor->speed);
+  CHECK(drill.cutting().force_scale == without.force_scale);
+  drill.tuning.turns = 3000;
+  CHECK(drill.cutting().speed == trephine::rpm(3000));
+}
+
 double loudness(const std::vector<float>& samples) {
   double sum = 0;
   for (const float s : samples) sum += static_cast<double>(s) * static_cast<double>(s);

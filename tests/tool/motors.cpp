@@ -48,8 +48,9 @@ TEST_CASE("motors: the air turbine is the strongest of 41, by a power that was m
 }
 
 TEST_CASE("motors: a burr's drag slows a turbine as it does in ceramic, though by more") {
-  // B1, a coarse diamond in leucite ceramic: 322.2 krpm free, tangential .24 to 1.77 N, 10.5 % slower at worst. The
-  // radius and the handpiece's stall torque are not stated: here a burr of 1 mm on the strongest turbine of 41.
+  // A coarse diamond in leucite ceramic (see kMotors): 322.2 krpm free, tangential .24 to 1.77 N, 10.5 % slower at
+  // worst. The radius and the handpiece's stall torque are not stated: here a burr of 1 mm on the strongest turbine
+  // of 41.
   constexpr double radius = 0.5e-3, least = 0.24, most = 1.77, measured = 0.105;
   Motor turbine = motor_by_name("air-turbine");
   turbine.speed = rpm(322.2e3);
