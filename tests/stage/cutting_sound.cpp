@@ -25,6 +25,7 @@ using namespace trephine::test;
 
 constexpr unsigned kSeed = 5150;
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kNoPath = std::numeric_limits<double>::infinity();
 
 /// Samples of a sound, `n` by buffers of `buffer`.
 std::vector<double> listen(CuttingSound& sound, double rate, int n, std::size_t buffer = 256) {
@@ -49,7 +50,8 @@ TEST_CASE("cutting sound: below 1 kHz its lines are the vibration's, at any audi
                                   .load = random.uniform(1e-3, 0.02),
                                   .teeth = 2 + random.below(run < 16 ? 5 : 15)};
     const CuttingSound::Options options{.gain = random.uniform(1, 50),
-                                        .pattern = {.arc = random.uniform(0.2, 1), .runout = run % 2 == 0 ? 0 : 0.3}};
+                                        .pattern = {.arc = random.uniform(0.2, 1), .runout = run % 2 == 0 ? 0 : 0.3},
+                                        .corner = kNoPath};
     Mailbox<CuttingSoundState> box;
     CuttingSound sound(options, box);
     box.post(state);
@@ -91,7 +93,7 @@ TEST_CASE("cutting sound: no state makes a click") {
   Random random(kSeed + 1);
   constexpr double rate = 48e3;
   constexpr std::size_t buffer = 128;
-  const CuttingSound::Options options{.gain = 10, .pattern = {.arc = 0.8, .runout = 0.2}};
+  const CuttingSound::Options options{.gain = 10, .pattern = {.arc = 0.8, .runout = 0.2, .spread = 0.3}};
   Mailbox<CuttingSoundState> box;
   CuttingSound sound(options, box);
   std::array<float, buffer> out{};
@@ -115,12 +117,18 @@ TEST_CASE("cutting sound: no state makes a click") {
     for (const auto& s : {older, before, now}) {
       const ToothLines lines(s.teeth, options.pattern);
       double slopes = options.pattern.runout * fastest, peak = lines.peak(0);
-      for (int m = 1; m <= ToothLines::kHarmonics && s.teeth > 0; ++m) {
-        const double x = m * s.teeth * options.pattern.arc / 2, q = 2 * x / std::numbers::pi;
-        const double a = std::abs(2 * std::cos(x) / (1 - q * q));
-        const double order = m * s.teeth + 1;
-        slopes += 1.2 * a * std::min({order * fastest, 0.4 * kTurn, 2.0});
-        slopes += 1.2 * a * 5 * order * fastest / static_cast<double>(buffer) / kTurn;
+      // The path's slope is at most 1.4 by its corner.
+      const double by_weights = 5 / kTurn + 1.4 * rate / (kTurn * options.corner);
+      const auto add = [&](double share, int k, double order) {
+        const double x = k * options.pattern.arc / 2, q = 2 * x / std::numbers::pi;
+        const double a = share * std::abs(2 * std::cos(x) / (1 - q * q));
+        slopes += a * (std::min({order * fastest, 0.4 * kTurn, 2.0}) +
+                       by_weights * order * fastest / static_cast<double>(buffer));
+      };
+      for (int m = 1; m <= ToothLines::kHarmonics; ++m) {
+        if (s.teeth > 0) add(1.2, m * s.teeth, m * s.teeth + 1);
+        if (s.teeth != 1)
+          add(s.teeth > 0 ? options.pattern.spread / std::sqrt(s.teeth) : 1 / std::sqrt(CuttingEdges::kGrains), m, m);
       }
       step = std::max(step, options.gain * most_load * (slopes + peak / static_cast<double>(buffer)));
     }
@@ -180,7 +188,7 @@ TEST_CASE("cutting sound: load and speed go in straight lines from state to stat
   constexpr int n = 300;
   const ToothPattern pattern{.arc = 0.5, .runout = 0.1};
   Mailbox<CuttingSoundState> box;
-  CuttingSound sound({.gain = 2, .pattern = pattern}, box);
+  CuttingSound sound({.gain = 2, .pattern = pattern, .corner = kNoPath}, box);
   const ToothLines lines(5, pattern);
   std::array<float, n> out{};
   double worst = 0;
@@ -241,6 +249,7 @@ TEST_CASE("cutting sound: takes a report, refuses what is no number, and allocat
   check_refused("gain", [&] { CuttingSound({.gain = -1}, box); });
   check_refused("gain", [&] { CuttingSound({.gain = nan}, box); });
   check_refused("arc", [&] { CuttingSound({.pattern = {.arc = 4}}, box); });
+  for (const double bad : {0.0, -1.0, nan}) check_refused("corner", [&] { CuttingSound({.corner = bad}, box); });
 }
 
 }  // namespace

@@ -174,8 +174,7 @@ TEST_CASE("cutting vibration: slows with the spindle, follows new teeth, and res
   CHECK(loudest() == near(450, 0.0052));
   other.edges.kind = CuttingEdges::Kind::kDiamond;
   vibration.adopt(other);
-  CHECK(tick(vibration, 1e-4) == inner.now.edges);
-  CHECK(vibration.factor() == 1);
+  CHECK(loudest() == near(75, 0.01));  // grains have lines at each order of the spindle
   other.edges = {.flutes = 4};
   vibration.adopt(other);
   vibration.reset();

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -207,15 +208,80 @@ TEST_CASE("tooth lines: a spindle that runs up makes no step larger than its lin
   CHECK(worst > 0.5);
 }
 
+/// Amplitudes of the spindle's orders 1 to n in a force by the spindle's angle.
+template <class Force>
+std::vector<double> orders_of(int n, const Force& force) {
+  constexpr int kPoints = 512;
+  std::vector<std::complex<double>> sums(static_cast<std::size_t>(n));
+  for (int i = 0; i < kPoints; ++i) {
+    const double theta = kTurn * (i + 0.5) / kPoints, now = force(theta);
+    for (int k = 1; k <= n; ++k) sums[static_cast<std::size_t>(k - 1)] += std::polar(2 * now / kPoints, -k * theta);
+  }
+  std::vector<double> out;
+  for (const auto& sum : sums) out.push_back(std::abs(sum));
+  return out;
+}
+
+TEST_CASE("tooth lines: unequal teeth, and a diamond's grains anywhere, have the lines of such burrs in the mean") {
+  CAPTURE(kSeed);
+  Random random(kSeed + 3);
+  constexpr int kOrders = 24;
+  const int burrs = cases(2000);
+  double off = 0;
+  for (const int z : {0, 3, 8}) {
+    const ToothPattern p{.arc = 0.6, .spread = 0.4};
+    const ToothLines lines(z, p);
+    const std::vector<double> got = orders_of(kOrders, [&](double theta) { return lines.sample(theta, 1e-4); });
+    // Force of half sines at given angles with given shares, over its mean.
+    const int count = z > 0 ? z : CuttingEdges::kGrains;
+    std::vector<double> squares(kOrders);
+    for (int burr = 0; burr < burrs; ++burr) {
+      std::vector<std::complex<double>> turns(kOrders);
+      for (int j = 0; j < count; ++j) {
+        const double at = z > 0 ? kTurn * j / z : random.uniform(0, kTurn);
+        const double share = z > 0 ? 1 + p.spread * random.normal() : 1;
+        for (int k = 1; k <= kOrders; ++k) turns[static_cast<std::size_t>(k - 1)] += std::polar(share / count, k * at);
+      }
+      for (std::size_t k = 0; k < kOrders; ++k) squares[k] += std::norm(turns[k]) / burrs;
+    }
+    for (int k = 1; k <= kOrders; ++k) {
+      CAPTURE(z);
+      CAPTURE(k);
+      // Where equal teeth have a line, the spread's share of it is left out.
+      const bool of_equal_teeth = z > 0 && k % z == 0;
+      const double pulse = std::abs(amplitude_by_quadrature(1, {.arc = p.arc}, k));
+      const double share = of_equal_teeth ? 1 : std::sqrt(squares[static_cast<std::size_t>(k - 1)]);
+      const double error = got[static_cast<std::size_t>(k - 1)] / (pulse * share) - 1;
+      CHECK(std::abs(error) < 0.07);
+      off = std::max(off, std::abs(error));
+    }
+  }
+  MESSAGE("off the root mean square of ", burrs, " burrs by at most ", off);
+}
+
+TEST_CASE("tooth lines: a filter weighs each line by its frequency") {
+  const ToothPattern p{.arc = 0.7, .runout = 0.3, .spread = 0.5};
+  for (const int z : {0, 1, 6}) {
+    const ToothLines lines(z, p);
+    const double advance = 1e-3;
+    const auto below = [&](double angle) { return angle < 9.5 * advance ? 1.0 : 0.0; };
+    const std::vector<double> all = orders_of(32, [&](double theta) { return lines.sample(theta, advance); });
+    const std::vector<double> low = orders_of(32, [&](double theta) { return lines.sample(theta, advance, below); });
+    for (std::size_t k = 1; k <= 32; ++k) CHECK(std::abs(low[k - 1] - (k < 10 ? all[k - 1] : 0)) < 1e-12);
+  }
+}
+
 TEST_CASE("tooth lines: sums stay within their bound, however long and whatever they weigh") {
   CAPTURE(kSeed);
   Random random(kSeed + 2);
   Figures constant;
   for (int run = 0; run < cases(160); ++run) {
-    const int z = 1 + random.below(16);
-    const ToothPattern p{.arc = random.uniform(0.1, 3), .runout = run % 2 == 0 ? 0 : random.uniform()};
+    const int z = random.below(17);
+    const ToothPattern p{.arc = random.uniform(0.1, 3),
+                         .runout = run % 2 == 0 ? 0 : random.uniform(),
+                         .spread = run % 4 < 2 ? 0 : random.uniform()};
     const ToothLines lines(z, p);
-    const double advance = random.uniform(1e-3, 0.35 * kTurn / z);
+    const double advance = random.uniform(1e-3, 0.35 * kTurn / std::max(z, 1));
     const double bound = lines.sum_bound(advance), peak = lines.peak(advance);
     double theta = random.uniform(0, kTurn), sum = 0, worst = 0;
     int over = 0;
@@ -240,10 +306,12 @@ TEST_CASE("tooth lines: sums stay within their bound, however long and whatever 
   CHECK(constant.worst() > 0.9);
 }
 
-TEST_CASE("tooth lines: teeth without lines, and refusals") {
+TEST_CASE("tooth lines: edges without teeth or with one, and refusals") {
   const CuttingEdges diamond{.kind = CuttingEdges::Kind::kDiamond, .flutes = 0};
-  CHECK(ToothLines(diamond, {}).peak(0) == 0);
-  CHECK(ToothLines(diamond, {.runout = 0.3}).sample(0, 0.01) == 0.3);
+  CHECK(ToothLines(diamond, {.spread = 1}).sample(0.1, 0.01) == ToothLines(diamond, {}).sample(0.1, 0.01));
+  CHECK(std::abs(ToothLines(diamond, {.runout = 0.3}).sample(0, 0.01) - ToothLines(diamond, {}).sample(0, 0.01) - 0.3) <
+        1e-15);
+  CHECK(ToothLines(1, {.spread = 1}).sample(0.2, 1e-3) == ToothLines(1, {}).sample(0.2, 1e-3));
   CHECK(ToothLines().sample(1, 0.1) == 0);
   CHECK(ToothLines(1, {.runout = 1}).sample(0.2, 1e-3) == ToothLines(1, {}).sample(0.2, 1e-3));
   CHECK(ToothLines(6, {}).sample(0.3, -0.02) == ToothLines(6, {}).sample(0.3, 0.02));  // turns either way
@@ -254,6 +322,7 @@ TEST_CASE("tooth lines: teeth without lines, and refusals") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {0.0, -1.0, 3.2, nan}) check_refused("arc", [&] { ToothPattern{.arc = bad}.validate(); });
   for (const double bad : {-0.1, 1.1, nan}) check_refused("runout", [&] { ToothPattern{.runout = bad}.validate(); });
+  for (const double bad : {-0.1, 1.1, nan}) check_refused("spread", [&] { ToothPattern{.spread = bad}.validate(); });
 }
 
 }  // namespace

@@ -29,8 +29,9 @@ concept ReportingCutting = Stage<C> && requires(const C& cutting) {
 /// It takes the CuttingForce's place as the law of a `Cutting`. Each tick the edges' wrench
 /// of that CuttingForce is multiplied by 1 + depth · ripple (`ToothLines`), so the mean stays. Depth 1 is the ripple of
 /// teeth that cut one by one; helical teeth, and heads that cut all round, have less. Thrust, feed and cuts are the
-/// CuttingForce's own. Fast teeth are beyond the band of a loop: at 1 kHz lines end at 400 Hz, at 10 kHz at 4 kHz, and
-/// none aliases. At stall the ripple stands with the teeth.
+/// CuttingForce's own. Grains of a diamond and unequal teeth add lines at each order of the spindle. Fast teeth are
+/// beyond the band of a loop: at 1 kHz lines end at 400 Hz, at 10 kHz at 4 kHz, and none aliases. At stall the ripple
+/// stands with the teeth.
 ///
 /// *Energy.* Let u be the work of the edges' wrench, as the device gets it, in a tick. The vibration's work is at most
 /// depth · `lines().peak` · Σ |u|: A |v| t for an amplitude A. While the spindle's speed is constant, it is also at

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <random>
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
@@ -18,23 +19,32 @@ struct ToothPattern {
   double arc = std::numbers::pi / 4;
   /// Relative rise and fall of the force over a turn, from teeth that do not run true; 0 to 1.
   double runout = 0;
+  /// Standard deviation of the teeth's shares of the force, by their mean; 0 to 1. Hands feed a tooth by a micrometre
+  /// or less, so that unequal teeth cut unequal chips.
+  double spread = 0;
 
   /// Throws std::invalid_argument.
   void validate() const {
     if (!(arc > 0) || !(arc <= std::numbers::pi)) refuse("ToothPattern", "arc must be in (0, pi] rad", arc);
     if (!(runout >= 0) || !(runout <= 1)) refuse("ToothPattern", "runout must be in [0, 1]", runout);
+    if (!(spread >= 0) || !(spread <= 1)) refuse("ToothPattern", "spread must be in [0, 1]", spread);
   }
 };
 
 /// The ripple of a cutting force by the passing of teeth: a sum of lines, band-limited for the rate at which it is
 /// sampled. It is relative to the mean force over a turn, so its own mean is 0:
 ///
-///     (1 + r cos θ) (1 + Σ a_m cos(m z θ)) − 1,    a_m = 2 cos(x) / (1 − (2x/π)²),  x = m z arc / 2.
+///     (1 + r cos θ) (1 + Σ a(m z) cos(m z θ)) − 1 + Σ b_k cos(k θ + φ_k),
+///     a(k) = 2 cos(x) / (1 − (2x/π)²),    x = k arc / 2.
 ///
-/// θ is the spindle's angle, z the number of teeth, r the runout. a_m are the Fourier coefficients of z half sines a
+/// θ is the spindle's angle, z the number of teeth, r the runout. a are the Fourier coefficients of z half sines a
 /// turn: a chip's thickness from its tooth's entry to its exit. Lines are at z times the spindle's frequency and its
-/// harmonics; runout adds one at the spindle's frequency and one on each side of every tooth line. Diamond burrs have
-/// no teeth, only runout.
+/// harmonics; runout adds one at the spindle's frequency and one on each side of every tooth line.
+///
+/// *Unequal teeth* with the spread σ add lines at the other orders k of the spindle, with b_k = a(k) σ / √z: the root
+/// mean square over all burrs of such teeth. A diamond's grains stand anywhere and have these lines alone, at every
+/// order, with σ = 1 and `CuttingEdges::kGrains` for z. The phases φ are random numbers that are the same for all
+/// burrs.
 ///
 /// *Band limit.* A line of order k has the frequency f = k/2π · `advance` by sample, `advance` being the angle from
 /// sample to sample. Its weight is 1 up to a tenth of the sampling rate, falls smoothly, and is 0 from four tenths on.
@@ -49,22 +59,33 @@ struct ToothPattern {
 /// A value of fixed size; no allocation. Cost: four sines and cosines, and a few operations a line.
 class ToothLines {
  public:
-  static constexpr int kHarmonics = 32;   ///< tooth lines, the first included
+  static constexpr int kHarmonics = 32;   ///< tooth lines, the first included; orders of unequal teeth
   static constexpr double kWhole = 0.1;   ///< frequency up to which a line is whole, by the sampling rate
   static constexpr double kSilent = 0.4;  ///< frequency from which it is 0, by the sampling rate
 
   ToothLines() = default;  ///< no lines
   /// `edges` and `pattern` are valid.
   ToothLines(const CuttingEdges& edges, const ToothPattern& pattern) noexcept : ToothLines(teeth_of(edges), pattern) {}
-  /// For `teeth` >= 0. A single tooth has no runout.
+  /// For `teeth` >= 0; 0 is a diamond's grains. A single tooth has no runout and no spread.
   ToothLines(int teeth, const ToothPattern& pattern) noexcept
       : teeth_(teeth), runout_(teeth == 1 ? 0 : pattern.runout) {
-    if (teeth_ <= 0) return;
-    for (std::size_t i = 0; i < amplitude_.size(); ++i)
-      amplitude_[i] = 2 * half_sine(static_cast<double>(i + 1) * teeth_ * pattern.arc / 2);
+    const auto coefficient = [&](int order) { return 2 * half_sine(order * pattern.arc / 2); };
+    if (teeth_ > 0)
+      for (int m = 0; m < kHarmonics; ++m) amplitude_[static_cast<std::size_t>(m)] = coefficient((m + 1) * teeth_);
+    const double uneven = teeth_ == 0  ? 1 / std::sqrt(static_cast<double>(CuttingEdges::kGrains))
+                          : teeth_ > 1 ? pattern.spread / std::sqrt(static_cast<double>(teeth_))
+                                       : 0;
+    is_uneven_ = uneven > 0;
+    if (!is_uneven_) return;
+    std::minstd_rand phases;
+    for (int k = 1; k <= kHarmonics; ++k) {
+      const double phase = 2 * std::numbers::pi * static_cast<double>(phases()) / std::minstd_rand::max();
+      const double size = teeth_ > 0 && k % teeth_ == 0 ? 0 : uneven * coefficient(k);
+      uneven_[static_cast<std::size_t>(k - 1)] = {size * std::cos(phase), size * std::sin(phase)};
+    }
   }
 
-  /// Number of teeth that make lines.
+  /// Number of teeth that make lines; 0 for a diamond's grains.
   [[nodiscard]] static int teeth_of(const CuttingEdges& edges) noexcept {
     return edges.kind == CuttingEdges::Kind::kDiamond ? 0 : edges.flutes;
   }
@@ -72,15 +93,33 @@ class ToothLines {
 
   /// The ripple at the angle `theta` [rad], `advance` [rad] after the sample before.
   [[nodiscard]] double sample(double theta, double advance) const noexcept {
+    return sample(theta, advance, [](double) { return 1.0; });
+  }
+  /// The same through a filter: `gain(angle)`, 0 to 1, is that of a line that advances by this angle from sample to
+  /// sample.
+  template <class Gain>
+  [[nodiscard]] double sample(double theta, double advance, Gain&& gain) const noexcept {
     const double phase = teeth_ * theta, cos_z = std::cos(phase), sin_z = std::sin(phase);
     const double cos_1 = std::cos(theta), sin_1 = std::sin(theta);
     double c = 1, s = 0;  // of m · phase
-    double sum = runout_ * weight(advance) * cos_1;
-    for_each_tooth_line(advance, [&](double amplitude, const Weights& w) {
-      const double turned = c * cos_z - s * sin_z;
-      s = s * cos_z + c * sin_z;
+    const auto turn = [&](double by_c, double by_s) {
+      const double turned = c * by_c - s * by_s;
+      s = s * by_c + c * by_s;
       c = turned;
+    };
+    const auto weigh = [&](double angle) {
+      const double w = weight(angle);
+      return w > 0 ? w * gain(angle) : 0;
+    };
+    double sum = runout_ > 0 ? runout_ * weigh(advance) * cos_1 : 0;
+    for_each_tooth_line(advance, weigh, [&](double amplitude, const Weights& w) {
+      turn(cos_z, sin_z);
       sum += amplitude * (w.line * c + w.below * (c * cos_1 + s * sin_1) + w.above * (c * cos_1 - s * sin_1));
+    });
+    c = 1, s = 0;
+    for_each_uneven_line(advance, weigh, [&](const Uneven& line, double w, int) {
+      turn(cos_1, sin_1);
+      sum += w * (line.cosine * c - line.sine * s);
     });
     return sum;
   }
@@ -88,9 +127,10 @@ class ToothLines {
   /// Upper bound of |sample|.
   [[nodiscard]] double peak(double advance) const noexcept {
     double sum = runout_ * weight(advance);
-    for_each_tooth_line(advance, [&](double amplitude, const Weights& w) {
+    for_each_tooth_line(advance, weight, [&](double amplitude, const Weights& w) {
       sum += std::abs(amplitude) * (w.line + w.below + w.above);
     });
+    for_each_uneven_line(advance, weight, [&](const Uneven& line, double w, int) { sum += w * line.size(); });
     return sum;
   }
 
@@ -101,10 +141,12 @@ class ToothLines {
       return w > 0 ? w / std::abs(std::sin(order * advance / 2)) : 0.0;
     };
     double sum = bound(runout_ * weight(advance), 1), order = 0;
-    for_each_tooth_line(advance, [&](double amplitude, const Weights& w) {
+    for_each_tooth_line(advance, weight, [&](double amplitude, const Weights& w) {
       order += teeth_;
       sum += std::abs(amplitude) * (bound(w.line, order) + bound(w.below, order - 1) + bound(w.above, order + 1));
     });
+    for_each_uneven_line(advance, weight,
+                         [&](const Uneven& line, double w, int k) { sum += bound(w * line.size(), k); });
     return sum;
   }
 
@@ -129,26 +171,46 @@ class ToothLines {
     double below, line, above;
   };
 
+  /// Line of an order of the spindle.
+  struct Uneven {
+    double cosine = 0, sine = 0;
+    [[nodiscard]] double size() const noexcept { return std::hypot(cosine, sine); }
+  };
+
   /// Calls with the amplitude and weights of each tooth line that is not silent with its neighbours.
-  template <class Function>
-  void for_each_tooth_line(double advance, Function&& function) const noexcept {
+  template <class Weigh, class Function>
+  void for_each_tooth_line(double advance, Weigh&& weigh, Function&& function) const noexcept {
     if (teeth_ <= 0) return;
     double order = 0;
     for (const double amplitude : amplitude_) {
       order += teeth_;
-      Weights w{0, weight(order * advance), 0};
+      Weights w{0, weigh(order * advance), 0};
       if (runout_ > 0) {
-        w.below = runout_ / 2 * weight((order - 1) * advance);
-        w.above = runout_ / 2 * weight((order + 1) * advance);
+        w.below = runout_ / 2 * weigh((order - 1) * advance);
+        w.above = runout_ / 2 * weigh((order + 1) * advance);
       }
       if (!(w.line > 0) && !(w.below > 0)) return;
       function(amplitude, w);
     }
   }
 
+  /// Calls with each line of unequal teeth that is not silent, its weight and its order.
+  template <class Weigh, class Function>
+  void for_each_uneven_line(double advance, Weigh&& weigh, Function&& function) const noexcept {
+    if (!is_uneven_) return;
+    int order = 0;
+    for (const Uneven& line : uneven_) {
+      const double w = weigh(++order * advance);
+      if (!(w > 0)) return;
+      function(line, w, order);
+    }
+  }
+
   int teeth_ = 0;
   double runout_ = 0;
+  bool is_uneven_ = false;
   std::array<double, kHarmonics> amplitude_{};
+  std::array<Uneven, kHarmonics> uneven_{};
 };
 
 }  // namespace trephine
