@@ -6,4 +6,5 @@
 #include <trephine/guide/keep_in.hpp>
 #include <trephine/structure/motion_barrier.hpp>
 #include <trephine/structure/protection.hpp>
+#include <trephine/structure/soft_structures.hpp>
 #include <trephine/structure/tissues.hpp>

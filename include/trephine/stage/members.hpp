@@ -33,6 +33,10 @@ template <class R, class Field>
 concept RendersInTime = requires(R renderer, const Field& field, const Pose<typename R::Scalar>& X_GT, double dt) {
   renderer.render(field, X_GT, dt);
 };
+/// `render(field, X_GT, dt, load)` carries a ToolLoad beside the bone.
+template <class R, class Field, class Load>
+concept CarriesLoad = requires(R renderer, const Field& field, const Pose<typename R::Scalar>& X_GT, double dt,
+                               Load& load) { renderer.render(field, X_GT, dt, load); };
 /// `take_tool_change()` returns true once after the tool was replaced; the scene then starts anew with its head.
 template <class R>
 concept ChangesTool = requires(R renderer) {
@@ -122,6 +126,9 @@ template <class P>
 concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
   { part.add_to(summary) } noexcept -> std::same_as<void>;
 };
+/// `tool_load()` is a ToolLoad, which the scene's renderer carries beside the bone (`SoftStructures`).
+template <class P>
+concept LoadsTool = requires(P& part) { part.tool_load(); };
 /// `cut_floor()` is a pointer to the CutFloor below which no cut of the scene lowers bone, or null (`Veto`).
 template <class P>
 concept KeepsCutsOut = requires(const P& part) { part.cut_floor(); };

@@ -90,6 +90,13 @@ class PartList {
   [[nodiscard]] static auto& cutting(Self& self) noexcept {
     return std::get<first_of({CuttingPart<Parts, Grid, ContactRenderer>...})>(self.parts_);
   }
+  static constexpr bool kLoads = (LoadsTool<Parts> || ...);
+  /// Returns what presses on the tool besides bone.
+  [[nodiscard]] auto& load() noexcept
+    requires kLoads
+  {
+    return std::get<first_of({LoadsTool<Parts>...})>(parts_).tool_load();
+  }
   /// Returns the floor below which nothing is cut, or null.
   [[nodiscard]] auto cut_floor() const noexcept {
     if constexpr ((KeepsCutsOut<Parts> || ...))

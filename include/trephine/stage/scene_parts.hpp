@@ -46,8 +46,8 @@ concept RendererOfBone = requires {
 
 /// A part that a scene may list after its renderer.
 template <class P, class Density, class R>
-concept ScenePart =
-    Stage<P> || CuttingPart<P, VoxelGrid<Density>, R> || KeepsCutsOut<P> || std::derived_from<P, ForceOnly>;
+concept ScenePart = Stage<P> || CuttingPart<P, VoxelGrid<Density>, R> || KeepsCutsOut<P> || LoadsTool<P> ||
+                    std::derived_from<P, ForceOnly>;
 
 /// Number of parts that are, or derive from, T.
 template <class T, class... Parts>
@@ -97,6 +97,8 @@ enum class SceneMistake {
   kTwoForceOnly,
   kTwoCuttings,
   kTwoFloors,
+  kTwoLoads,
+  kLoadNotCarried,
   kLawAlone
 };
 
@@ -120,7 +122,18 @@ struct SceneCheck {
     if ((std::size_t{0} + ... + CuttingPart<Parts, VoxelGrid<Density>, ContactRenderer>) > 1)
       return SceneMistake::kTwoCuttings;
     if ((std::size_t{0} + ... + KeepsCutsOut<Parts>) > 1) return SceneMistake::kTwoFloors;
+    if ((std::size_t{0} + ... + LoadsTool<Parts>) > 1) return SceneMistake::kTwoLoads;
+    if (!(carries<Parts>() && ...)) return SceneMistake::kLoadNotCarried;
     return SceneMistake::kNone;
+  }
+  /// Returns true unless the part is a load that the renderer does not carry.
+  template <class P>
+  static constexpr bool carries() {
+    if constexpr (LoadsTool<P>)
+      return CarriesLoad<ContactRenderer, typename FieldOf<ContactRenderer, Density>::Type,
+                         std::remove_cvref_t<decltype(std::declval<P&>().tool_load())>>;
+    else
+      return true;
   }
 };
 template <class Bone, class... Others>
@@ -159,8 +172,8 @@ class HapticScene {
                 "trephine::HapticScene: the third argument must be a renderer (see trephine/render/renderer.hpp): "
                 "write HapticScene{bone, isovalue, renderer, parts...}");
   static_assert(kMistake != Mistake::kNotAPart,
-                "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Cutting, a Veto or "
-                "ForceOnly, its functions noexcept; a scene has one renderer");
+                "trephine::HapticScene: each part after the renderer must be a Stage (apply), a Cutting, a Veto, "
+                "SoftStructures or ForceOnly, its functions noexcept; a scene has one renderer");
   static_assert(kMistake != Mistake::kTwoLimits, "trephine::HapticScene: more than one DeviceLimits");
   static_assert(kMistake != Mistake::kLimitsNotLast,
                 "trephine::HapticScene: DeviceLimits must be the last stage: write it at the end of the list");
@@ -172,6 +185,10 @@ class HapticScene {
                 "CuttingForce{...}}");
   static_assert(kMistake != Mistake::kTwoFloors,
                 "trephine::HapticScene: more than one Veto or Protection: list one, with all structures");
+  static_assert(kMistake != Mistake::kTwoLoads,
+                "trephine::HapticScene: more than one SoftStructures: list one, with all structures");
+  static_assert(kMistake != Mistake::kLoadNotCarried,
+                "trephine::HapticScene: SoftStructures need a renderer that carries loads: take a CoupledToolRenderer");
 
  public:
   template <class... Arguments>

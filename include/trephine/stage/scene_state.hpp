@@ -99,7 +99,9 @@ class SceneState {
   /// Runs the renderer in the bone as it is.
   [[nodiscard]] Rendered<Scalar> render(const Posed& X_GT, double dt) noexcept {
     const auto render_in = [&](const Field& field) {
-      if constexpr (RendersInTime<ContactRenderer, Field>)
+      if constexpr (List::kLoads)
+        return renderer_.render(field, X_GT.template cast<Scalar>(), dt, parts_.load());
+      else if constexpr (RendersInTime<ContactRenderer, Field>)
         return renderer_.render(field, X_GT.template cast<Scalar>(), dt);
       else
         return renderer_.render(field, X_GT.template cast<Scalar>());

@@ -171,6 +171,21 @@ class GuardPotential {
     return found;
   }
 
+  /// Returns a distance [m] by which every ball of a tool at X_ST may move before it touches a margin; <= 0: unknown.
+  /// Cost: one lookup of the nearest structure for each stretch of the axis that is clear.
+  [[nodiscard]] double clearance(const Posed& X_ST) const noexcept {
+    const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
+    double least = clear_length(field_->nearest(tip).distance, burr_.tip_radius);
+    // Balls that a clear one passes over have half its clearance at least.
+    for (std::size_t n = 0; n < samples_.size() && least > 0;) {
+      const Vec3d p = tip + samples_[n].z * axis;
+      const double half = clear_length(field_->nearest(p).distance, shaft_radius_) / 2;
+      least = std::min(least, half);
+      n += 1 + static_cast<std::size_t>(std::max(half, 0.0) / sample_step_);
+    }
+    return least;
+  }
+
   /// All pushes of one structure.
   struct Load {
     double powered = 0;  ///< Σ w u^p

@@ -14,6 +14,7 @@
 #include <trephine/render/coupled/gains.hpp>
 #include <trephine/render/coupled/pose_search.hpp>
 #include <trephine/render/coupled/tool_in_bone.hpp>
+#include <trephine/render/tool_load.hpp>
 #include <trephine/tool/ball_and_shaft.hpp>
 #include <trephine/voxel/gradient.hpp>
 
@@ -128,23 +129,30 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   /// tick.
   template <class View>
   Rendered<double> render(const View& view, const Posed& X_device, double dt = 1e-3) noexcept {
+    NoLoad none;
+    return render(view, X_device, dt, none);
+  }
+  /// The same with a load: its energy adds to E, so the tool rests on bone and load together.
+  template <class View, ToolLoad Load>
+  Rendered<double> render(const View& view, const Posed& X_device, double dt, Load& load) noexcept {
     Rendered<double> out;
     view.surface().begin_tick(std::max(bricks_per_tick_, view.surface().kBricksPerTick));
     const TickStart start = begin_tick(view, X_device);
     if (start.jumped) out.status = Status::kJump;
     const ToolMotion motion = motion_between(X_, X_device);
     Vec6d extension = Vec6d::Zero();
-    if (axis_in_bone_ || stays_in_air(view, motion)) {
+    if (axis_in_bone_ || (stays_clear(load, motion) && stays_in_air(view, motion))) {
       set_free(X_device);
       if (axis_in_bone_) out.status = worse(out.status, Status::kStartedInside);
     } else {
-      const SearchResult found = search(view, X_device, start.device_motion);
+      const SearchResult found = search(view, X_device, start.device_motion, load);
       if (!found.converged) out.status = worse(out.status, Status::kWorkBound);
       if (start.restarts && found.initial_depth > Constants::kStartDepth * gains_.shortest_spacing)
         out.status = worse(out.status, Status::kStartedInside);
       out.evaluated = found.evaluation_count > 0;
-      extension = out.evaluated ? report(found, out.contact) : hold(start.restarts);
+      extension = out.evaluated ? report(found, out.contact, load) : hold(start.restarts);
     }
+    if (!axis_in_bone_) load.settle(X_, dt);
     awaits_start_ = start.restarts && !out.evaluated;
     gives_wrench_ = extension.squaredNorm() > 0;
     if (out.evaluated)
@@ -306,6 +314,15 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     return true;
   }
 
+  /// Returns true if no load is in the way of a motion of the virtual tool.
+  template <class Load>
+  [[nodiscard]] bool stays_clear(const Load& load, const ToolMotion& motion) const noexcept {
+    if constexpr (std::same_as<Load, NoLoad>)
+      return true;
+    else
+      return load.clearance(X_) >= motion.at(bounds_.arm());
+  }
+
   /// Places the virtual tool at X, without contact.
   void set_free(const Posed& X) noexcept {
     X_ = X;
@@ -320,21 +337,36 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   }
 
   /// Evaluates contact, friction and coupling at X. Returns nothing while the bone's surface there is not available.
-  template <class View>
+  template <class View, class Load>
   [[nodiscard]] std::optional<PoseEvaluation> evaluate(const View& view, const Posed& X,
-                                                       const ToolMotion& device_motion) noexcept {
+                                                       const ToolMotion& device_motion, Load& load) noexcept {
     if (!evaluated_ || X.matrix() != evaluated_->X.matrix()) {
       evaluated_.reset();
       if (!broad_phase_.update(view, shape_, X, device_motion)) return std::nullopt;
       evaluated_ = EvaluatedContact{X, foundation_.sum(broad_phase_.elements(), shape_, X, gains_.law)};
     }
     bristles_.attach(foundation_.points(), X, gains_.law.stiffness);
-    return PoseEvaluation{evaluated_->contact, bristles_.linearise(Vec6d::Zero()),
-                          gains_.coupling.evaluate(X, X_device_), gains_.coupling.solves_rotation};
+    PoseEvaluation found{evaluated_->contact, bristles_.linearise(Vec6d::Zero()),
+                         gains_.coupling.evaluate(X, X_device_), gains_.coupling.solves_rotation};
+    if constexpr (!std::same_as<Load, NoLoad>) add(load, X, found);
+    return found;
+  }
+  /// Adds a load to the contact with bone.
+  template <class Load>
+  void add(Load& load, const Posed& X, PoseEvaluation& found) const noexcept {
+    const LoadSum sum = load.press(X);
+    found.contact.energy += sum.energy;
+    found.contact.wrench += sum.wrench;
+    found.contact.stiffness += sum.stiffness;
+    found.load_depth = sum.depth;
+    if (sum.energy > 0) return;
+    Clearance& clear = found.contact.clearance;
+    clear.listed_distance = std::min(clear.listed_distance, std::max(load.clearance(X), 0.0));
+    clear.listed_arm = std::max(clear.listed_arm, bounds_.arm());
   }
 
-  template <class View>
-  SearchResult search(const View& view, const Posed& X_device, const ToolMotion& device_motion) noexcept {
+  template <class View, class Load>
+  SearchResult search(const View& view, const Posed& X_device, const ToolMotion& device_motion, Load& load) noexcept {
     bristles_.begin_tick(X_);
     // Warm start at the pose evaluated last, whose contact is stored. Where bone was cut there, the tool likely moves
     // on as in the last tick. Bristles must begin at its last pose.
@@ -348,7 +380,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     }
     if (!gains_.coupling.solves_rotation) start.linear() = X_device.linear();
     PoseSearch search(
-        gains_.coupling, X_device, bounds_, [&](const Posed& X) { return evaluate(view, X, device_motion); },
+        gains_.coupling, X_device, bounds_, [&](const Posed& X) { return evaluate(view, X, device_motion, load); },
         bristles_);
     return search.minimise(start,
                            {.smallest_step = Constants::kSmallestStep * h,
@@ -359,7 +391,8 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
 
   /// Takes the result of a search. Returns the coupling's extension: the small motion from the virtual tool to the
   /// device.
-  [[nodiscard]] Vec6d report(const SearchResult& found, ContactSummary& summary) noexcept {
+  template <class Load>
+  [[nodiscard]] Vec6d report(const SearchResult& found, ContactSummary& summary, Load& load) noexcept {
     // Free, but for contact shallower than the smallest step.
     if (found.converged && !found.evaluation.contact.has_contact()) {
       set_free(X_device_);
@@ -377,6 +410,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
       // All contacts together balance the coupling.
       unlisted_force_ = -linear_part(coupling_wrench(extension));
       for (const auto& c : contacts_.contacts()) unlisted_force_ -= c.force;
+      if constexpr (!std::same_as<Load, NoLoad>) unlisted_force_ -= linear_part(load.press(X_).wrench);
     }
     // A search that reached its bound in the air, behind the device, gives no force.
     if (!found.found_contact) return Vec6d::Zero();

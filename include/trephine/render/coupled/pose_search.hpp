@@ -16,12 +16,13 @@
 
 namespace trephine::inline TREPHINE_ALIGNED {
 
-/// Evaluation of a pose of the virtual tool: contact, friction, and the coupling to the device.
+/// Evaluation of a pose of the virtual tool: contact with bone and load, friction, and the coupling to the device.
 struct PoseEvaluation {
   FoundationSum contact;
   FrictionSum friction;  ///< no part of the energy
   PoseError coupling;
   bool solves_rotation = false;  ///< false: the tool has the device's rotation, and wrench() no torque
+  double load_depth = 0;         ///< of a load, which is in the sums of `contact` [m]
 
   /// Energy of contact and coupling [J].
   [[nodiscard]] double energy() const noexcept { return contact.energy + coupling.energy; }
@@ -147,7 +148,8 @@ class PoseSearch {
       // If contact began in between, no prediction. A last step is no longer than the contact is deep.
       const double next_size = next_step_size(size, previous_size);
       previous_size = contact.has_contact() ? size : 0;
-      if (size <= tolerance.smallest_step || (size <= contact.depth && next_size <= tolerance.motion_step)) {
+      if (size <= tolerance.smallest_step ||
+          (size <= std::max(contact.depth, result.evaluation.load_depth) && next_size <= tolerance.motion_step)) {
         result.X = X_next;
         result.last_step = step;
         result.converged = true;

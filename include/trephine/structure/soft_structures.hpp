@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <trephine/core/number.hpp>
+#include <trephine/core/refuse.hpp>
+#include <trephine/core/spatial.hpp>
+#include <trephine/render/tool_load.hpp>
+#include <trephine/structure/guard_potential.hpp>
+#include <trephine/structure/membrane.hpp>
+#include <trephine/structure/structure_field.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace trephine::inline TREPHINE_ALIGNED {
+
+/// Output of soft structures in one tick, at the pose of the virtual tool. Forces are the true ones: a device gets
+/// `SoftOptions::force_scale` of them.
+struct SoftReport {
+  int structure = -1;     ///< the one pressed with the greatest force; -1: none
+  double depth = 0;       ///< of the tool in it, as its membrane counts it: v [m]
+  double force = 0;       ///< of its membrane, Ψ' [N]
+  double energy = 0;      ///< of all [J]
+  double dissipated = 0;  ///< lost in tearing since the start or `heal` [J]
+  bool tears = false;     ///< some place tears in this tick
+};
+
+/// Options of a SoftStructures.
+struct SoftOptions {
+  double smoothing = 0.6e-3;  ///< of the distances [m], as a guard's (`GuardPotentialOptions`)
+  double force_scale = 1;     ///< share of the true forces that the device gets, in (0, 1]; as a CuttingForce's
+
+  /// Throws std::invalid_argument.
+  void validate() const {
+    if (!(force_scale > 0) || !(force_scale <= 1)) refuse("SoftOptions", "force_scale must be in (0, 1]", force_scale);
+  }
+};
+
+/// The part of a scene that makes structures felt as membranes once the bone over them is gone.
+/// \code
+/// const std::vector<std::optional<Membrane>> soft{dura(), std::nullopt};  // of each structure of the field
+/// HapticScene scene{bone, 300, CoupledToolRenderer{burr}, Cutting{PressureCut{}, CuttingForce{...}},
+///                   SoftStructures{field, X_GS, burr, soft}};
+/// \endcode
+/// *Force.* The tool is the union of balls of a GuardPotential, and u_z is how deep ball z is in the structure, by its
+/// smoothed distance. With the membrane's law Ψ (`Membrane`) and weights w_z that are 1 for the tip
+///
+///     U = Σ_structures s Ψ(v),    v = (Σ_z w_z (σ u_z)^4)^(1/4),
+///
+/// where s is the device's share and σ is 1 in whole places. Outside of the structure there is no force. Inside, force
+/// and torque are the exact derivatives of U, so closed paths do no work.
+///
+/// *Bone over it.* U is added to the energy of which the renderer finds the least (`ToolLoad`): the virtual tool rests
+/// on bone and membrane together. Bone that keeps the virtual tool out of a structure so keeps its membrane from being
+/// felt, however deep the device is. The hand feels the coupling alone, so membranes never add to the device's
+/// stiffness, force or release bounds, and a tool that is pressed into one is drawn in its dent. It takes a renderer
+/// that carries loads, which the coupled tool does.
+///
+/// *Rupture.* Where v reaches the law's `rupture_depth` the membrane tears for good: σ falls to `Membrane::rest` at the
+/// place of the deepest ball, linearly within `tear_time`, and rises smoothly to 1 at two of the tool's radii from an
+/// axis through it along the distance's gradient. A tool that reaches the rupture depth within a torn place widens it,
+/// by that radius in a `tear_time`. σ never rises, so the energy set free is dissipated, and none goes to the hand.
+/// `heal` mends all.
+///
+/// *Labels.* A structure is all that lies behind its membrane, as brain and dura in one label: depths are below its
+/// surface. Its voxels should be below the isovalue, for what is not is bone to contact and cuts, whatever its label. A
+/// Veto or Protection keeps cuts out of bone at it, as of any structure; with none, the burr takes the bone down to the
+/// membrane. A cutting law finds no bone there, so its forces end. A tear goes through: in a thin structure it opens
+/// the far side too.
+///
+/// No damping: list a Damping. Haptic thread; allocates at construction only.
+class SoftStructures {
+ public:
+  static constexpr std::size_t kMaxTears = 64;  ///< further ruptures widen the nearest tear
+
+  /// `membranes` has an entry for each structure of the field, in its order; those without one are not felt. Throws
+  /// std::invalid_argument for options out of range, no membrane, a tool without a ball at its tip, or a field whose
+  /// bands do not reach `required_reach`, and else as a GuardPotential.
+  template <class Tool>
+  SoftStructures(std::shared_ptr<const StructureField> field, const Posed& X_GS, const Tool& tool,
+                 std::span<const std::optional<Membrane>> membranes, const SoftOptions& options = {})
+      : options_(options),
+        potential_(std::make_shared<const GuardPotential>(std::move(field), X_GS, tool, guards_of(membranes),
+                                                          GuardPotentialOptions{.smoothing = options.smoothing})),
+        X_SG_(inverse(X_GS)) {
+    options.validate();
+    const double radius = potential_->burr().tip_radius;
+    tear_radius_ = kTearWidth * radius;
+    double deepest = 0;
+    for (const std::optional<Membrane>& m : membranes) {
+      membranes_.push_back(m.value_or(Membrane{}));
+      laws_.push_back(membranes_.back().law(radius, options.force_scale));
+      if (m) deepest = std::max(deepest, laws_.back().rupture_depth);
+    }
+    if (!(deepest > 0)) refuse("SoftStructures", "some structure must have a membrane", "none");
+    const double reach = deepest + kSplineReach * options.smoothing;
+    if (potential_->field().reach() < reach)
+      refuse("SoftStructures",
+             "the field's bands must reach the rupture depth + 2.6 smoothing = " + number_text(1e3 * reach) + " mm",
+             1e3 * potential_->field().reach());
+    pushes_.resize(potential_->most_pushes());
+    probes_.resize(potential_->most_probes());
+    sums_.resize(membranes_.size());
+    tears_.reserve(kMaxTears);
+  }
+
+  /// Returns the reach that a field's bands need for this tool and these membranes [m].
+  template <class Tool>
+  [[nodiscard]] static double required_reach(const Tool& tool, std::span<const std::optional<Membrane>> membranes,
+                                             const SoftOptions& options = {}) {
+    double reach = GuardPotential::required_reach(tool, 0, options.smoothing);
+    for (const std::optional<Membrane>& m : membranes)
+      if (m)
+        reach = std::max(reach, m->law(holding_burr(tool).tip_radius).rupture_depth + kSplineReach * options.smoothing);
+    return reach;
+  }
+
+  [[nodiscard]] const SoftOptions& options() const noexcept { return options_; }
+  [[nodiscard]] const SoftReport& report() const noexcept { return report_; }
+  /// Returns the law of a structure with a membrane, with the device's share of its forces.
+  [[nodiscard]] const MembraneLaw& law(int structure) const noexcept {
+    return laws_[static_cast<std::size_t>(structure)];
+  }
+  /// Returns the number of places where a structure is torn.
+  [[nodiscard]] int tears(int structure) const noexcept {
+    return static_cast<int>(
+        std::count_if(tears_.begin(), tears_.end(), [=](const Tear& t) { return t.structure == structure; }));
+  }
+  /// Mends all tears; while the tool is clear of them, or its force steps by as much as the renderer allows.
+  void heal() noexcept {
+    tears_.clear();
+    dissipated_ = 0;
+  }
+
+  /// Gives the scene's renderer the load, which is this.
+  [[nodiscard]] SoftStructures& tool_load() noexcept { return *this; }
+  void begin_tick() noexcept {
+    report_ = {};
+    report_.dissipated = dissipated_;
+  }
+
+  /// Returns the membranes' energy at a pose in G, with its derivatives.
+  [[nodiscard]] LoadSum press(const Posed& X_GT) noexcept {
+    const Posed X_ST = X_SG_ * X_GT;
+    LoadSum out;
+    if (!find(X_ST)) return out;
+    const Vec3d axis = z_axis(X_ST);
+    Mat6d K = Mat6d::Zero();
+    Vec6d wrench = Vec6d::Zero();
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const double v = sums_[i];
+      if (!(v > 0)) continue;
+      const MembraneLaw::Response now = laws_[i].at(v);
+      out.energy += now.energy;
+      out.depth = std::max(out.depth, v);
+      Vec6d J = Vec6d::Zero();  // ∂v
+      for (const GuardPotential::Push& p : found()) {
+        if (static_cast<std::size_t>(p.structure) != i) continue;
+        const double share = p.depth / v, by = p.weight * share * share;
+        const Vec6d j = spatial(p.gradient, (p.z * axis).cross(p.gradient));
+        J += by * share * j;
+        // ∂²v of depths that change at even rates: 3 / v (Σ w (u/v)² j jᵀ − J Jᵀ).
+        add_outer(K, 3 * now.force / v * by, j);
+      }
+      wrench -= now.force * J;
+      add_outer(K, now.tangent - 3 * now.force / v, J);
+    }
+    const Mat3d R_GS = potential_->X_GS().linear();
+    out.wrench = rotated(R_GS, wrench);
+    for (Eigen::Index r = 0; r < 6; r += 3)
+      for (Eigen::Index c = 0; c < 6; c += 3) {
+        const Mat3d block = K.block<3, 3>(r, c);
+        add_block(out.stiffness, r, c, R_GS * block * R_GS.transpose());
+      }
+    return out;
+  }
+
+  /// Returns a distance by which the tool may move from a pose in G without touching any structure [m].
+  [[nodiscard]] double clearance(const Posed& X_GT) const noexcept { return potential_->clearance(X_SG_ * X_GT); }
+
+  /// Tears where the tool at a pose in G went too deep, goes on with what tears, and reports.
+  void settle(const Posed& X_GT, double dt) noexcept {
+    const Posed X_ST = X_SG_ * X_GT;
+    const double before = measure(X_ST);
+    const bool strains = before > 0 && strain(X_ST, dt);
+    const bool opens = open(dt);
+    if (strains || opens) {
+      report_.tears = true;
+      dissipated_ += std::max(0.0, before - measure(X_ST)) / options_.force_scale;
+    }
+    report_.dissipated = dissipated_;
+  }
+
+ private:
+  /// A torn place. `share` of it is open, 0 to 1.
+  struct Tear {
+    int structure;
+    Vec3d p_S, axis_S;
+    double radius, share;
+  };
+
+  [[nodiscard]] static std::vector<GuardedStructure> guards_of(std::span<const std::optional<Membrane>> membranes) {
+    std::vector<GuardedStructure> guards;
+    for (const std::optional<Membrane>& m : membranes) {
+      if (m) m->validate();
+      guards.push_back({.mode = m ? GuardMode::kPush : GuardMode::kOff, .margin = 0});
+    }
+    return guards;
+  }
+
+  /// Finds the balls in structures, with depth and gradient as the membranes count them, and each structure's v.
+  bool find(const Posed& X_ST) noexcept {
+    found_ = potential_->find(X_ST, pushes_, probes_).pushes;
+    if (found_ == 0) return false;
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
+    for (GuardPotential::Push& p : found()) {
+      p.gradient = -p.gradient;  // of the depth
+      if (!tears_.empty()) weaken(p, Vec3d(tip + p.z * axis));
+      sums_[static_cast<std::size_t>(p.structure)] += p.powered();
+    }
+    for (double& sum : sums_) sum = std::sqrt(std::sqrt(sum));
+    return true;
+  }
+
+  [[nodiscard]] std::span<GuardPotential::Push> found() noexcept { return {pushes_.data(), found_}; }
+
+  /// Counts a ball's depth less where its structure is torn: σ u, with its gradient.
+  void weaken(GuardPotential::Push& p, const Vec3d& p_S) const noexcept {
+    const double rest = membranes_[static_cast<std::size_t>(p.structure)].rest;
+    for (const Tear& t : tears_) {
+      if (t.structure != p.structure) continue;
+      const Vec3d across = off_axis(t, p_S);
+      const double inner = 1 - across.squaredNorm() / (t.radius * t.radius);
+      if (!(inner > 0)) continue;
+      const double most = t.share * (1 - rest), kept = 1 - most * inner * inner;
+      p.gradient = kept * p.gradient + (p.depth * most * 4 * inner / (t.radius * t.radius)) * across;
+      p.depth *= kept;
+    }
+  }
+  [[nodiscard]] static Vec3d off_axis(const Tear& t, const Vec3d& p_S) noexcept {
+    const Vec3d from = p_S - t.p_S;
+    return from - t.axis_S.dot(from) * t.axis_S;
+  }
+
+  /// Reports the load at a pose; returns its energy.
+  double measure(const Posed& X_ST) noexcept {
+    report_.structure = -1;
+    report_.energy = report_.force = report_.depth = 0;
+    if (!find(X_ST)) return 0;
+    double energy = 0;
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      if (!(sums_[i] > 0)) continue;
+      const MembraneLaw::Response now = laws_[i].at(sums_[i]);
+      energy += now.energy;
+      const double force = now.force / options_.force_scale;
+      if (!(force > report_.force)) continue;
+      report_.structure = static_cast<int>(i);
+      report_.depth = sums_[i];
+      report_.force = force;
+    }
+    report_.energy = energy / options_.force_scale;
+    return energy;
+  }
+
+  /// Begins or widens tears of what `find` found too deep; returns true if there is any.
+  bool strain(const Posed& X_ST, double dt) noexcept {
+    bool any = false;
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      if (!(sums_[i] >= laws_[i].rupture_depth)) continue;
+      const GuardPotential::Push* deepest = nullptr;
+      for (const GuardPotential::Push& p : found())
+        if (static_cast<std::size_t>(p.structure) == i && (deepest == nullptr || p.powered() > deepest->powered()))
+          deepest = &p;
+      if (deepest == nullptr) continue;
+      any = tear(static_cast<int>(i), X_ST.translation() + deepest->z * z_axis(X_ST), dt) || any;
+    }
+    return any;
+  }
+
+  bool tear(int structure, const Vec3d& p_S, double dt) noexcept {
+    Tear* nearest = nullptr;
+    double least = 0;
+    for (Tear& t : tears_) {
+      if (t.structure != structure) continue;
+      const double distance = off_axis(t, p_S).norm() - t.radius;
+      if (nearest == nullptr || distance < least) nearest = &t, least = distance;
+    }
+    if (nearest != nullptr && (least < 0 || tears_.size() == kMaxTears)) {
+      if (nearest->share < 1) return false;  // it opens already
+      nearest->radius += tear_radius_ * std::min(1.0, dt / membranes_[static_cast<std::size_t>(structure)].tear_time);
+      return true;
+    }
+    if (tears_.size() == kMaxTears) return false;
+    Vec3d axis;
+    if (!potential_->smooth_distance(structure, p_S, axis) || !(axis.norm() > 0)) return false;
+    tears_.push_back({structure, p_S, axis.normalized(), tear_radius_, 0});
+    return true;
+  }
+
+  /// Goes on with what tears; returns true if there is any.
+  bool open(double dt) noexcept {
+    bool any = false;
+    for (Tear& t : tears_) {
+      if (!(t.share < 1)) continue;
+      t.share = std::min(1.0, t.share + dt / membranes_[static_cast<std::size_t>(t.structure)].tear_time);
+      any = true;
+    }
+    return any;
+  }
+
+  /// Adds k v vᵀ to both triangles.
+  static void add_outer(Mat6d& m, double k, const Vec6d& v) noexcept {
+    for (Eigen::Index c = 0; c < 6; ++c)
+      for (Eigen::Index r = 0; r < 6; ++r) m(r, c) += k * v[r] * v[c];
+  }
+
+  // A tear is wider than the ball that made it, so that the ball passes.
+  static constexpr double kTearWidth = 2;      // [radii of the tip]
+  static constexpr double kSplineReach = 2.6;  // [smoothings]: a knot is that near
+
+  SoftOptions options_;
+  std::shared_ptr<const GuardPotential> potential_;
+  Posed X_SG_;
+  std::vector<Membrane> membranes_;  // of each structure
+  std::vector<MembraneLaw> laws_;
+  double tear_radius_ = 0;   // [m]
+  std::vector<Tear> tears_;  // at most kMaxTears
+  double dissipated_ = 0;    // [J], true
+
+  std::vector<GuardPotential::Push> pushes_;
+  std::size_t found_ = 0;  // of pushes_
+  std::vector<AxisProbe> probes_;
+  std::vector<double> sums_;  // v of each structure
+  SoftReport report_;
+};
+
+}  // namespace trephine
