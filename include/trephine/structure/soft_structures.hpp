@@ -25,7 +25,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 struct SoftReport {
   int structure = -1;     ///< the one pressed with the greatest force; -1: none
   double depth = 0;       ///< of the tool in it, as its membrane counts it: v [m]
-  double force = 0;       ///< of its membrane, Ψ' [N]
+  double force = 0;       ///< on the tool [N]
   double energy = 0;      ///< of all [J]
   double dissipated = 0;  ///< lost in tearing since the start or `heal` [J]
   bool tears = false;     ///< some place tears in this tick
@@ -256,13 +256,17 @@ class SoftStructures {
     if (!find(X_ST)) return 0;
     double energy = 0;
     for (std::size_t i = 0; i < sums_.size(); ++i) {
-      if (!(sums_[i] > 0)) continue;
-      const MembraneLaw::Response now = laws_[i].at(sums_[i]);
+      const double v = sums_[i];
+      if (!(v > 0)) continue;
+      const MembraneLaw::Response now = laws_[i].at(v);
       energy += now.energy;
-      const double force = now.force / options_.force_scale;
+      Vec3d slope = Vec3d::Zero();  // ∂v
+      for (const GuardPotential::Push& p : found())
+        if (static_cast<std::size_t>(p.structure) == i) slope += p.powered() / (p.depth * v * v * v) * p.gradient;
+      const double force = now.force / options_.force_scale * slope.norm();
       if (!(force > report_.force)) continue;
       report_.structure = static_cast<int>(i);
-      report_.depth = sums_[i];
+      report_.depth = v;
       report_.force = force;
     }
     report_.energy = energy / options_.force_scale;
