@@ -16,6 +16,7 @@
 #include <trephine/render/coupled/coupled_tool_renderer.hpp>
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/cutting_vibration.hpp>
 #include <trephine/stage/haptic_scene.hpp>
 #include <trephine/structure/soft_structures.hpp>
 #include <trephine/tool/named_tools.hpp>
@@ -43,32 +44,37 @@ namespace {
 using Soft = std::vector<std::optional<Membrane>>;
 
 constexpr double kIso = 300;
-constexpr double kWide = 16e-3;  // of bone and labels [m]
-constexpr double kDura = 20e-3;  // height of the structure's plane, in S [m]
+constexpr double kWide = 16e-3;    // of bone, and of the cube around a ball [m]
+constexpr double kDura = 24.2e-3;  // height of the structure's plane, midway between voxels of 0.4 mm [m]
 const Burr kBurr{.tip_radius = 1.5_mm, .shaft_radius = 0.8_mm, .shaft_length = 12_mm};
 const Burr kBall{.tip_radius = 1.5_mm, .shaft_radius = 0, .shaft_length = 0};
 
-/// One structure by its signed distance in S, in a box `high` [m].
+/// One structure by its signed distance in S, in a box [m].
 template <class Distance>
-std::shared_ptr<const StructureField> field_of(const Distance& distance, double high, double voxel = 0.4e-3,
-                                               double reach = 16e-3) {
-  const int n = static_cast<int>(kWide / voxel), m = static_cast<int>(high / voxel);
+std::shared_ptr<const StructureField> field_of(const Distance& distance, double wide, double high,
+                                               double voxel = 0.4e-3, double reach = 16e-3) {
+  const int n = static_cast<int>(wide / voxel), m = static_cast<int>(high / voxel);
   std::vector<std::uint8_t> labels;
   for (int k = 0; k < m; ++k)
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) labels.push_back(distance(Vec3d(voxel * Vec3d(i, j, k))) < 0 ? 1 : 0);
   return build_structure_field({{n, n, m}, Vec3d::Constant(voxel), labels}, {.reach = reach});
 }
-/// All below a plane: deep enough that no tool here comes near the far side.
-const auto kPlane = [](const Vec3d& p) { return p.z() - kDura; };
+/// All below a plane, so wide and deep that no tool here comes near another side.
+std::shared_ptr<const StructureField> plane_at(double height, double voxel = 0.4e-3, double reach = 16e-3,
+                                               double wide = 30e-3) {
+  return field_of([=](const Vec3d& p) { return p.z() - height; }, wide, height + 4_mm, voxel, reach);
+}
 const std::shared_ptr<const StructureField>& plane() {
-  static const auto made = field_of(kPlane, kDura + 4_mm);
+  static const auto made = plane_at(kDura);
   return made;
 }
+/// Its middle lies under the bone's.
+const Posed kPlaneInBone = make_pose<double>(Mat3d::Identity(), Vec3d(-7_mm, -7_mm, 0));
 const Vec3d kMiddle(8_mm, 8_mm, 8_mm);
 constexpr double kRadius = 4e-3;
 const std::shared_ptr<const StructureField>& ball() {
-  static const auto made = field_of([](const Vec3d& p) { return (p - kMiddle).norm() - kRadius; }, kWide);
+  static const auto made = field_of([](const Vec3d& p) { return (p - kMiddle).norm() - kRadius; }, kWide, kWide);
   return made;
 }
 
@@ -134,24 +140,25 @@ TEST_CASE("on a plane and a ball the load is the law's at the depth, and nothing
   const Soft soft{dura()};
   for (const double voxel : {0.25e-3, 0.4e-3, 0.7e-3}) {
     CAPTURE(voxel);
-    const auto field = field_of(kPlane, kDura + 3_mm, voxel, 8e-3);
-    SoftStructures part(field, Posed::Identity(), kBall, soft);
+    const double height = (std::floor(kDura / voxel) + 0.5) * voxel, to_plane = height - kDura;
+    SoftStructures part(plane_at(height, voxel, 8e-3, kWide), Posed::Identity(), kBall, soft);
+    const auto on = [&](double depth) { return over(depth - to_plane); };
     for (double depth = 0.1_mm; depth < 2.5_mm; depth += 0.3_mm) {
-      const LoadSum sum = part.press(over(depth));
+      const LoadSum sum = part.press(on(depth));
       const double off = 0.1 * voxel;  // of distances to a plane of labels
-      CHECK(linear_part(sum.wrench).z() >= part.law(0).at(std::max(0.0, depth - off)).force);
-      CHECK(linear_part(sum.wrench).z() <= part.law(0).at(depth + off).force);
+      CHECK(linear_part(sum.wrench).z() >= part.law(0).at(std::max(0.0, depth - off)).force * (1 - 1e-9));
+      CHECK(linear_part(sum.wrench).z() <= part.law(0).at(depth + off).force * (1 + 1e-9));
       CHECK(linear_part(sum.wrench).head<2>().norm() < 0.02 * linear_part(sum.wrench).norm());
       CHECK(angular_part(sum.wrench) == Vec3d::Zero());  // through T's origin
       CHECK(sum.depth == within(depth, off));
       CHECK(sum.stiffness(2, 2) == near(part.law(0).at(sum.depth).tangent, 0.02));
     }
     for (const double out : {0.2_mm, 1_mm, 20_mm}) {
-      CHECK(part.press(over(-out)).energy == 0);
-      CHECK(part.press(over(-out)).wrench == Vec6d::Zero());
-      CHECK(part.clearance(over(-out)) <= out);
+      CHECK(part.press(on(-out)).energy == 0);
+      CHECK(part.press(on(-out)).wrench == Vec6d::Zero());
+      CHECK(part.clearance(on(-out)) <= out);
     }
-    CHECK(part.clearance(over(-4_mm)) > 2e-3);
+    CHECK(part.clearance(on(-4_mm)) > 1.5e-3);
   }
   Random random(3);
   SoftStructures part(ball(), Posed::Identity(), kBall, soft);
@@ -219,7 +226,7 @@ TEST_CASE("in a scene closed paths do no work, in the open, in a hole of bone an
       auto bone =
           bone_of([=](const Vec3d& p) { return hole > 0 ? plate(kDura + 0.2_mm, kDura + 1.5_mm, hole)(p) : 1.0; });
       HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr, unbounded()},
-                        SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+                        SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
       const Vec3d middle = over(1.4_mm).translation();
       std::vector<Vec3d> shift(6), turn(6);
       for (std::size_t h = 0; h < 6; ++h) {
@@ -266,21 +273,22 @@ TEST_CASE("rupture gives the hand no energy: what the hand put in and did not ge
   const Soft soft{dura()};
   auto bone = bone_of(kNoBone);
   HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr, unbounded()},
-                    SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+                    SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
   const auto& part = scene.part<SoftStructures>();
+  constexpr double kTick = 1e-4;  // [s]: energies are taken before and after each step of the tear
   // To and fro three times, the third beside the tear.
   double last_peak = 0;
   for (int go = 0; go < 3; ++go) {
     CAPTURE(go);
-    const double x = go < 2 ? 8e-3 : 13e-3;
+    const double x = go < 2 ? 6e-3 : 11e-3;
     const double before = part.report().dissipated;
-    TickResult r = scene.tick({.X_WT = over(-2_mm, x)}, 1e-3);
+    TickResult r = scene.tick({.X_WT = over(-2_mm, x)}, kTick);
     PathWork work(over(-2_mm, x), r.wrench);
     double peak = 0;
     const int steps = 12000;
     for (int i = 1; i <= steps; ++i) {
-      const double depth = -2e-3 + 15e-3 * std::sin(std::numbers::pi * i / steps);
-      r = scene.tick({.X_WT = over(depth, x)}, 1e-3);
+      const double depth = -2e-3 + 13e-3 * std::sin(std::numbers::pi * i / steps);
+      r = scene.tick({.X_WT = over(depth, x)}, kTick);
       work.go(over(depth, x), r.wrench);
       peak = std::max(peak, part.report().force);
     }
@@ -288,7 +296,7 @@ TEST_CASE("rupture gives the hand no energy: what the hand put in and did not ge
     MESSAGE("work on the hand " << work.net << " J, dissipated " << lost << " J, greatest true force " << peak << " N");
     CHECK(r.wrench == Wrenchd::zero());
     CHECK(work.net <= 1e-4 * work.length);
-    CHECK(work.net == within(-lost, 1e-2 * work.length));
+    CHECK(work.net == within(-lost, 2e-2 * work.length));
     if (go == 0) {
       CHECK(peak == near(part.law(0).rupture_force, 0.05));
       CHECK(part.tears(0) == 1);
@@ -310,7 +318,7 @@ TEST_CASE("rupture gives the hand no energy: what the hand put in and did not ge
 TEST_CASE("a tear takes its time, and the wrench never steps") {
   const Soft soft{dura()};
   auto bone = bone_of(kNoBone);
-  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
   const CoupledOptions options;
   const double speed = 0.02, dt = 1e-3;
   Vec3d last = Vec3d::Zero();
@@ -334,7 +342,7 @@ TEST_CASE("bone over a membrane keeps it from being felt, however deep the devic
   const Soft soft{dura()};
   auto bone = bone_of(plate(kDura + 0.2_mm, kDura + 1.5_mm));
   auto same = bone_of(plate(kDura + 0.2_mm, kDura + 1.5_mm));
-  HapticScene with{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+  HapticScene with{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
   HapticScene without{same, kIso, CoupledToolRenderer{kBurr}};
   double deepest = 0, off = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -355,7 +363,7 @@ TEST_CASE("a scene whose tool is clear of its soft structures has the bits of on
   auto bone = bone_of(shape);
   auto same = bone_of(shape);
   HapticScene with{bone, kIso, CoupledToolRenderer{kBurr, CoupledOptions{}, Coulomb{0.2, 0.15}}, Cutting{},
-                   SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+                   SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
   HapticScene without{same, kIso, CoupledToolRenderer{kBurr, CoupledOptions{}, Coulomb{0.2, 0.15}}, Cutting{}};
   static_assert(sizeof(without) < sizeof(with));
   int differ = 0, touched = 0;
@@ -405,7 +413,7 @@ TEST_CASE(
   for (const double scale : {1.0, 0.25}) {
     auto bone = bone_of(kNoBone);
     HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr, unbounded()},
-                      SoftStructures{plane(), Posed::Identity(), kBurr, soft, {.force_scale = scale}}};
+                      SoftStructures{plane(), kPlaneInBone, kBurr, soft, {.force_scale = scale}}};
     const auto& part = scene.part<SoftStructures>();
     double last = 0, stiffest = 0;
     const double step = 4e-6;
@@ -425,24 +433,25 @@ TEST_CASE(
 TEST_CASE("a burr breaks through bone to dura: its ripple ends and it rests") {
   const Soft soft{dura()};
   const NamedTool tool = tool_by_name("round-3");
-  auto bone = bone_of(plate(kDura + 0.1_mm, kDura + 1.6_mm));
-  CuttingForce::Options law{.edges = tool.edges, .force_scale = 0.25};
+  auto bone = bone_of(plate(kDura + 0.1_mm, kDura + 0.8_mm));
+  CuttingForce::Options law{.edges = tool.edges, .speed = rpm(10'000), .force_scale = 0.25};
   law.strength = {.soft = -1000, .cortical = 1600};
   const Soft one{dura()};
-  HapticScene scene{bone, kIso, CoupledToolRenderer{tool.tool}, Cutting{PressureCut{}, CuttingForce(law)},
-                    SoftStructures{plane(), Posed::Identity(), tool.tool, one, {.force_scale = 0.25}}};
+  HapticScene scene{bone, kIso, CoupledToolRenderer{tool.tool},
+                    Cutting{PressureCut{}, CuttingVibration{CuttingForce(law), {.depth = 1}}},
+                    SoftStructures{plane(), kPlaneInBone, tool.tool, one, {.force_scale = 0.25}}};
   const auto& part = scene.part<SoftStructures>();
-  // A hand of 0.15 kg at a grip's spring: it pushes with 1 N.
-  const double mass = 0.15, damping = 8, dt = 1e-3, push = 1;
-  double z = kDura + 1.7_mm + kBurr.tip_radius, speed = 0;
+  // A hand of 0.15 kg that pushes with 1 N, at 4 kHz: the teeth pass at 1.3 kHz.
+  const double mass = 0.15, damping = 8, dt = 2.5e-4, push = 1;
+  double z = kDura + 0.9_mm + kBurr.tip_radius, speed = 0;
   std::vector<double> drilling, resting, where;
-  for (int i = 0; i < 12000; ++i) {
+  for (int i = 0; i < 20000; ++i) {
     const Posed X = make_pose<double>(rotation_from_vector<double>(Vec3d(0.15, 0.1, 0)), Vec3d(8_mm, 8_mm, z));
     const TickResult r = scene.tick({.X_WT = X, .spindle_on = true}, dt);
     speed += dt / mass * (r.wrench.force.z() - push - damping * speed);
     z += dt * speed;
-    if (part.report().force == 0 && r.contact.count > 0 && i > 200) drilling.push_back(r.wrench.force.norm());
-    if (i >= 11000) {
+    if (part.report().force == 0 && r.contact.count > 0 && i > 800) drilling.push_back(r.wrench.force.norm());
+    if (i >= 19000) {
       resting.push_back(r.wrench.force.norm());
       where.push_back(z);
     }
@@ -456,8 +465,10 @@ TEST_CASE("a burr breaks through bone to dura: its ripple ends and it rests") {
   const double low = *std::min_element(where.begin(), where.end());
   MESSAGE("force spreads by " << spread(drilling) << " N over " << drilling.size() << " ticks of drilling, and by "
                               << spread(resting) << " N at rest, " << 1e3 * (kDura + 1.5_mm - low) << " mm deep, true "
-                              << part.report().force << " N");
-  CHECK(drilling.size() > 300);
+                              << part.report().force << " N, edges "
+                              << scene.cutting().law().report().edges.force.norm() << " N");
+  CHECK(scene.cutting().law().report().removed_rate == 0);
+  CHECK(drilling.size() > 1000);
   CHECK(spread(resting) < 0.1 * spread(drilling));
   CHECK(*std::max_element(where.begin(), where.end()) - low < 20e-6);
   CHECK(part.tears(0) == 0);
@@ -467,7 +478,7 @@ TEST_CASE("a burr breaks through bone to dura: its ripple ends and it rests") {
 TEST_CASE("a tick with soft structures uses no heap, also while they tear") {
   const Soft soft{dura()};
   auto bone = bone_of(plate(kDura + 0.2_mm, kDura + 1.5_mm, 2.2_mm));
-  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), Posed::Identity(), kBurr, soft}};
+  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
   static_cast<void>(scene.tick({.X_WT = over(-6_mm)}, 1e-3));
   CHECK(heap_calls([&] {
           for (int i = 0; i < 700; ++i)
@@ -479,11 +490,12 @@ TEST_CASE("a tick with soft structures uses no heap, also while they tear") {
 TEST_CASE("many ruptures find room, and bad poses change nothing") {
   Random random(8);
   const Soft soft{nerve()};
-  SoftStructures part(plane(), Posed::Identity(), kBall, soft);
+  SoftStructures part(plane(), kPlaneInBone, kBall, soft);
   double before = 0;
   for (int n = 0; n < 3000; ++n) {
-    const Posed X = make_pose<double>(random.rotation(), Vec3d(random.uniform(0, kWide), random.uniform(0, kWide),
-                                                               kDura + random.uniform(-4e-3, 2e-3)));
+    const Posed X = make_pose<double>(
+        random.rotation(),
+        Vec3d(random.uniform(-5e-3, 20e-3), random.uniform(-5e-3, 20e-3), kDura + random.uniform(-4e-3, 2e-3)));
     const double energy = part.press(X).energy;
     part.settle(X, random.uniform(1e-4, 0.1));
     CHECK(part.press(X).energy <= energy * (1 + 1e-12));  // tears only lower it
@@ -493,7 +505,7 @@ TEST_CASE("many ruptures find room, and bad poses change nothing") {
   CHECK(part.tears(0) > 0);
   CHECK(part.tears(0) <= static_cast<int>(SoftStructures::kMaxTears));
   auto bone = bone_of(kNoBone);
-  HapticScene scene{bone, kIso, CoupledToolRenderer{kBall}, SoftStructures{plane(), Posed::Identity(), kBall, soft}};
+  HapticScene scene{bone, kIso, CoupledToolRenderer{kBall}, SoftStructures{plane(), kPlaneInBone, kBall, soft}};
   Posed bad = over(0.3_mm);
   bad.translation().x() = std::numeric_limits<double>::quiet_NaN();
   CHECK(scene.tick({.X_WT = bad}, 1e-3).status == Status::kBadInput);
@@ -531,7 +543,7 @@ TEST_CASE("what soft structures cannot use is refused") {
   Posed stretched = I;
   stretched.linear() *= 2;
   check_refused("rigid", [&] { SoftStructures(plane(), stretched, kBurr, Soft{dura()}); });
-  const auto shallow = field_of(kPlane, kDura + 3_mm, 0.4e-3, 3.2e-3);
+  const auto shallow = plane_at(kDura, 0.4e-3, 3.2e-3);
   check_refused("reach", [&] { SoftStructures(shallow, I, kBall, Soft{dura()}); });
   CHECK(SoftStructures::required_reach(kBall, Soft{dura()}) > 3.2e-3);
   CHECK(SoftStructures::required_reach(kBall, Soft{nerve()}) < 3.2e-3);
