@@ -147,8 +147,9 @@ class SoftStructures {
 
   /// Returns the membranes' energy at a pose in G, with its derivatives.
   [[nodiscard]] LoadSum press(const Posed& X_GT) noexcept {
-    const Posed X_ST = X_SG_ * X_GT;
     LoadSum out;
+    if (known_clearance(X_GT) > 0) return out;
+    const Posed X_ST = X_SG_ * X_GT;
     if (!find(X_ST)) return out;
     const Vec3d axis = z_axis(X_ST);
     Mat6d K = Mat6d::Zero();
@@ -181,13 +182,19 @@ class SoftStructures {
     return out;
   }
 
-  /// Returns a distance by which the tool may move from a pose in G without touching any structure [m].
-  [[nodiscard]] double clearance(const Posed& X_GT) const noexcept { return potential_->clearance(X_SG_ * X_GT); }
+  /// Returns a distance by which the tool may move from a pose in G without touching any structure [m]; <= 0: unknown.
+  [[nodiscard]] double clearance(const Posed& X_GT) noexcept {
+    const double known = known_clearance(X_GT);
+    if (known > kKnownShare * clear_) return known;
+    X_clear_ = X_GT;
+    clear_ = potential_->clearance(X_SG_ * X_GT);
+    return clear_;
+  }
 
   /// Tears where the tool at a pose in G went too deep, goes on with what tears, and reports.
   void settle(const Posed& X_GT, double dt) noexcept {
     const Posed X_ST = X_SG_ * X_GT;
-    const double before = measure(X_ST);
+    const double before = known_clearance(X_GT) > 0 ? 0 : measure(X_ST);
     const bool strains = before > 0 && strain(X_ST, dt);
     const bool opens = open(dt);
     if (strains || opens) {
@@ -212,6 +219,13 @@ class SoftStructures {
       guards.push_back({.mode = m ? GuardMode::kPush : GuardMode::kOff, .margin = 0});
     }
     return guards;
+  }
+
+  /// Returns what is left of the last clearance at a pose in G [m].
+  [[nodiscard]] double known_clearance(const Posed& X_GT) const noexcept {
+    const Vec3d shift = X_GT.translation() - X_clear_.translation();
+    const Vec3d turn = z_axis(X_GT) - z_axis(X_clear_);
+    return clear_ - shift.norm() - turn.norm() * potential_->burr().shaft_length;
   }
 
   /// Finds the balls in structures, with depth and gradient as the membranes count them, and each structure's v.
@@ -327,6 +341,7 @@ class SoftStructures {
 
   // A tear is wider than the ball that made it, so that the ball passes.
   static constexpr double kTearWidth = 2;      // [radii of the tip]
+  static constexpr double kKnownShare = 0.25;  // of a clearance, above which it is not looked up anew
   static constexpr double kSplineReach = 2.6;  // [smoothings]: a knot is that near
 
   SoftOptions options_;
@@ -334,9 +349,11 @@ class SoftStructures {
   Posed X_SG_;
   std::vector<Membrane> membranes_;  // of each structure
   std::vector<MembraneLaw> laws_;
-  double tear_radius_ = 0;   // [m]
-  std::vector<Tear> tears_;  // at most kMaxTears
-  double dissipated_ = 0;    // [J], true
+  double tear_radius_ = 0;             // [m]
+  Posed X_clear_ = Posed::Identity();  // in G, at the last look-up of the clearance
+  double clear_ = 0;                   // that was found there [m]
+  std::vector<Tear> tears_;            // at most kMaxTears
+  double dissipated_ = 0;              // [J], true
 
   std::vector<GuardPotential::Push> pushes_;
   std::size_t found_ = 0;  // of pushes_

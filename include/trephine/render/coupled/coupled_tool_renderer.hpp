@@ -314,13 +314,18 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     return true;
   }
 
-  /// Returns true if no load is in the way of a motion of the virtual tool.
+  /// Returns true if no load is in the way of a motion of the virtual tool. A way that is too short to pass the tool's
+  /// axis is clear if both ends are.
   template <class Load>
-  [[nodiscard]] bool stays_clear(const Load& load, const ToolMotion& motion) const noexcept {
-    if constexpr (std::same_as<Load, NoLoad>)
+  [[nodiscard]] bool stays_clear(Load& load, const ToolMotion& motion) const noexcept {
+    if constexpr (std::same_as<Load, NoLoad>) {
       return true;
-    else
-      return load.clearance(X_) >= motion.at(bounds_.arm());
+    } else {
+      const double way = motion.at(bounds_.arm());
+      if (load.clearance(X_) >= way) return true;
+      return way <= Constants::kCoreFraction * bounds_.core_radius && !(load.press(X_device_).energy > 0) &&
+             !(load.press(X_).energy > 0);
+    }
   }
 
   /// Places the virtual tool at X, without contact.
