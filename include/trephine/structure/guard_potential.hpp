@@ -18,6 +18,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -153,9 +154,8 @@ class GuardPotential {
   /// near it.
   [[nodiscard]] Found find(const Posed& X_ST, std::span<Push> out, std::span<AxisProbe> probes) const noexcept {
     Found found;
+    found.pushes = find_tip(X_ST, out);
     const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
-    if (clear_length(field_->nearest(tip).distance, burr_.tip_radius) <= 0)
-      add(tip, {0, burr_.tip_radius, 1}, out, found.pushes);
     for (std::size_t n = 0; n < samples_.size();) {
       const Sample& s = samples_[n];
       const Vec3d p = tip + s.z * axis;
@@ -171,19 +171,32 @@ class GuardPotential {
     return found;
   }
 
-  /// Returns a distance [m] by which every ball of a tool at X_ST may move before it touches a margin; <= 0: unknown.
-  /// Cost: one lookup of the nearest structure for each stretch of the axis that is clear.
-  [[nodiscard]] double clearance(const Posed& X_ST) const noexcept {
+  /// The same for the tip's ball alone; returns the number of pushes.
+  [[nodiscard]] std::size_t find_tip(const Posed& X_ST, std::span<Push> out) const noexcept {
+    std::size_t count = 0;
+    const Vec3d tip = X_ST.translation();
+    if (clear_length(field_->nearest(tip).distance, burr_.tip_radius) <= 0)
+      add(tip, {0, burr_.tip_radius, 1}, out, count);
+    return count;
+  }
+
+  /// Distances [m] by which the tip's ball and every ball of the shaft may move before they touch a margin; <= 0:
+  /// unknown. Without a shaft its distance is the largest number.
+  struct Clear {
+    double tip = 0, shaft = 0;
+  };
+  /// Returns them at a pose. Cost: one lookup of the nearest structure for each stretch of the axis that is clear.
+  [[nodiscard]] Clear clearance(const Posed& X_ST) const noexcept {
     const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
-    double least = clear_length(field_->nearest(tip).distance, burr_.tip_radius);
+    Clear clear{clear_length(field_->nearest(tip).distance, burr_.tip_radius), (std::numeric_limits<double>::max)()};
     // Balls that a clear one passes over have half its clearance at least.
-    for (std::size_t n = 0; n < samples_.size() && least > 0;) {
+    for (std::size_t n = 0; n < samples_.size() && clear.shaft > 0;) {
       const Vec3d p = tip + samples_[n].z * axis;
       const double half = clear_length(field_->nearest(p).distance, shaft_radius_) / 2;
-      least = std::min(least, half);
+      clear.shaft = std::min(clear.shaft, half);
       n += 1 + static_cast<std::size_t>(std::max(half, 0.0) / sample_step_);
     }
-    return least;
+    return clear;
   }
 
   /// All pushes of one structure.

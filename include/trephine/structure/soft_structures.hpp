@@ -148,9 +148,8 @@ class SoftStructures {
   /// Returns the membranes' energy at a pose in G, with its derivatives.
   [[nodiscard]] LoadSum press(const Posed& X_GT) noexcept {
     LoadSum out;
-    if (known_clearance(X_GT) > 0) return out;
     const Posed X_ST = X_SG_ * X_GT;
-    if (!find(X_ST)) return out;
+    if (!find(X_ST, known_clearance(X_GT))) return out;
     const Vec3d axis = z_axis(X_ST);
     Mat6d K = Mat6d::Zero();
     Vec6d wrench = Vec6d::Zero();
@@ -184,22 +183,27 @@ class SoftStructures {
 
   /// Returns a distance by which the tool may move from a pose in G without touching any structure [m]; <= 0: unknown.
   [[nodiscard]] double clearance(const Posed& X_GT) noexcept {
-    const double known = known_clearance(X_GT);
-    if (known > kKnownShare * clear_) return known;
-    X_clear_ = X_GT;
-    clear_ = potential_->clearance(X_SG_ * X_GT);
-    return clear_;
+    GuardPotential::Clear known = known_clearance(X_GT);
+    // A tip that touched is looked up again where it went on by a part of its radius.
+    const double least_tip =
+        clear_.tip > 0 ? kKnownShare * clear_.tip : clear_.tip - kKnownShare * potential_->burr().tip_radius;
+    if (!(known.tip > least_tip && known.shaft > kKnownShare * clear_.shaft)) {
+      X_clear_ = X_GT;
+      known = clear_ = potential_->clearance(X_SG_ * X_GT);
+    }
+    return std::min(known.tip, known.shaft);
   }
 
   /// Tears where the tool at a pose in G went too deep, goes on with what tears, and reports.
   void settle(const Posed& X_GT, double dt) noexcept {
     const Posed X_ST = X_SG_ * X_GT;
-    const double before = known_clearance(X_GT) > 0 ? 0 : measure(X_ST);
+    const GuardPotential::Clear known = known_clearance(X_GT);
+    const double before = measure(X_ST, known);
     const bool strains = before > 0 && strain(X_ST, dt);
     const bool opens = open(dt);
     if (strains || opens) {
       report_.tears = true;
-      dissipated_ += std::max(0.0, before - measure(X_ST)) / options_.force_scale;
+      dissipated_ += std::max(0.0, before - measure(X_ST, known)) / options_.force_scale;
     }
     report_.dissipated = dissipated_;
   }
@@ -221,16 +225,22 @@ class SoftStructures {
     return guards;
   }
 
-  /// Returns what is left of the last clearance at a pose in G [m].
-  [[nodiscard]] double known_clearance(const Posed& X_GT) const noexcept {
+  /// Returns what is left of the last clearance at a pose in G.
+  [[nodiscard]] GuardPotential::Clear known_clearance(const Posed& X_GT) const noexcept {
     const Vec3d shift = X_GT.translation() - X_clear_.translation();
     const Vec3d turn = z_axis(X_GT) - z_axis(X_clear_);
-    return clear_ - shift.norm() - turn.norm() * potential_->burr().shaft_length;
+    const double way = shift.norm();
+    return {clear_.tip - way, clear_.shaft - way - turn.norm() * potential_->burr().shaft_length};
   }
 
   /// Finds the balls in structures, with depth and gradient as the membranes count them, and each structure's v.
-  bool find(const Posed& X_ST) noexcept {
-    found_ = potential_->find(X_ST, pushes_, probes_).pushes;
+  /// Returns false if there is none.
+  bool find(const Posed& X_ST, const GuardPotential::Clear& known) noexcept {
+    found_ = 0;
+    if (!(known.shaft > 0))
+      found_ = potential_->find(X_ST, pushes_, probes_).pushes;
+    else if (!(known.tip > 0))
+      found_ = potential_->find_tip(X_ST, pushes_);
     if (found_ == 0) return false;
     std::fill(sums_.begin(), sums_.end(), 0.0);
     const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
@@ -264,10 +274,10 @@ class SoftStructures {
   }
 
   /// Reports the load at a pose; returns its energy.
-  double measure(const Posed& X_ST) noexcept {
+  double measure(const Posed& X_ST, const GuardPotential::Clear& known) noexcept {
     report_.structure = -1;
     report_.energy = report_.force = report_.depth = 0;
-    if (!find(X_ST)) return 0;
+    if (!find(X_ST, known)) return 0;
     double energy = 0;
     for (std::size_t i = 0; i < sums_.size(); ++i) {
       const double v = sums_[i];
@@ -351,7 +361,7 @@ class SoftStructures {
   std::vector<MembraneLaw> laws_;
   double tear_radius_ = 0;             // [m]
   Posed X_clear_ = Posed::Identity();  // in G, at the last look-up of the clearance
-  double clear_ = 0;                   // that was found there [m]
+  GuardPotential::Clear clear_;        // that was found there
   std::vector<Tear> tears_;            // at most kMaxTears
   double dissipated_ = 0;              // [J], true
 

@@ -323,8 +323,8 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     } else {
       const double way = motion.at(bounds_.arm());
       if (load.clearance(X_) >= way) return true;
-      return way <= Constants::kCoreFraction * bounds_.core_radius && !(load.press(X_device_).energy > 0) &&
-             !(load.press(X_).energy > 0);
+      return way <= Constants::kCoreFraction * bounds_.core_radius && !(load.press(X_).energy > 0) &&
+             !(load.press(X_device_).energy > 0);
     }
   }
 
