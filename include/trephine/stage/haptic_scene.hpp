@@ -18,7 +18,8 @@ namespace trephine::inline TREPHINE_ALIGNED {
 /// auto scene = HapticScene{bone, 300, SurfaceApproxRenderer{...}, Cutting{}, DeviceLimits{.force = 3.3}};
 /// TickResult r = scene.tick({.X_WT = pose, .spindle_on = true}, dt);
 /// \endcode
-/// Parts are stages, a `Cutting`, a `Veto` and tags; an unlisted part is not compiled into the loop and takes no bytes.
+/// Parts are stages, a `Cutting`, a `Veto`, a `SoftStructures` and tags; an unlisted part is not compiled into the loop
+/// and takes no bytes.
 /// `members.hpp` lists what renderers and parts may have besides. Steps of a tick:
 /// 1. every part's `begin_tick`; the renderer's first, and a `reset` of the scene if its tool changed;
 /// 2. check of the input;

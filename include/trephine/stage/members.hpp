@@ -126,7 +126,7 @@ template <class P>
 concept CuttingReporter = requires(const P& part, CuttingSummary& summary) {
   { part.add_to(summary) } noexcept -> std::same_as<void>;
 };
-/// `tool_load()` is a ToolLoad, which the scene's renderer carries beside the bone (`SoftStructures`).
+/// `tool_load()` gives a ToolLoad, which the scene's renderer carries beside the bone (`SoftStructures`).
 template <class P>
 concept LoadsTool = requires(P& part) { part.tool_load(); };
 /// `cut_floor()` is a pointer to the CutFloor below which no cut of the scene lowers bone, or null (`Veto`).

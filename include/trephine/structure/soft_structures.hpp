@@ -77,7 +77,7 @@ struct SoftOptions {
 /// No damping: list a Damping. Haptic thread; allocates at construction only.
 class SoftStructures {
  public:
-  static constexpr std::size_t kMaxTears = 64;  ///< further ruptures widen the nearest tear
+  static constexpr std::size_t kMaxTears = 64;  ///< further ruptures widen the structure's nearest tear
 
   /// `membranes` has an entry for each structure of the field, in its order; those without one are not felt. Throws
   /// std::invalid_argument for options out of range, no membrane, a tool without a ball at its tip, or a field whose
@@ -286,7 +286,10 @@ class SoftStructures {
       energy += now.energy;
       Vec3d slope = Vec3d::Zero();  // ∂v
       for (const GuardPotential::Push& p : found())
-        if (static_cast<std::size_t>(p.structure) == i) slope += p.powered() / (p.depth * v * v * v) * p.gradient;
+        if (static_cast<std::size_t>(p.structure) == i) {
+          const double share = p.depth / v;
+          slope += p.weight * share * share * share * p.gradient;
+        }
       const double force = now.force / options_.force_scale * slope.norm();
       if (!(force > report_.force)) continue;
       report_.structure = static_cast<int>(i);
