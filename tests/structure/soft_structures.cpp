@@ -216,6 +216,37 @@ TEST_CASE("force and torque are the derivative of the energy, also at tears") {
   }
 }
 
+TEST_CASE("what was known to be clear changes no load, however the tool moves and turns") {
+  Random random(9);
+  const Soft soft{dura()};
+  const SoftStructures fresh(ball(), Posed::Identity(), kBurr, soft);
+  SoftStructures walked = fresh;
+  int pressed = 0, by_shaft = 0;
+  for (int n = 0; n < 400; ++n) {
+    // Beside the ball, where a turn brings the shaft into it and a shift the tip.
+    const Posed start =
+        make_pose<double>(random.rotation(), Vec3d(kMiddle + random.uniform(5.5e-3, 9e-3) * random.unit()));
+    static_cast<void>(walked.clearance(start));
+    Vec6d motion = Vec6d::Zero();
+    if (n % 2 == 0)
+      motion.tail<3>() = random.arrow(0, 1.5);
+    else
+      motion.head<3>() = random.arrow(0, 5e-3);
+    for (int i = 1; i <= 10; ++i) {
+      const Posed X = moved(start, Vec6d(0.1 * i * motion));
+      SoftStructures one = fresh;
+      const LoadSum expected = one.press(X), sum = walked.press(X);
+      CHECK(sum.energy == expected.energy);
+      CHECK(sum.wrench == expected.wrench);
+      if (expected.energy > 0) CHECK(walked.clearance(X) <= 0);
+      pressed += expected.energy > 0 ? 1 : 0;
+      by_shaft += expected.energy > 0 && n % 2 == 0 ? 1 : 0;
+    }
+  }
+  CHECK(pressed > 300);
+  CHECK(by_shaft > 100);
+}
+
 TEST_CASE("in a scene closed paths do no work, in the open, in a hole of bone and over its edge") {
   Random random(5);
   const Soft soft{dura()};
