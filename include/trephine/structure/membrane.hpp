@@ -95,7 +95,7 @@ struct Membrane {
 /// Dura mater over the brain. E = 70 MPa and σ = 7 MPa are means of 73 fresh human temporal duras, with standard
 /// deviations of 44 and 4 MPa (Zwirner 2019, doi:10.1038/s41598-019-52836-9). σ/E is a strain of 10 %; they measured
 /// 11 %. The tension is that of 1.33 kPa (10 mmHg) of pressure within a sphere of 70 mm, p r / 2.
-/// Thickness and span are estimates. A burr of 3 mm then dents 2.6 mm before it ruptures; spinal dura dents 2 to 6 mm
+/// Thickness and span are estimates. A burr of 3 mm then dents 2.5 mm before it ruptures; spinal dura dents 2 to 6 mm
 /// under a needle (Zarzur 1992, Reg Anesth 17:216).
 [[nodiscard]] constexpr Membrane dura() noexcept { return {}; }
 
