@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Motors that drive a burr in bone: how they slow under its load, and where they stall.
 #include "pushed_cut.hpp"
+#include "support/check_refused.hpp"
 #include "support/near.hpp"
 
 #include <trephine/tool/motors.hpp>
 
 #include <doctest/doctest.h>
+
+#include <limits>
 
 namespace {
 
@@ -63,6 +66,15 @@ TEST_CASE("motors in bone: a push whose torque no motor has stalls it, and the f
     CHECK(removed < 1e-4);  // what the law still owed [mm³]
     CHECK(cut.tip() > 0.2e-3);
     CHECK(cut.status() == Status::kOk);
+  }
+}
+
+TEST_CASE("motors in bone: a spindle refuses a motor that does not turn") {
+  for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto drive = [](const Motor& motor) { CuttingForceOptions{}.driven_by(motor).validate(); };
+    check_refused("speed", [&] { drive({bad, 1, 1}); });
+    check_refused("stall_torque", [&] { drive({1, bad, 1}); });
+    check_refused("inertia", [&] { drive({1, 1, bad}); });
   }
 }
 

@@ -6,7 +6,7 @@
 #include <trephine/core/units.hpp>
 #include <trephine/tool/cutting_edges.hpp>
 #include <trephine/tool/cutting_law.hpp>
-#include <trephine/tool/motors.hpp>
+#include <trephine/tool/motor.hpp>
 
 #include <limits>
 
