@@ -50,7 +50,7 @@ struct Milled {
                                                           .blur = 0.7,
                                                           .contrast = 2700,
                                                           .air = -1000});
-  options.strength = {.soft = 0, .cortical = 1700 / std::sqrt(how.strength)};
+  options.strength = {.soft = 0, .cortical = 1700 / std::sqrt(how.strength), .most = std::max(4.0, how.strength)};
   // A stiff coupling that feels little: as steady as a machine, within the coupling's largest force.
   const double plunge = options.law.thrust(how.feed / options.speed, test::cutting::whole(tool), options.edges, R);
   options.force_scale = std::min(1.0, 1.5 / std::max(how.load, how.strength * plunge));

@@ -10,6 +10,7 @@
 #include <trephine/device/servo_loop.hpp>
 #include <trephine/device/simulated_device.hpp>
 #include <trephine/device/two_hands.hpp>
+#include <trephine/stage/driven_by.hpp>
 #include <trephine/tool/named_tools.hpp>
 
 #include <algorithm>
@@ -87,7 +88,7 @@ trephine::CuttingForce::Options DrillSettings::cutting() const {
   trephine::CuttingForce::Options law = drill::cutting_with(
       edges, strength,
       {.turns = use.turns, .force_scale = tuning.force_scale > 0 ? tuning.force_scale : use.force_scale});
-  if (motor) law = law.driven_by(*motor);
+  if (motor) law = driven_by(law, *motor);
   if (tuning.turns > 0) law.speed = trephine::rpm(tuning.turns);
   return law;
 }

@@ -4,6 +4,7 @@
 #include "support/check_refused.hpp"
 #include "support/near.hpp"
 
+#include <trephine/stage/driven_by.hpp>
 #include <trephine/tool/motors.hpp>
 
 #include <doctest/doctest.h>
@@ -22,7 +23,7 @@ PushedCut<CuttingForce> driven_cut(const Motor& motor, double load) {
   const CuttingForceOptions options{.edges = {.flutes = 8}, .strength = {.cortical = 425, .most = 16}};
   return {{.layers = {{7e-3, 1700}}},
           long_round(1e-3),
-          CuttingForce(options.driven_by(motor)),
+          CuttingForce(driven_by(options, motor)),
           {.force = load * motor.stall_torque / 0.8e-3, .fastest = 20e-3}};
 }
 
@@ -71,7 +72,7 @@ TEST_CASE("motors in bone: a push whose torque no motor has stalls it, and the f
 
 TEST_CASE("motors in bone: a spindle refuses a motor that does not turn") {
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    const auto drive = [](const Motor& motor) { CuttingForceOptions{}.driven_by(motor).validate(); };
+    const auto drive = [](const Motor& motor) { driven_by({}, motor).validate(); };
     check_refused("speed", [&] { drive({bad, 1, 1}); });
     check_refused("stall_torque", [&] { drive({1, bad, 1}); });
     check_refused("inertia", [&] { drive({1, 1, bad}); });

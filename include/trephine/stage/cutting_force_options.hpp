@@ -6,7 +6,6 @@
 #include <trephine/core/units.hpp>
 #include <trephine/tool/cutting_edges.hpp>
 #include <trephine/tool/cutting_law.hpp>
-#include <trephine/tool/motor.hpp>
 
 #include <limits>
 
@@ -23,16 +22,6 @@ struct CuttingForceOptions {
   CuttingLaw law{};
   double force_scale = 1;  ///< share of the true forces that the device gets, in (0, 1]
   double lag = 0.005;      ///< time in which the spindle takes out e⁻¹ of a deposit, at its speed without load [s]
-
-  /// These options with a motor's speed, stall torque and inertia:
-  /// `CuttingForceOptions{.edges = tool.edges}.driven_by(motor_by_name("air-turbine"))`.
-  [[nodiscard]] CuttingForceOptions driven_by(const Motor& motor) const noexcept {
-    CuttingForceOptions driven = *this;
-    driven.speed = motor.speed;
-    driven.stall_torque = motor.stall_torque;
-    driven.inertia = motor.inertia;
-    return driven;
-  }
 
   /// Throws std::invalid_argument.
   void validate() const {
