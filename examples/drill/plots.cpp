@@ -122,19 +122,23 @@ std::string plot_structures(const std::string& folder, const StructureShow& show
 std::string plot_tools(const std::string& folder, const ToolShow& show) {
   Script script(
       "tools",
-      std::string("Tools pressed into bone: force on the device, without and with the cutting law") + kMeanNote,
-      static_cast<int>(show.runs.size() / 2), 1, show.seconds, nullptr);
+      std::string("Tools pressed into bone: force on the device and true torque, without and with the cutting law") +
+          kMeanNote,
+      static_cast<int>(show.runs.size() / 2), 2, show.seconds, nullptr);
   for (std::size_t i = 0; i + 1 < show.runs.size(); i += 2) {
     const ToolRun& with = show.runs[i + 1];
-    const auto force = [&](const std::string& law, const std::string& title, std::size_t nth) {
-      return mean_curve("tools.csv", "(strcol(2) eq '" + with.tool + "' && strcol(3) eq '" + law + "' ? $4 : NaN)",
-                        title, nth);
+    const auto mean = [&](const std::string& law, const std::string& value, const std::string& title, std::size_t nth) {
+      return mean_curve("tools.csv",
+                        "(strcol(2) eq '" + with.tool + "' && strcol(3) eq '" + law + "' ? " + value + " : NaN)", title,
+                        nth);
     };
     const std::string share = with.force_scale < 1
                                   ? ", 1/" + std::to_string(std::lround(1 / with.force_scale)) + " of it felt"
                                   : std::string();
-    script.panel(with.tool + ": force [N]", "[0:*]",
-                 force("without", "without", 5) + "," + force("with", "with the law" + share, 1));
+    script.panel("force [N]", "[0:*]",
+                 mean("without", "$4", "without", 5) + "," + mean("with", "$4", "with the law", 1), "",
+                 with.tool + share);
+    script.panel("torque [N mm]", "[0:*]", mean("with", "1e3*$9", "with the law", 1), "", with.tool);
   }
   return script.run(folder);
 }

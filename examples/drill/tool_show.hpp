@@ -13,7 +13,7 @@
 namespace drill {
 
 /// Tools that are shown, as `trephine::tool_by_name`.
-inline constexpr std::array kShownTools{"round-3", "match-head-3", "twist-3.2"};
+inline constexpr std::array kShownTools{"round-3", "match-head-3", "diamond-3", "twist-3.2"};
 
 /// One tick. Without the cutting law the thrust is the contact's force, and spindle, torque and feed are nan.
 struct ToolRow {

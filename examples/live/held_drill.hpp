@@ -7,10 +7,12 @@
 
 #include <trephine/core/tick.hpp>
 #include <trephine/stage/cutting_force.hpp>
+#include <trephine/stage/cutting_vibration.hpp>
 #include <trephine/stage/damping.hpp>
 #include <trephine/stage/device_limits.hpp>
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling_vibration.hpp>
+#include <trephine/stage/remote.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/tool/motors.hpp>
 #include <trephine/tool/revolved_tool.hpp>
@@ -28,6 +30,9 @@ enum class Renderer { kCoupled, kLine, kSurface };
   return r == Renderer::kCoupled ? "coupled" : r == Renderer::kLine ? "line" : "surface";
 }
 
+/// The law of cutting with teeth that vibrate.
+using Teeth = trephine::CuttingVibration<trephine::Remote<trephine::CuttingForce>>;
+
 /// Options that change while the drill runs: the window posts, the haptic thread takes.
 struct Inboxes {
   trephine::Mailbox<trephine::AdvancingCut> feed;
@@ -35,6 +40,7 @@ struct Inboxes {
   trephine::Mailbox<trephine::Damping::Options> damping;
   trephine::Mailbox<trephine::DeviceLimits> limits;
   trephine::Mailbox<trephine::CuttingForce::Options> law;
+  trephine::Mailbox<Teeth::Options> teeth;
   // For bone with structures.
   trephine::Mailbox<trephine::StructureGuard::Options> guard;
   trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
@@ -49,9 +55,10 @@ inline constexpr double kRadiusTime = 0.2;
 struct Tuning {
   double feed = 0;           ///< speed at which the surface recedes [m/s]; 0: by the burr's radius in kRadiusTime
   double damping = 1;        ///< in contact [N s/m]
-  double vibration = 0.08;   ///< amplitude by contact force [N/N]
+  double vibration = 0.08;   ///< amplitude by contact force, without the law of cutting [N/N]
   double force = kMaxForce;  ///< largest [N]
   // Of the law of cutting.
+  double teeth = 0.3;      ///< share of the ripple of teeth that cut one by one
   double turns = 0;        ///< of the spindle without load [1/min]; 0: by the tool
   double force_scale = 0;  ///< share of the true forces that the device gets; 0: by the tool
   friend bool operator==(const Tuning&, const Tuning&) = default;
@@ -62,6 +69,7 @@ struct Tuning {
   [[nodiscard]] trephine::MillingVibration::Options trembling() const {
     return {.frequency = 180, .per_force = vibration};
   }
+  [[nodiscard]] Teeth::Options teeth_passing() const { return {.depth = teeth, .pattern = {}}; }
   [[nodiscard]] trephine::Damping::Options damped() const {
     return {.linear = damping, .angular = 1e-4, .only_in_contact = true};
   }

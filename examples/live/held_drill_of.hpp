@@ -70,7 +70,10 @@ template <class ContactRenderer, class Cutting, class... Own>
                                                    Inboxes& inboxes, ContactRenderer renderer, const Cutting& cutting,
                                                    const Own&... own) {
   using namespace trephine;
-  Remote vibration{MillingVibration{settings.tuning.trembling()}, inboxes.vibration};
+  // By the law its teeth vibrate.
+  const MillingVibration::Options trembling =
+      settings.mills_by_law() ? MillingVibration::Options{.per_force = 0} : settings.tuning.trembling();
+  Remote vibration{MillingVibration{trembling}, inboxes.vibration};
   Remote damping{Damping{settings.tuning.damped()}, inboxes.damping};
   Remote limits{settings.tuning.limited(), inboxes.limits};
   if (settings.guarded == nullptr) {
@@ -93,9 +96,11 @@ template <class ContactRenderer>
                                               Inboxes& inboxes, ContactRenderer renderer) {
   using namespace trephine;
   if constexpr (CutsByPressure<ContactRenderer>)
-    if (settings.mills_by_law())
-      return held_with(bone, isovalue, settings, inboxes, std::move(renderer),
-                       Cutting{PressureCut{}, Remote{CuttingForce{settings.cutting()}, inboxes.law}});
+    if (settings.mills_by_law()) {
+      const Remote law{CuttingForce{settings.cutting()}, inboxes.law};
+      const Remote teeth{Teeth{law, settings.tuning.teeth_passing()}, inboxes.teeth};
+      return held_with(bone, isovalue, settings, inboxes, std::move(renderer), Cutting{PressureCut{}, teeth});
+    }
   return held_with(bone, isovalue, settings, inboxes, std::move(renderer),
                    Remote{Cutting{settings.tuning.cut(settings.burr)}, inboxes.feed});
 }

@@ -155,11 +155,12 @@ void Instruments::sliders(Workbench& bench) {
     constexpr ImGuiSliderFlags kLog = ImGuiSliderFlags_Logarithmic;
     if (panel::slider("spindle %.0f rpm", turns, 1, 500, 500'000, kLog)) tuning.turns = turns;
     if (panel::slider("force scale %.3f", force_scale, 1, 0.01F, 1, kLog)) tuning.force_scale = force_scale;
+    panel::slider("teeth %.2f", tuning.teeth, 1, 0, 1);
   } else {
     panel::slider("feed %.2f mm/s", tuning.feed, 1e-3, 0.5F, 30);
+    panel::slider("vibration %.3f N/N", tuning.vibration, 1, 0, 0.3F);
   }
   panel::slider("damping %.2f N s/m", tuning.damping, 1, 0, 4);
-  panel::slider("vibration %.3f N/N", tuning.vibration, 1, 0, 0.3F);
   panel::slider("limit %.2f N", tuning.force, 1, 0.5F, static_cast<float>(kMaxForce));
   bench.session().tune(tuning);
   // These start the loop again, so they wait until the slider is let go.

@@ -85,12 +85,12 @@ Registration rescaled(const Registration& from, const Posed& X_DH, double scale)
 trephine::CuttingForce::Options DrillSettings::cutting() const {
   const CuttingEdges edges = shape() != nullptr ? tool_by_name(tool_name).edges : CuttingEdges{};
   const drill::SpindleUse& use = drill::use_of(edges);
-  trephine::CuttingForce::Options law = drill::cutting_with(
+  trephine::CuttingForce::Options options = drill::cutting_with(
       edges, strength,
       {.turns = use.turns, .force_scale = tuning.force_scale > 0 ? tuning.force_scale : use.force_scale});
-  if (motor) law = driven_by(law, *motor);
-  if (tuning.turns > 0) law.speed = trephine::rpm(tuning.turns);
-  return law;
+  if (motor) options = driven_by(options, *motor);
+  if (tuning.turns > 0) options.speed = trephine::rpm(tuning.turns);
+  return options;
 }
 
 std::unique_ptr<HeldDrill> make_drill(drill::Grid& bone, double isovalue, const DrillSettings& settings,
@@ -297,7 +297,11 @@ void Session::tune(const Tuning& tuning) {
   const Tuning before = std::exchange(drill.tuning, tuning);
   if (tuning.feed != before.feed) inboxes_.feed.post(tuning.cut(drill.burr));
   if (tuning.damping != before.damping) inboxes_.damping.post(tuning.damped());
-  if (tuning.vibration != before.vibration) inboxes_.vibration.post(tuning.trembling());
+  if (drill.mills_by_law()) {
+    if (tuning.teeth != before.teeth) inboxes_.teeth.post(tuning.teeth_passing());
+  } else if (tuning.vibration != before.vibration) {
+    inboxes_.vibration.post(tuning.trembling());
+  }
   if (tuning.turns != before.turns || tuning.force_scale != before.force_scale) inboxes_.law.post(drill.cutting());
   if (tuning.force != before.force) inboxes_.limits.post(tuning.limited());
 }

@@ -7,6 +7,7 @@
 
 #include <trephine/core/rotation.hpp>
 #include <trephine/structure/labelled_field.hpp>
+#include <trephine/tool/named_tools.hpp>
 
 #include <doctest/doctest.h>
 #include <support/malloc_hook.hpp>
@@ -22,6 +23,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -308,6 +310,43 @@ TEST_CASE("held drills: switching protection takes no memory in a tick, with eve
       CHECK((thrust > 0.3) == settings.mills_by_law());
       bone.grid.restore();
     }
+}
+
+TEST_CASE("teeth: a drill by the law vibrates as they pass, and the slider takes all of it") {
+  drill::Bone bone = ball(Vec3d::Constant(0.4e-3), 8e-3);
+  const drill::Spot spot = drill::find_spot(bone);
+  const trephine::NamedTool twist = trephine::tool_by_name("twist-3.2");
+  DrillSettings settings{.burr = bone.burr, .tool_name = "twist-3.2", .tool = twist.tool, .law = true};
+  settings.strength = {.soft = 0, .cortical = 2400};
+  // Torque about the axis swings by more than the law's own noise; pushes and cuts are the same.
+  const auto drilled = [&](double teeth, double later) {
+    settings.tuning.teeth = teeth;
+    Inboxes inboxes;
+    const auto drill = make_drill(bone.grid, bone.isovalue, settings, inboxes);
+    Posed X = Posed::Identity();
+    X.linear() = trephine::rotation_between<double>(Vec3d::UnitZ(), spot.normal_W);
+    double last = 0, swing = 0, removed = 0;
+    for (int tick = 0; tick < 1500; ++tick) {
+      X.translation() = spot.p_W + (bone.burr.tip_radius + 0.2e-3 - 2e-6 * tick) * spot.normal_W;
+      if (tick == 1000) {
+        settings.tuning.teeth = later;
+        inboxes.teeth.post(settings.tuning.teeth_passing());
+      }
+      const trephine::TickResult result = drill->tick({.X_WT = X, .spindle_on = true}, 1e-3);
+      const double torque = spot.normal_W.dot(result.wrench.torque);
+      if (tick > 1100) swing += std::abs(torque - last);
+      last = torque;
+      removed += result.removed_mm3;
+    }
+    bone.grid.restore();
+    CHECK(removed > 1);
+    return std::pair(swing, removed);
+  };
+  const auto [still, removed] = drilled(0, 0);
+  const auto [shaken, as_much] = drilled(0, 1);
+  CHECK(shaken > 3 * still);
+  CHECK(as_much == removed);
+  CHECK(drilled(1, 0).first == still);
 }
 
 TEST_CASE("guarded bone: labels that lie beside the bone are refused") {

@@ -50,7 +50,7 @@ template <class Shape>
   return n > 0 ? Vec3d(g / n) : Vec3d::UnitZ();
 }
 
-namespace detail {
+namespace raster_detail {
 
 template <class Shape>
 [[nodiscard]] double bone_share(const Shape& shape, const Vec3d& p, const RasterOptions& o) {
@@ -74,7 +74,7 @@ template <class Shape>
   return 0.5 - 0.5 * std::clamp(d / (2 * h), -1.0, 1.0);
 }
 
-}  // namespace detail
+}  // namespace raster_detail
 
 template <VoxelDensity Density>
 [[nodiscard]] Density nearest_density(double v) {
@@ -92,7 +92,7 @@ template <VoxelDensity Density, class Shape>
   for (int k = 0; k < o.size[2]; ++k)
     for (int j = 0; j < o.size[1]; ++j)
       for (int i = 0; i < o.size[0]; ++i) {
-        double v = o.air + o.contrast * detail::bone_share(shape, o.spacing.cwiseProduct(Vec3d(i, j, k)), o);
+        double v = o.air + o.contrast * raster_detail::bone_share(shape, o.spacing.cwiseProduct(Vec3d(i, j, k)), o);
         if (o.noise > 0) v += o.noise * noise.normal();
         if constexpr (std::is_floating_point_v<Density>)
           voxels.push_back(static_cast<Density>(v));
