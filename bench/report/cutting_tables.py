@@ -5,7 +5,7 @@ and set, as in figures.py."""
 import tables
 from tables import digits, places
 
-SPECIMENS = {"MacAvelia 2012: human femurs": "human", "MacAvelia 2012: artificial femur": "artificial"}
+SPECIMENS = {"MacAvelia 2012: human femurs": "human", "MacAvelia 2012: artificial femurs": "artificial"}
 
 
 def drills(folder):
@@ -14,10 +14,9 @@ def drills(folder):
         for speed in ("1000 rpm", "1250 rpm", "1500 rpm"):
             for quantity, unit in (("thrust", "N"), ("torque", "N·mm")):
                 for r in tables.where(rows, part=part, case=speed, quantity=quantity):
-                    spread = f" ± {r['spread']:.0f}" if specimen == "human" else ""
                     name = f"{specimen}, {speed}{', fitted' if r['fitted'] == 'yes' else ''}"
                     yield (f"{name} / {quantity.capitalize()}: measured, law, run",
-                           f"{r['measured']:.0f}{spread}, {r['law']:.0f}, {r['simulated']:.0f}", unit, "MacAvelia et al. 2012")
+                           f"{r['measured']:.0f} ± {r['spread']:.0f}, {r['law']:.0f}, {r['simulated']:.0f}", unit, "MacAvelia et al. 2012")
 
 
 def others(folder):
