@@ -121,7 +121,6 @@ void bind_cuts(py::module_& m) {
       .field("edge_thrust", &CuttingLaw::edge_thrust, "likewise, against the feed [N/m]")
       .field("edge_radius", &CuttingLaw::edge_radius, "[m]")
       .field("grain_thrust", &CuttingLaw::grain_thrust, "thrust of a diamond's grains over their force along the way")
-      .field("grain_force", &CuttingLaw::grain_force, "force that a diamond's grains rub with, by length [N/m]")
       .field("chisel", &CuttingLaw::chisel, "thrust of a twist drill's web by the drill's radius [N/m]")
       .done();
   OptionsClass<CuttingForceOptions>(m, "CuttingForceOptions", "Forces of cutting; the edges are the tool's.")

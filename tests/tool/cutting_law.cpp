@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -379,39 +378,6 @@ TEST_CASE("cutting law: grains press by their ratio, whatever they cut") {
   }
 }
 
-TEST_CASE("cutting law: a diamond hardly cuts until it is pressed by what its grains rub, and a fluted burr cuts at once") {
-  const CuttingLaw law;
-  const CuttingEdges grains{.kind = CuttingEdges::Kind::kDiamond}, teeth{.flutes = 8};
-  Engagement on;
-  on.pressed = on.edge = 0.002;
-  on.hard_area = 1e-5;
-  constexpr double radius = 0.0015;
-  const double threshold = law.grain_thrust * law.grain_force * CuttingEdges::kGrains / (2 * kPi) * on.pressed;
-  CHECK(threshold == near(1.6, 0.01));  // [N], of a burr of 3 mm up to its middle in bone
-  // A twentieth below it cuts less than chips of 3 nm, and beyond it as a diamond whose grains do not rub would.
-  CHECK(CuttingLaw::chip(law.feed_under(0.95 * threshold, on, grains, radius), CuttingEdges::kGrains) < 3e-9);
-  const CuttingLaw smooth{.grain_force = 0};
-  for (const double beyond : {0.5, 2.0, 20.0, 200.0})
-    CHECK(law.feed_under(threshold + beyond, on, grains, radius) ==
-          near(smooth.feed_under(beyond, on, grains, radius), 1e-3));
-  // The energy by volume falls with the feed to that of thick chips, and is the teeth's where grains do not rub.
-  double last = std::numeric_limits<double>::infinity();
-  for (double x = 1e-9; x < 1e-3; x *= 2) {
-    const double by_volume = law.torque(x, on, grains) / (x * on.hard_area);
-    CHECK(by_volume < last);
-    CHECK(by_volume > law.energy);
-    CHECK(law.torque(x, on, teeth) == smooth.torque(x, on, teeth));
-    last = by_volume;
-  }
-  // Steps reach the feed from any force, and for grains that rub ten thousand times as much.
-  for (const double rub : {1.0, 1e4})
-    for (double x = 1e-12; x < 1e-3; x *= 1.7) {
-      const CuttingLaw rough{.grain_force = 100 * rub};
-      const double force = rough.thrust(x, on, grains, radius);
-      CHECK(rough.thrust(rough.feed_under(force, on, grains, radius), on, grains, radius) == near(force, 1e-6));
-    }
-}
-
 TEST_CASE("cutting law: a worn edge's own forces grow by its wear, and chips take what they took") {
   const CuttingLaw law;
   Engagement on;
@@ -422,9 +388,8 @@ TEST_CASE("cutting law: a worn edge's own forces grow by its wear, and chips tak
     worn.wear = 0.7;
     for (const double x : {1e-9, 1e-6, 1e-3}) {
       CHECK(law.edges_around(x, worn) == near(1.7 * law.edges_around(x, sharp), 1e-12));
-      CHECK(law.rubbing_around(x, worn) == near(1.7 * law.rubbing_around(x, sharp), 1e-12));
       CuttingLaw rubbing = law;
-      rubbing.edge_force *= 1.7, rubbing.edge_thrust *= 1.7, rubbing.grain_force *= 1.7;
+      rubbing.edge_force *= 1.7, rubbing.edge_thrust *= 1.7;
       CHECK(law.thrust(x, on, worn, 0.002) == near(rubbing.thrust(x, on, sharp, 0.002), 1e-12));
       CHECK(law.torque(x, on, worn) > law.torque(x, on, sharp));
     }
@@ -450,7 +415,6 @@ TEST_CASE("cutting law: what is out of range is refused") {
   CHECK_THROWS_AS((BoneStrength{.soft = 100, .cortical = 100}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((CuttingEdges{.flutes = 0}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((CuttingLaw{.grain_thrust = 0}.validate()), std::invalid_argument);
-  CHECK_THROWS_AS((CuttingLaw{.grain_force = -1}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((CuttingEdges{.wear = -0.1}.validate()), std::invalid_argument);
   CHECK_THROWS_AS((CuttingEdges{.wear = std::nan("")}.validate()), std::invalid_argument);
   CHECK_NOTHROW((CuttingEdges{.kind = CuttingEdges::Kind::kDiamond, .flutes = 0}.validate()));

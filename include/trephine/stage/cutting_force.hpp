@@ -178,9 +178,9 @@ class CuttingForce {
     const double part = -std::expm1(-turn / lag_angle);
     const Vec6d chips = deposit_ * (turn > 0 ? part / turn : 1 / lag_angle);
     deposit_ *= 1 - part;
-    // The edges' own force, by the chips that the torque tells, and that of rubbing grains, by the thrust.
+    // The edges' own force, by the chips that the torque tells.
     const double x = on.hard_area > 0 ? chips[5] / (law.energy * on.hard_area) : 0;
-    const double own = law.edges_around(x, options_.edges) + law.rubbing_around(advance_, options_.edges);
+    const double own = law.edges_around(x, options_.edges);
     Vec6d edges;
     edges << own * on.around, own * on.moment;
     Vec6d total = chips + edges;

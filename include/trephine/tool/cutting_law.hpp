@@ -54,10 +54,8 @@ struct Engagement {
 /// thicker than the edge's radius h₀. Wear w multiplies it by 1 + w. With z edges, a feed of x metres a radian makes
 /// chips of h = 2π x (d·n) / z. All grows with the bone's strength.
 ///
-/// Grains of a diamond rub besides, by K_g (1 − exp(−h / h_g)) along their way: h_g is so small that a diamond hardly
-/// removes bone until it is pressed by that force. They meet bone with faces that lean far back, so their force against
-/// the feed is γ times the whole of that along their way. The defaults are fitted to measurements; see
-/// `bench/cutting.md`.
+/// Grains of a diamond meet bone with faces that lean far back, so their force against the feed is γ times the whole of
+/// that along their way. The defaults are fitted to measurements; see `bench/cutting.md`.
 struct CuttingLaw {
   double energy = 0.9e9;       ///< u [J/m³], of cortical bone; 0.9 J/mm³
   double thrust_ratio = 0.45;  ///< κ
@@ -65,7 +63,6 @@ struct CuttingLaw {
   double edge_thrust = 16e3;   ///< K_n [N/m]
   double edge_radius = 10e-6;  ///< h₀ [m]
   double grain_thrust = 2.1;   ///< γ
-  double grain_force = 100;    ///< K_g [N/m]
   double chisel = 50e3;        ///< thrust of a twist drill's web, by metre of the drill's radius [N/m]
 
   /// Throws std::invalid_argument.
@@ -80,7 +77,6 @@ struct CuttingLaw {
     refuse_unless(thrust_ratio > 0 || edge_thrust > 0, "thrust_ratio or edge_thrust must be > 0", thrust_ratio);
     refuse_unless(edge_radius > 0, "edge_radius must be > 0 m", edge_radius);
     refuse_unless(grain_thrust > 0, "grain_thrust must be > 0", grain_thrust);
-    refuse_unless(grain_force >= 0, "grain_force must be >= 0 N/m", grain_force);
     refuse_unless(chisel >= 0, "chisel must be >= 0 N/m", chisel);
   }
 
@@ -89,30 +85,21 @@ struct CuttingLaw {
   /// Chip of z edges at a feed of x metres a radian [m].
   [[nodiscard]] static double chip(double x, int edges) noexcept { return 2 * std::numbers::pi * x / edges; }
 
-  /// Share of a grain's rubbing at a chip [m].
-  [[nodiscard]] static double rubbing_share(double chip) noexcept { return -std::expm1(-chip / kRubbingChip); }
-
   /// Force of the edges about the axis: by this factor [N/m] times `Engagement::around` and `moment`.
   [[nodiscard]] double edges_around(double x, const CuttingEdges& edges) const noexcept {
     return of_all(edge_force, edges) * edge_share(chip(x, edges.count()));
   }
-  /// Force of rubbing grains about the axis, by this factor likewise.
-  [[nodiscard]] double rubbing_around(double x, const CuttingEdges& edges) const noexcept {
-    return has_grains(edges) ? of_all(grain_force, edges) * rubbing_share(chip(x, edges.count())) : 0.0;
-  }
   /// Force against the feed [N] at x metres a radian. `radius` is the head's [m].
   [[nodiscard]] double thrust(double x, const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
-    const double h = chip(x, edges.count());
-    return chip_thrust(edges) * x * on.pressed + own_thrust(on, edges, radius) * edge_share(h) +
-           rubbing_thrust(on, edges) * rubbing_share(h);
+    return chip_thrust(edges) * x * on.pressed + own_thrust(on, edges, radius) * edge_share(chip(x, edges.count()));
   }
   /// Largest pull across the axis [N] at x metres a radian: of all edges in one direction.
   [[nodiscard]] double most_pull(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
-    return along(x, edges) * on.edge;
+    return (energy * x + edges_around(x, edges)) * on.edge;
   }
   /// Torque about the axis [N·m] at x metres a radian.
   [[nodiscard]] double torque(double x, const Engagement& on, const CuttingEdges& edges) const noexcept {
-    return along(x, edges) * on.hard_area;
+    return (energy * x + edges_around(x, edges)) * on.hard_area;
   }
   /// Feed [m a radian] at which the thrust is `force` [N]: 0 if no part cuts.
   [[nodiscard]] double feed_under(double force, const Engagement& on, const CuttingEdges& edges,
@@ -120,13 +107,11 @@ struct CuttingLaw {
     if (!(force > 0) || !(on.pressed > 0)) return 0;
     // The thrust grows with x, and its slope falls: Newton steps from 0 stay below the root.
     const double per_x = chip_thrust(edges) * on.pressed, own = own_thrust(on, edges, radius);
-    const double rubbing = rubbing_thrust(on, edges), by_x = chip(1, edges.count());
-    const double rate = by_x / edge_radius, rubbing_rate = by_x / kRubbingChip;
+    const double rate = chip(1, edges.count()) / edge_radius;
     double x = 0;
     for (int i = 0; i < kMaxSteps; ++i) {
-      const double rest = std::exp(-rate * x), rubbing_rest = rubbing > 0 ? std::exp(-rubbing_rate * x) : 0;
-      const double slope = per_x + own * rate * rest + rubbing * rubbing_rate * rubbing_rest;
-      const double step = (force - per_x * x - own * (1 - rest) - rubbing * (1 - rubbing_rest)) / slope;
+      const double rest = std::exp(-rate * x), slope = per_x + own * rate * rest;
+      const double step = (force - per_x * x - own * (1 - rest)) / slope;
       if (!(step > kSmallStep * x) || !is_finite(step)) break;
       x += step;
     }
@@ -134,8 +119,6 @@ struct CuttingLaw {
   }
 
  private:
-  // h_g, of no edge: an eighth of the chip of dental diamonds, whose energy by volume still falls with the chip [m].
-  static constexpr double kRubbingChip = 1e-9;
   static constexpr int kMaxSteps = 30;
   static constexpr double kSmallStep = 1e-6;
 
@@ -149,14 +132,6 @@ struct CuttingLaw {
   /// Thrust of chips, by metre of feed a radian and by `Engagement::pressed` [Pa].
   [[nodiscard]] double chip_thrust(const CuttingEdges& edges) const noexcept {
     return (has_grains(edges) ? grain_thrust : thrust_ratio) * energy;
-  }
-  /// Force about the axis at x metres a radian, by metre of edge [N/m].
-  [[nodiscard]] double along(double x, const CuttingEdges& edges) const noexcept {
-    return energy * x + edges_around(x, edges) + rubbing_around(x, edges);
-  }
-  /// Thrust of rubbing grains under chips that are not thin [N].
-  [[nodiscard]] double rubbing_thrust(const Engagement& on, const CuttingEdges& edges) const noexcept {
-    return has_grains(edges) ? of_all(grain_thrust * grain_force, edges) * on.pressed : 0.0;
   }
   /// Thrust of edges and chisel under thick chips [N].
   [[nodiscard]] double own_thrust(const Engagement& on, const CuttingEdges& edges, double radius) const noexcept {
