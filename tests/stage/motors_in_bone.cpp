@@ -71,8 +71,11 @@ TEST_CASE("motors in bone: a push whose torque no motor has stalls it, and the f
 }
 
 TEST_CASE("motors in bone: a spindle refuses a motor that does not turn") {
+  const auto drive = [](const Motor& motor) { driven_by({}, motor).validate(); };
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  check_refused("speed", [&] { drive({inf, 1, 1}); });
+  check_refused("inertia", [&] { drive({1, 1, inf}); });
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    const auto drive = [](const Motor& motor) { driven_by({}, motor).validate(); };
     check_refused("speed", [&] { drive({bad, 1, 1}); });
     check_refused("stall_torque", [&] { drive({1, bad, 1}); });
     check_refused("inertia", [&] { drive({1, 1, bad}); });
