@@ -89,7 +89,7 @@ export async function drill(page, mm3, tries = 3) {
   }
   await spindleIs(page, false);
   if (!failed) return removed(page);
-  if (tries <= 1) throw failed;
+  if (tries <= 1) throw new Error(`${before + mm3} mm3 were not reached, "${await page.$eval("#status", (e) => e.textContent)}" at ${JSON.stringify(await told(page))}`, { cause: failed });
   await page.keyboard.press("h");
   return drill(page, mm3, tries - 1);
 }
