@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { test } from "node:test";
 import { downloads, frames, give, number, open, opened, removed, sleep, started, text, until } from "./support/browser.mjs";
 import {
-  apart, differs, drill, picture, settled, spindleIs, stillPicture, takes, tells, way,
+  apart, differs, drill, goAside, picture, settled, spindleIs, stillPicture, takes, tells, way,
 } from "./support/drill.mjs";
 import { readSaved } from "./support/volumes.mjs";
 
@@ -117,6 +117,7 @@ test("Undo brings back a stroke at a time, and has nothing to do then", async ()
   assert.ok(await disabled("undo"));
   const first = await drill(page, 0.5);
   assert.equal(await disabled("undo"), false);
+  await goAside(page, 1.5);
   const second = await drill(page, 0.5);
   assert.ok(second > first + 0.4);
   await page.click("#undo");

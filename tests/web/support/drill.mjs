@@ -70,8 +70,20 @@ export const spindleIs = (page, on) => until(page, (want) => document.getElement
 /// Waits until more than so much is removed [mm3].
 export const takes = (page, mm3, timeout = 150e3) => until(page, (most) => parseFloat(document.getElementById("brief_removed").textContent) > most, timeout, mm3);
 
-/// Drills from where the drill is until `mm3` more are removed, by keys. Returns what is removed in all. Where ticks come
-/// much too late, as on a machine that does other work, the hand jumps, the drill is in bone without a cut, and begins anew.
+/// Takes the drill home and then aside by `mm`, where bone is whole.
+export async function goAside(page, mm) {
+  await page.focus("#canvas");
+  await page.keyboard.press("h");
+  const home = await settled(page);
+  await page.keyboard.down("ArrowRight");
+  await tells(page, (t) => apart(t.place, home.place) > mm, "the drill moves aside");
+  await page.keyboard.up("ArrowRight");
+  await settled(page);
+}
+
+/// Drills from where the drill is until `mm3` more are removed, by keys. Returns what is removed in all. On a machine that
+/// does other work keys are let go late, and the hole becomes so deep that its rim holds the shaft; so a drill that takes
+/// nothing begins anew beside it.
 export async function drill(page, mm3, tries = 3) {
   const before = await removed(page);
   await page.focus("#canvas");
@@ -90,7 +102,7 @@ export async function drill(page, mm3, tries = 3) {
   await spindleIs(page, false);
   if (!failed) return removed(page);
   if (tries <= 1) throw new Error(`${before + mm3} mm3 were not reached, "${await page.$eval("#status", (e) => e.textContent)}" at ${JSON.stringify(await told(page))}`, { cause: failed });
-  await page.keyboard.press("h");
+  await goAside(page, 1.5 * (4 - tries));
   return drill(page, mm3, tries - 1);
 }
 
