@@ -85,29 +85,12 @@ struct Cut {
 
 /// Feeds a drill at constant speed until thrust and torque are steady, as a machine does.
 [[nodiscard]] Cut by_machine(const CuttingLaw& law, const NamedTool& tool, double turns, double feed) {
-  const double edge = 14e-3, h = 0.3e-3, top = 11e-3, dt = 1e-3;
-  VoxelGrid<std::int16_t> bone = block(edge, h, top);
-  const double R = tool.tool.burr().tip_radius;
   // A stiff coupling that feels little: as steady as a machine, within the coupling's largest force.
   const double force_scale = std::min(1.0, 2 / by_law(law, tool, turns, feed).thrust);
-  HapticScene scene{
-      bone, kIso, CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-      Cutting{PressureCut{},
-              CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .force_scale = force_scale})}};
-  const double deep = 6.5e-3;
-  const int ticks = static_cast<int>(deep / (feed * dt));
-  Cut sum;
-  int count = 0;
-  for (int i = 0; i < ticks; ++i) {
-    const Vec3d at(edge / 2 + 1.1e-4, edge / 2 - 0.7e-4, top + R - i * feed * dt);
-    static_cast<void>(scene.tick({.X_WT = test::tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, dt));
-    if (i < 3 * ticks / 4) continue;
-    const CuttingReport& now = scene.cutting().law().report();
-    ++count;
-    sum.thrust += now.thrust;
-    sum.torque += now.torque;
-  }
-  return {sum.thrust / count, sum.torque / count};
+  const test::cutting::Fed fed = test::cutting::feed(
+      test::cutting::BoneBlock<std::int16_t>{}, tool, {.speed = rpm(turns), .law = law, .force_scale = force_scale},
+      {.speed = feed, .deep = 6.5e-3}, Vec3d::UnitZ(), Vec3d(1.1e-4, -0.7e-4, 0));
+  return {fed.thrust, fed.torque};
 }
 
 /// MacAvelia et al. 2012: 3.2 mm drill, 120 mm/min, three speeds.
