@@ -33,7 +33,8 @@ MOTORS = {"stall torque, largest": lambda runs: max(torque for torque, _ in runs
 CHANGES = {"feed": ("feed", 2), "speed": ("speed", 2), "depth": ("depth", 2), "load": ("load", 2),
            "removal rate": ("feed", 2), "density": ("strength", 2), "grey value": ("strength", 2),
            "dentine after enamel": ("strength", 0.5), "wear": ("wear", "1"), "tool's angle": ("tilt", "60"),
-           "burr type": ("family", "diamond"), "edge speed": ("speed", 2), "length of chisel edge": ("chisel", 2), "twist drill after round bur": ("family", "twist")}
+           "burr type": ("family", "diamond"), "edge speed": ("speed", 2),
+           "length of chisel edge": ("chisel", 2), "twist drill after round bur": ("family", "twist")}
 # Conditions that a source does not state in what was read of it, by the beginning of its rows' names; the last that
 # fits counts. Dental burrs cut with their side, on an air turbine. Leucite ceramic is taken as ten times as strong as
 # cortical bone, from hardnesses of 5.5 to 6 GPa and 0.5 GPa.
