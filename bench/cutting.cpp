@@ -3,6 +3,7 @@
 #include "common/percentile.hpp"
 #include "common/ripple.hpp"
 #include "common/table.hpp"
+#include "cutting/times.hpp"
 #include "stage/cutting_runs.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -85,29 +85,12 @@ struct Cut {
 
 /// Feeds a drill at constant speed until thrust and torque are steady, as a machine does.
 [[nodiscard]] Cut by_machine(const CuttingLaw& law, const NamedTool& tool, double turns, double feed) {
-  const double edge = 14e-3, h = 0.3e-3, top = 11e-3, dt = 1e-3;
-  VoxelGrid<std::int16_t> bone = block(edge, h, top);
-  const double R = tool.tool.burr().tip_radius;
   // A stiff coupling that feels little: as steady as a machine, within the coupling's largest force.
   const double force_scale = std::min(1.0, 2 / by_law(law, tool, turns, feed).thrust);
-  HapticScene scene{
-      bone, kIso, CoupledToolRenderer{tool.tool, CoupledOptions{.stiffness = 2000}},
-      Cutting{PressureCut{},
-              CuttingForce({.edges = tool.edges, .speed = rpm(turns), .law = law, .force_scale = force_scale})}};
-  const double deep = 6.5e-3;
-  const int ticks = static_cast<int>(deep / (feed * dt));
-  Cut sum;
-  int count = 0;
-  for (int i = 0; i < ticks; ++i) {
-    const Vec3d at(edge / 2 + 1.1e-4, edge / 2 - 0.7e-4, top + R - i * feed * dt);
-    static_cast<void>(scene.tick({.X_WT = test::tool_at(at, Vec3d::UnitZ()), .spindle_on = true}, dt));
-    if (i < 3 * ticks / 4) continue;
-    const CuttingReport& now = scene.cutting().law().report();
-    ++count;
-    sum.thrust += now.thrust;
-    sum.torque += now.torque;
-  }
-  return {sum.thrust / count, sum.torque / count};
+  const test::cutting::Fed fed = test::cutting::feed(
+      test::cutting::BoneBlock<std::int16_t>{}, tool, {.speed = rpm(turns), .law = law, .force_scale = force_scale},
+      {.speed = feed, .deep = 6.5e-3}, Vec3d::UnitZ(), Vec3d(1.1e-4, -0.7e-4, 0));
+  return {fed.thrust, fed.torque};
 }
 
 /// MacAvelia et al. 2012: 3.2 mm drill, 120 mm/min, three speeds.
@@ -369,33 +352,20 @@ void map_stability(Report& report, bool quick) {
               kNone, kNone, kNone, static_cast<double>(trembling), false});
 }
 
-/// A tick with the law beside the same tick without.
+/// What the law and soft structures add to a tick.
 void time_ticks(Report& report, bool quick) {
-  for (const char* const name : {"round-3", "twist-3.2"}) {
-    const NamedTool tool = tool_by_name(name);
-    const double top = 10e-3;
-    VoxelGrid<std::int16_t> a = block(14e-3, 0.3e-3, top), b = block(14e-3, 0.3e-3, top);
-    const CoupledToolRenderer renderer{tool.tool, CoupledOptions{.stiffness = 800}};
-    HapticScene plain{a, kIso, renderer, Cutting{}};
-    HapticScene lawful{b, kIso, renderer, Cutting{GeometricCut{}, CuttingForce({.edges = tool.edges})}};
-    std::vector<double> more, time;
-    for (int i = 0; i < (quick ? 1500 : 4000); ++i) {
-      const Vec3d at(7e-3 + 3e-3 * std::sin(i * 1e-3), 7e-3, top + tool.tool.burr().tip_radius - i * 1e-6);
-      const TickInput input{.X_WT = test::tool_at(at, Vec3d::UnitZ()), .spindle_on = true};
-      const auto took = [&](auto& scene) {
-        const auto begin = std::chrono::steady_clock::now();
-        static_cast<void>(scene.tick(input, 1e-3));
-        return 1e6 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-      };
-      const double first = i % 2 == 0 ? took(plain) : 0, second = took(lawful);
-      const double without = i % 2 == 0 ? first : took(plain);
-      if (i < 200) continue;
-      more.push_back(second - without);
-      time.push_back(without);
-    }
-    report.row({"time", name, "tick without the law", "us", kNone, kNone, kNone, percentile(time, 0.5), false});
-    report.row({"time", name, "more with the law", "us", kNone, kNone, 2, percentile(more, 0.5), false});
-  }
+  const int ticks = quick ? 1300 : 3800;
+  const auto row = [&](const std::string& name, const TickTimes& t) {
+    report.row({"time", name, "tick without", "us", kNone, kNone, kNone, t.without, false});
+    report.row({"time", name, "more; median", "us", kNone, kNone, 2, t.more, false});
+    report.row({"time", name, "p99 without", "us", kNone, kNone, kNone, t.without_p99, false});
+    report.row({"time", name, "p99 with", "us", kNone, kNone, kNone, t.with_p99, false});
+  };
+  for (const char* const name : {"round-3", "twist-3.2"})
+    row(std::string("law; ") + name + " in a slot", time_of_law(tool_by_name(name), ticks));
+  row("membrane; in air", OverDura{.over = 2e-3}.measure(ticks));
+  row("membrane; milling over it", OverDura{.over = -1e-3}.measure(ticks));
+  row("membrane; resting on it", OverDura{.hole = 6.5e-3, .over = -3.2e-3}.measure(ticks));
 }
 
 }  // namespace

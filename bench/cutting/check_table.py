@@ -8,14 +8,18 @@ A number is a decimal, or a range LOW..HIGH. A value has no range: where a sourc
 the range is the spread and the value its middle. Otherwise the spread is a standard deviation.
 A trend's value is the sign of the change: "force by speed", or "force, down after up cutting".
 An effect's value is 1 where the source found it significant and the page read gives no sign.
-An empty condition was not stated in the page that was read."""
+An empty condition was not stated in the page that was read.
+A row that fits or tests the law is run by compare.py, unless held_by names the test case that holds it: a file in tests
+and the beginning of the case's name."""
 import csv
 import pathlib
 import re
 import sys
 
+import compare
+
 COLUMNS = ("id source doi tool kind diameter_mm edges speed_rpm feed_mm_s load_N depth_mm material density "
-           "quantity value spread unit page role why_not").split()
+           "quantity value spread unit page role why_not held_by").split()
 KINDS = {"fluted", "diamond", "twist", "saw", "other"}
 ROLES = {"fit", "test", "none"}
 UNITS = set("N|mN|N mm|W|rpm|mm|mm3/s|J/mm3|s|g|K|degC|dBA|dB SPL|MPa|%|1|sign|yes".split("|"))
@@ -23,6 +27,13 @@ CONDITIONS = "diameter_mm edges speed_rpm feed_mm_s load_N depth_mm density spre
 NEEDED = "id source tool quantity page".split()
 NUMBER = r"-?\d+(\.\d+)?"
 LEAST_SOURCES, LEAST_BURR_SOURCES, LONGEST_CELL = 12, 8, 60
+
+
+def is_test(name):
+    """Whether there is a test case `FILE: BEGINNING OF ITS NAME`."""
+    file, _, begins = name.partition(": ")
+    path = pathlib.Path(__file__).parents[2] / "tests" / file
+    return path.is_file() and bool(begins) and f'TEST_CASE("{begins}' in re.sub(r"\(\s+", "(", path.read_text(encoding="utf-8"))
 
 
 def faults(rows):
@@ -65,6 +76,12 @@ def faults(rows):
             yield f"{name}: a trend's unit is sign, and only a trend's"
         if bool(row["why_not"]) != (row["role"] == "none"):
             yield f"{name}: why_not must be there exactly where role is none"
+        if row["held_by"] and not is_test(row["held_by"]):
+            yield f"{name}: there is no test '{row['held_by']}'"
+        if row["role"] == "none" and row["held_by"]:
+            yield f"{name}: a test holds it, so its role is not none"
+        if row["role"] != "none" and not row["held_by"] and not compare.parts(row):
+            yield f"{name}: compare.py does not run it, and no test holds it"
     if len(sources) < LEAST_SOURCES:
         yield f"{len(sources)} sources, must be {LEAST_SOURCES} or more"
     if len(burrs) < LEAST_BURR_SOURCES:

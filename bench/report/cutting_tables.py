@@ -102,10 +102,9 @@ def constants(folder):
 
 
 def time(folder):
-    rows = tables.where(tables.read(folder, "cutting"), part="time")
-    for r in rows:
-        title = "Tick without" if "without" in str(r["quantity"]) else "More with the law"
-        yield f"{r['case']} / {title}", digits(r["simulated"]), "µs", "slot of 3 mm"
+    titles = {"tick without": "Tick without", "more; median": "More", "p99 without": "p99 without", "p99 with": "p99 with"}
+    for r in tables.where(tables.read(folder, "cutting"), part="time"):
+        yield f"{str(r['case']).replace(';', ',')} / {titles[r['quantity']]}", digits(r["simulated"]), "µs", "ticks in turn"
 
 
 def tested(folder):
@@ -116,15 +115,21 @@ def tested(folder):
 def measured(folder):
     """How many of the published cuts the law gives."""
     rows = tested(folder)
-    for name, wanted in (("Forces and torques of drills, within a factor of two", ("twist", False)),
-                         ("Trends and effects of drills", ("twist", True)), ("Trends and effects of burrs", ("burr", True))):
-        of = [r for r in rows if (("twist" if r["kind"] == "twist" else "burr"), r["unit"] in ("sign", "yes")) == wanted]
+    drills, burrs, others = ("twist",), ("fluted", "diamond"), ("saw", "other")
+    for name, kinds, signs in (("Forces and torques of drills, within a factor of two", drills, False),
+                               ("Trends and effects of drills", drills, True), ("Trends and effects of burrs", burrs, True),
+                               ("Sizes of edges, motors and dura, within a factor of two", others + burrs, False),
+                               ("Trends of edges and motors", others, True)):
+        of = [r for r in rows if r["kind"] in kinds and (r["unit"] in ("sign", "yes")) == signs]
         yield f"{name} / Hold", str(len(tables.where(of, holds="yes"))), "", "bench/cutting/measured.csv"
         yield f"{name} / Of", str(len(of)), "", "bench/cutting/measured.csv"
+    alone = [r for r in tables.read(folder, "measured") if r["role"] == "test" and isinstance(r["held_by"], str)]
+    yield "Held by tests of their own, and not run here / Of", str(len(alone)), "", "bench/cutting/measured.csv"
 
 
 def missed(folder):
     for r in tables.where(tested(folder), holds="no"):
-        name = f"{r['id'].partition('-')[0]}: {r['quantity'].partition(': ')[2]}"
-        yield f"{name} / Measured", places(r["value"], 0), "", r["source"]
-        yield f"{name} / Law's change", digits(100 * r["law"]).replace("-", "−"), "%", "of a run in bone"
+        name = f"{r['id'].partition('-')[0]}: {r['quantity'].rpartition(': ')[2]}"
+        trend = r["unit"] in ("sign", "yes")
+        yield f"{name} / Measured", places(r["value"], 0) if trend else digits(r["value"]), "", r["source"]
+        yield f"{name} / Law", digits(100 * r["law"] if trend else r["law"]).replace("-", "−"), "%" if trend else "", "of a run in bone"

@@ -255,7 +255,7 @@ SOURCES = {
     "devices": [("devices", listed, True)],
     "measured": [("cutting_measured", cutting_tables.measured, False), ("cutting_missed", cutting_tables.missed, False)],
     "tests": [(table, told(table), False)
-              for table in ("cutting_runs", "guarded_tools", "labels", "ripple", "surface_tools", "tool_quality", "tubes")],
+              for table in ("cutting_runs", "guarded_tools", "labels", "overshoot", "ripple", "surface_tools", "tool_quality", "tubes")],
     "report": [("results", results, True), ("errors", errors, False), ("coupled", coupled, False), ("net_work", net_work, False), ("stages", stages, False),
                ("speed", speed, True), ("structures", structures, True), ("compiling", compiling, True), ("cutting_drills", cutting_tables.drills, False), ("cutting_others", cutting_tables.others, False),
                ("cutting_hands", cutting_tables.hands, False), ("cutting_beside", cutting_tables.cuts, False),

@@ -115,8 +115,8 @@ def cutting(folder, rows, quantity):
 
 
 def measured(folder, rows):
-    """The law's figure against the measured one, for each published cut that has a size."""
-    rows = [r for r in rows if r["holds"] in ("yes", "no") and r["unit"] not in ("sign", "yes")]
+    """The law's figure against the measured one, for each published cut that has a force or a torque."""
+    rows = [r for r in rows if r["holds"] in ("yes", "no") and (r["unit"] in ("N", "N mm") or r["quantity"].startswith("ratio: normal"))]
     if not rows:
         return None
     plot = Plot(folder, "cutting_measured", "Published cuts: the law against the measurement", "measured", "law")
