@@ -123,6 +123,13 @@ class SoftStructures {
   }
 
   [[nodiscard]] const SoftOptions& options() const noexcept { return options_; }
+  /// Takes another share of the true forces for the device, which `SoftOptions` allow; between ticks.
+  void set_force_scale(double scale) noexcept {
+    options_.force_scale = scale;
+    for (std::size_t i = 0; i < laws_.size(); ++i)
+      laws_[i] = membranes_[i].law(potential_->burr().tip_radius, options_.force_scale);
+    is_pressed_ = false;
+  }
   [[nodiscard]] const SoftReport& report() const noexcept { return report_; }
   /// Returns the law of a structure with a membrane, with the device's share of its forces.
   [[nodiscard]] const MembraneLaw& law(int structure) const noexcept {
