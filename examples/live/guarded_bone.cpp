@@ -68,6 +68,41 @@ void note_unreached(const LabelGrid<Label>& labels, const drill::Grid& bone, con
   }
 }
 
+/// The share of a structure's voxels that are no bone.
+template <VoxelLabel Label>
+double soft_share(const LabelGrid<Label>& labels, const Structure& structure, const drill::Bone& bone,
+                  const Posed& X_GS) {
+  const VoxelBox box = labels.box_of(structure.label);
+  const auto& n = bone.grid.size();
+  std::size_t soft = 0;
+  for (int k = box.lo[2]; k <= box.hi[2]; ++k)
+    for (int j = box.lo[1]; j <= box.hi[1]; ++j)
+      for (int i = box.lo[0]; i <= box.hi[0]; ++i) {
+        if (labels.at(i, j, k) != structure.label) continue;
+        const Vec3d u =
+            (X_GS * Vec3d(labels.spacing().cwiseProduct(Vec3d(i, j, k)))).cwiseQuotient(bone.grid.spacing());
+        const Vec3d v = u.array().round();
+        const bool inside = (v.array() >= 0).all() && v.x() < n[0] && v.y() < n[1] && v.z() < n[2];
+        const auto at = [&](Eigen::Index a) { return static_cast<int>(v[a]); };
+        soft += inside && bone.grid.at(at(0), at(1), at(2)) >= bone.isovalue ? 0 : 1;
+      }
+  return static_cast<double>(soft) / static_cast<double>(labels.voxel_count(structure.label));
+}
+
+/// Makes structures soft as their names say.
+template <VoxelLabel Label>
+void soften(GuardedBone& guarded, const LabelGrid<Label>& labels, const drill::Bone& bone) {
+  constexpr double kLeast = 0.1;  // a thin nerve's image is mostly the bone's around it
+  for (const Structure& s : guarded.structures) {
+    std::optional<Membrane> membrane = membrane_named(s.name);
+    if (membrane && soft_share(labels, s, bone, guarded.X_GS) < kLeast) {
+      membrane.reset();
+      guarded.notes.push_back("structure '" + s.name + "' is bone in this volume, so it is not felt as soft");
+    }
+    guarded.soft.push_back(membrane);
+  }
+}
+
 /// Builds on other threads, and tells how far it is: each quarter.
 template <VoxelLabel Label>
 Field built(const LabelGrid<Label>& labels, double reach, const TellDone& tell) {
@@ -129,8 +164,11 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
         // Far enough for the largest burr, or for as large a one as the field can serve.
         const Burr largest{.tip_radius = largest_burr(bone), .shaft_radius = 0, .shaft_length = 0};
         const double most = 127 * labels.spacing().maxCoeff();
+        soften(*guarded, labels, bone);
+        const SoftOptions soft{.smoothing = guarded->smoothing};
         const double wanted =
-            std::max({GuardPotential::required_reach(largest, margin, guarded->smoothing),
+            std::max({SoftStructures::required_reach(largest, guarded->soft, soft),
+                      GuardPotential::required_reach(largest, margin, guarded->smoothing),
                       bone.tool ? GuardPotential::required_reach(*bone.tool, margin, guarded->smoothing) : 0.0,
                       required_veto_reach(bone.grid, kVetoShare * margin), labels.spacing().maxCoeff()});
         guarded->largest_radius = largest.tip_radius - std::max(wanted - most, 0.0);
@@ -158,6 +196,42 @@ std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, 
 }
 std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const RevolvedTool& tool) {
   return potential_round(guarded, tool);
+}
+
+namespace {
+template <class Tool>
+std::shared_ptr<const SoftStructures> soft_round(const GuardedBone& guarded, const Tool& tool) {
+  const auto is_soft = [](const std::optional<Membrane>& m) { return m.has_value(); };
+  if (std::none_of(guarded.soft.begin(), guarded.soft.end(), is_soft)) return nullptr;
+  return std::make_shared<const SoftStructures>(guarded.field, guarded.X_GS, tool, guarded.soft,
+                                                SoftOptions{.smoothing = guarded.smoothing});
+}
+}  // namespace
+
+std::shared_ptr<const SoftStructures> soft_for(const GuardedBone& guarded, const Burr& burr) {
+  return soft_round(guarded, burr);
+}
+std::shared_ptr<const SoftStructures> soft_for(const GuardedBone& guarded, const RevolvedTool& tool) {
+  return soft_round(guarded, tool);
+}
+
+std::optional<Membrane> membrane_named(const std::string& name) {
+  std::vector<std::string> words(1);
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const bool is_upper = name[i] >= 'A' && name[i] <= 'Z', is_lower = name[i] >= 'a' && name[i] <= 'z';
+    const bool begins = !is_upper && !is_lower ? true : is_upper && i > 0 && name[i - 1] >= 'a' && name[i - 1] <= 'z';
+    if (begins) words.emplace_back();
+    if (is_upper || is_lower) words.back().push_back(static_cast<char>(is_upper ? name[i] - 'A' + 'a' : name[i]));
+  }
+  const auto has = [&](const auto&... word) {
+    return ((std::find(words.begin(), words.end(), word) != words.end()) || ...);
+  };
+  // Most sinuses of the skull hold air.
+  const bool is_vein = words.size() == 1 || has("sigmoid", "transverse", "sagittal", "straight", "venous", "petrosal");
+  if (has("sinus", "sinuses") && is_vein) return sinus_wall();
+  if (has("dura")) return dura();
+  if (has("nerve", "nerves")) return nerve();
+  return std::nullopt;
 }
 
 std::shared_ptr<const GuardedBone> guard_made_structures(const drill::Bone& bone, const drill::Spot& spot,

@@ -6,12 +6,14 @@
 
 #include <trephine/structure/guard_potential.hpp>
 #include <trephine/structure/label_grid.hpp>
+#include <trephine/structure/soft_structures.hpp>
 #include <trephine/structure/structure_field.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,8 @@ struct GuardedBone {
   std::shared_ptr<Floor> watch;    ///< cuts take structures, and are counted
   std::shared_ptr<Floor> refuse;   ///< cuts take nothing within half the margin
   std::vector<std::string> notes;  ///< what was left out
+  /// How each structure is felt where no bone is over it, by its name; nothing for one that is bone in this volume.
+  std::vector<std::optional<trephine::Membrane>> soft;
 };
 
 /// The margin of the veto over the guard's: the guard is felt before bone can no longer be cut.
@@ -57,6 +61,14 @@ void print_done(double share);
 /// The same for a tool. Throws std::invalid_argument for one that the field does not reach round.
 [[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,
                                                                             const trephine::RevolvedTool& tool);
+
+/// The membranes for a burr or a tool, likewise, or nullptr if no structure has one.
+[[nodiscard]] std::shared_ptr<const trephine::SoftStructures> soft_for(const GuardedBone& guarded,
+                                                                       const trephine::Burr& burr);
+[[nodiscard]] std::shared_ptr<const trephine::SoftStructures> soft_for(const GuardedBone& guarded,
+                                                                       const trephine::RevolvedTool& tool);
+/// The membrane of a structure whose name has the word dura or nerve, or is of a venous sinus, but not of air's.
+[[nodiscard]] std::optional<trephine::Membrane> membrane_named(const std::string& name);
 
 /// Largest radius of a burr in this bone [m].
 [[nodiscard]] double largest_burr(const drill::Bone& bone);

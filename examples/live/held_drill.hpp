@@ -13,6 +13,7 @@
 #include <trephine/stage/mailbox.hpp>
 #include <trephine/stage/milling_vibration.hpp>
 #include <trephine/stage/remote.hpp>
+#include <trephine/structure/soft_structures.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/tool/motors.hpp>
 #include <trephine/tool/revolved_tool.hpp>
@@ -44,6 +45,7 @@ struct Inboxes {
   // For bone with structures.
   trephine::Mailbox<trephine::StructureGuard::Options> guard;
   trephine::Mailbox<bool> refuses;  ///< cuts take nothing of structures
+  trephine::Mailbox<double> felt;   ///< share of soft structures' true forces that the device gets
 };
 
 /// Largest force and torque of the simulated device [N, N·m].
@@ -90,6 +92,7 @@ struct DrillSettings {
   // Only with structures.
   std::shared_ptr<const GuardedBone> guarded{};
   std::shared_ptr<const trephine::GuardPotential> potential{};  ///< for this tool
+  std::shared_ptr<const trephine::SoftStructures> soft{};       ///< for this tool; the coupled one feels them
   Protection protection = Protection::kWarn;                    ///< at the start
 
   /// The tool that this renderer drills with, or nullptr: its burr.
@@ -99,6 +102,8 @@ struct DrillSettings {
   [[nodiscard]] bool mills_by_law() const { return renderer == Renderer::kCoupled && law; }
   /// Returns the law for this tool. Not for the haptic thread.
   [[nodiscard]] trephine::CuttingForce::Options cutting() const;
+  /// Returns the share of soft structures' true forces that the device gets: the law's. Likewise.
+  [[nodiscard]] double felt_scale() const { return mills_by_law() ? cutting().force_scale : 1; }
 };
 
 [[nodiscard]] constexpr trephine::StructureGuard::Options guard_options(Protection p) {
@@ -120,6 +125,8 @@ class HeldDrill {
   virtual void reset() noexcept = 0;
   /// What the last tick says of structures; nothing where there are none.
   [[nodiscard]] virtual StructureReport structures() const noexcept { return {}; }
+  /// The structures that are felt as soft ones, or nullptr.
+  [[nodiscard]] virtual trephine::SoftStructures* soft() noexcept { return nullptr; }
 };
 
 /// Scenes in translation units of their own: each is a tree of templates. The bone and the inboxes must outlive them.

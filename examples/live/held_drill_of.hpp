@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "felt_structures.hpp"
 #include "floor_switch.hpp"
 #include "held_drill.hpp"
 
@@ -13,6 +14,7 @@
 #include <trephine/structure/tool_distance.hpp>
 #include <trephine/voxel/pressure_cut.hpp>
 
+#include <type_traits>
 #include <utility>
 
 namespace live {
@@ -56,11 +58,31 @@ template <class Scene>
           .taken_mm3 = floors.taken_mm3()};
 }
 
-template <class Scene>
+/// Adds what the drill feels of soft structures.
+inline void report_soft(const trephine::SoftStructures& soft, int structures, StructureReport& out) noexcept {
+  out.pressed = soft.report().structure;
+  out.pressed_N = soft.report().force;
+  for (int s = structures - 1; s >= 0; --s)
+    if (soft.tears(s) > 0) out.torn = s;
+  if (out.pressed >= 0 && soft.tears(out.pressed) > 0) out.torn = out.pressed;
+}
+
+template <class Scene, bool kFeels>
 class GuardedDrillOf final : public HeldDrillOf<Scene> {
  public:
   using HeldDrillOf<Scene>::HeldDrillOf;
-  [[nodiscard]] StructureReport structures() const noexcept override { return structure_report(this->scene_); }
+  [[nodiscard]] StructureReport structures() const noexcept override {
+    StructureReport report = structure_report(this->scene_);
+    if constexpr (kFeels)
+      if (const auto* const soft = this->scene_.template part<FeltStructures>().soft())
+        report_soft(*soft, this->scene_.template part<trephine::StructureGuard>().potential().field().structures(),
+                    report);
+    return report;
+  }
+  [[nodiscard]] trephine::SoftStructures* soft() noexcept override {
+    if constexpr (kFeels) return this->scene_.template part<FeltStructures>().soft();
+    return nullptr;
+  }
 };
 
 /// The stages that every drill here has, after its renderer, its `cutting` and stages of the renderer's own. Guard and
@@ -85,10 +107,17 @@ template <class ContactRenderer, class Cutting, class... Own>
   const FloorSwitch floors(settings.guarded->watch, settings.guarded->refuse, settings.protection == Protection::kVeto,
                            inboxes);
   Remote guard{StructureGuard{settings.potential, guard_options(settings.protection)}, inboxes.guard};
-  using Scene = HapticScene<std::int16_t, ContactRenderer, Cutting, FloorSwitch, Own..., decltype(vibration),
-                            decltype(damping), decltype(guard), decltype(limits)>;
-  return std::make_unique<GuardedDrillOf<Scene>>(bone, isovalue, std::move(renderer), cutting, floors, own...,
-                                                 vibration, damping, guard, limits);
+  const auto guarded = [&](const auto&... felt) -> std::unique_ptr<HeldDrill> {
+    using Scene =
+        HapticScene<std::int16_t, ContactRenderer, Cutting, FloorSwitch, std::remove_cvref_t<decltype(felt)>..., Own...,
+                    decltype(vibration), decltype(damping), decltype(guard), decltype(limits)>;
+    return std::make_unique<GuardedDrillOf<Scene, sizeof...(felt) == 1>>(
+        bone, isovalue, std::move(renderer), cutting, floors, felt..., own..., vibration, damping, guard, limits);
+  };
+  if constexpr (CutsByPressure<ContactRenderer>)  // the coupled tool, which alone carries loads
+    return guarded(FeltStructures(settings.soft.get(), settings.felt_scale(), inboxes));
+  else
+    return guarded();
 }
 
 template <class ContactRenderer>

@@ -124,6 +124,8 @@ void Instruments::structures(Workbench& bench) const {
   ImGui::TextColored(too_near ? alarm : plain, "%s  %.2f mm", nearest.name.c_str(), 1e3 * r.distance);
   ImGui::TextColored(too_near ? alarm : ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled), "%s",
                      nearness_in_words(bench.protection(), r));
+  if (const std::string felt = felt_in_words(guarded.structures, r); !felt.empty())
+    ImGui::TextColored(r.torn >= 0 ? panel::kAlarm : plain, "%s", felt.c_str());
   ImGui::Text("guard pushes %.2f N", r.push_N);
   ImGui::Text("taken %.2f mm3, refused %.2f mm3", r.taken_mm3, r.refused_mm3);
   if (guarded.structures.size() <= kLegend) panel::legend(guarded.structures);

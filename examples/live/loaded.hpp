@@ -16,6 +16,7 @@ struct Loaded {
   drill::Spot spot;
   std::shared_ptr<const GuardedBone> guarded{};                 ///< nothing without structures
   std::shared_ptr<const trephine::GuardPotential> potential{};  ///< for the tool at the start; made if there is none
+  std::shared_ptr<const trephine::SoftStructures> soft{};       ///< made with it
 };
 
 /// Reads the volume that the options name, or makes one, and places the drill. Throws std::exception with one line.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -33,10 +34,12 @@ class PassingDrill {
 
   PassingDrill(const drill::Grid& bone, double isovalue) : bone_(bone), isovalue_(isovalue) {}
 
-  /// Takes the drill's place from now on. Where it fits at the pose of the last drill, it goes on from there. Between
-  /// ticks.
+  /// Takes the drill's place from now on, and what is torn stays torn. Where it fits at the pose of the last drill, it
+  /// goes on from there. Between ticks.
   void take(std::unique_ptr<HeldDrill> drill, const DrillSettings& settings) {
+    if (drill_ != nullptr && drill_->soft() != nullptr) torn_ = *drill_->soft();
     drill_ = std::move(drill);
+    if (torn_ && drill_->soft() != nullptr) drill_->soft()->take_tears(*torn_);
     const double voxel = bone_.spacing().minCoeff();
     body_ = settings.shape() != nullptr ? ToolBody(*settings.shape(), voxel) : ToolBody(settings.burr, voxel);
     const bool goes_on = !passes_ && (tool_W_.translation() - probe_W_.translation()).norm() <= kPressed;
@@ -48,6 +51,11 @@ class PassingDrill {
   /// Bone was put back: it may be around the drill. Between ticks.
   void bone_rose() noexcept {
     if (!body_.is_free(bone_, isovalue_, tool_W_)) pass(0);
+  }
+  /// Mends soft structures. Between ticks.
+  void heal() noexcept {
+    torn_.reset();
+    if (drill_->soft() != nullptr) drill_->soft()->heal();
   }
   /// The hand is carried to a pose, and passes bone on the way, for `seconds` at most. Window thread.
   void carry(const Posed& X_WT, double seconds) noexcept { carried_.post({X_WT, seconds}); }
@@ -100,6 +108,7 @@ class PassingDrill {
   const drill::Grid& bone_;
   double isovalue_;
   std::unique_ptr<HeldDrill> drill_;
+  std::optional<trephine::SoftStructures> torn_;  // of the last drill that felt them
   ToolBody body_{trephine::Burr{}, 1e-3};
   trephine::Mailbox<CarriedHand> carried_;
   Posed probe_W_ = Posed::Identity(), tool_W_ = Posed::Identity(), goal_W_ = Posed::Identity();

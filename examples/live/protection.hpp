@@ -36,6 +36,9 @@ struct StructureReport {
   bool in_margin = false;
   double push_N = 0;  ///< of the guard
   double refused_mm3 = 0, taken_mm3 = 0;
+  int pressed = -1;      ///< number of the soft structure pressed with the greatest force; -1: none
+  double pressed_N = 0;  ///< with that true force
+  int torn = -1;         ///< number of a soft structure that is torn, of the pressed one first; -1: none
 };
 
 }  // namespace live

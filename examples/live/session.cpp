@@ -66,12 +66,18 @@ bool same_tool(const DrillSettings& a, const DrillSettings& b) {
   return a.shape() == b.shape() && same_burr(a.burr, b.burr);
 }
 
-/// Gives the settings the guard's potential for their tool, if there are structures.
+/// Gives the settings the guard's potential and the soft structures for their tool, if there are structures.
 void fit_potential(DrillSettings& settings) {
   if (settings.guarded == nullptr) return;
   const RevolvedTool* const shape = settings.shape();
-  settings.potential =
-      shape != nullptr ? potential_for(*settings.guarded, *shape) : potential_for(*settings.guarded, settings.burr);
+  const auto fit = [&](const auto& tool) {
+    settings.potential = potential_for(*settings.guarded, tool);
+    settings.soft = soft_for(*settings.guarded, tool);
+  };
+  if (shape != nullptr)
+    fit(*shape);
+  else
+    fit(settings.burr);
 }
 
 /// The registration at another scale that leaves the tool where it is.
@@ -242,7 +248,10 @@ void Session::run_on(Device& device) {
         most_push_N_ = std::max(most_push_N_, view.structures.push_N);
         view.closest = closest_;
         view.most_push_N = most_push_N_;
-        path_.follow(tick.input.spindle_on && !view.passes, view.tool.translation(), running_.drill.burr.tip_radius);
+        // A burr that only dents a soft structure takes nothing of it.
+        const bool takes =
+            !view.passes && (view.structures.pressed < 0 || view.structures.torn == view.structures.pressed);
+        path_.follow(tick.input.spindle_on && takes, view.tool.translation(), running_.drill.burr.tip_radius);
       }
       std::array<ContactPoint<double>, TickView::kContacts> contacts{};
       view.contact_count = drill_.contacts_W(contacts);
@@ -303,6 +312,7 @@ void Session::tune(const Tuning& tuning) {
     inboxes_.vibration.post(tuning.trembling());
   }
   if (tuning.turns != before.turns || tuning.force_scale != before.force_scale) inboxes_.law.post(drill.cutting());
+  if (tuning.force_scale != before.force_scale) inboxes_.felt.post(drill.felt_scale());
   if (tuning.force != before.force) inboxes_.limits.post(tuning.limited());
 }
 
@@ -316,6 +326,7 @@ void Session::protect(Protection protection) {
 void Session::restore() {
   command([this] {
     bone_.restore();
+    drill_.heal();
     drill_.bone_rose();
     if (second_ != nullptr) second_->bone_rose();
     removed_mm3_ = 0;
@@ -331,6 +342,7 @@ void Session::restore() {
 void Session::bring_back(PastBone past) {
   command([this, past = std::move(past)] {
     set_bone(bone_, past.bricks);
+    drill_.heal();
     drill_.bone_rose();
     if (second_ != nullptr) second_->bone_rose();
     removed_mm3_ = past.removed_mm3;

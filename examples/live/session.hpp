@@ -136,9 +136,9 @@ class Session {
   /// until it is out (`PassingDrill`), as it does where bone is put back around it. Throws std::invalid_argument, and
   /// then all stays.
   void change(const SessionOptions& options);
-  /// Puts the whole bone back.
+  /// Puts the whole bone back, and mends soft structures.
   void restore();
-  /// Puts the bone back to what it was, and the volume removed.
+  /// Puts the bone back to what it was, and the volume removed; soft structures are whole again.
   void bring_back(PastBone past);
   /// Returns what the loop last said of itself: device, priority, warnings; or why it ended.
   [[nodiscard]] std::string report() const;

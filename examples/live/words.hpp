@@ -4,8 +4,10 @@
 #include "workbench.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 /// What the instruments say, in the window and on the page.
 namespace live {
@@ -80,6 +82,20 @@ namespace live {
          : !warns(protection, r) ? "protection is off"
          : r.distance >= 0       ? "too near this structure"
                                  : "the drill is in this structure";
+}
+
+/// What the drill feels of soft structures, and what is torn; empty for nothing.
+[[nodiscard]] inline std::string felt_in_words(const std::vector<trephine::Structure>& structures,
+                                               const StructureReport& r) {
+  const auto name = [&](int s) { return structures[static_cast<std::size_t>(s)].name; };
+  std::string text;
+  if (r.pressed >= 0) {
+    std::array<char, 32> force{};
+    std::snprintf(force.data(), force.size(), "%.2f N on the ", r.pressed_N);
+    text = force.data() + name(r.pressed);
+  }
+  if (r.torn >= 0) text += r.torn == r.pressed ? ", torn" : (text.empty() ? "" : "; ") + name(r.torn) + " torn";
+  return text;
 }
 
 }  // namespace live

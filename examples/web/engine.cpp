@@ -142,6 +142,7 @@ class Engine {
         Loaded copy{as_loaded(bench_->bone()), bench_->spot()};
         if (bench_->guarded() != nullptr) copy.guarded = guard_copy(*bench_->guarded(), copy.bone);
         copy.potential = first_.drill.potential;
+        copy.soft = first_.drill.soft;
         const Simulated end = simulate(std::move(copy), options_, events_of(text));
         json.member("removed_mm3", end.removed_mm3);
         write_vector(json, "force", end.force);
@@ -371,6 +372,7 @@ class Engine {
       json.member("push_N", r.push_N);
       json.member("taken_mm3", r.taken_mm3);
       json.member("refused_mm3", r.refused_mm3);
+      json.member("felt", felt_in_words(bench_->guarded()->structures, r));
     });
   }
 

@@ -25,6 +25,7 @@ Opening::Load made_bone(const std::string& kind, double margin) {
     });
     tell("fits the guard to the burr");
     loaded.potential = live::potential_for(*loaded.guarded, live::first_burr(loaded.bone));
+    loaded.soft = live::soft_for(*loaded.guarded, live::first_burr(loaded.bone));
     return loaded;
   };
 }

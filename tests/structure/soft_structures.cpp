@@ -369,6 +369,40 @@ TEST_CASE("a tear takes its time, and the wrench never steps") {
   CHECK(end > 0);
 }
 
+TEST_CASE("a tick's result has the force and tears of its membranes, and another tool takes the tears over") {
+  static_assert(StructureReporter<SoftStructures>);
+  const Soft soft{dura()};
+  auto bone = bone_of(kNoBone);
+  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr},
+                    SoftStructures{plane(), kPlaneInBone, kBurr, soft, {.force_scale = 0.5}}};
+  const auto& part = scene.part<SoftStructures>();
+  int tearing = 0, wrong = 0;
+  double peak = 0;
+  for (int i = 0; i < 600; ++i) {
+    const StructureSummary s = scene.tick({.X_WT = over(-1_mm + std::min(8_mm, 20e-6 * i))}, 1e-3).structures;
+    wrong += s.soft_force == part.report().force && s.tears == part.report().tears && s.nearest == -1 ? 0 : 1;
+    wrong += i < 45 && (s.soft_force != 0 || s.tears) ? 1 : 0;  // above it
+    tearing += s.tears ? 1 : 0;
+    peak = std::max(peak, s.soft_force);
+  }
+  CHECK(wrong == 0);
+  CHECK(peak == near(dura().law(kBurr.tip_radius).rupture_force, 0.05));  // the true one
+  CHECK(tearing >= 50);                                                   // of 50 ms
+  CHECK(tearing < 200);
+  Posed bad = over(0);
+  bad.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  const StructureSummary none = scene.tick({.X_WT = bad}, 1e-3).structures;
+  CHECK((none.soft_force == 0 && !none.tears));
+
+  const Burr wider{.tip_radius = 2_mm, .shaft_radius = 1_mm, .shaft_length = 12_mm};
+  SoftStructures whole(plane(), kPlaneInBone, wider, soft), torn = whole;
+  torn.take_tears(part);
+  CHECK(torn.tears(0) == part.tears(0));
+  CHECK(torn.press(over(2_mm)).energy < 0.2 * whole.press(over(2_mm)).energy);
+  torn.heal();
+  CHECK(torn.press(over(2_mm)).energy == whole.press(over(2_mm)).energy);
+}
+
 TEST_CASE("bone over a membrane keeps it from being felt, however deep the device is") {
   const Soft soft{dura()};
   auto bone = bone_of(plate(kDura + 0.2_mm, kDura + 1.5_mm));
@@ -509,7 +543,8 @@ TEST_CASE("a burr breaks through bone to dura: its ripple ends and it rests") {
 TEST_CASE("a tick with soft structures uses no heap, also while they tear") {
   const Soft soft{dura()};
   auto bone = bone_of(plate(kDura + 0.2_mm, kDura + 1.5_mm, 2.2_mm));
-  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, SoftStructures{plane(), kPlaneInBone, kBurr, soft}};
+  const SoftStructures part(plane(), kPlaneInBone, kBurr, soft);
+  HapticScene scene{bone, kIso, CoupledToolRenderer{kBurr}, part};  // a copy, which has its own room
   static_cast<void>(scene.tick({.X_WT = over(-6_mm)}, 1e-3));
   CHECK(heap_calls([&] {
           for (int i = 0; i < 700; ++i)

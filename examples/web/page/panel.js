@@ -75,7 +75,8 @@ export function makePanel(engine, words, refocus) {
     set("structure_distance", `${fixed(s.distance_mm, 2)} mm`);
     set("structure_words", s.words ?? "");
     $("structure_words").className = s.warns ? (s.distance_mm < 0 ? "alarm" : "alert") : "";
-    set("structure_more", `The guard pushes ${fixed(s.push_N, 2)} N; taken ${fixed(s.taken_mm3, 2)} mm³, refused ${fixed(s.refused_mm3, 2)} mm³.`);
+    const felt = s.felt ? `${s.felt}. ` : "";
+    set("structure_more", `${felt}The guard pushes ${fixed(s.push_N, 2)} N; taken ${fixed(s.taken_mm3, 2)} mm³, refused ${fixed(s.refused_mm3, 2)} mm³.`);
   }
 
   function plots(state, now) {

@@ -23,8 +23,8 @@ struct ContactSummary {
   double depth = 0;    ///< largest penetration depth found [m]
 };
 
-/// Structures in one tick: distances and push of its guards, and volumes at the floors of its cuts. A scene without
-/// such parts leaves the defaults, and so does a tick that ends with `kBadInput`.
+/// Structures in one tick: distances and push of its guards, volumes at the floors of its cuts, and its membranes. A
+/// scene without such parts leaves the defaults, and so does a tick that ends with `kBadInput`.
 struct StructureSummary {
   int nearest = -1;  ///< number of the structure nearest to the tool at the device's pose; -1: unknown
   double distance = std::numeric_limits<double>::infinity();  ///< of the whole tool from it [m]; negative inside
@@ -32,6 +32,8 @@ struct StructureSummary {
   double refused_mm3 = 0;  ///< protected bone that cuts would have taken in this tick, each voxel once [mm³]
   double taken_mm3 = 0;    ///< bone of watched structures that cuts took in this tick, each voxel once [mm³]
   bool warns = false;      ///< the nearest structure is guarded and nearer than its margin
+  bool tears = false;      ///< a membrane tears in this tick, at some place; no recording holds this and `soft_force`
+  double soft_force = 0;   ///< true force on the virtual tool of the membrane pressed most [N] (`SoftStructures`)
 };
 
 /// True forces of cutting in one tick, before the device's share, as a `CuttingForce` computed them. A scene without

@@ -32,6 +32,7 @@ struct ReplayReport {
 [[nodiscard]] inline bool same_bits(const Wrenchd& a, const Wrenchd& b) noexcept {
   return same_bits(a.force, b.force) && same_bits(a.torque, b.torque);
 }
+/// Leaves out membranes, which no recording holds.
 [[nodiscard]] inline bool same_bits(const StructureSummary& a, const StructureSummary& b) noexcept {
   return a.nearest == b.nearest && a.warns == b.warns && same_bits(a.distance, b.distance) &&
          same_bits(a.push, b.push) && same_bits(a.refused_mm3, b.refused_mm3) && same_bits(a.taken_mm3, b.taken_mm3);

@@ -4,6 +4,7 @@
 #include <trephine/core/number.hpp>
 #include <trephine/core/refuse.hpp>
 #include <trephine/core/spatial.hpp>
+#include <trephine/core/tick.hpp>
 #include <trephine/render/tool_load.hpp>
 #include <trephine/structure/guard_potential.hpp>
 #include <trephine/structure/membrane.hpp>
@@ -107,7 +108,7 @@ class SoftStructures {
     pushes_.resize(potential_->most_pushes());
     probes_.resize(potential_->most_probes());
     sums_.resize(membranes_.size());
-    tears_.reserve(kMaxTears);
+    tears_.resize(kMaxTears);
   }
 
   /// Returns the reach that a field's bands need for this tool and these membranes [m].
@@ -122,6 +123,13 @@ class SoftStructures {
   }
 
   [[nodiscard]] const SoftOptions& options() const noexcept { return options_; }
+  /// Takes another share of the true forces for the device, which `SoftOptions` allow; between ticks.
+  void set_force_scale(double scale) noexcept {
+    options_.force_scale = scale;
+    for (std::size_t i = 0; i < laws_.size(); ++i)
+      laws_[i] = membranes_[i].law(potential_->burr().tip_radius, options_.force_scale);
+    is_pressed_ = false;
+  }
   [[nodiscard]] const SoftReport& report() const noexcept { return report_; }
   /// Returns the law of a structure with a membrane, with the device's share of its forces.
   [[nodiscard]] const MembraneLaw& law(int structure) const noexcept {
@@ -129,13 +137,22 @@ class SoftStructures {
   }
   /// Returns the number of places where a structure is torn.
   [[nodiscard]] int tears(int structure) const noexcept {
+    const std::span<const Tear> all = torn();
     return static_cast<int>(
-        std::count_if(tears_.begin(), tears_.end(), [=](const Tear& t) { return t.structure == structure; }));
+        std::count_if(all.begin(), all.end(), [=](const Tear& t) { return t.structure == structure; }));
   }
   /// Mends all tears; while the tool is clear of them, or its force steps by as much as the renderer allows.
   void heal() noexcept {
-    tears_.clear();
+    tear_count_ = 0;
     dissipated_ = 0;
+    is_pressed_ = false;
+  }
+  /// Takes the tears that another tool made in the same field; between ticks, as `heal`.
+  void take_tears(const SoftStructures& other) noexcept {
+    std::copy(other.tears_.begin(), other.tears_.end(), tears_.begin());
+    tear_count_ = other.tear_count_;
+    dissipated_ = other.dissipated_;
+    is_pressed_ = false;
   }
 
   /// Gives the scene's renderer the load, which is this.
@@ -145,40 +162,10 @@ class SoftStructures {
     report_.dissipated = dissipated_;
   }
 
-  /// Returns the membranes' energy at a pose in G, with its derivatives.
+  /// Returns the membranes' energy at a pose in G, with its derivatives. The last pose's is kept.
   [[nodiscard]] LoadSum press(const Posed& X_GT) noexcept {
-    LoadSum out;
-    const Posed X_ST = X_SG_ * X_GT;
-    if (!find(X_ST, known_clearance(X_GT))) return out;
-    const Vec3d axis = z_axis(X_ST);
-    Mat6d K = Mat6d::Zero();
-    Vec6d wrench = Vec6d::Zero();
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      const double v = sums_[i];
-      if (!(v > 0)) continue;
-      const MembraneLaw::Response now = laws_[i].at(v);
-      out.energy += now.energy;
-      out.depth = std::max(out.depth, v);
-      Vec6d J = Vec6d::Zero();  // ∂v
-      for (const GuardPotential::Push& p : found()) {
-        if (static_cast<std::size_t>(p.structure) != i) continue;
-        const double share = p.depth / v, by = p.weight * share * share;
-        const Vec6d j = spatial(p.gradient, (p.z * axis).cross(p.gradient));
-        J += by * share * j;
-        // ∂²v of depths that change at even rates: 3 / v (Σ w (u/v)² j jᵀ − J Jᵀ).
-        add_outer(K, 3 * now.force / v * by, j);
-      }
-      wrench -= now.force * J;
-      add_outer(K, now.tangent - 3 * now.force / v, J);
-    }
-    const Mat3d R_GS = potential_->X_GS().linear();
-    out.wrench = rotated(R_GS, wrench);
-    for (Eigen::Index r = 0; r < 6; r += 3)
-      for (Eigen::Index c = 0; c < 6; c += 3) {
-        const Mat3d block = K.block<3, 3>(r, c);
-        add_block(out.stiffness, r, c, R_GS * block * R_GS.transpose());
-      }
-    return out;
+    if (!is_pressed_ || X_GT.matrix() != X_pressed_.matrix()) evaluate(X_GT);
+    return sum_;
   }
 
   /// Returns a distance by which the tool may move from a pose in G without touching any structure [m]; <= 0: unknown.
@@ -196,25 +183,33 @@ class SoftStructures {
 
   /// Tears where the tool at a pose in G went too deep, goes on with what tears, and reports.
   void settle(const Posed& X_GT, double dt) noexcept {
-    const Posed X_ST = X_SG_ * X_GT;
-    const GuardPotential::Clear known = known_clearance(X_GT);
-    const double before = measure(X_ST, known);
-    const bool strains = before > 0 && strain(X_ST, dt);
+    const double before = press(X_GT).energy;
+    const bool strains = before > 0 && strain(X_SG_ * X_GT, dt);
     const bool opens = open(dt);
-    if (strains || opens) {
-      report_.tears = true;
-      dissipated_ += std::max(0.0, before - measure(X_ST, known)) / options_.force_scale;
+    const bool tears = strains || opens;
+    if (tears) {
+      evaluate(X_GT);
+      dissipated_ += std::max(0.0, before - sum_.energy) / options_.force_scale;
     }
+    report_ = pressed_;
     report_.dissipated = dissipated_;
+    report_.tears = tears;
+  }
+  /// Reports to the tick's result.
+  void add_to(StructureSummary& summary) const noexcept {
+    summary.soft_force = std::max(summary.soft_force, report_.force);
+    summary.tears = summary.tears || report_.tears;
   }
 
  private:
   /// A torn place. `share` of it is open, 0 to 1.
   struct Tear {
-    int structure;
-    Vec3d p_S, axis_S;
-    double radius, share;
+    int structure = 0;
+    Vec3d p_S = Vec3d::Zero(), axis_S = Vec3d::UnitZ();
+    double radius = 0, share = 0;
   };
+  [[nodiscard]] std::span<Tear> torn() noexcept { return {tears_.data(), tear_count_}; }
+  [[nodiscard]] std::span<const Tear> torn() const noexcept { return {tears_.data(), tear_count_}; }
 
   [[nodiscard]] static std::vector<GuardedStructure> guards_of(std::span<const std::optional<Membrane>> membranes) {
     std::vector<GuardedStructure> guards;
@@ -234,23 +229,58 @@ class SoftStructures {
   }
 
   /// Finds the balls in structures, with depth and gradient as the membranes count them, and each structure's v.
-  /// Returns false if there is none.
-  bool find(const Posed& X_ST, const GuardPotential::Clear& known) noexcept {
+  /// Gradients are of depths, in G. Returns false if there is none.
+  bool find(const Posed& X_GT) noexcept {
+    const GuardPotential::Clear known = known_clearance(X_GT);
     found_ = 0;
-    if (!(known.shaft > 0))
-      found_ = potential_->find(X_ST, pushes_, probes_).pushes;
-    else if (!(known.tip > 0))
-      found_ = potential_->find_tip(X_ST, pushes_);
+    if (known.shaft > 0 && known.tip > 0) return false;
+    const Posed X_ST = X_SG_ * X_GT;
+    found_ = known.shaft > 0 ? potential_->find_tip(X_ST, pushes_) : potential_->find(X_ST, pushes_, probes_).pushes;
     if (found_ == 0) return false;
     std::fill(sums_.begin(), sums_.end(), 0.0);
-    const Vec3d tip = X_ST.translation(), axis = z_axis(X_ST);
+    const Mat3d R_GS = potential_->X_GS().linear();
     for (GuardPotential::Push& p : found()) {
-      p.gradient = -p.gradient;  // of the depth
-      if (!tears_.empty()) weaken(p, Vec3d(tip + p.z * axis));
+      p.gradient = -p.gradient;
+      if (tear_count_ > 0) weaken(p, Vec3d(X_ST.translation() + p.z * z_axis(X_ST)));
+      p.gradient = product(R_GS, p.gradient);
       sums_[static_cast<std::size_t>(p.structure)] += p.powered();
     }
     for (double& sum : sums_) sum = std::sqrt(std::sqrt(sum));
     return true;
+  }
+
+  /// Finds the load at a pose, and keeps it.
+  void evaluate(const Posed& X_GT) noexcept {
+    X_pressed_ = X_GT;
+    is_pressed_ = true;
+    sum_ = {};
+    pressed_ = {};
+    if (!find(X_GT)) return;
+    const Vec3d axis = z_axis(X_GT);
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const double v = sums_[i];
+      if (!(v > 0)) continue;
+      const MembraneLaw::Response now = laws_[i].at(v);
+      sum_.energy += now.energy;
+      sum_.depth = std::max(sum_.depth, v);
+      Vec6d J = Vec6d::Zero();  // ∂v
+      for (const GuardPotential::Push& p : found()) {
+        if (static_cast<std::size_t>(p.structure) != i) continue;
+        const double share = p.depth / v, by = p.weight * share * share;
+        const Vec6d j = spatial(p.gradient, (p.z * axis).cross(p.gradient));
+        J += by * share * j;
+        // ∂²v of depths that change at even rates: 3 / v (Σ w (u/v)² j jᵀ − J Jᵀ).
+        add_outer(sum_.stiffness, 3 * now.force / v * by, j);
+      }
+      sum_.wrench -= now.force * J;
+      add_outer(sum_.stiffness, now.tangent - 3 * now.force / v, J);
+      const double force = now.force / options_.force_scale * linear_part(J).norm();
+      if (!(force > pressed_.force)) continue;
+      pressed_.structure = static_cast<int>(i);
+      pressed_.depth = v;
+      pressed_.force = force;
+    }
+    pressed_.energy = sum_.energy / options_.force_scale;
   }
 
   [[nodiscard]] std::span<GuardPotential::Push> found() noexcept { return {pushes_.data(), found_}; }
@@ -258,7 +288,7 @@ class SoftStructures {
   /// Counts a ball's depth less where its structure is torn: σ u, with its gradient.
   void weaken(GuardPotential::Push& p, const Vec3d& p_S) const noexcept {
     const double rest = membranes_[static_cast<std::size_t>(p.structure)].rest;
-    for (const Tear& t : tears_) {
+    for (const Tear& t : torn()) {
       if (t.structure != p.structure) continue;
       const Vec3d across = off_axis(t, p_S);
       const double inner = 1 - across.squaredNorm() / (t.radius * t.radius);
@@ -271,33 +301,6 @@ class SoftStructures {
   [[nodiscard]] static Vec3d off_axis(const Tear& t, const Vec3d& p_S) noexcept {
     const Vec3d from = p_S - t.p_S;
     return from - t.axis_S.dot(from) * t.axis_S;
-  }
-
-  /// Reports the load at a pose; returns its energy.
-  double measure(const Posed& X_ST, const GuardPotential::Clear& known) noexcept {
-    report_.structure = -1;
-    report_.energy = report_.force = report_.depth = 0;
-    if (!find(X_ST, known)) return 0;
-    double energy = 0;
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      const double v = sums_[i];
-      if (!(v > 0)) continue;
-      const MembraneLaw::Response now = laws_[i].at(v);
-      energy += now.energy;
-      Vec3d slope = Vec3d::Zero();  // ∂v
-      for (const GuardPotential::Push& p : found())
-        if (static_cast<std::size_t>(p.structure) == i) {
-          const double share = p.depth / v;
-          slope += p.weight * share * share * share * p.gradient;
-        }
-      const double force = now.force / options_.force_scale * slope.norm();
-      if (!(force > report_.force)) continue;
-      report_.structure = static_cast<int>(i);
-      report_.depth = v;
-      report_.force = force;
-    }
-    report_.energy = energy / options_.force_scale;
-    return energy;
   }
 
   /// Begins or widens tears of what `find` found too deep; returns true if there is any.
@@ -318,27 +321,28 @@ class SoftStructures {
   bool tear(int structure, const Vec3d& p_S, double dt) noexcept {
     Tear* nearest = nullptr;
     double least = 0;
-    for (Tear& t : tears_) {
+    for (Tear& t : torn()) {
       if (t.structure != structure) continue;
       const double distance = off_axis(t, p_S).norm() - t.radius;
       if (nearest == nullptr || distance < least) nearest = &t, least = distance;
     }
-    if (nearest != nullptr && (least < 0 || tears_.size() == kMaxTears)) {
+    const bool is_full = tear_count_ == kMaxTears;
+    if (nearest != nullptr && (least < 0 || is_full)) {
       if (nearest->share < 1) return false;  // it opens already
       nearest->radius += tear_radius_ * std::min(1.0, dt / membranes_[static_cast<std::size_t>(structure)].tear_time);
       return true;
     }
-    if (tears_.size() == kMaxTears) return false;
+    if (is_full) return false;
     Vec3d axis;
     if (!potential_->smooth_distance(structure, p_S, axis) || !(axis.norm() > 0)) return false;
-    tears_.push_back({structure, p_S, axis.normalized(), tear_radius_, 0});
+    tears_[tear_count_++] = {structure, p_S, axis.normalized(), tear_radius_, 0};
     return true;
   }
 
   /// Goes on with what tears; returns true if there is any.
   bool open(double dt) noexcept {
     bool any = false;
-    for (Tear& t : tears_) {
+    for (Tear& t : torn()) {
       if (!(t.share < 1)) continue;
       t.share = std::min(1.0, t.share + dt / membranes_[static_cast<std::size_t>(t.structure)].tear_time);
       any = true;
@@ -365,14 +369,21 @@ class SoftStructures {
   double tear_radius_ = 0;             // [m]
   Posed X_clear_ = Posed::Identity();  // in G, at the last look-up of the clearance
   GuardPotential::Clear clear_;        // that was found there
-  std::vector<Tear> tears_;            // at most kMaxTears
+  std::vector<Tear> tears_;            // kMaxTears places, which a copy has too
+  std::size_t tear_count_ = 0;         // of tears_
   double dissipated_ = 0;              // [J], true
 
   std::vector<GuardPotential::Push> pushes_;
   std::size_t found_ = 0;  // of pushes_
   std::vector<AxisProbe> probes_;
   std::vector<double> sums_;  // v of each structure
-  SoftReport report_;
+
+  // The load at the pose that was evaluated last.
+  Posed X_pressed_ = Posed::Identity();  // in G
+  bool is_pressed_ = false;              // it holds
+  LoadSum sum_;
+  SoftReport pressed_;
+  SoftReport report_;  // of the tick
 };
 
 }  // namespace trephine
