@@ -22,7 +22,7 @@ COLUMNS = ("id source doi tool kind diameter_mm edges speed_rpm feed_mm_s load_N
            "quantity value spread unit page role why_not held_by").split()
 KINDS = {"fluted", "diamond", "twist", "saw", "other"}
 ROLES = {"fit", "test", "none"}
-UNITS = set("N|mN|N mm|W|rpm|mm|mm3/s|J/mm3|s|g|K|degC|dBA|dB SPL|MPa|%|1|sign|yes".split("|"))
+UNITS = set("N|mN|N mm|N/m|N s/m|kg|W|rpm|mm|mm3/s|J/mm3|s|g|K|degC|dBA|dB SPL|MPa|%|1|sign|yes".split("|"))
 CONDITIONS = "diameter_mm edges speed_rpm feed_mm_s load_N depth_mm density spread".split()
 NEEDED = "id source tool quantity page".split()
 NUMBER = r"-?\d+(\.\d+)?"
