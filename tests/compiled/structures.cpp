@@ -14,6 +14,7 @@
 #include <trephine/stage/cutting.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/veto.hpp>
+#include <trephine/structure/soft_structures.hpp>
 #include <trephine/structure/structure_guard.hpp>
 #include <trephine/structure/structure_veto.hpp>
 #include <trephine/tool/named_tools.hpp>
@@ -26,6 +27,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -171,6 +173,70 @@ void compare_guarded(const Tool& tool, const compiled::StageOptions& options, co
 }
 
 }  // namespace
+
+TEST_CASE("soft structures: a compiled scene feels and tears them as the header scene does, bit for bit") {
+  Membrane weak = nerve();
+  weak.strength = 0.8e6;
+  const std::vector<std::optional<Membrane>> membranes{weak, std::nullopt};
+  const SoftOptions options{.smoothing = 0.5e-3, .force_scale = 0.5};
+  const std::vector<ProtectedStructure> free(
+      2, {.guard = {.mode = GuardMode::kWarn}, .veto = {.mode = StructureVeto::Mode::kFree}});
+  auto block = make_block<std::int16_t>();
+  compiled::Scene scene(bone_like(block), kIsovalue, kDrill, {}, stages());
+  const compiled::Structures structures(labelled().geometry, labelled().labels);
+  const compiled::Structures soft = structures.soft(membranes, options);
+  CHECK(soft.count() == 2);
+  scene.set_structures(soft, free);
+  const Posed X_GS = labelled().geometry.X_GS;
+  const std::vector<GuardedStructure> guards(2, free[0].guard);
+  HapticScene header{block,
+                     kIsovalue,
+                     CoupledToolRenderer{kDrill},
+                     Cutting{RateLimitedCut<>{.rate = 2e5}},
+                     StructureGuard{std::make_shared<const GuardPotential>(labelled().field, X_GS, kDrill, guards)},
+                     SoftStructures{labelled().field, X_GS, kDrill, membranes, options},
+                     DeviceLimits{kForceLimit, kTorqueLimit}};
+  int different = 0, tears = 0;
+  double most = 0;
+  std::optional<compiled::Scene> copy;
+  const auto same = [](const TickResult& a, const TickResult& b) {
+    return same_bits(a, b) && same_bits(a.structures.soft_force, b.structures.soft_force) &&
+           a.structures.tears == b.structures.tears;
+  };
+  std::int64_t heap = 0;
+  for (int tick = 0; tick < 1500; ++tick) {
+    TickInput input = input_at(tick < 1200 ? std::min(tick, kDeep) : 0);
+    if (tick > kDeep && tick < 1200) input.X_WT.translation().z() -= 5e-6 * (tick - kDeep);
+    if (tick == 700) copy = scene.copy();
+    if (tick == 1250) {
+      scene.heal();
+      copy->heal();
+      header.part<SoftStructures>().heal();
+    }
+    if (tick == 1300) scene.take(*copy);
+    const TickResult expected = header.tick(input, kDt);
+    TickResult got;
+    const std::int64_t calls = heap_calls([&] { got = scene.tick(input, kDt); });
+    if (tick != 1300) heap += calls;
+    different += same(expected, got) ? 0 : 1;
+    if (copy) different += same(expected, copy->tick(input, kDt)) ? 0 : 1;
+    tears += got.structures.tears ? 1 : 0;
+    most = std::max(most, got.structures.soft_force);
+  }
+  CHECK(different == 0);
+  CHECK(heap == 0);
+  CHECK(tears > 10);
+  CHECK(most == near(weak.law(kDrill.tip_radius).rupture_force, 0.05));
+
+  compiled::Scene line(bone_like(block), kIsovalue, kDrill, {.renderer = compiled::RendererKind::kLine}, stages());
+  check_refused("coupled tool", [&] { line.set_structures(soft, free); });
+  CHECK_NOTHROW(line.set_structures(structures, free));
+  check_refused("one entry", [&] { static_cast<void>(structures.soft(std::vector<std::optional<Membrane>>(3))); });
+  check_refused("force_scale", [&] { static_cast<void>(structures.soft(membranes, {.force_scale = 2})); });
+  check_refused("thickness", [&] {
+    static_cast<void>(structures.soft(std::vector<std::optional<Membrane>>{Membrane{.thickness = 0}, std::nullopt}));
+  });
+}
 
 TEST_CASE("a compiled scene guards structures and spares them as the header scene does, bit for bit") {
   const Cutting cutting{{.rate = 2e5}};

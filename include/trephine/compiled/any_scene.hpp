@@ -20,6 +20,7 @@ namespace trephine::inline TREPHINE_ALIGNED {
 class AnyTool;
 class RevolvedTool;
 class StructureField;
+struct LoadSum;
 struct TickContext;
 }  // namespace trephine
 
@@ -44,9 +45,15 @@ class Interface {
   Interface& operator=(const Interface&) = delete;
 };
 
-/// A guard as a stage whose body another unit holds.
+/// A guard as a stage whose body another unit holds, and soft structures as a ToolLoad, which may be absent.
 class AnyGuard : public Interface {
  public:
+  [[nodiscard]] virtual bool is_soft() const noexcept = 0;
+  virtual void begin_tick() noexcept = 0;
+  [[nodiscard]] virtual LoadSum press(const Posed& X_GT) noexcept = 0;
+  [[nodiscard]] virtual double clearance(const Posed& X_GT) noexcept = 0;
+  virtual void settle(const Posed& X_GT, double dt) noexcept = 0;
+  virtual void heal() noexcept = 0;
   virtual void apply(const TickContext& context, Wrenchd& wrench) noexcept = 0;
   virtual void add_to(StructureSummary& summary) const noexcept = 0;
   virtual void reset() noexcept = 0;
@@ -93,6 +100,7 @@ class AnyScene : public Interface {
   virtual void clear_structures() noexcept = 0;
   [[nodiscard]] virtual StructureTotals totals(int structure) const noexcept = 0;
   virtual void set_push(bool on) noexcept = 0;
+  virtual void heal() noexcept = 0;
   [[nodiscard]] virtual double stiffness() const noexcept = 0;
   [[nodiscard]] virtual double tangent_stiffness(double force) const = 0;
   [[nodiscard]] virtual Posed proxy_pose_W() const noexcept = 0;

@@ -20,6 +20,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,9 @@ class ProtectionOf final : public AnyProtection {
 
 template <VoxelDensity Density, class ContactRenderer>
 class SceneOf final : public AnyScene {
+  static constexpr bool kLoads = CutsByPressure<ContactRenderer>;  // the coupled tool
+  using ProtectionPart = std::conditional_t<kLoads, LoadingProtection<Density>, OptionalProtection<Density>>;
+
  public:
   SceneOf(VoxelGrid<Density>& grid, double isovalue, const AnyTool& tool, ContactRenderer renderer,
           const StageOptions& o)
@@ -58,7 +62,7 @@ class SceneOf final : public AnyScene {
                OptionalStage<ReleaseLimit>(o.release_limit), OptionalStage<HuntCrossley>(o.hunt_crossley),
                OptionalStage<MillingVibration>(o.vibration), OptionalStage<Damping>(o.damping),
                OptionalStage<FirstOrderFilter>(o.filter), OptionalStage<AxisGuide>(o.axis_guide),
-               OptionalStage<DepthStop>(o.depth_stop), OptionalProtection<Density>{},
+               OptionalStage<DepthStop>(o.depth_stop), ProtectionPart{},
                OptionalStage<PassivityController>(o.passivity), OptionalStage<WrenchRateLimit>(o.rate_limit),
                o.limits) {
     check_cut(o);
@@ -104,6 +108,9 @@ class SceneOf final : public AnyScene {
     auto made = std::make_unique<ProtectionOf<Density>>(number_);
     if (structures == nullptr) return made;
     made->guard = structures->make_guard(tool_, each, options);
+    if constexpr (!kLoads)
+      if (made->guard->is_soft())
+        refuse("compiled::Scene", "soft structures are for the coupled tool", "another renderer");
     std::vector<StructureVeto> vetoes;
     bool any = false;
     for (const ProtectedStructure& s : each) {
@@ -125,10 +132,11 @@ class SceneOf final : public AnyScene {
     take(none);
   }
   StructureTotals totals(int structure) const noexcept override {
-    const auto& protection = part<OptionalProtection<Density>>();
+    const auto& protection = part<ProtectionPart>();
     return totals_of(protection.breaches(structure), protection.cut_floor(), structure);
   }
-  void set_push(bool on) noexcept override { part<OptionalProtection<Density>>().set_push(on); }
+  void set_push(bool on) noexcept override { part<ProtectionPart>().set_push(on); }
+  void heal() noexcept override { part<ProtectionPart>().heal(); }
   double stiffness() const noexcept override { return scene_.stiffness(); }
   double tangent_stiffness(double force) const override {
     if constexpr (requires { scene_.tangent_stiffness(force); })
@@ -161,7 +169,7 @@ class SceneOf final : public AnyScene {
 
   /// Exchanges guard and floor.
   void take(ProtectionOf<Density>& other) noexcept {
-    auto& protection = part<OptionalProtection<Density>>();
+    auto& protection = part<ProtectionPart>();
     if (protection.cut_floor() != other.floor.get()) scene_.cutting().forget_path();
     if (other.guard) other.guard->reset();
     protection.swap(other.guard, other.floor);
@@ -171,7 +179,7 @@ class SceneOf final : public AnyScene {
     if constexpr (!ChangesTool<ContactRenderer>) {
       refuse("compiled::Scene", "set_tool is for the coupled tool", "another renderer");
     } else {
-      if (part<OptionalProtection<Density>>().has_guard())
+      if (part<ProtectionPart>().has_guard())
         refuse("compiled::Scene", "set_tool must be between clear_structures and set_structures", "a guarded scene");
       check_tool_size(scene_.bone(), tool.burr());
       scene_.renderer().set_tool(tool);
@@ -186,8 +194,8 @@ class SceneOf final : public AnyScene {
   AnyTool tool_;  // a renderer's own may be wider
   HapticScene<Density, ContactRenderer, Cut, OptionalStage<ReleaseLimit>, OptionalStage<HuntCrossley>,
               OptionalStage<MillingVibration>, OptionalStage<Damping>, OptionalStage<FirstOrderFilter>,
-              OptionalStage<AxisGuide>, OptionalStage<DepthStop>, OptionalProtection<Density>,
-              OptionalStage<PassivityController>, OptionalStage<WrenchRateLimit>, DeviceLimits>
+              OptionalStage<AxisGuide>, OptionalStage<DepthStop>, ProtectionPart, OptionalStage<PassivityController>,
+              OptionalStage<WrenchRateLimit>, DeviceLimits>
       scene_;
 };
 

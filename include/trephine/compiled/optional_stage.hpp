@@ -2,11 +2,13 @@
 #pragma once
 
 #include <trephine/compiled/any_scene.hpp>
+#include <trephine/render/tool_load.hpp>
 #include <trephine/stage/context.hpp>
 #include <trephine/stage/cutting_force.hpp>
 #include <trephine/stage/members.hpp>
 #include <trephine/stage/veto.hpp>
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -136,7 +138,11 @@ class OptionalProtection {
 
   [[nodiscard]] CutFloor<Density>* cut_floor() const noexcept { return veto_ ? veto_->cut_floor() : nullptr; }
   void begin_tick() noexcept {
+    if (guard_) guard_->begin_tick();
     if (veto_) veto_->begin_tick();
+  }
+  void heal() noexcept {
+    if (guard_) guard_->heal();
   }
   void apply(const TickContext& context, Wrenchd& wrench) noexcept {
     if (guard_) guard_->apply(context, wrench);
@@ -149,9 +155,28 @@ class OptionalProtection {
     if (guard_) guard_->reset();
   }
 
- private:
+ protected:
   std::shared_ptr<AnyGuard> guard_;
+
+ private:
   std::optional<Veto<Density>> veto_;
+};
+
+/// The same with the guard's soft structures, for a renderer that carries loads.
+template <VoxelDensity Density>
+class LoadingProtection : public OptionalProtection<Density> {
+ public:
+  [[nodiscard]] LoadingProtection& tool_load() noexcept { return *this; }
+  [[nodiscard]] LoadSum press(const Posed& X_GT) noexcept { return guard_ ? guard_->press(X_GT) : LoadSum{}; }
+  [[nodiscard]] double clearance(const Posed& X_GT) noexcept {
+    return guard_ ? guard_->clearance(X_GT) : std::numeric_limits<double>::infinity();
+  }
+  void settle(const Posed& X_GT, double dt) noexcept {
+    if (guard_) guard_->settle(X_GT, dt);
+  }
+
+ private:
+  using OptionalProtection<Density>::guard_;
 };
 
 }  // namespace trephine::compiled

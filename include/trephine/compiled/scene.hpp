@@ -201,6 +201,8 @@ class Scene {
   [[nodiscard]] StructureTotals totals(int structure) const noexcept { return scene_->totals(structure); }
   /// Switches the guard's push, which fades in or out within a margin; between ticks, haptic thread. No memory.
   void set_push(bool on) noexcept { scene_->set_push(on); }
+  /// Mends what is torn of soft structures (`Structures::soft`); likewise.
+  void heal() noexcept { scene_->heal(); }
 
   /// Stiffness of the renderer's contact, as felt [N/m].
   [[nodiscard]] double stiffness() const noexcept { return scene_->stiffness(); }

@@ -3,10 +3,12 @@
 
 #include <trephine/compiled/scene.hpp>
 #include <trephine/structure/label_volume.hpp>
+#include <trephine/structure/membrane.hpp>
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -26,6 +28,9 @@ template <int kAlignment = EIGEN_MAX_ALIGN_BYTES>
 struct StructuresMaker {
   [[nodiscard]] static std::shared_ptr<const AnyStructures> make(const LabelGeometry& geometry,
                                                                  std::span<const std::uint8_t> labels);
+  [[nodiscard]] static std::shared_ptr<const AnyStructures> soften(const AnyStructures& structures,
+                                                                   std::span<const std::optional<Membrane>> membranes,
+                                                                   const SoftOptions& options);
 };
 
 /// Distances to the structures of a segmentation. Copies are the same; immutable, for any number of scenes and threads.
@@ -46,8 +51,22 @@ class Structures {
   /// Number of structures: the highest label.
   [[nodiscard]] int count() const noexcept { return structures_->count(); }
 
+  /// The same structures, of which those with a membrane are felt where no bone is over them (`SoftStructures`). There
+  /// is an entry for each. `field.reach` must be at least `SoftStructures::required_reach`: a scene refuses less, and
+  /// another tool than the coupled one. Throws std::invalid_argument for options out of range.
+  /// \code
+  /// const Structures soft = structures.soft(std::vector<std::optional<Membrane>>{dura(), std::nullopt});
+  /// scene.set_structures(soft, each);
+  /// scene.tick(input, dt).structures.soft_force;
+  /// \endcode
+  [[nodiscard]] Structures soft(std::span<const std::optional<Membrane>> membranes,
+                                const SoftOptions& options = {}) const {
+    return Structures(StructuresMaker<>::soften(*structures_, membranes, options));
+  }
+
  private:
   friend class Scene;
+  explicit Structures(std::shared_ptr<const AnyStructures> structures) noexcept : structures_(std::move(structures)) {}
 
   std::shared_ptr<const AnyStructures> structures_;
 };

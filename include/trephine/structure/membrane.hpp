@@ -109,4 +109,15 @@ struct Membrane {
   return {.modulus = 30e6, .strength = 2e6, .thickness = 1e-4, .span = 3e-3, .tension = 5};
 }
 
+/// Options of a SoftStructures.
+struct SoftOptions {
+  double smoothing = 0.6e-3;  ///< of the distances [m], as a guard's (`GuardPotentialOptions`)
+  double force_scale = 1;     ///< share of the true forces that the device gets, in (0, 1]; as a CuttingForce's
+
+  /// Throws std::invalid_argument.
+  void validate() const {
+    if (!(force_scale > 0) || !(force_scale <= 1)) refuse("SoftOptions", "force_scale must be in (0, 1]", force_scale);
+  }
+};
+
 }  // namespace trephine

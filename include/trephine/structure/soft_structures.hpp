@@ -32,17 +32,6 @@ struct SoftReport {
   bool tears = false;     ///< some place tears in this tick
 };
 
-/// Options of a SoftStructures.
-struct SoftOptions {
-  double smoothing = 0.6e-3;  ///< of the distances [m], as a guard's (`GuardPotentialOptions`)
-  double force_scale = 1;     ///< share of the true forces that the device gets, in (0, 1]; as a CuttingForce's
-
-  /// Throws std::invalid_argument.
-  void validate() const {
-    if (!(force_scale > 0) || !(force_scale <= 1)) refuse("SoftOptions", "force_scale must be in (0, 1]", force_scale);
-  }
-};
-
 /// The part of a scene that makes structures felt as membranes once the bone over them is gone.
 /// \code
 /// const std::vector<std::optional<Membrane>> soft{dura(), std::nullopt};  // of each structure of the field

@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -359,6 +360,8 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
   /// Adds a load to the contact with bone.
   template <class Load>
   void add(Load& load, const Posed& X, PoseEvaluation& found) const noexcept {
+    const double distance = load.clearance(X);
+    if (distance == std::numeric_limits<double>::infinity()) return;  // a load that is nowhere changes no bit
     const LoadSum sum = load.press(X);
     found.contact.energy += sum.energy;
     found.contact.wrench += sum.wrench;
@@ -366,7 +369,7 @@ class CoupledToolRenderer<Shape, FrictionLaw> {
     found.load_depth = sum.depth;
     if (sum.energy > 0) return;
     Clearance& clear = found.contact.clearance;
-    clear.listed_distance = std::min(clear.listed_distance, std::max(load.clearance(X), 0.0));
+    clear.listed_distance = std::min(clear.listed_distance, std::max(distance, 0.0));
     clear.listed_arm = std::max(clear.listed_arm, bounds_.arm());
   }
 
