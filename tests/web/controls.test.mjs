@@ -246,6 +246,8 @@ test("Marks show where bone touches and which way it pushes", async () => {
   // The drill leans on bone, without turning, so that there is a force to be drawn.
   await page.click("#restore");
   await page.click("#home");
+  await settled(page);
+  await until(page, () => parseFloat(document.getElementById("force").textContent) === 0); // of the last cut no more
   await page.focus("#canvas");
   await page.keyboard.down("PageUp");
   await until(page, () => parseFloat(document.getElementById("force").textContent) > 0.2);
