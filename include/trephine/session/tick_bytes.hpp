@@ -16,8 +16,8 @@
 /// A tick as files of sessions hold it: 12 doubles of X_WT (rotation by columns, then position [m]), dt [s], 3 of force
 /// [N], 3 of torque [N·m], contact depth [m], removed [mm³]; int32 contact count; bytes spindle, tip, shaft, status.
 /// Then structures: doubles distance [m], 3 of the push's force [N], 3 of its torque [N·m], refused and taken [mm³];
-/// int32 nearest; byte warns, 3 bytes 0; membranes are left out. Then cutting: doubles thrust [N], torque [N·m], spindle [rad/s], feed [m/s].
-/// Numbers are stored bit by bit, NaN included, in the writer's byte order.
+/// int32 nearest; byte warns, 3 bytes 0; membranes are left out. Then cutting: doubles thrust [N], torque [N·m],
+/// spindle [rad/s], feed [m/s]. Numbers are stored bit by bit, NaN included, in the writer's byte order.
 namespace trephine::inline TREPHINE_ALIGNED::recording_detail {
 
 inline constexpr std::uint32_t kByteOrder = 0x01020304;
