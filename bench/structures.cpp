@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "common/command_line.hpp"
+#include "common/paired_ticks.hpp"
 #include "common/percentile.hpp"
 #include "common/table.hpp"
 #include "structure/label_shapes.hpp"
 #include "support/random.hpp"
 
 #include <trephine/core/units.hpp>
-#include <trephine/device/pacing.hpp>
 #include <trephine/everything.hpp>
 #include <trephine/stage/veto.hpp>
 #include <trephine/structure/build_structure_field.hpp>
@@ -155,40 +155,22 @@ struct Block {
 template <class With, class Without>
 void measure_ticks(const std::string& name, With& with, Without& without, const std::vector<Posed>& places,
                    bool spindle, int ticks, Report& report) {
-  std::vector<double> loaded, plain, difference;
-  const auto timed = [](auto& scene, const TickInput& input) {
-    const double begin = thread_cpu_time();
-    const TickResult r = scene.tick(input, 1e-3);
-    const double end = thread_cpu_time();
-    if (!std::isfinite(r.wrench.force.x())) std::abort();
-    return 1e6 * (end - begin);
-  };
+  PairedTicks times;
   for (const Posed& place : places) {
     for (int i = 0; i < ticks; ++i) {
       Posed X = place;
       X.translation() += Vec3d(1e-3 * std::sin(0.02 * i), 5e-4 * (1 - std::cos(0.013 * i)), 0);
       if (i < 50) X.translation().z() += 4e-5 * (50 - i);  // from above
       const TickInput input{.X_WT = X, .spindle_on = spindle && i >= 50};
-      double a, b;
-      if (i % 2 == 0) {  // neither is always the one that warms the cache
-        a = timed(with, input);
-        b = timed(without, input);
-      } else {
-        b = timed(without, input);
-        a = timed(with, input);
-      }
-      if (i < 60) continue;
-      loaded.push_back(a);
-      plain.push_back(b);
-      difference.push_back(a - b);
+      times.tick(with, without, input, i >= 60);
     }
   }
-  report.row(name + ": without; median", percentile(plain, 0.5), "µs");
-  report.row(name + ": without; p99", percentile(plain, 0.99), "µs");
-  report.row(name + ": guard and veto; median", percentile(loaded, 0.5), "µs");
-  report.row(name + ": guard and veto; p99", percentile(loaded, 0.99), "µs");
-  report.row(name + ": more; median of differences", percentile(difference, 0.5), "µs", 3);
-  report.row(name + ": more; p99 less p99", percentile(loaded, 0.99) - percentile(plain, 0.99), "µs");
+  report.row(name + ": without; median", percentile(times.without, 0.5), "µs");
+  report.row(name + ": without; p99", percentile(times.without, 0.99), "µs");
+  report.row(name + ": guard and veto; median", percentile(times.with, 0.5), "µs");
+  report.row(name + ": guard and veto; p99", percentile(times.with, 0.99), "µs");
+  report.row(name + ": more; median of differences", percentile(times.more, 0.5), "µs", 3);
+  report.row(name + ": more; p99 less p99", percentile(times.with, 0.99) - percentile(times.without, 0.99), "µs");
 }
 
 void measure_scenes(const std::shared_ptr<const StructureField>& field, bool quick, Report& report) {

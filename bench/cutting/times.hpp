@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "common/paired_ticks.hpp"
 #include "common/percentile.hpp"
 #include "structure/label_shapes.hpp"
 #include "support/poses.hpp"
 #include "support/raster.hpp"
 
-#include <trephine/device/pacing.hpp>
 #include <trephine/everything.hpp>
 #include <trephine/structure/build_structure_field.hpp>
 #include <trephine/structure/soft_structures.hpp>
@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,28 +30,15 @@ struct TickTimes {
   double with_p99 = 0;
 };
 
-/// Ticks both scenes at the same poses, in turn, so that neither is always the one that finds a cold cache.
+/// Ticks both scenes along a path, after an approach that is not kept.
 template <class With, class Without, class Path>
 [[nodiscard]] TickTimes compare_ticks(With& with, Without& without, const Path& path, int ticks) {
   constexpr int kApproach = 400;
-  std::vector<double> loaded, plain, more;
-  const auto took = [](auto& scene, const TickInput& input) {
-    const double begin = thread_cpu_time();
-    const TickResult r = scene.tick(input, 1e-3);
-    const double end = thread_cpu_time();
-    if (!std::isfinite(r.wrench.force.x())) std::abort();
-    return 1e6 * (end - begin);
-  };
-  for (int i = 0; i < ticks + kApproach; ++i) {
-    const TickInput input{.X_WT = test::tool_at(path(i), Vec3d::UnitZ()), .spindle_on = true};
-    const double first = i % 2 == 0 ? took(without, input) : 0, second = took(with, input);
-    const double other = i % 2 == 0 ? first : took(without, input);
-    if (i < kApproach) continue;
-    loaded.push_back(second);
-    plain.push_back(other);
-    more.push_back(second - other);
-  }
-  return {percentile(plain, 0.5), percentile(plain, 0.99), percentile(more, 0.5), percentile(loaded, 0.99)};
+  PairedTicks times;
+  for (int i = 0; i < ticks + kApproach; ++i)
+    times.tick(with, without, {.X_WT = test::tool_at(path(i), Vec3d::UnitZ()), .spindle_on = true}, i >= kApproach);
+  return {percentile(times.without, 0.5), percentile(times.without, 0.99), percentile(times.more, 0.5),
+          percentile(times.with, 0.99)};
 }
 
 /// Bone of strength 1 in a cube of 14 mm.
