@@ -29,6 +29,8 @@ MOTORS = {"stall torque, largest": lambda runs: max(torque for torque, _ in runs
           "power, largest": lambda runs: max(power(*at) for at in runs),
           "speed of largest power to free speed": lambda runs: 100 * max(runs, key=lambda at: power(*at))[1] / runs[0][1],
           "trend: torque by speed, linear": lambda runs: correlation(runs)}
+# A quantity at two depths [um], whose ratio is meant.
+DEPTHS = re.compile(r"(.+) at (\S+) to (\S+) um")
 # What a trend changes: an argument and the factor on it, or what it becomes.
 CHANGES = {"feed": ("feed", 2), "speed": ("speed", 2), "depth": ("depth", 2), "load": ("load", 2),
            "removal rate": ("feed", 2), "density": ("strength", 2), "grey value": ("strength", 2),
@@ -121,7 +123,7 @@ def parts(row):
         return row["quantity"].rpartition(": ")[0], row["quantity"], ""
     kind, _, rest = row["quantity"].rpartition(": ")
     of, by = re.fullmatch(r"(.+?)(?: by |, )(.+)", rest).groups() if kind in ("trend", "effect") else (rest, "")
-    of = of.partition(" at ")[0] if kind == "ratio" and row["id"].startswith("james") else of
+    of = DEPTHS.sub(r"\1", of)
     known = row["kind"] in FAMILY or any(row["id"].startswith(name) for name in ASSUMED if name)
     runs = known and of in QUANTITIES and (not by or any(by.startswith(name) for name in CHANGES))
     return (kind, QUANTITIES[of], by) if runs else None
@@ -134,12 +136,11 @@ def judge(row, program):
     measured = float(row["value"])
     if of in MOTORS:
         value = MOTORS[of](motor(program, "air-turbine", arguments["tool"], arguments["strength"]))
+    elif depths := DEPTHS.fullmatch(row["quantity"]):
+        one, other = (run(program, {**arguments, "depth": 1e-3 * float(depths[i])})[of] for i in (2, 3))
+        value = one / other
     else:
         value = run(program, arguments)[of]
-    ratio = re.search(r" at (\S+) to (\S+) um$", row["quantity"])  # of depths
-    if ratio:
-        value = run(program, {**arguments, "depth": float(ratio[1]) * 1e-3})[of]
-        value /= run(program, {**arguments, "depth": float(ratio[2]) * 1e-3})[of]
     if kind == "trend" and not by:  # the value is the trend's own
         holds = abs(value) > 0.99 and value * measured > 0
     elif by:
