@@ -252,7 +252,6 @@ test("Marks show where bone touches and which way it pushes", async () => {
   await page.keyboard.down("PageUp");
   await until(page, () => parseFloat(document.getElementById("force").textContent) > 0.2);
   await page.keyboard.up("PageUp");
-  await settled(page); // the hand leans on for as long as its wish leads
   await pressed("marks", true);
   const marked = await stillPicture(page);
   await page.click("#marks");
