@@ -183,36 +183,33 @@ std::shared_ptr<const GuardedBone> guard_bone(const drill::Bone& bone, const dri
 }
 
 namespace {
-template <class Tool>
-std::shared_ptr<const GuardPotential> potential_round(const GuardedBone& guarded, const Tool& tool) {
-  const std::vector<GuardedStructure> all(guarded.structures.size(), {.margin = guarded.margin});
-  return std::make_shared<const GuardPotential>(guarded.field, guarded.X_GS, tool, all,
-                                                GuardPotentialOptions{.smoothing = guarded.smoothing});
+/// Returns what `make` makes for a revolved tool or a burr.
+template <class Make>
+auto made_for(const AnyTool& tool, const Make& make) {
+  return tool.visit([&](const auto& one) {
+    if constexpr (requires { one.outline(); })
+      return make(one);
+    else
+      return make(one.burr());
+  });
 }
 }  // namespace
 
-std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const Burr& burr) {
-  return potential_round(guarded, burr);
-}
-std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const RevolvedTool& tool) {
-  return potential_round(guarded, tool);
+std::shared_ptr<const GuardPotential> potential_for(const GuardedBone& guarded, const AnyTool& tool) {
+  const std::vector<GuardedStructure> all(guarded.structures.size(), {.margin = guarded.margin});
+  return made_for(tool, [&](const auto& one) {
+    return std::make_shared<const GuardPotential>(guarded.field, guarded.X_GS, one, all,
+                                                  GuardPotentialOptions{.smoothing = guarded.smoothing});
+  });
 }
 
-namespace {
-template <class Tool>
-std::shared_ptr<const SoftStructures> soft_round(const GuardedBone& guarded, const Tool& tool) {
+std::shared_ptr<const SoftStructures> soft_for(const GuardedBone& guarded, const AnyTool& tool) {
   const auto is_soft = [](const std::optional<Membrane>& m) { return m.has_value(); };
   if (std::none_of(guarded.soft.begin(), guarded.soft.end(), is_soft)) return nullptr;
-  return std::make_shared<const SoftStructures>(guarded.field, guarded.X_GS, tool, guarded.soft,
-                                                SoftOptions{.smoothing = guarded.smoothing});
-}
-}  // namespace
-
-std::shared_ptr<const SoftStructures> soft_for(const GuardedBone& guarded, const Burr& burr) {
-  return soft_round(guarded, burr);
-}
-std::shared_ptr<const SoftStructures> soft_for(const GuardedBone& guarded, const RevolvedTool& tool) {
-  return soft_round(guarded, tool);
+  return made_for(tool, [&](const auto& one) {
+    return std::make_shared<const SoftStructures>(guarded.field, guarded.X_GS, one, guarded.soft,
+                                                  SoftOptions{.smoothing = guarded.smoothing});
+  });
 }
 
 std::optional<Membrane> membrane_named(const std::string& name) {

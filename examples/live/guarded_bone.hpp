@@ -8,6 +8,7 @@
 #include <trephine/structure/label_grid.hpp>
 #include <trephine/structure/soft_structures.hpp>
 #include <trephine/structure/structure_field.hpp>
+#include <trephine/tool/any_tool.hpp>
 #include <trephine/voxel/cut_floor.hpp>
 
 #include <cstdint>
@@ -55,18 +56,13 @@ void print_done(double share);
 /// The same structures for a copy of the bone, with counts of its own.
 [[nodiscard]] std::shared_ptr<const GuardedBone> guard_copy(const GuardedBone& guarded, const drill::Bone& copy);
 
-/// The guard's potential for a burr: it takes up to a second, so not for the haptic thread.
+/// The guard's potential for a tool: it takes up to a second, so not for the haptic thread. Throws
+/// std::invalid_argument for a tool that the field does not reach round.
 [[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,
-                                                                            const trephine::Burr& burr);
-/// The same for a tool. Throws std::invalid_argument for one that the field does not reach round.
-[[nodiscard]] std::shared_ptr<const trephine::GuardPotential> potential_for(const GuardedBone& guarded,
-                                                                            const trephine::RevolvedTool& tool);
-
-/// The membranes for a burr or a tool, likewise, or nullptr if no structure has one.
+                                                                            const trephine::AnyTool& tool);
+/// The membranes for a tool, likewise, or nullptr if no structure has one.
 [[nodiscard]] std::shared_ptr<const trephine::SoftStructures> soft_for(const GuardedBone& guarded,
-                                                                       const trephine::Burr& burr);
-[[nodiscard]] std::shared_ptr<const trephine::SoftStructures> soft_for(const GuardedBone& guarded,
-                                                                       const trephine::RevolvedTool& tool);
+                                                                       const trephine::AnyTool& tool);
 /// The membrane of a structure whose name has the word dura or nerve, or is of a venous sinus, but not of air's.
 [[nodiscard]] std::optional<trephine::Membrane> membrane_named(const std::string& name);
 

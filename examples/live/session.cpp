@@ -70,14 +70,9 @@ bool same_tool(const DrillSettings& a, const DrillSettings& b) {
 void fit_potential(DrillSettings& settings) {
   if (settings.guarded == nullptr) return;
   const RevolvedTool* const shape = settings.shape();
-  const auto fit = [&](const auto& tool) {
-    settings.potential = potential_for(*settings.guarded, tool);
-    settings.soft = soft_for(*settings.guarded, tool);
-  };
-  if (shape != nullptr)
-    fit(*shape);
-  else
-    fit(settings.burr);
+  const AnyTool tool = shape != nullptr ? AnyTool(*shape) : AnyTool(settings.burr);
+  settings.potential = potential_for(*settings.guarded, tool);
+  settings.soft = soft_for(*settings.guarded, tool);
 }
 
 /// The registration at another scale that leaves the tool where it is.
