@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { test } from "node:test";
-import { downloads, frames, give, number, open, opened, removed, sleep, started, text, until } from "./support/browser.mjs";
+import { downloads, frames, give, number, open, removed, sleep, started, takeBone, text, until } from "./support/browser.mjs";
 import {
   apart, differs, drill, goAside, picture, settled, spindleIs, stillPicture, takes, tells, way,
 } from "./support/drill.mjs";
@@ -22,9 +22,7 @@ const diameter = async () => Number(/([\d.]+) mm|-([\d.]+)/.exec(await text(page
 const focused = () => page.evaluate(() => document.activeElement.id);
 /// Opens the tooth anew, so that a session begins here.
 async function anew(bone = "tooth") {
-  await page.select("#bone", bone);
-  await until(page, () => !document.getElementById("opening").hidden);
-  await opened(page);
+  await takeBone(page, bone);
   await until(page, () => document.getElementById("brief_removed").textContent === "0.0");
 }
 /// Where a control lies in the window, once it is scrolled there.
@@ -199,16 +197,17 @@ test("Renderer: each of the three drills", async () => {
   }
 });
 
-test("Cutting forces: the law's figures are there while the spindle turns, and say what the cut needs", async () => {
-  const shown = () => page.$$eval(".law", (rows) => rows.filter((r) => !r.hidden).length);
-  assert.equal(await shown(), 0);
+test("Cutting forces: the law's figures are there while it is on, and say what the cut needs while the spindle turns", async () => {
+  const shown = () => page.$eval("#law_figures", (e) => e.checkVisibility());
+  assert.equal(await shown(), false);
   await page.select("#renderer", "line"); // the law needs the coupled one, and takes it
   await titled("line,");
   await page.click("#law");
   await titled("coupled,");
+  await until(page, () => !document.getElementById("law_figures").hidden);
+  assert.deepEqual(await page.$$eval("#law_figures dd", (all) => all.map((e) => e.textContent)), ["–", "–", "–"]);
   await page.click("#spindle");
   await until(page, () => parseFloat(document.getElementById("rpm").textContent) > 1000);
-  assert.equal(await shown(), 3);
   assert.equal(await number(page, "thrust"), 0, "in the air");
   const { x, y } = await middle("push_in");
   await page.mouse.move(x, y);
@@ -218,12 +217,13 @@ test("Cutting forces: the law's figures are there while the spindle turns, and s
   await page.mouse.up();
   await page.click("#spindle");
   await spindleIs(page, false);
-  await until(page, () => [...document.querySelectorAll(".law")].every((r) => r.hidden));
+  await until(page, () => [...document.querySelectorAll("#law_figures dd")].every((e) => e.textContent === "–"));
   await page.click("#spindle");
   await until(page, () => parseFloat(document.getElementById("rpm").textContent) > 1000);
   await page.click("#law");
-  await until(page, () => [...document.querySelectorAll(".law")].every((r) => r.hidden));
+  await until(page, () => document.getElementById("law_figures").hidden);
   await page.click("#spindle");
+  await spindleIs(page, false);
   await page.click("#restore");
   await page.click("#home");
 });
@@ -424,8 +424,8 @@ test("Bone: the temporal bone comes with structures, and Protection keeps the dr
   assert.ok(await page.$eval("#protect_row", (e) => e.checkVisibility()));
   assert.deepEqual(await options("protection"), ["off", "warn", "push", "veto"]);
   assert.match(await text(page, "structure_name"), /\w/);
-  const taken = async () => Number(/taken ([\d.]+)/.exec(await text(page, "structure_more"))[1]);
-  const kept = async () => Number(/refused ([\d.]+)/.exec(await text(page, "structure_more"))[1]);
+  const taken = () => number(page, "structure_taken");
+  const kept = () => number(page, "structure_refused");
   await until(page, () => parseFloat(document.getElementById("structure_distance").textContent) > 0);
 
   // A session drills straight down until shortly over the facial nerve, and looks at it from above. From there on the hand
@@ -444,7 +444,7 @@ test("Bone: the temporal bone comes with structures, and Protection keeps the dr
     await page.keyboard.press("Space");
     await spindleIs(page, true);
     await page.keyboard.down("PageUp");
-    await until(page, (which) => Number(new RegExp(`${which} ([\\d.]+)`).exec(document.getElementById("structure_more").textContent)[1]) > 0.2,
+    await until(page, (which) => parseFloat(document.getElementById(`structure_${which}`).textContent) > 0.2,
       60e3, protection === "off" ? "taken" : "refused");
     const words = await text(page, "structure_words");
     await page.keyboard.up("PageUp");

@@ -68,15 +68,18 @@ export function makePanel(engine, words, refocus) {
     set("live", live.due);
   }
 
-  function structure(s) {
-    $("structure").hidden = !s;
-    if (!s) return;
-    set("structure_name", s.name);
-    set("structure_distance", `${fixed(s.distance_mm, 2)} mm`);
-    set("structure_words", s.words ?? "");
-    $("structure_words").className = s.warns ? (s.distance_mm < 0 ? "alarm" : "alert") : "";
-    const felt = s.felt ? `${s.felt}. ` : "";
-    set("structure_more", `${felt}The guard pushes ${fixed(s.push_N, 2)} N; taken ${fixed(s.taken_mm3, 2)} mm³, refused ${fixed(s.refused_mm3, 2)} mm³.`);
+  /// Its place stays while no structure is near, so that nothing below it moves.
+  function structure(s, guarded) {
+    $("structure").hidden = !guarded;
+    if (!guarded) return;
+    set("structure_name", s?.name ?? "–");
+    set("structure_distance", s ? `${fixed(s.distance_mm, 2)} mm` : "");
+    set("structure_words", s?.words ?? "–");
+    $("structure_words").className = s?.warns ? (s.distance_mm < 0 ? "alarm" : "alert") : "";
+    set("structure_felt", s?.felt || "No soft structure is felt");
+    set("structure_push", `${fixed(s?.push_N, 2)} N`);
+    set("structure_taken", `${fixed(s?.taken_mm3, 2)} mm³`);
+    set("structure_refused", `${fixed(s?.refused_mm3, 2)} mm³`);
   }
 
   function plots(state, now) {
@@ -119,17 +122,18 @@ export function makePanel(engine, words, refocus) {
       const hint = hintFor(state.hint, touch);
       set("hint", hint);
       $("hint").hidden = hint === "";
-      structure(state.structure ?? null);
+      structure(state.structure ?? null, Boolean(state.guarded));
       say(state, now);
       if (now - figures < kFiguresApart) return;
       figures = now;
       set("removed", `${fixed(state.removed_mm3, 1)} mm³`);
       set("brief_force", fixed(state.force_N, 2));
       set("brief_removed", fixed(state.removed_mm3, 1));
-      for (const row of document.querySelectorAll(".law")) row.hidden = !(state.law && state.rpm > 0);
-      set("thrust", `${fixed(state.thrust_N, 1)} N`);
-      set("cutting_torque", `${fixed(state.cutting_torque_mNm, 1)} mN m`);
-      set("rpm", `${fixed(state.rpm, 0)} rpm`);
+      $("law_figures").hidden = !state.law;
+      const turns = state.rpm > 0;
+      set("thrust", turns ? `${fixed(state.thrust_N, 1)} N` : "–");
+      set("cutting_torque", turns ? `${fixed(state.cutting_torque_mNm, 1)} mN m` : "–");
+      set("rpm", turns ? `${fixed(state.rpm, 0)} rpm` : "–");
       set("report", state.report ?? "");
       plots(state, now);
     },
