@@ -7,7 +7,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 import { gzipSync } from "node:zlib";
-import { downloads, frames, give, number, open, opened, removed, started, text, until } from "./support/browser.mjs";
+import { downloads, frames, give, number, open, opened, removed, started, takeBone, text, until } from "./support/browser.mjs";
 import { drill, isSentence, refused } from "./support/drill.mjs";
 import {
   block, blockDensity, blockDicom, blockNifti, blockNrrd, bomb, dicomSlice, kBlock, nifti, nrrd, placeOf, readSaved, voxels,
@@ -162,9 +162,7 @@ test("a DICOM folder, by button and by drop", async () => {
   assert.match(await text(page, "volume_text"), /^series: .* voxels of 0\.\d+ × 0\.\d+ × 0\.\d+ mm/);
   await answer();
   liesAs(await saved(), place);
-  await page.select("#bone", "tooth");
-  await until(page, () => !document.getElementById("opening").hidden);
-  await until(page, () => document.getElementById("opening").hidden, 120e3);
+  await takeBone(page, "tooth");
   assert.equal(await page.$$eval("#bone option", (all) => all.length), 2, "a volume of one's own is chosen by opening it again");
   await drop(at);
   await answer();

@@ -98,6 +98,14 @@ export async function opened(page, timeout = 120e3) {
   if (sentence) throw new Error(sentence);
 }
 
+/// Takes a bone of the list, and waits until it is open. The list is disabled from the choice until then, while the words on
+/// what is being made may come and go between two looks.
+export async function takeBone(page, bone) {
+  await page.select("#bone", bone);
+  await until(page, () => !document.getElementById("bone").disabled, 120e3);
+  await opened(page);
+}
+
 /// Opens the page in a tab of its own, with a bone. `phone` is held upright; `scale` is of drawn pixels to those of CSS, few
 /// enough for a machine without a graphics card.
 export async function open(browser, url, { bone = "tooth", width = 600, height = 440, phone = false, scale = 0.5, before = null } = {}) {
