@@ -43,7 +43,7 @@ struct Ruptured {
                     SoftStructures{field, Posed::Identity(), tool, soft, {.force_scale = scale}}};
   const auto& part = scene.template part<SoftStructures>();
   Ruptured out;
-  for (int i = 0; part.tears(0) == 0; ++i) {
+  for (int i = 0; part.tears().count(0) == 0; ++i) {
     if (i > 5000) throw std::runtime_error("the membrane does not rupture");
     static_cast<void>(
         scene.tick({.X_WT = test::tool_at(Vec3d(kMiddle, kMiddle, kPlane + R - 4e-6 * i), Vec3d::UnitZ())}, 1e-3));

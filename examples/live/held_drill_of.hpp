@@ -63,8 +63,8 @@ inline void report_soft(const trephine::SoftStructures& soft, int structures, St
   out.pressed = soft.report().structure;
   out.pressed_N = soft.report().force;
   for (int s = structures - 1; s >= 0; --s)
-    if (soft.tears(s) > 0) out.torn = s;
-  if (out.pressed >= 0 && soft.tears(out.pressed) > 0) out.torn = out.pressed;
+    if (soft.tears().count(s) > 0) out.torn = s;
+  if (out.pressed >= 0 && soft.tears().count(out.pressed) > 0) out.torn = out.pressed;
 }
 
 template <class Scene, bool kFeels>

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -37,9 +36,9 @@ class PassingDrill {
   /// Takes the drill's place from now on, and what is torn stays torn. Where it fits at the pose of the last drill, it
   /// goes on from there. Between ticks.
   void take(std::unique_ptr<HeldDrill> drill, const DrillSettings& settings) {
-    if (drill_ != nullptr && drill_->soft() != nullptr) torn_ = *drill_->soft();
+    if (drill_ != nullptr && drill_->soft() != nullptr) torn_ = drill_->soft()->tears();
     drill_ = std::move(drill);
-    if (torn_ && drill_->soft() != nullptr) drill_->soft()->take_tears(*torn_);
+    if (drill_->soft() != nullptr) drill_->soft()->take_tears(torn_);
     const double voxel = bone_.spacing().minCoeff();
     body_ = settings.shape() != nullptr ? ToolBody(*settings.shape(), voxel) : ToolBody(settings.burr, voxel);
     const bool goes_on = !passes_ && (tool_W_.translation() - probe_W_.translation()).norm() <= kPressed;
@@ -54,7 +53,7 @@ class PassingDrill {
   }
   /// Mends soft structures. Between ticks.
   void heal() noexcept {
-    torn_.reset();
+    torn_.clear();
     if (drill_->soft() != nullptr) drill_->soft()->heal();
   }
   /// The hand is carried to a pose, and passes bone on the way, for `seconds` at most. Window thread.
@@ -108,7 +107,7 @@ class PassingDrill {
   const drill::Grid& bone_;
   double isovalue_;
   std::unique_ptr<HeldDrill> drill_;
-  std::optional<trephine::SoftStructures> torn_;  // of the last drill that felt them
+  trephine::MembraneTears torn_;  // by the last drill that felt them
   ToolBody body_{trephine::Burr{}, 1e-3};
   trephine::Mailbox<CarriedHand> carried_;
   Posed probe_W_ = Posed::Identity(), tool_W_ = Posed::Identity(), goal_W_ = Posed::Identity();

@@ -8,6 +8,7 @@
 #include <trephine/render/tool_load.hpp>
 #include <trephine/structure/guard_potential.hpp>
 #include <trephine/structure/membrane.hpp>
+#include <trephine/structure/membrane_tears.hpp>
 #include <trephine/structure/structure_field.hpp>
 
 #include <algorithm>
@@ -67,8 +68,6 @@ struct SoftReport {
 /// No damping: list a Damping. Haptic thread; allocates at construction only.
 class SoftStructures {
  public:
-  static constexpr std::size_t kMaxTears = 64;  ///< further ruptures widen the structure's nearest tear
-
   /// `membranes` has an entry for each structure of the field, in its order; those without one are not felt. Throws
   /// std::invalid_argument for options out of range, no membrane, a tool without a ball at its tip, or a field whose
   /// bands do not reach `required_reach`, and else as a GuardPotential.
@@ -97,7 +96,6 @@ class SoftStructures {
     pushes_.resize(potential_->most_pushes());
     probes_.resize(potential_->most_probes());
     sums_.resize(membranes_.size());
-    tears_.resize(kMaxTears);
   }
 
   /// Returns the reach that a field's bands need for this tool and these membranes [m].
@@ -124,23 +122,16 @@ class SoftStructures {
   [[nodiscard]] const MembraneLaw& law(int structure) const noexcept {
     return laws_[static_cast<std::size_t>(structure)];
   }
-  /// Returns the number of places where a structure is torn.
-  [[nodiscard]] int tears(int structure) const noexcept {
-    const std::span<const Tear> all = torn();
-    return static_cast<int>(
-        std::count_if(all.begin(), all.end(), [=](const Tear& t) { return t.structure == structure; }));
-  }
+  /// Returns where membranes are torn.
+  [[nodiscard]] const MembraneTears& tears() const noexcept { return tears_; }
   /// Mends all tears; while the tool is clear of them, or its force steps by as much as the renderer allows.
   void heal() noexcept {
-    tear_count_ = 0;
-    dissipated_ = 0;
+    tears_.clear();
     is_pressed_ = false;
   }
   /// Takes the tears that another tool made in the same field; between ticks, as `heal`.
-  void take_tears(const SoftStructures& other) noexcept {
-    std::copy(other.tears_.begin(), other.tears_.end(), tears_.begin());
-    tear_count_ = other.tear_count_;
-    dissipated_ = other.dissipated_;
+  void take_tears(const MembraneTears& tears) noexcept {
+    tears_ = tears;
     is_pressed_ = false;
   }
 
@@ -148,7 +139,7 @@ class SoftStructures {
   [[nodiscard]] SoftStructures& tool_load() noexcept { return *this; }
   void begin_tick() noexcept {
     report_ = {};
-    report_.dissipated = dissipated_;
+    report_.dissipated = tears_.dissipated();
   }
 
   /// Returns the membranes' energy at a pose in G, with its derivatives. The last pose's is kept.
@@ -174,14 +165,14 @@ class SoftStructures {
   void settle(const Posed& X_GT, double dt) noexcept {
     const double before = press(X_GT).energy;
     const bool strains = before > 0 && strain(X_SG_ * X_GT, dt);
-    const bool opens = open(dt);
+    const bool opens = tears_.open(dt);
     const bool tears = strains || opens;
     if (tears) {
       evaluate(X_GT);
-      dissipated_ += std::max(0.0, before - sum_.energy) / options_.force_scale;
+      tears_.dissipate(std::max(0.0, before - sum_.energy) / options_.force_scale);
     }
     report_ = pressed_;
-    report_.dissipated = dissipated_;
+    report_.dissipated = tears_.dissipated();
     report_.tears = tears;
   }
   /// Reports to the tick's result.
@@ -191,15 +182,6 @@ class SoftStructures {
   }
 
  private:
-  /// A torn place. `share` of it is open, 0 to 1.
-  struct Tear {
-    int structure = 0;
-    Vec3d p_S = Vec3d::Zero(), axis_S = Vec3d::UnitZ();
-    double radius = 0, share = 0;
-  };
-  [[nodiscard]] std::span<Tear> torn() noexcept { return {tears_.data(), tear_count_}; }
-  [[nodiscard]] std::span<const Tear> torn() const noexcept { return {tears_.data(), tear_count_}; }
-
   [[nodiscard]] static std::vector<GuardedStructure> guards_of(std::span<const std::optional<Membrane>> membranes) {
     std::vector<GuardedStructure> guards;
     for (const std::optional<Membrane>& m : membranes) {
@@ -230,7 +212,7 @@ class SoftStructures {
     const Mat3d R_GS = potential_->X_GS().linear();
     for (GuardPotential::Push& p : found()) {
       p.gradient = -p.gradient;
-      if (tear_count_ > 0) weaken(p, Vec3d(X_ST.translation() + p.z * z_axis(X_ST)));
+      if (!tears_.none()) tears_.weaken(p.structure, X_ST.translation() + p.z * z_axis(X_ST), p.depth, p.gradient);
       p.gradient = product(R_GS, p.gradient);
       sums_[static_cast<std::size_t>(p.structure)] += p.powered();
     }
@@ -274,24 +256,6 @@ class SoftStructures {
 
   [[nodiscard]] std::span<GuardPotential::Push> found() noexcept { return {pushes_.data(), found_}; }
 
-  /// Counts a ball's depth less where its structure is torn: σ u, with its gradient.
-  void weaken(GuardPotential::Push& p, const Vec3d& p_S) const noexcept {
-    const double rest = membranes_[static_cast<std::size_t>(p.structure)].rest;
-    for (const Tear& t : torn()) {
-      if (t.structure != p.structure) continue;
-      const Vec3d across = off_axis(t, p_S);
-      const double inner = 1 - across.squaredNorm() / (t.radius * t.radius);
-      if (!(inner > 0)) continue;
-      const double most = t.share * (1 - rest), kept = 1 - most * inner * inner;
-      p.gradient = kept * p.gradient + (p.depth * most * 4 * inner / (t.radius * t.radius)) * across;
-      p.depth *= kept;
-    }
-  }
-  [[nodiscard]] static Vec3d off_axis(const Tear& t, const Vec3d& p_S) noexcept {
-    const Vec3d from = p_S - t.p_S;
-    return from - t.axis_S.dot(from) * t.axis_S;
-  }
-
   /// Begins or widens tears of what `find` found too deep; returns true if there is any.
   bool strain(const Posed& X_ST, double dt) noexcept {
     bool any = false;
@@ -302,39 +266,11 @@ class SoftStructures {
         if (static_cast<std::size_t>(p.structure) == i && (deepest == nullptr || p.powered() > deepest->powered()))
           deepest = &p;
       if (deepest == nullptr) continue;
-      any = tear(static_cast<int>(i), X_ST.translation() + deepest->z * z_axis(X_ST), dt) || any;
-    }
-    return any;
-  }
-
-  bool tear(int structure, const Vec3d& p_S, double dt) noexcept {
-    Tear* nearest = nullptr;
-    double least = 0;
-    for (Tear& t : torn()) {
-      if (t.structure != structure) continue;
-      const double distance = off_axis(t, p_S).norm() - t.radius;
-      if (nearest == nullptr || distance < least) nearest = &t, least = distance;
-    }
-    const bool is_full = tear_count_ == kMaxTears;
-    if (nearest != nullptr && (least < 0 || is_full)) {
-      if (nearest->share < 1) return false;  // it opens already
-      nearest->radius += tear_radius_ * std::min(1.0, dt / membranes_[static_cast<std::size_t>(structure)].tear_time);
-      return true;
-    }
-    if (is_full) return false;
-    Vec3d axis;
-    if (!potential_->smooth_distance(structure, p_S, axis) || !(axis.norm() > 0)) return false;
-    tears_[tear_count_++] = {structure, p_S, axis.normalized(), tear_radius_, 0};
-    return true;
-  }
-
-  /// Goes on with what tears; returns true if there is any.
-  bool open(double dt) noexcept {
-    bool any = false;
-    for (Tear& t : torn()) {
-      if (!(t.share < 1)) continue;
-      t.share = std::min(1.0, t.share + dt / membranes_[static_cast<std::size_t>(t.structure)].tear_time);
-      any = true;
+      const int structure = static_cast<int>(i);
+      const Vec3d p_S = X_ST.translation() + deepest->z * z_axis(X_ST);
+      any = tears_.tear(structure, p_S, tear_radius_, membranes_[i], dt, [&](const Vec3d& at_S, Vec3d& gradient_S) {
+        return potential_->smooth_distance(structure, at_S, gradient_S);
+      }) || any;
     }
     return any;
   }
@@ -358,9 +294,7 @@ class SoftStructures {
   double tear_radius_ = 0;             // [m]
   Posed X_clear_ = Posed::Identity();  // in G, at the last look-up of the clearance
   GuardPotential::Clear clear_;        // that was found there
-  std::vector<Tear> tears_;            // kMaxTears places, which a copy has too
-  std::size_t tear_count_ = 0;         // of tears_
-  double dissipated_ = 0;              // [J], true
+  MembraneTears tears_;
 
   std::vector<GuardPotential::Push> pushes_;
   std::size_t found_ = 0;  // of pushes_
