@@ -3,8 +3,10 @@
 
 Sources are drill=FOLDER and temporal=FOLDER (what `examples/run` and `examples/run --phantom temporal --structures`
 left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, web=FILE (of `tests/web/run --figures`),
-python=FILE (of tests/python/figures.py), devices=FILE (of devices_conformance --csv), measured=FOLDER (of bench/cutting/compare.py), tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs anew, with commit and
-machine; documents take them by tests/documents/figures.py. --check fails where a figure has moved by more than one in
+python=FILE (of tests/python/figures.py), devices=FILE (of devices_conformance --csv), measured=FOLDER (of
+bench/cutting/compare.py), tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs
+anew, with commit and machine, and draws the plot of `measured` from the same rows; documents take the figures by
+tests/documents/figures.py. --check fails where a figure has moved by more than one in
 its last digit, or is not told. Where --write finds no figure, the old one stays, and is named."""
 
 import csv
@@ -12,16 +14,19 @@ import glob
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
 FIGURES = os.path.join(HERE, "..", "figures")
+PICTURES = os.path.join(HERE, "pictures")
 sys.path[:0] = [HERE, os.path.join(HERE, "..")]
 import cutting_tables
 import goals
 import house
+import plots
 import tables
 from tables import digits, places
 
@@ -332,6 +337,8 @@ def main():
             elif before:
                 faults += 1
                 print(f"{name}.csv: {path} says nothing of {sorted(before)}", file=sys.stderr)
+        if source == "measured" and sys.argv[1] == "--write" and shutil.which("gnuplot"):
+            plots.measured(PICTURES, tables.read(path, "measured"))  # beside its figures, so that neither is older
     if sys.argv[1] == "--write":
         return 0
     return 1 if faults else 0

@@ -115,21 +115,21 @@ def cutting(folder, rows, quantity):
 
 
 def measured(folder, rows):
-    """The law's figure against the measured one, for each published cut that has a force or a torque."""
-    rows = [r for r in rows if r["holds"] in ("yes", "no") and (r["unit"] in ("N", "N mm") or r["quantity"].startswith("ratio: normal"))]
+    """The law's figure over the measured one, for each published cut that has a size."""
+    rows = [r for r in rows if r["holds"] in ("yes", "no") and r["unit"] not in ("sign", "yes")]
     if not rows:
         return None
-    plot = Plot(folder, "cutting_measured", "Published cuts: the law against the measurement", "measured", "law")
-    plot.setup += ["set logscale xy"]
-    for unit, colour in zip(tables.unique(rows, "unit"), COLOURS):
-        name = "normal over tangential force" if unit == 1 else unit.replace(" mm", "·mm")
-        for role, point in (("fit", 6), ("test", 7)):
-            mine = tables.where(rows, unit=unit, role=role)
-            plot.add(name + (", fitted" if role == "fit" else ""), [(r["value"], r["law"]) for r in mine],
-                     f"points pt {point} ps 0.9 lw 1.5 lc rgb '{colour}'")
-    values = [r["value"] for r in rows]
+    rows.sort(key=lambda r: (r["holds"] == "yes", r["kind"], r["law"] / r["value"]))  # misses first
+    plot = Plot(folder, "cutting_measured", "Published cuts that have a size: the law over the measurement", "", "law / measured")
+    names = ", ".join(f"{quoted(r['id'])} {i}" for i, r in enumerate(rows))
+    plot.setup += ["set logscale y", "set yrange [0.03:6]", "set ytics (0.05, 0.1, 0.2, 0.5, 1, 2, 5)",
+                   f"set xrange [-1:{len(rows)}]", f"set xtics ({names}) rotate by -60 noenhanced", "set bmargin 10"]
+    for number, (role, words) in enumerate((("test", "tested"), ("fit", "fitted"))):
+        for holds, mark, more in (("yes", 7 if role == "test" else 6, ""), ("no", 2, ", missed")):
+            mine = [(i, r["law"] / r["value"]) for i, r in enumerate(rows) if (r["role"], r["holds"]) == (role, holds)]
+            plot.add(words + more, mine, f"points pt {mark} ps 0.9 lw 1.5 lc rgb '{COLOURS[number]}'")
     for name, factor, dash in (("equal", 1, 1), ("twice, half", 2, 2), (None, 0.5, 2)):
-        plot.add(name, [(v, factor * v) for v in (min(values), max(values))], f"lines lw 1 dt {dash} lc rgb '#808080'")
+        plot.add(name, [(-1, factor), (len(rows), factor)], f"lines lw 1 dt {dash} lc rgb '#808080'")
     return plot.draw()
 
 
