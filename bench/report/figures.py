@@ -5,7 +5,7 @@ Sources are drill=FOLDER and temporal=FOLDER (what `examples/run` and `examples/
 left there), guide=FILE (what examples/08_axis_guide printed), headers=ROOT, web=FILE (of `tests/web/run --figures`),
 python=FILE (of tests/python/figures.py), devices=FILE (of devices_conformance --csv), measured=FOLDER (of
 bench/cutting/compare.py), tests=FOLDER (where tests told theirs) and report=FOLDER (of `bench/run`). --write writes the CSVs
-anew, with commit and machine, and draws the plot of `measured` from the same rows; documents take the figures by
+anew, with commit and machine, and takes the documents' pictures from the same outputs; documents take the figures by
 tests/documents/figures.py. --check fails where a figure has moved by more than one in
 its last digit, or is not told. Where --write finds no figure, the old one stays, and is named."""
 
@@ -302,6 +302,24 @@ def moved(before, after):
     return False
 
 
+# Pictures of bench/run that documents show, by the names that they have there.
+SHOWN = {"cutting_thrust": "cutting_thrust", "cutting_torque": "cutting_torque", "stability_energy_line": "stability_energy_line",
+         "error_vs_time_plane_line": "line_on_plane", "error_vs_time_sphere_surface": "surface_on_sphere"}
+
+
+def draw(source, path):
+    """Takes the documents' pictures from the same outputs as their figures, so that neither is older."""
+    if source == "measured" and shutil.which("gnuplot"):
+        plots.measured(PICTURES, tables.read(path, "measured"))
+    if source == "report":
+        for there, here in SHOWN.items():
+            drawn = os.path.join(path, there + ".svg")
+            if os.path.exists(drawn):
+                shutil.copyfile(drawn, os.path.join(PICTURES, here + ".svg"))
+            else:
+                print(f"{here}.svg: no new {drawn}", file=sys.stderr)
+
+
 def main():
     if len(sys.argv) < 3 or sys.argv[1] not in ("--write", "--check"):
         print(__doc__, file=sys.stderr)
@@ -337,8 +355,8 @@ def main():
             elif before:
                 faults += 1
                 print(f"{name}.csv: {path} says nothing of {sorted(before)}", file=sys.stderr)
-        if source == "measured" and sys.argv[1] == "--write" and shutil.which("gnuplot"):
-            plots.measured(PICTURES, tables.read(path, "measured"))  # beside its figures, so that neither is older
+        if sys.argv[1] == "--write":
+            draw(source, path)
     if sys.argv[1] == "--write":
         return 0
     return 1 if faults else 0
