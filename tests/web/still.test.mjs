@@ -2,7 +2,7 @@
 // While it drills no control moves: a finger or a mouse on its way to one would meet another.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { open, sleep, started, until } from "./support/browser.mjs";
+import { frames, open, sleep, started, until } from "./support/browser.mjs";
 import { spindleIs, takes } from "./support/drill.mjs";
 
 const { server, browser } = await started();
@@ -66,3 +66,48 @@ for (const [shape, size] of Object.entries(kShapes))
     assert.deepEqual(seen, []);
     await page.close();
   });
+
+test("at any width, the longest of what is said moves no control", async () => {
+  const { page, seen } = await open(browser, server.url, { bone: "temporal" });
+  await page.$eval("#law", (b) => b.click());
+  await until(page, () => !document.getElementById("law_figures").hidden);
+  const wrong = [];
+  for (const width of [320, 360, 390, 430, 540, 570, 640, 800, 900, 1024, 1199, 1201, 1366, 1920]) {
+    await page.setViewport({ width, height: 900, deviceScaleFactor: 0.25 });
+    await frames(page, 3);
+    // In one go, since the page writes its own words again.
+    wrong.push(...await page.evaluate((at) => {
+      document.body.classList.remove("folded");
+      const place = () => [...document.querySelectorAll("button, select, input, #canvas")].filter((e) => e.checkVisibility())
+        .map((e) => ({ id: e.id, box: e.getBoundingClientRect() }));
+      const longest = {
+        title: ["coupled, match-head-10.5 mm", "surface, burr diameter 10.0 mm"],
+        touch: ["", "passes through bone", "tip and shaft touch"],
+        status: ["All well", "No force, no cut until the drill is out of bone", "Replays a session"],
+        tick: ["999 µs, at most 138 ms; late 123456", "0 µs, at most 0 µs; late 0"],
+        force: ["12.34 N, at most 12.34", "0.00 N, at most 0.00"],
+        torque: ["123.4 mN m, at most 123.4", "0.0 mN m, at most 0.0"],
+        structure_name: ["–", "posterior semicircular canal"],
+        structure_distance: ["", "−12.34 mm"],
+        structure_words: ["the drill is in this structure", "–"],
+        structure_felt: ["No soft structure is felt", "12.34 N on the sigmoid sinus; facial nerve torn"],
+        thrust: ["123.4 N"], cutting_torque: ["123.4 mN m"], rpm: ["123456 rpm"], removed: ["12345.6 mm³"],
+        brief_force: ["12.34"], brief_removed: ["1234.5"],
+        structure_push: ["12.34 N"], structure_taken: ["1234.56 mm³"], structure_refused: ["1234.56 mm³"],
+      };
+      const wrong = [];
+      for (const [id, texts] of Object.entries(longest))
+        for (const words of texts) {
+          const e = document.getElementById(id), said = e.textContent, before = place();
+          e.textContent = words;
+          const moved = place().find(({ box }, i) => Math.max(Math.abs(box.top - before[i].box.top), Math.abs(box.left - before[i].box.left), Math.abs(box.height - before[i].box.height)) > 0.75);
+          if (moved) wrong.push(`${at} wide: "${words}" in ${id} moves ${moved.id}`);
+          e.textContent = said;
+        }
+      return wrong;
+    }, width));
+  }
+  assert.deepEqual(wrong, []);
+  assert.deepEqual(seen, []);
+  await page.close();
+});

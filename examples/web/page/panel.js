@@ -15,6 +15,9 @@ const set = (id, text) => {
 const press = (id, on) => $(id).setAttribute("aria-pressed", String(Boolean(on)));
 const fixed = (v, digits) => (Number.isFinite(v) ? v.toFixed(digits) : "–");
 
+/// A time of three digits.
+const inTime = (us) => (us < 999.5 ? `${fixed(us, 0)} µs` : `${fixed(us / 1e3, us < 9950 ? 1 : 0)} ms`);
+
 function fill(select, names) {
   select.replaceChildren(...names.map((name) => new Option(name, name)));
 }
@@ -94,7 +97,7 @@ export function makePanel(engine, words, refocus) {
       label("plot_force", `Force over time: now ${fixed(state.force_N, 1)} newtons, at most ${fixed(force, 1)}`);
       label("plot_torque", `Torque over time: now ${fixed(state.torque_mNm, 1)} millinewton metres, at most ${fixed(torque, 1)}`);
       label("plot_tick", `Time of a tick: now ${fixed(state.tick_us, 0)} microseconds, at most ${fixed(time, 0)}`);
-      set("tick", `${fixed(state.tick_us, 0)} µs, at most ${fixed(time, 0)}; late ${state.late ?? 0}`);
+      set("tick", `${inTime(state.tick_us)}, at most ${inTime(time)}; late ${state.late ?? 0}`);
     }
     set("force", `${fixed(state.force_N, 2)} N, at most ${fixed(force, 2)}`);
     set("torque", `${fixed(state.torque_mNm, 1)} mN m, at most ${fixed(torque, 1)}`);
