@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <trephine/core/spatial.hpp>
+#include <trephine/core/math.hpp>
 #include <trephine/structure/membrane.hpp>
 
 #include <algorithm>
