@@ -43,15 +43,10 @@ namespace live {
                                           : "in the air";
 }
 
-/// The least force that is spoken of where the shaft keeps the drill from going on [N].
-inline constexpr double kShaftForce = 1;
-
 /// What to try next, `seconds` after the start, or nullptr.
 [[nodiscard]] inline const char* hint_for(const Workbench& bench, double seconds) {
   const TickView& v = bench.view();
   if (v.passes) return "The drill is in bone, and passes through it. Pull it out with the wheel.";
-  if (v.spindle_on && v.contact.shaft && v.wrench.force.norm() > kShaftForce)
-    return "The shaft rests on bone, which it does not cut. Tilt the drill by Ctrl and a motion, or pull it out.";
   if (seconds < 6) return "Move the mouse to move the drill. The wheel pushes it in. F1 shows all keys.";
   if (v.removed_mm3 == 0 && !v.spindle_on && v.contact.count > 0)
     return "The drill touches bone. Hold the left button, or press Space, and push.";

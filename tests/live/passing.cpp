@@ -2,7 +2,6 @@
 // Bone that comes to be around the drill: it never holds the drill, nor pulls at the hand.
 #include "tool_body.hpp"
 #include "window_bench.hpp"
-#include "words.hpp"
 
 #include <trephine/tool/named_tools.hpp>
 
@@ -11,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <string>
 
 namespace {
 
@@ -149,33 +147,6 @@ TEST_SUITE("picture") {
         CHECK(most_force(b, 3, -0.7) > 0.1);
         CHECK(b.bench.view().contact.count > 0);
       }
-  }
-
-  TEST_CASE("a hint says why a turning drill stops whose shaft rests on the rim of its hole") {
-    Bench b(ball(Vec3d::Constant(0.4e-3), 8e-3));
-    const auto hint = [&] {
-      const char* const text = hint_for(b.bench, 3);
-      return std::string(text != nullptr ? text : "");
-    };
-    go(b, 3, 1.2);
-    b.bench.act(Action::kSpindle);
-    go(b, 1.2, -4);  // along the shaft
-    CHECK(hint().find("shaft") == std::string::npos);
-    const double radius = b.bench.session().options().drill.burr.tip_radius;
-    const Vec3d aside = b.spot.normal_W.unitOrthogonal();
-    Event e;
-    e.kind = Event::Kind::kHand;
-    e.pose = b.bench.hand().pose();
-    for (int i = 0; i < 16; ++i) {
-      e.pose.translation() += 0.25 * radius * aside;
-      b.bench.apply(e);
-      b.run(0.06);
-    }
-    CHECK(b.bench.view().contact.shaft);
-    CHECK(hint().find("shaft rests") != std::string::npos);
-    b.bench.act(Action::kSpindle);
-    b.run(0.2);
-    CHECK(hint().find("shaft") == std::string::npos);
   }
 
   TEST_CASE("a tool that is too large for its hole comes out of it without a pull") {

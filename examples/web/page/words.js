@@ -58,7 +58,6 @@ export function fillHelp(lists, words) {
 export function hintFor(hint, touch) {
   if (!hint || !touch) return hint ?? "";
   if (/passes through/.test(hint)) return "The drill is in bone, and passes through it. Hold “Pull”.";
-  if (/shaft rests/.test(hint)) return "The shaft rests on bone, which it does not cut. Hold “Pull”, and begin beside the hole.";
   if (/touches bone/.test(hint)) return "The drill touches bone. Hold “Spindle” and “Push”.";
   if (/Push the drill/.test(hint)) return "Push the drill into the bone with “Push”.";
   if (/[Pp]rotect/.test(hint)) return "Protection of structures is chosen among the instruments.";
